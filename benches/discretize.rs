@@ -1,0 +1,3 @@
+//! Criterion benches of `phyxel-discretize`.
+
+fn main() {}

@@ -1,0 +1,3 @@
+//! Criterion benches of `phyxel-enrich`.
+
+fn main() {}

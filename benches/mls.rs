@@ -1,0 +1,3 @@
+//! Criterion benches of `phyxel-mls`.
+
+fn main() {}

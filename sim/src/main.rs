@@ -1,0 +1,3 @@
+//! The `phyxel` command line.
+
+fn main() {}

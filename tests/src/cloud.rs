@@ -1,0 +1,68 @@
+//! Point clouds made from fixed seeds, the same on every machine.
+
+use glam::DVec3;
+
+/// A small generator (SplitMix64): the tests need repeatable numbers, not statistics.
+#[derive(Debug, Clone)]
+pub struct Random(u64);
+
+impl Random {
+    /// Starts from a seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// Next 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in `[0, 1)`.
+    #[allow(clippy::cast_precision_loss, reason = "53 bits fit an f64 exactly")]
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in `[low, high)`.
+    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in the cube `[-half, half)³`.
+    pub fn vector(&mut self, half: f64) -> DVec3 {
+        let x = self.range(-half, half);
+        let y = self.range(-half, half);
+        let z = self.range(-half, half);
+        DVec3::new(x, y, z)
+    }
+}
+
+/// Lattice of `nx × ny × nz` points, `spacing` apart, from the origin, each moved by up to
+/// `jitter · spacing` per axis.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
+pub fn lattice(n: [usize; 3], spacing: f64, jitter: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = Random::new(seed);
+    let mut points = Vec::with_capacity(n[0] * n[1] * n[2]);
+    for k in 0..n[2] {
+        for j in 0..n[1] {
+            for i in 0..n[0] {
+                let at = DVec3::new(i as f64, j as f64, k as f64);
+                points.push((at + random.vector(1.0) * jitter) * spacing);
+            }
+        }
+    }
+    points
+}
+
+/// `n` uniform points in the cube `[-half, half)³`.
+#[must_use]
+pub fn uniform(n: usize, half: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = Random::new(seed);
+    (0..n).map(|_| random.vector(half)).collect()
+}
