@@ -5,6 +5,7 @@
     reason = "helpers of tests fail by panicking"
 )]
 
+pub mod block;
 pub mod cloud;
 pub mod derivative;
 pub mod strategies;

@@ -1,0 +1,224 @@
+//! Nodes whose neighbours span only a plane, a line or nothing.
+//!
+//! Such a row gives the deformation gradient on the span alone, `F_x = Pi + sum u_ij g_ij^T`.
+//! `F` is completed with unit vectors normal to the deformed span, so that the missing directions
+//! carry no strain and a rigid motion none at all (a Tikhonov term or `I + grad u` would read a
+//! rotation as strain). The energy `W(F(F_x))` is then differentiated exactly.
+
+use glam::{DMat3, DVec3};
+
+use crate::material::{Prepared, cofactor};
+
+/// Largest distance of an eigenvalue of `sum X_ij g_ij^T` from 0 or 1.
+const PROJECTOR_TOLERANCE: f64 = 1e-6;
+/// Deviation from the identity up to which a row counts as full without an eigenvalue problem.
+const FULL_RANK_TOLERANCE: f64 = 1e-6;
+
+/// Span of a row in the rest frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    /// 0, 1 or 2 (3 needs no completion).
+    pub(crate) rank: u8,
+    /// Right-handed orthonormal columns, those in the span first.
+    pub(crate) frame: DMat3,
+}
+
+/// Result of looking at `sum X_ij g_ij^T`.
+pub(crate) enum RowKind {
+    Full,
+    Deficient(Span),
+    Inconsistent(f64),
+}
+
+impl Span {
+    /// Orthogonal projector onto the span.
+    pub(crate) fn projector(&self) -> DMat3 {
+        let mut p = DMat3::ZERO;
+        for axis in 0..usize::from(self.rank) {
+            p += outer(self.frame.col(axis), self.frame.col(axis));
+        }
+        p
+    }
+
+    /// Completes `F_x`; the second value projects onto the deformed span.
+    fn complete(&self, fx: DMat3) -> (DMat3, DMat3) {
+        match self.rank {
+            0 => (DMat3::IDENTITY, DMat3::ZERO),
+            1 => {
+                let along = unit_or(fx * self.frame.x_axis, self.frame.x_axis);
+                let (b2, b3) = along.any_orthonormal_pair();
+                let f = fx + outer(b2, self.frame.y_axis) + outer(b3, self.frame.z_axis);
+                (f, outer(along, along))
+            }
+            _ => {
+                let (t1, t2) = (fx * self.frame.x_axis, fx * self.frame.y_axis);
+                let longer = if t1.length_squared() >= t2.length_squared() {
+                    t1
+                } else {
+                    t2
+                };
+                let fallback = unit_or(longer, self.frame.x_axis).any_orthonormal_vector();
+                let scale = longer.length();
+                let cross = t1.cross(t2);
+                let normal = if cross.length() > 1e-12 * scale * scale {
+                    unit_or(cross, fallback)
+                } else {
+                    fallback
+                };
+                (
+                    fx + outer(normal, self.frame.z_axis),
+                    DMat3::IDENTITY - outer(normal, normal),
+                )
+            }
+        }
+    }
+
+    /// Completed `F`, energy density and the stress that works on changes of `F_x`.
+    pub(crate) fn energy_and_stress(&self, law: &Prepared, fx: DMat3) -> (DMat3, f64, DMat3) {
+        let (f, deformed) = self.complete(fx);
+        if self.rank == 0 {
+            return (f, 0.0, DMat3::ZERO);
+        }
+        let (energy, stress) = law.energy_and_stress(f);
+        (f, energy, deformed * stress * self.projector())
+    }
+
+    /// Change of that stress for a change of `F_x`, at the completed `F`.
+    pub(crate) fn stress_change(&self, law: &Prepared, f: DMat3, dfx: DMat3) -> DMat3 {
+        let projector = self.projector();
+        match self.rank {
+            0 => DMat3::ZERO,
+            1 => {
+                let t = self.frame.x_axis;
+                let a = f * t;
+                let length = a.length();
+                if length < 1e-12 {
+                    return DMat3::ZERO;
+                }
+                let along = a / length;
+                let da = dfx * t;
+                let (_, stress) = law.energy_and_stress(f);
+                let first = along.dot(stress * t);
+                let second = along.dot(law.stress_change(f, outer(along, t)) * t);
+                let stretched = along.dot(da);
+                let turned = da - along * stretched;
+                outer(along * (second * stretched) + turned * (first / length), t)
+            }
+            _ => {
+                let normal = f * self.frame.z_axis;
+                let cof = cofactor(f);
+                let j = f.x_axis.dot(cof.x_axis);
+                if j < 1e-12 {
+                    return DMat3::ZERO;
+                }
+                let turned = cof * (dfx.transpose() * normal) * (-1.0 / j);
+                let (_, stress) = law.energy_and_stress(f);
+                let change = law.stress_change(f, dfx + outer(turned, self.frame.z_axis));
+                let deformed = DMat3::IDENTITY - outer(normal, normal);
+                let swing = outer(turned, normal) + outer(normal, turned);
+                (deformed * change - swing * stress) * projector
+            }
+        }
+    }
+}
+
+/// Reads rank and span off `m = sum X_ij g_ij^T`, the identity for a full row.
+pub(crate) fn row_kind(m: DMat3) -> RowKind {
+    if !m.is_finite() {
+        return RowKind::Inconsistent(f64::INFINITY);
+    }
+    let off = m - DMat3::IDENTITY;
+    if largest(off) <= FULL_RANK_TOLERANCE {
+        return RowKind::Full;
+    }
+    let skew = largest(m - m.transpose());
+    if skew > PROJECTOR_TOLERANCE {
+        return RowKind::Inconsistent(skew);
+    }
+    let (values, vectors) = symmetric_eigen(m);
+    let mut kept = [DVec3::ZERO; 3];
+    let mut rank = 0;
+    let mut dropped = 2;
+    for (value, vector) in values.into_iter().zip(vectors) {
+        let residual = value.abs().min((value - 1.0).abs());
+        if residual > PROJECTOR_TOLERANCE {
+            return RowKind::Inconsistent(residual);
+        }
+        if value > 0.5 {
+            kept[usize::from(rank)] = vector;
+            rank += 1;
+        } else {
+            kept[dropped] = vector;
+            dropped = dropped.saturating_sub(1);
+        }
+    }
+    if rank == 3 {
+        return RowKind::Full;
+    }
+    let mut frame = DMat3::from_cols(kept[0], kept[1], kept[2]);
+    if frame.determinant() < 0.0 {
+        frame.z_axis = -frame.z_axis;
+    }
+    RowKind::Deficient(Span { rank, frame })
+}
+
+/// `a bᵀ`.
+#[inline]
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// Largest absolute entry.
+fn largest(m: DMat3) -> f64 {
+    m.to_cols_array()
+        .iter()
+        .fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+fn unit_or(v: DVec3, fallback: DVec3) -> DVec3 {
+    v.try_normalize().unwrap_or(fallback)
+}
+
+/// Eigenvalues and orthonormal eigenvectors of a symmetric matrix by cyclic Jacobi rotations.
+pub(crate) fn symmetric_eigen(m: DMat3) -> ([f64; 3], [DVec3; 3]) {
+    let mut a = m.to_cols_array_2d();
+    let mut v = DMat3::IDENTITY.to_cols_array_2d();
+    for _ in 0..30 {
+        let off = a[0][1].abs() + a[0][2].abs() + a[1][2].abs();
+        if off <= f64::MIN_POSITIVE {
+            break;
+        }
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if a[p][q].abs() <= f64::MIN_POSITIVE {
+                continue;
+            }
+            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+            let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let c = (t * t + 1.0).sqrt().recip();
+            let s = t * c;
+            for row in &mut a {
+                let (x, y) = (row[p], row[q]);
+                row[p] = c * x - s * y;
+                row[q] = s * x + c * y;
+            }
+            let (x, y) = (a[p], a[q]);
+            for k in 0..3 {
+                a[p][k] = c * x[k] - s * y[k];
+                a[q][k] = s * x[k] + c * y[k];
+            }
+            let (x, y) = (v[p], v[q]);
+            for k in 0..3 {
+                v[p][k] = c * x[k] - s * y[k];
+                v[q][k] = s * x[k] + c * y[k];
+            }
+        }
+    }
+    (
+        [a[0][0], a[1][1], a[2][2]],
+        [
+            DVec3::from_array(v[0]),
+            DVec3::from_array(v[1]),
+            DVec3::from_array(v[2]),
+        ],
+    )
+}

@@ -1,0 +1,561 @@
+//! The model as a whole: derivatives, invariances, patch test, threads, cuts.
+
+use glam::{DMat3, DQuat, DVec3};
+use rayon::ThreadPoolBuilder;
+use testkit::block::Block;
+use testkit::cloud::Random;
+use testkit::derivative::directional_error;
+use testkit::tol::{assert_below, assert_within};
+
+use super::*;
+use crate::bound::StiffnessCap;
+
+fn stencils(block: &Block) -> Stencils<'_> {
+    Stencils {
+        offsets: &block.offsets,
+        indices: &block.indices,
+        gradients: &block.gradients,
+        self_gradients: &block.self_gradients,
+        weights: &block.weights,
+    }
+}
+
+fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let settings = Settings {
+        zero_energy_control: alpha,
+    };
+    Elastic::new(
+        &stencils(block),
+        &nodes,
+        &Materials::Uniform(material),
+        &settings,
+    )
+    .expect("the test block is sound")
+}
+
+fn block() -> Block {
+    Block::new([4, 3, 3], DVec3::new(0.4, 0.35, 0.3), 0.25, 7)
+}
+
+fn shaken(block: &Block, by: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = Random::new(seed);
+    block
+        .positions
+        .iter()
+        .map(|x| *x + random.vector(by))
+        .collect()
+}
+
+fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+fn moved(x: &[DVec3], d: &[DVec3], t: f64) -> Vec<DVec3> {
+    x.iter().zip(d).map(|(x, d)| *x + *d * t).collect()
+}
+
+/// Force and tangent against central differences of energy and force.
+fn check_derivatives(what: &str, body: &mut Elastic, x: &[DVec3], step: f64, scale: f64) {
+    let n = body.node_count();
+    let mut random = Random::new(99);
+    let mut f = vec![DVec3::ZERO; n];
+    let mut g = vec![DVec3::ZERO; n];
+    let mut kv = vec![DVec3::ZERO; n];
+    for _ in 0..3 {
+        let d: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
+        let v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
+        body.forces_into(x, &mut f);
+        let slope = -dot(&f, &d);
+        let error = directional_error(
+            |t| body.forces_into(&moved(x, &d, t), &mut g),
+            slope,
+            step,
+            scale * 1e-3,
+        );
+        assert_below(&format!("{what}: force"), error, 1e-8);
+        body.forces_into(x, &mut f);
+        body.tangent_product_into(&d, &mut kv);
+        let there = dot(&kv, &v);
+        let error = directional_error(
+            |t| {
+                body.forces_into(&moved(x, &d, t), &mut g);
+                -dot(&g, &v)
+            },
+            there,
+            step,
+            scale / step * 1e-3,
+        );
+        assert_below(&format!("{what}: tangent"), error, 1e-7);
+        body.forces_into(x, &mut f);
+        body.tangent_product_into(&v, &mut kv);
+        let back = dot(&kv, &d);
+        assert_within(what, there, back, 1e-12 * there.abs().max(scale / step));
+    }
+}
+
+#[test]
+fn forces_are_the_gradient_and_the_tangent_is_theirs() {
+    let block = block();
+    for material in [
+        Material::neo_hookean(1000.0, 0.4),
+        Material::saint_venant_kirchhoff(1000.0, 0.3).with_volume_constant(300.0),
+        Material::mooney_rivlin(1000.0, 0.45, 0.3),
+    ] {
+        for alpha in [0.0, 0.1] {
+            let mut body = model(&block, material, alpha);
+            let x = shaken(&block, 0.015, 3);
+            check_derivatives(&format!("{material:?}"), &mut body, &x, 1e-3, 1.0);
+        }
+    }
+}
+
+#[test]
+fn per_node_materials_are_those_of_the_nodes() {
+    let block = block();
+    let list = [
+        Material::neo_hookean(1000.0, 0.4),
+        Material::neo_hookean(5000.0, 0.2),
+    ];
+    let n = block.node_count();
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let x = shaken(&block, 0.01, 4);
+    let mut f = vec![DVec3::ZERO; n];
+    let mut energy = |of_node: &[u32]| {
+        let materials = Materials::PerNode {
+            list: &list,
+            of_node,
+        };
+        let mut body = Elastic::new(&stencils(&block), &nodes, &materials, &Settings::default())
+            .expect("fine");
+        body.forces_into(&x, &mut f)
+    };
+    let first: Vec<u32> = vec![0; n];
+    let second: Vec<u32> = vec![1; n];
+    let split: Vec<u32> = (0..n).map(|i| u32::from(i % 2 == 0)).collect();
+    let other: Vec<u32> = split.iter().map(|m| 1 - m).collect();
+    let sum = energy(&first) + energy(&second);
+    let halves = energy(&split) + energy(&other);
+    assert_within("energies of nodes add up", sum, halves, 1e-12 * sum);
+    assert!(energy(&first) < energy(&split));
+}
+
+#[test]
+fn rigid_motion_costs_nothing() {
+    let block = block();
+    for material in [
+        Material::neo_hookean(1.0, 0.4),
+        Material::saint_venant_kirchhoff(1.0, 0.3),
+        Material::mooney_rivlin(1.0, 0.4, 0.3),
+    ] {
+        let mut body = model(&block, material, 0.1);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.4);
+        let x: Vec<DVec3> = block
+            .positions
+            .iter()
+            .map(|x| turn * *x + DVec3::new(0.3, -0.8, 1.0))
+            .collect();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        let energy = body.forces_into(&x, &mut f);
+        let volume: f64 = block.volumes.iter().sum();
+        assert_within("energy", energy, 0.0, 1e-12 * volume);
+        // A stress of 1 Pa on a cell's face.
+        let face = 0.01;
+        for f in &f {
+            assert_below("force", f.length(), 1e-12 * face);
+        }
+        let energy = body.forces_into(&block.positions, &mut f);
+        assert_within("energy at rest", energy, 0.0, 1e-15);
+        for f in &f {
+            assert_below("force at rest", f.length(), 1e-15 * face);
+        }
+
+        let shaken = shaken(&block, 0.01, 8);
+        let e0 = body.forces_into(&shaken, &mut f);
+        let turned: Vec<DVec3> = shaken.iter().map(|x| turn * *x).collect();
+        let mut g = f.clone();
+        let e1 = body.forces_into(&turned, &mut g);
+        assert_within("turned energy", e0, e1, 1e-12 * e0);
+        for (f, g) in f.iter().zip(&g) {
+            assert_below("turned force", (turn * *f - *g).length(), 1e-12 * face);
+        }
+    }
+}
+
+#[test]
+fn internal_forces_keep_momentum() {
+    let block = block();
+    for alpha in [0.0, 0.1] {
+        let mut body = model(&block, Material::neo_hookean(1.0, 0.4), alpha);
+        let x = shaken(&block, 0.02, 9);
+        let mut f = vec![DVec3::ZERO; x.len()];
+        body.forces_into(&x, &mut f);
+        let scale: f64 = f.iter().map(|f| f.length()).sum();
+        let total: DVec3 = f.iter().sum();
+        let torque: DVec3 = x.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+        assert_below("momentum", total.length(), 1e-13 * scale);
+        assert_below("angular momentum", torque.length(), 1e-13 * scale);
+    }
+}
+
+/// Affine motion of all nodes leaves the inner ones without force: the patch test's core.
+#[test]
+fn affine_motion_leaves_inner_nodes_in_balance() {
+    let a = DMat3::from_cols(
+        DVec3::new(1.15, 0.1, -0.05),
+        DVec3::new(0.2, 0.9, 0.1),
+        DVec3::new(0.0, -0.1, 1.05),
+    );
+    for jitter in [0.0, 0.3] {
+        let block = Block::new([5, 4, 4], DVec3::new(1.0, 0.8, 0.8), jitter, 2);
+        let mut body = model(&block, Material::neo_hookean(1.0, 0.45), 0.1);
+        let x: Vec<DVec3> = block.positions.iter().map(|x| a * *x).collect();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        body.forces_into(&x, &mut f);
+        let stress = body.first_piola_kirchhoff(0);
+        for (i, f) in f.iter().enumerate() {
+            let expected = -(stress * block.boundary_vectors[i]);
+            assert_below("traction", (*f - expected).length(), 1e-12);
+        }
+    }
+}
+
+#[test]
+fn any_thread_count_gives_the_same_bits() {
+    let block = Block::new([13, 12, 12], DVec3::splat(1.0), 0.2, 5);
+    assert!(block.node_count() > 2 * PARALLEL_NODES);
+    let x = shaken(&block, 0.01, 1);
+    let v = shaken(&block, 0.5, 2);
+    let run = |threads: usize| {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        pool.install(|| {
+            let mut body = model(&block, Material::neo_hookean(1.0, 0.4), 0.1);
+            let mut f = vec![DVec3::ZERO; x.len()];
+            let mut kv = f.clone();
+            let energy = body.forces_into(&x, &mut f);
+            body.tangent_product_into(&v, &mut kv);
+            (energy.to_bits(), f, kv)
+        })
+    };
+    let serial = run(1);
+    for threads in [2, 3, 7] {
+        assert!(run(threads) == serial, "{threads} threads differ");
+    }
+}
+
+/// Straight from the definition, pair by pair, with scattered forces.
+fn brute_force(block: &Block, material: Material, alpha: f64, x: &[DVec3]) -> (f64, Vec<DVec3>) {
+    let mut energy = 0.0;
+    let mut f = vec![DVec3::ZERO; x.len()];
+    for i in 0..x.len() {
+        let mut grad = DMat3::IDENTITY;
+        let mut moment = DMat3::ZERO;
+        let mut spread = 0.0;
+        let mut s = DMat3::ZERO;
+        let u = |p: usize| {
+            let j = block.indices[p] as usize;
+            x[j] - x[i] - block.offset(i, p)
+        };
+        for p in block.row(i) {
+            let (big, w) = (block.offset(i, p), block.weights[p]);
+            grad += crate::completion::outer(u(p), block.gradients[p]);
+            moment += crate::completion::outer(big, big) * w;
+            s += crate::completion::outer(u(p), big) * w;
+            spread += w * big.length_squared();
+        }
+        let (w, stress) = material.energy_and_stress(grad);
+        energy += block.volumes[i] * w;
+        let c = alpha * material.lame_mu() * block.volumes[i] / spread;
+        let h = s * moment.inverse();
+        for p in block.row(i) {
+            let j = block.indices[p] as usize;
+            let e = u(p) - h * block.offset(i, p);
+            energy += 0.5 * c * block.weights[p] * e.length_squared();
+            let t = stress * block.gradients[p] * block.volumes[i] + e * (c * block.weights[p]);
+            f[j] -= t;
+            f[i] += t;
+        }
+    }
+    (energy, f)
+}
+
+#[test]
+fn gathers_equal_the_definition() {
+    let block = block();
+    let material = Material::neo_hookean(2.0, 0.4);
+    for alpha in [0.0, 0.1, 1.0] {
+        let mut body = model(&block, material, alpha);
+        let x = shaken(&block, 0.02, 17);
+        let mut f = vec![DVec3::ZERO; x.len()];
+        let energy = body.forces_into(&x, &mut f);
+        let (expected, g) = brute_force(&block, material, alpha, &x);
+        assert_within("energy", energy, expected, 1e-12 * expected);
+        let scale = g.iter().map(|g| g.length()).fold(0.0, f64::max);
+        for (f, g) in f.iter().zip(&g) {
+            assert_below("force", (*f - *g).length(), 1e-13 * scale);
+        }
+    }
+}
+
+/// Severs every pair for which `keep` is false and rebuilds rows with a truncated inverse.
+fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
+    let mut touched = Vec::new();
+    for i in 0..block.node_count() {
+        let mut changed = false;
+        for p in block.row(i) {
+            if !keep(i, block.indices[p] as usize) {
+                block.weights[p] = 0.0;
+                changed = true;
+            }
+        }
+        if !changed {
+            continue;
+        }
+        touched.push(u32::try_from(i).expect("small"));
+        let mut moment = DMat3::ZERO;
+        for p in block.row(i) {
+            let x = block.offset(i, p);
+            moment += crate::completion::outer(x, x) * block.weights[p];
+        }
+        let inverse = truncated_inverse(moment);
+        let mut sum = DVec3::ZERO;
+        for p in block.row(i) {
+            block.gradients[p] = inverse * block.offset(i, p) * block.weights[p];
+            sum += block.gradients[p];
+        }
+        block.self_gradients[i] = -sum;
+    }
+    touched
+}
+
+fn truncated_inverse(moment: DMat3) -> DMat3 {
+    let (values, vectors) = crate::completion::symmetric_eigen(moment);
+    let most = values.iter().fold(0.0_f64, |m, v| m.max(*v));
+    let mut inverse = DMat3::ZERO;
+    for (value, vector) in values.into_iter().zip(vectors) {
+        if value > 1e-3 * most && value > 0.0 {
+            inverse += crate::completion::outer(vector, vector) * value.recip();
+        }
+    }
+    inverse
+}
+
+/// A lattice cut so that its middle layer is a sheet, one line is left and one node is alone.
+fn torn() -> (Block, Vec<u32>) {
+    let mut block = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let cell = |i: usize| [i % 5, (i / 5) % 5, i / 25];
+    let touched = cut(&mut block, |i, j| {
+        let (a, b) = (cell(i), cell(j));
+        // Layer k = 2 is severed from both sides: a sheet. Row j = 0 of layer 0 is a line.
+        let sheet = (a[2] == 2) == (b[2] == 2);
+        let line = (a[2] == 0 && a[1] == 0) == (b[2] == 0 && b[1] == 0);
+        let alone = i != 124 && j != 124;
+        sheet && line && alone
+    });
+    (block, touched)
+}
+
+#[test]
+fn sheets_lines_and_lone_nodes_are_objective_and_exact() {
+    let (torn, touched) = torn();
+    let whole = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    for material in [
+        Material::neo_hookean(1.0, 0.4),
+        Material::saint_venant_kirchhoff(1.0, 0.3).with_volume_constant(0.5),
+        Material::mooney_rivlin(1.0, 0.4, 0.4),
+    ] {
+        let mut body = model(&whole, material, 0.1);
+        body.update_rows(&touched, &stencils(&torn))
+            .expect("rows are projectors");
+        let mut ranks = [0; 4];
+        for node in 0..body.node_count() {
+            ranks[usize::from(body.rank(node))] += 1;
+        }
+        // The sheet has 25; 6 more lost their third direction beside the line and the lone node.
+        assert_eq!(ranks, [1, 5, 31, 88]);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 1.9);
+        let x: Vec<DVec3> = torn.positions.iter().map(|x| turn * *x).collect();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        let energy = body.forces_into(&x, &mut f);
+        assert_within("energy of a rotation", energy, 0.0, 1e-14);
+        for (i, f) in f.iter().enumerate() {
+            assert_below(&format!("force on {i}"), f.length(), 1e-14);
+        }
+        let x = shaken(&torn, 0.015, 6);
+        check_derivatives("torn", &mut body, &x, 1e-3, 1e-3);
+
+        // An updated model equals one built from the torn rows.
+        let mut fresh = model(&torn, material, 0.1);
+        let mut g = f.clone();
+        let e0 = body.forces_into(&x, &mut f);
+        let e1 = fresh.forces_into(&x, &mut g);
+        assert!(e0.to_bits() == e1.to_bits() && f == g);
+        // And going back restores the first one.
+        body.update_rows(&touched, &stencils(&whole))
+            .expect("whole");
+        let mut intact = model(&whole, material, 0.1);
+        assert!(body.forces_into(&x, &mut f).to_bits() == intact.forces_into(&x, &mut g).to_bits());
+        assert!(f == g);
+    }
+}
+
+#[test]
+fn collapsed_neighborhoods_stay_finite() {
+    let (torn, _) = torn();
+    let mut body = model(&torn, Material::neo_hookean(1.0, 0.4), 0.1);
+    let n = body.node_count();
+    let mut f = vec![DVec3::ZERO; n];
+    let mut kv = f.clone();
+    let v = shaken(&torn, 1.0, 4);
+    for x in [
+        vec![DVec3::ZERO; n],
+        torn.positions.iter().map(|x| DVec3::X * x.x).collect(),
+        torn.positions.iter().map(|x| -*x).collect(),
+    ] {
+        let energy = body.forces_into(&x, &mut f);
+        body.tangent_product_into(&v, &mut kv);
+        assert!(energy.is_finite());
+        assert!(f.iter().chain(&kv).all(|f| f.is_finite()));
+    }
+}
+
+fn largest_eigenvalue(body: &mut Elastic, masses: &[f64]) -> f64 {
+    let n = masses.len();
+    let mut random = Random::new(1);
+    let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
+    let mut kv = v.clone();
+    let mut value = 0.0;
+    for _ in 0..300 {
+        body.tangent_product_into(&v, &mut kv);
+        for (k, m) in kv.iter_mut().zip(masses) {
+            *k /= *m;
+        }
+        let size = dot(&kv, &kv).sqrt();
+        value = size / dot(&v, &v).sqrt();
+        v.clone_from(&kv);
+        for v in &mut v {
+            *v /= size;
+        }
+    }
+    value
+}
+
+#[test]
+fn bound_is_above_the_largest_eigenvalue_and_not_far() {
+    for (jitter, alpha, nu) in [(0.0, 0.1, 0.3), (0.25, 0.1, 0.45), (0.25, 0.0, 0.3)] {
+        let block = Block::new([6, 5, 5], DVec3::new(1.2, 1.0, 1.0), jitter, 3);
+        let mut body = model(&block, Material::neo_hookean(1.0, nu), alpha);
+        let masses: Vec<f64> = block.volumes.iter().map(|v| 1000.0 * v).collect();
+        let value = largest_eigenvalue(&mut body, &masses);
+        let ratio = value / body.eigenvalue_bound(&masses);
+        assert!(ratio < 1.0 && ratio > 0.1, "eigenvalue / bound = {ratio}");
+    }
+}
+
+#[test]
+fn cap_brings_a_stiffened_node_back() {
+    let mut block = Block::new([6, 6, 6], DVec3::splat(1.0), 0.25, 3);
+    let masses: Vec<f64> = block.volumes.iter().map(|v| 1000.0 * v).collect();
+    let mut body = model(&block, Material::neo_hookean(1.0, 0.3), 0.1);
+    let uncut = largest_eigenvalue(&mut body, &masses);
+    let cap = StiffnessCap::new(&body, &masses);
+    // One inner node keeps neighbours on a thin sliver only.
+    let node = 3 + 7 * (3 + 7 * 3);
+    let x = block.positions.clone();
+    let touched = cut(&mut block, |i, j| {
+        let thin = |a: usize, b: usize| a != node || (x[b].z - x[a].z).abs() < 0.05;
+        thin(i, j) && thin(j, i)
+    });
+    body.update_rows(&touched, &stencils(&block)).expect("fine");
+    let cut = largest_eigenvalue(&mut body, &masses);
+    assert!(cut > 1.5 * uncut, "the sliver is stiff: {uncut} -> {cut}");
+    let mut before = f64::INFINITY;
+    for kappa in [1.0, 0.5, 0.3] {
+        let lowered = body.cap_stiffness(&cap, &touched, kappa);
+        assert!(lowered > 0 && lowered < block.node_count() / 2, "{lowered}");
+        let now = largest_eigenvalue(&mut body, &masses);
+        assert!(now < before, "{now} at {kappa}");
+        before = now;
+    }
+    assert!(before < 1.25 * uncut, "{uncut} -> {cut} -> {before}");
+    assert_eq!(body.cap_stiffness(&cap, &touched, f64::INFINITY), 0);
+    assert!(body.elastic_volumes() == block.volumes);
+}
+
+#[test]
+fn bad_input_is_named() {
+    let good = block();
+    let build = |block: &Block| {
+        let nodes = Nodes {
+            rest_positions: &block.positions,
+            volumes: &block.volumes,
+        };
+        let material = Materials::Uniform(Material::neo_hookean(1.0, 0.3));
+        Elastic::new(&stencils(block), &nodes, &material, &Settings::default()).map(|_| ())
+    };
+    let mut bad = good.clone();
+    bad.volumes[3] = 0.0;
+    assert!(matches!(
+        build(&bad),
+        Err(ElasticError::NonPositiveVolume { node: 3, .. })
+    ));
+    let mut bad = good.clone();
+    bad.positions[5].y = f64::NAN;
+    assert!(matches!(
+        build(&bad),
+        Err(ElasticError::NotFinite { node: 5, .. })
+    ));
+    let mut bad = good.clone();
+    bad.gradients[0] *= 1.1;
+    assert!(matches!(
+        build(&bad),
+        Err(ElasticError::InconsistentRow { node: 0, .. })
+    ));
+    let mut bad = good.clone();
+    bad.indices.swap(0, 1);
+    assert!(matches!(
+        build(&bad),
+        Err(ElasticError::BadRow { node: 0, .. })
+    ));
+    let mut bad = good.clone();
+    bad.weights[0] *= 2.0;
+    assert!(matches!(
+        build(&bad),
+        Err(ElasticError::AsymmetricPair { node: 0, .. })
+    ));
+    let mut bad = good.clone();
+    let q = bad.row(2).start;
+    bad.gradients[q].x = f64::INFINITY;
+    assert!(matches!(
+        build(&bad),
+        Err(ElasticError::NotFinite { node: 2, .. })
+    ));
+    let nodes = Nodes {
+        rest_positions: &good.positions,
+        volumes: &good.volumes,
+    };
+    let of_node = vec![1; good.node_count()];
+    let list = [Material::neo_hookean(1.0, 0.3)];
+    let materials = Materials::PerNode {
+        list: &list,
+        of_node: &of_node,
+    };
+    assert!(matches!(
+        Elastic::new(&stencils(&good), &nodes, &materials, &Settings::default()),
+        Err(ElasticError::UnknownMaterial {
+            node: 0,
+            material: 1,
+            count: 1
+        })
+    ));
+    build(&good).expect("the block itself is good");
+}

@@ -1,0 +1,365 @@
+//! A box of nodes with tetrahedra, volumes and conservative gradient stencils.
+//!
+//! An oracle of its own: written from the formulas, for clarity rather than speed, so that a crate
+//! can be tested without its siblings and a sibling against it. The stencils satisfy
+//! `sum_j X_ij g_ij^T = I` per node and `sum_i V_i g_ij = b_j` (self terms included) over all, the
+//! second up to the tolerance of a conjugate-gradient solve.
+
+use glam::{DMat3, DVec3};
+
+use crate::cloud::Random;
+
+/// A box-shaped body ready for nodal mechanics.
+#[derive(Debug, Clone)]
+pub struct Block {
+    /// Node positions (m), x fastest.
+    pub positions: Vec<DVec3>,
+    /// Nodal volumes (m³), a quarter of each adjacent tetrahedron.
+    pub volumes: Vec<f64>,
+    /// Area vectors `b_i` (m²): a third of each adjacent boundary triangle, outward.
+    pub boundary_vectors: Vec<DVec3>,
+    /// Positively oriented tetrahedra.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// Outward boundary triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Starts of the rows of the edge graph.
+    pub offsets: Vec<u32>,
+    /// Its neighbours, rising in each row.
+    pub indices: Vec<u32>,
+    /// `w_ij = 1 / r²` (1/m²).
+    pub weights: Vec<f64>,
+    /// `g_ij` (1/m).
+    pub gradients: Vec<DVec3>,
+    /// `g_ii = -sum_j g_ij` (1/m).
+    pub self_gradients: Vec<DVec3>,
+    /// Largest violation of `sum_i V_i g_ij = b_j` (m²) that the solve left.
+    pub residual: f64,
+}
+
+fn id(value: usize) -> u32 {
+    u32::try_from(value).expect("test bodies are small")
+}
+
+/// `a bᵀ`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+impl Block {
+    /// Box `[0, size]` of `cells`, each split into six mirrored right-angled tetrahedra. Nodes move
+    /// by up to `jitter` cell sizes per axis, boundary nodes within their faces and edges.
+    #[must_use]
+    pub fn new(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Self {
+        let positions = jittered_lattice(cells, size, jitter, seed);
+        let tetrahedra = mirrored_tetrahedra(cells);
+        Self::from_tetrahedra(positions, tetrahedra)
+    }
+
+    /// A body of any tetrahedra, with stencils solved to round-off.
+    #[must_use]
+    pub fn from_tetrahedra(positions: Vec<DVec3>, mut tetrahedra: Vec<[u32; 4]>) -> Self {
+        let n = positions.len();
+        let mut volumes = vec![0.0; n];
+        for t in &mut tetrahedra {
+            let [a, b, c, d] = t.map(|v| positions[v as usize]);
+            let mut six = (b - a).cross(c - a).dot(d - a);
+            if six < 0.0 {
+                t.swap(2, 3);
+                six = -six;
+            }
+            assert!(six > 0.0, "flat tetrahedron {t:?}");
+            for &v in t.iter() {
+                volumes[v as usize] += six / 24.0;
+            }
+        }
+        let triangles = boundary_triangles(&tetrahedra);
+        let mut boundary_vectors = vec![DVec3::ZERO; n];
+        for t in &triangles {
+            let [a, b, c] = t.map(|v| positions[v as usize]);
+            let area = (b - a).cross(c - a) / 6.0;
+            for &v in t {
+                boundary_vectors[v as usize] += area;
+            }
+        }
+        let (offsets, indices) = edge_graph(n, &tetrahedra);
+        let mut body = Self {
+            positions,
+            volumes,
+            boundary_vectors,
+            tetrahedra,
+            triangles,
+            offsets,
+            indices,
+            weights: Vec::new(),
+            gradients: Vec::new(),
+            self_gradients: Vec::new(),
+            residual: 0.0,
+        };
+        body.weights = (0..n)
+            .flat_map(|i| body.row(i).map(move |p| (i, p)).collect::<Vec<_>>())
+            .map(|(i, p)| body.offset(i, p).length_squared().recip())
+            .collect();
+        body.solve_stencils();
+        body
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Pairs of a node.
+    #[must_use]
+    pub fn row(&self, node: usize) -> std::ops::Range<usize> {
+        self.offsets[node] as usize..self.offsets[node + 1] as usize
+    }
+
+    /// `X_ij` of pair `p` in row `i`.
+    #[must_use]
+    pub fn offset(&self, i: usize, p: usize) -> DVec3 {
+        self.positions[self.indices[p] as usize] - self.positions[i]
+    }
+
+    /// Plain MLS rows `g0_ij = w_ij A_i⁻¹ X_ij` of the present weights, without conservation.
+    #[must_use]
+    pub fn plain_gradients(&self) -> Vec<DVec3> {
+        let mut g0 = vec![DVec3::ZERO; self.indices.len()];
+        for i in 0..self.node_count() {
+            let mut moment = DMat3::ZERO;
+            for p in self.row(i) {
+                let x = self.offset(i, p);
+                moment += outer(x, x) * self.weights[p];
+            }
+            let inverse = moment.inverse();
+            for p in self.row(i) {
+                g0[p] = inverse * self.offset(i, p) * self.weights[p];
+            }
+        }
+        g0
+    }
+
+    /// Replaces gradients by the plain MLS rows.
+    pub fn use_plain_gradients(&mut self) {
+        self.gradients = self.plain_gradients();
+        self.finish_gradients();
+    }
+
+    fn finish_gradients(&mut self) {
+        self.self_gradients = (0..self.node_count())
+            .map(|i| -self.row(i).map(|p| self.gradients[p]).sum::<DVec3>())
+            .collect();
+        let mut miss = self.boundary_vectors.clone();
+        for i in 0..self.node_count() {
+            miss[i] -= self.self_gradients[i] * self.volumes[i];
+            for p in self.row(i) {
+                miss[self.indices[p] as usize] -= self.gradients[p] * self.volumes[i];
+            }
+        }
+        self.residual = miss.iter().fold(0.0, |most, m| m.length().max(most));
+    }
+
+    /// `e_ij(mu) = (mu_j - mu_i) - H_i(mu) X_ij`, `H_i = sum_k (mu_k - mu_i) g0_ikᵀ`.
+    fn bracket(&self, g0: &[DVec3], mu: &[DVec3]) -> Vec<DVec3> {
+        let mut e = vec![DVec3::ZERO; g0.len()];
+        for i in 0..self.node_count() {
+            let mut h = DMat3::ZERO;
+            for p in self.row(i) {
+                h += outer(mu[self.indices[p] as usize] - mu[i], g0[p]);
+            }
+            for p in self.row(i) {
+                e[p] = mu[self.indices[p] as usize] - mu[i] - h * self.offset(i, p);
+            }
+        }
+        e
+    }
+
+    fn solve_stencils(&mut self) {
+        let n = self.node_count();
+        let g0 = self.plain_gradients();
+        self.gradients.clone_from(&g0);
+        self.finish_gradients();
+        let mut residual = self.boundary_vectors.clone();
+        for i in 0..n {
+            for p in self.row(i) {
+                let j = self.indices[p] as usize;
+                residual[j] -= g0[p] * self.volumes[i];
+                residual[i] += g0[p] * self.volumes[i];
+            }
+        }
+        let apply = |mu: &[DVec3]| {
+            let e = self.bracket(&g0, mu);
+            let mut y = vec![DVec3::ZERO; n];
+            for i in 0..n {
+                for p in self.row(i) {
+                    let c = e[p] * (self.volumes[i] * self.volumes[i] * self.weights[p]);
+                    y[self.indices[p] as usize] += c;
+                    y[i] -= c;
+                }
+            }
+            y
+        };
+        let mut diagonal = vec![0.0; n];
+        for i in 0..n {
+            for p in self.row(i) {
+                let c = self.volumes[i] * self.volumes[i] * self.weights[p];
+                diagonal[i] += c;
+                diagonal[self.indices[p] as usize] += c;
+            }
+        }
+        let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+        let precondition =
+            |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(&diagonal).map(|(r, d)| *r / *d).collect() };
+        let mut mu = vec![DVec3::ZERO; n];
+        let mut z = precondition(&residual);
+        let mut direction = z.clone();
+        let mut rz = dot(&residual, &z);
+        let stop = rz * 1e-30;
+        for _ in 0..10 * n {
+            if rz <= stop {
+                break;
+            }
+            let k = apply(&direction);
+            let step = rz / dot(&direction, &k);
+            for i in 0..n {
+                mu[i] += direction[i] * step;
+                residual[i] -= k[i] * step;
+            }
+            z = precondition(&residual);
+            let next = dot(&residual, &z);
+            for i in 0..n {
+                direction[i] = z[i] + direction[i] * (next / rz);
+            }
+            rz = next;
+        }
+        let e = self.bracket(&g0, &mu);
+        for i in 0..n {
+            for p in self.row(i) {
+                self.gradients[p] = g0[p] + e[p] * (self.volumes[i] * self.weights[p]);
+            }
+        }
+        self.finish_gradients();
+    }
+}
+
+/// Lattice of `cells + 1` nodes per axis, `jitter` in cell sizes, faces kept flat.
+#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
+fn jittered_lattice(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = Random::new(seed);
+    let step = DVec3::new(
+        size.x / cells[0] as f64,
+        size.y / cells[1] as f64,
+        size.z / cells[2] as f64,
+    );
+    let mut positions = Vec::new();
+    for k in 0..=cells[2] {
+        for j in 0..=cells[1] {
+            for i in 0..=cells[0] {
+                let mut at = DVec3::new(i as f64, j as f64, k as f64);
+                let shift = random.vector(jitter);
+                for (axis, index) in [i, j, k].into_iter().enumerate() {
+                    if index > 0 && index < cells[axis] {
+                        at[axis] += shift[axis];
+                    }
+                }
+                positions.push(at * step);
+            }
+        }
+    }
+    positions
+}
+
+/// Six tetrahedra per cell round a diagonal that is mirrored from cell to cell.
+fn mirrored_tetrahedra(cells: [usize; 3]) -> Vec<[u32; 4]> {
+    let mut tetrahedra = Vec::new();
+    let orders = [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    let node = |at: [usize; 3]| id(at[0] + (cells[0] + 1) * (at[1] + (cells[1] + 1) * at[2]));
+    for k in 0..cells[2] {
+        for j in 0..cells[1] {
+            for i in 0..cells[0] {
+                let cell = [i, j, k];
+                let low = cell.map(|c| c + c % 2);
+                let high = cell.map(|c| c + 1 - c % 2);
+                for order in orders {
+                    let mut at = low;
+                    let mut t = [node(at); 4];
+                    for (corner, axis) in order.into_iter().enumerate() {
+                        at[axis] = high[axis];
+                        t[corner + 1] = node(at);
+                    }
+                    tetrahedra.push(t);
+                }
+            }
+        }
+    }
+    tetrahedra
+}
+
+/// Faces that belong to one tetrahedron only, outward.
+fn boundary_triangles(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let mut faces = Vec::new();
+    for &[a, b, c, d] in tetrahedra {
+        for face in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]] {
+            let mut key = face;
+            key.sort_unstable();
+            faces.push((key, face));
+        }
+    }
+    faces.sort_unstable();
+    let alone = |k: usize| {
+        (k == 0 || faces[k - 1].0 != faces[k].0)
+            && (k + 1 == faces.len() || faces[k + 1].0 != faces[k].0)
+    };
+    (0..faces.len())
+        .filter(|&k| alone(k))
+        .map(|k| faces[k].1)
+        .collect()
+}
+
+/// Symmetric graph of the tetrahedra's edges.
+fn edge_graph(node_count: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
+    let mut edges = Vec::new();
+    for t in tetrahedra {
+        for &a in t {
+            edges.extend(t.iter().filter(|&&b| b != a).map(|&b| (a, b)));
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    let mut offsets = vec![0_u32; node_count + 1];
+    for &(a, _) in &edges {
+        offsets[a as usize + 1] += 1;
+    }
+    for i in 0..node_count {
+        offsets[i + 1] += offsets[i];
+    }
+    (offsets, edges.into_iter().map(|(_, b)| b).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stencils_satisfy_both_conditions() {
+        let size = DVec3::new(1.0, 0.7, 0.4);
+        let block = Block::new([5, 4, 3], size, 0.25, 3);
+        let total: f64 = block.volumes.iter().sum();
+        assert!((total - 0.28).abs() < 1e-14, "volume {total}");
+        assert!(block.residual < 1e-13, "residual {}", block.residual);
+        for i in 0..block.node_count() {
+            let m = block
+                .row(i)
+                .map(|p| outer(block.offset(i, p), block.gradients[p]))
+                .fold(DMat3::ZERO, |a, b| a + b);
+            assert!(m.abs_diff_eq(DMat3::IDENTITY, 1e-12), "row {i}: {m}");
+        }
+    }
+}
