@@ -8,5 +8,6 @@
 pub mod block;
 pub mod cloud;
 pub mod derivative;
+pub mod kuhn;
 pub mod strategies;
 pub mod tol;

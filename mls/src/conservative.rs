@@ -1,0 +1,408 @@
+//! Gradient stencils that are conservative and consistent at once.
+//!
+//! With `X_ij = X_j − X_i`, weights `w_ij` and volumes `V_i` the moving-least-squares stencil is
+//! `g0_ij = w_ij A_i⁻¹ X_ij`, `A_i = Σ_j w_ij X_ij X_ijᵀ` (Aras 2014, eqs. (25)–(27)). It is
+//! consistent (`Σ_j X_ij g0_ijᵀ = I`) but not conservative. Minimising `Σ |g − g0|² / w` under
+//! consistency and `Σ_i V_i g_ij = b_j` (self terms included) gives
+//!
+//! `g_ij = g0_ij + V_i w_ij e_ij(μ)`, `e_ij(μ) = (μ_j − μ_i) − H_i X_ij`,
+//! `H_i = Σ_k (μ_k − μ_i) g0_ikᵀ`,
+//!
+//! with μ from one symmetric positive semidefinite system per cloud, see [`solve`].
+
+mod solve;
+mod stroke;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use crate::error::StencilError;
+use crate::neighborhoods::Neighborhoods;
+use crate::parallel::ROWS_PER_TASK;
+use crate::symmetric::{SymmetricEigen, outer};
+pub use stroke::{StrokeReport, normal_projector};
+
+/// How the stencils are built.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConservativeSettings {
+    /// Eigenvalues of a moment matrix below `rank_tolerance · λ_max` count as zero.
+    pub rank_tolerance: f64,
+    /// The solve ends when `|Σ_i V_i g_ij − b_j|` is below `tolerance` times the largest `|b_j|`
+    /// for every node.
+    pub tolerance: f64,
+    /// Most iterations of one solve.
+    pub iteration_limit: usize,
+    /// Pieces with fewer nodes than this are left out of [`ConservativeStencils::finish_stroke`].
+    pub smallest_piece: usize,
+}
+
+impl Default for ConservativeSettings {
+    /// Rank tolerance 1e-3, tolerance 1e-11, 5,000 iterations, pieces from 30 nodes.
+    fn default() -> Self {
+        Self {
+            rank_tolerance: 1e-3,
+            tolerance: 1e-11,
+            iteration_limit: 5000,
+            smallest_piece: 30,
+        }
+    }
+}
+
+/// What the neighbours of a node span.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StencilRank {
+    /// Number of independent directions: 3 full, 2 coplanar, 1 collinear, 0 no usable neighbour.
+    pub rank: u8,
+    /// `λ_max / λ_min` of the moment matrix, infinite if the smallest is not positive.
+    pub condition: f64,
+    /// Rank 2: unit normal of the plane. Rank 1: unit direction of the line. Otherwise zero.
+    pub axis: DVec3,
+}
+
+/// Outcome of the solve for μ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveReport {
+    /// Iterations made.
+    pub iterations: usize,
+    /// `max_j |Σ_i V_i g_ij − b_j| / max_j |b_j|` with the `b` enforced.
+    pub residual: f64,
+    /// `max_j |b_j − b_j given| / max_j |b_j|`: how far the boundary vectors had to move so that
+    /// every connected piece meets `Σ b = 0` and `Σ b ⊗ X = Σ V I` as far as its stencils can.
+    pub boundary_shift: f64,
+    /// Whether the residual reached the tolerance.
+    pub converged: bool,
+}
+
+/// Conservative and consistent gradient stencils at the nodes of a symmetric neighbourhood.
+///
+/// The gradient of a nodal field is `∇u_i = Σ_j (u_j − u_i) ⊗ g_ij = u_i ⊗ g_ii + Σ_j u_j ⊗ g_ij`.
+/// Arrays on pairs follow the pairs of the [`Neighborhoods`] that built them. They are read freely;
+/// changing them by hand breaks what [`ConservativeStencils::update_rows`] relies on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConservativeStencils {
+    /// `g_ij` (1/m), shape `(pairs)`.
+    pub pair_gradients: Vec<DVec3>,
+    /// `g_ii = −Σ_j g_ij` (1/m), shape `(n)`.
+    pub self_gradients: Vec<DVec3>,
+    /// Current weights `w_ij = f_ij · w0_ij`, shape `(pairs)`.
+    pub weights: Vec<f64>,
+    /// `A_i⁻¹`, truncated where the rank is below 3, shape `(n)`.
+    pub moment_inverses: Vec<DMat3>,
+    /// Rank, condition and axis of every node, shape `(n)`.
+    pub ranks: Vec<StencilRank>,
+    /// `μ_i` (1/m⁴ times the unit of 1/w), shape `(n)`.
+    pub multipliers: Vec<DVec3>,
+    /// Boundary area vectors enforced by the last solve (m²), shape `(n)`.
+    pub boundary_vectors: Vec<DVec3>,
+    /// Nodal volumes (m³), shape `(n)`, as given.
+    pub volumes: Vec<f64>,
+    /// Outcome of the set-up solve, or of the last finished stroke.
+    pub report: SolveReport,
+    base_weights: Vec<f64>,
+    reverse: Vec<u32>,
+    settings: ConservativeSettings,
+}
+
+/// One row before it is stored.
+struct Row {
+    moment_inverse: DMat3,
+    rank: StencilRank,
+    self_gradient: DVec3,
+}
+
+impl ConservativeStencils {
+    /// Builds the stencils of a cloud: moment matrices, then one matrix-free solve.
+    ///
+    /// # Arguments
+    /// * `positions` -- rest positions X (m), shape `(n)`.
+    /// * `volumes` -- nodal volumes V (m³), shape `(n)`, positive.
+    /// * `boundary_vectors` -- boundary area vectors b (m²), shape `(n)`, outward; zero inside.
+    ///   A closed surface gives `Σ b = 0` and `Σ b ⊗ X = (Σ V) I`, which is what a solution needs;
+    ///   what is missing is spread evenly and reported as [`SolveReport::boundary_shift`].
+    /// * `neighborhoods` -- symmetric graph.
+    /// * `weights` -- `w_ij ≥ 0`, shape `(pairs)`; [`crate::inverse_square_weights`] for graphs.
+    ///
+    /// # Errors
+    /// [`StencilError`] naming the first bad position, volume, boundary vector, weight, or pair
+    /// without counterpart.
+    ///
+    /// # Panics
+    /// If a slice does not have its stated length.
+    ///
+    /// # Numerics
+    /// Linear fields are exact to about `condition · ε` on rows of rank 3. Rows of lower rank keep
+    /// `g0` on their span (see [`crate::deformation_gradient`] for the rest) and take no part in
+    /// the correction. A solve that stops short is no error: read [`SolveReport::converged`].
+    /// The result does not depend on the number of threads.
+    pub fn new(
+        positions: &[DVec3],
+        volumes: &[f64],
+        boundary_vectors: &[DVec3],
+        neighborhoods: &Neighborhoods,
+        weights: Vec<f64>,
+        settings: &ConservativeSettings,
+    ) -> Result<Self, StencilError> {
+        let count = neighborhoods.node_count();
+        let pairs = neighborhoods.pair_count();
+        assert_eq!(positions.len(), count, "one position per node");
+        assert_eq!(volumes.len(), count, "one volume per node");
+        assert_eq!(
+            boundary_vectors.len(),
+            count,
+            "one boundary vector per node"
+        );
+        assert_eq!(weights.len(), pairs, "one weight per pair");
+        validate(positions, volumes, boundary_vectors, &weights)?;
+        let mut stencils = Self {
+            pair_gradients: vec![DVec3::ZERO; pairs],
+            self_gradients: vec![DVec3::ZERO; count],
+            base_weights: weights.clone(),
+            weights,
+            moment_inverses: vec![DMat3::ZERO; count],
+            ranks: vec![NO_RANK; count],
+            multipliers: vec![DVec3::ZERO; count],
+            boundary_vectors: boundary_vectors.to_vec(),
+            volumes: volumes.to_vec(),
+            report: SolveReport {
+                iterations: 0,
+                residual: 0.0,
+                boundary_shift: 0.0,
+                converged: true,
+            },
+            reverse: neighborhoods.reverse_pairs()?,
+            settings: *settings,
+        };
+        stencils.rebuild_all(positions, neighborhoods);
+        let everywhere: Vec<bool> = vec![true; count];
+        let smallest = 0;
+        stencils.enforce(positions, neighborhoods, &everywhere, smallest);
+        Ok(stencils)
+    }
+
+    /// For every pair the position of its counterpart, shape `(pairs)`.
+    #[must_use]
+    pub fn reverse_pairs(&self) -> &[u32] {
+        &self.reverse
+    }
+
+    /// Takes new pair factors in and rebuilds the touched rows, and only those: weights
+    /// `f_ij · w0_ij`, moment matrix, rank, `g0`, and the correction with the μ of before.
+    ///
+    /// No solve, and `b` stays: solving again with the old `b` would glue the cut shut. The time is
+    /// proportional to the pairs of the touched rows.
+    ///
+    /// # Arguments
+    /// * `factors` -- `f_ij` in 0..=1, shape `(pairs)`, 1 uncut, 0 severed.
+    /// * `touched` -- every node with a changed factor in its row; repeats do no harm.
+    ///
+    /// # Errors
+    /// [`StencilError::Weight`] if a factor of a touched row is negative or not finite; rows before
+    /// it are then rebuilt already, the others are as before.
+    ///
+    /// # Panics
+    /// If a slice does not have its stated length or a touched node is out of range.
+    pub fn update_rows(
+        &mut self,
+        positions: &[DVec3],
+        neighborhoods: &Neighborhoods,
+        factors: &[f64],
+        touched: &[u32],
+    ) -> Result<(), StencilError> {
+        assert_eq!(positions.len(), self.volumes.len(), "one position per node");
+        assert_eq!(factors.len(), self.weights.len(), "one factor per pair");
+        assert_eq!(
+            neighborhoods.pair_count(),
+            self.weights.len(),
+            "the graph of the set-up"
+        );
+        for &node in touched {
+            let node = node as usize;
+            let pairs = neighborhoods.pairs(node);
+            for pair in pairs.clone() {
+                let value = factors[pair] * self.base_weights[pair];
+                if !(value >= 0.0 && value.is_finite()) {
+                    return Err(StencilError::Weight { pair, value });
+                }
+                self.weights[pair] = value;
+            }
+            let frame = RowFrame {
+                positions,
+                neighborhoods,
+                settings: &self.settings,
+            };
+            let row = frame.build(
+                node,
+                &self.weights[pairs.clone()],
+                self.volumes[node],
+                &self.multipliers,
+                &mut self.pair_gradients[pairs],
+            );
+            self.store(node, row);
+        }
+        Ok(())
+    }
+
+    /// Writes one row's node data.
+    fn store(&mut self, node: usize, row: Row) {
+        self.moment_inverses[node] = row.moment_inverse;
+        self.ranks[node] = row.rank;
+        self.self_gradients[node] = row.self_gradient;
+    }
+
+    /// Rebuilds every row with the weights and μ at hand, in parallel.
+    fn rebuild_all(&mut self, positions: &[DVec3], neighborhoods: &Neighborhoods) {
+        let frame = RowFrame {
+            positions,
+            neighborhoods,
+            settings: &self.settings,
+        };
+        let weights = &self.weights;
+        let volumes = &self.volumes;
+        let multipliers = &self.multipliers;
+        let tasks = split_rows(neighborhoods, &mut self.pair_gradients);
+        let built: Vec<Vec<Row>> = tasks
+            .into_par_iter()
+            .map(|(nodes, out)| {
+                let first = neighborhoods.pairs(nodes.start).start;
+                let mut rows = Vec::with_capacity(nodes.len());
+                for node in nodes {
+                    let pairs = neighborhoods.pairs(node);
+                    let slots = &mut out[pairs.start - first..pairs.end - first];
+                    rows.push(frame.build(
+                        node,
+                        &weights[pairs],
+                        volumes[node],
+                        multipliers,
+                        slots,
+                    ));
+                }
+                rows
+            })
+            .collect();
+        for (node, row) in built.into_iter().flatten().enumerate() {
+            self.store(node, row);
+        }
+    }
+}
+
+const NO_RANK: StencilRank = StencilRank {
+    rank: 0,
+    condition: f64::INFINITY,
+    axis: DVec3::ZERO,
+};
+
+/// Splits the slots of all pairs into blocks of whole rows.
+fn split_rows<'a, T>(
+    neighborhoods: &Neighborhoods,
+    mut slots: &'a mut [T],
+) -> Vec<(Range<usize>, &'a mut [T])> {
+    let count = neighborhoods.node_count();
+    let mut tasks = Vec::with_capacity(count.div_ceil(ROWS_PER_TASK));
+    for first in (0..count).step_by(ROWS_PER_TASK) {
+        let last = (first + ROWS_PER_TASK).min(count);
+        let pairs = neighborhoods.pairs(last - 1).end - neighborhoods.pairs(first).start;
+        let (head, tail) = slots.split_at_mut(pairs);
+        tasks.push((first..last, head));
+        slots = tail;
+    }
+    tasks
+}
+
+/// What a row is built from.
+struct RowFrame<'a> {
+    positions: &'a [DVec3],
+    neighborhoods: &'a Neighborhoods,
+    settings: &'a ConservativeSettings,
+}
+
+impl RowFrame<'_> {
+    /// Builds `g_ij` of one row into `out` (shape: pairs of the row).
+    fn build(
+        &self,
+        node: usize,
+        weights: &[f64],
+        volume: f64,
+        multipliers: &[DVec3],
+        out: &mut [DVec3],
+    ) -> Row {
+        let at = self.positions[node];
+        let row = self.neighborhoods.row(node);
+        let mut moment = DMat3::ZERO;
+        let mut tensor = DMat3::ZERO;
+        for (&j, &w) in row.iter().zip(weights) {
+            let x = self.positions[j as usize] - at;
+            let wx = x * w;
+            moment += outer(wx, x);
+            tensor += outer(multipliers[j as usize] - multipliers[node], wx);
+        }
+        let (moment_inverse, rank) = invert_moment(&moment, self.settings.rank_tolerance);
+        let corrected = rank.rank == 3;
+        let h = tensor * moment_inverse;
+        let mut self_gradient = DVec3::ZERO;
+        for ((&j, &w), g) in row.iter().zip(weights).zip(out) {
+            let x = self.positions[j as usize] - at;
+            let mut value = moment_inverse * (x * w);
+            if corrected {
+                let e = multipliers[j as usize] - multipliers[node] - h * x;
+                value += e * (volume * w);
+            }
+            *g = value;
+            self_gradient -= value;
+        }
+        Row {
+            moment_inverse,
+            rank,
+            self_gradient,
+        }
+    }
+}
+
+/// Truncated inverse of a moment matrix with its rank, condition and axis.
+fn invert_moment(moment: &DMat3, tolerance: f64) -> (DMat3, StencilRank) {
+    let eigen = SymmetricEigen::new(moment);
+    let rank = eigen.rank(tolerance);
+    let (count, axis) = match rank {
+        3 => (3, DVec3::ZERO),
+        2 => (2, eigen.vectors[2]),
+        1 => (1, eigen.vectors[0]),
+        _ => (0, DVec3::ZERO),
+    };
+    let quality = StencilRank {
+        rank: count,
+        condition: eigen.condition(),
+        axis,
+    };
+    (eigen.truncated_inverse(rank), quality)
+}
+
+/// Refuses data that are not finite.
+fn validate(
+    positions: &[DVec3],
+    volumes: &[f64],
+    boundary_vectors: &[DVec3],
+    weights: &[f64],
+) -> Result<(), StencilError> {
+    if let Some(node) = positions.iter().position(|x| !x.is_finite()) {
+        return Err(StencilError::Position { node });
+    }
+    if let Some(node) = volumes.iter().position(|&v| !(v > 0.0 && v.is_finite())) {
+        return Err(StencilError::Volume {
+            node,
+            value: volumes[node],
+        });
+    }
+    if let Some(node) = boundary_vectors.iter().position(|b| !b.is_finite()) {
+        return Err(StencilError::BoundaryVector { node });
+    }
+    if let Some(pair) = weights.iter().position(|&w| !(w >= 0.0 && w.is_finite())) {
+        return Err(StencilError::Weight {
+            pair,
+            value: weights[pair],
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,102 @@
+//! Restoring the conservation constraint on the faces of a finished cut.
+
+use glam::{DMat3, DVec3};
+
+use super::{ConservativeStencils, SolveReport};
+use crate::neighborhoods::Neighborhoods;
+use crate::symmetric::{SymmetricEigen, outer};
+
+/// Share of the largest eigenvalue from which a direction counts as spanned by cut normals; two
+/// normals 10° apart span a plane, numerical noise does not.
+const SPAN_TOLERANCE: f64 = 1e-3;
+
+/// Outcome of [`ConservativeStencils::finish_stroke`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrokeReport {
+    /// Nodes whose boundary vector was moved along the cut's normals.
+    pub moved: usize,
+    /// The solve that followed.
+    pub solve: SolveReport,
+}
+
+impl ConservativeStencils {
+    /// Restores `Σ_i V_i g_ij = b_j` after a cut, with new boundary vectors on the cut faces.
+    ///
+    /// [`ConservativeStencils::update_rows`] leaves `c_j = Σ_i V_i g_ij` different from `b_j` along
+    /// the cut: the difference is the area of the new face as the stencils see it, plus an error.
+    /// Here `b_j += N_j (c_j − b_j)`, where `N_j` projects on the span of the normals of the cut
+    /// faces near node j; each piece's remainder is made attainable, and μ is solved for from where
+    /// it stands. Uniform stress parallel to the cut is then exact again.
+    ///
+    /// Meant for the end of a stroke, not for every update. Keep a clone and go back to it if the
+    /// largest eigenvalue or the elastic energy rises by it.
+    ///
+    /// # Arguments
+    /// * `nodes` -- nodes of pairs that the cut crosses and their neighbours.
+    /// * `projectors` -- `N_j`, shape of `nodes`; see [`normal_projector`].
+    ///
+    /// # Panics
+    /// If slices do not have their stated lengths or a node is out of range.
+    ///
+    /// # Numerics
+    /// Pieces with fewer nodes than the settings' `smallest_piece` keep their stencils: small debris
+    /// has no stable solution. A through cut of irregular nodes stays inexact by a few per cent near
+    /// the cut, because volumes are not clipped.
+    pub fn finish_stroke(
+        &mut self,
+        positions: &[DVec3],
+        neighborhoods: &Neighborhoods,
+        nodes: &[u32],
+        projectors: &[DMat3],
+    ) -> StrokeReport {
+        assert_eq!(positions.len(), self.volumes.len(), "one position per node");
+        assert_eq!(
+            neighborhoods.pair_count(),
+            self.weights.len(),
+            "the graph of the set-up"
+        );
+        assert_eq!(nodes.len(), projectors.len(), "one projector per node");
+        let defect = self.defect(neighborhoods);
+        let scale = self
+            .boundary_vectors
+            .iter()
+            .fold(0.0_f64, |most, b| most.max(b.length()));
+        let mut spread = vec![false; positions.len()];
+        let mut moved = 0;
+        for (&node, projector) in nodes.iter().zip(projectors) {
+            let j = node as usize;
+            if spread[j] || defect[j].length() <= self.settings.tolerance * scale {
+                continue;
+            }
+            // c − b is minus the defect.
+            self.boundary_vectors[j] -= *projector * defect[j];
+            spread[j] = true;
+            moved += 1;
+        }
+        let smallest = self.settings.smallest_piece;
+        self.enforce(positions, neighborhoods, &spread, smallest);
+        StrokeReport {
+            moved,
+            solve: self.report,
+        }
+    }
+}
+
+/// Projector `N` on the span of some normals (any length, any sign); zero for none.
+///
+/// Directions that the normals contain only weakly (their share below 1e-3 of the strongest) do not
+/// count.
+#[must_use]
+pub fn normal_projector(normals: &[DVec3]) -> DMat3 {
+    let mut sum = DMat3::ZERO;
+    for normal in normals {
+        let unit = normal.normalize_or_zero();
+        sum += outer(unit, unit);
+    }
+    let eigen = SymmetricEigen::new(&sum);
+    let mut projector = DMat3::ZERO;
+    for k in 0..eigen.rank(SPAN_TOLERANCE) {
+        projector += outer(eigen.vectors[k], eigen.vectors[k]);
+    }
+    projector
+}

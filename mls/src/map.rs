@@ -1,0 +1,128 @@
+//! From world points back to material points, and forth.
+//!
+//! A deformed body carries a material point X to `x(X) = X + u(X)`,
+//! `u(X) = Σ_i w_i(X) (u_i + (F_i − I)(X − X_i)) / Σ_i w_i(X)`, `w_i(X) = w(|X − X_i| / h_i)`
+//! (Aras 2014, eqs. (60)–(61)). The inverse has the unknown X inside the weights, so the text's
+//! one-shot solution (eq. (62)) is only a first guess: here Newton's method is run on
+//! `X + u(X) − x = 0` to convergence.
+
+mod frame;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+
+use crate::error::{CloudError, MapError};
+use crate::kernel::Kernel;
+use crate::neighborhoods::Neighborhoods;
+use crate::search::{PointTree, positive};
+pub use frame::{MapFrame, MapKind, MaterialPoint};
+
+/// How [`MapFrame::to_material`] searches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapSettings {
+    /// Weight function of the support.
+    pub kernel: Kernel,
+    /// Newton stops when a step is below `tolerance` times the support radius of the start node.
+    pub tolerance: f64,
+    /// Most Newton steps before the fallback.
+    pub iteration_limit: usize,
+    /// Number of nodes in the fallback's average.
+    pub fallback_nodes: usize,
+}
+
+impl Default for MapSettings {
+    /// Polynomial kernel, tolerance 1e-12, 12 steps, 16 nodes in the fallback.
+    fn default() -> Self {
+        Self {
+            kernel: Kernel::Polynomial,
+            tolerance: 1e-12,
+            iteration_limit: 12,
+            fallback_nodes: 16,
+        }
+    }
+}
+
+/// The part of the map that does not move: rest positions, supports and who is connected to whom.
+///
+/// Only nodes that the start node reaches without leaving the neighbourhood and over pairs that are
+/// not severed take part in an answer, so the two flanks of an open cut do not mix.
+#[derive(Debug, Clone)]
+pub struct MaterialMap {
+    rest_positions: Vec<DVec3>,
+    support_radii: Vec<f64>,
+    largest_radius: f64,
+    neighborhoods: Neighborhoods,
+    severed: Vec<bool>,
+    tree: PointTree,
+    settings: MapSettings,
+}
+
+impl MaterialMap {
+    /// Prepares the map of an uncut cloud.
+    ///
+    /// # Arguments
+    /// * `rest_positions` -- X (m), shape `(n)`.
+    /// * `support_radii` -- h (m), shape `(n)`, positive. About twice the mean distance to the
+    ///   neighbours ([`crate::mean_neighbor_distance`]) covers the body well.
+    /// * `neighborhoods` -- who is connected to whom.
+    ///
+    /// # Errors
+    /// [`MapError`] for an empty cloud, a position that is not finite, or a radius that is not
+    /// positive.
+    ///
+    /// # Panics
+    /// If the slices are not `n` long.
+    pub fn new(
+        rest_positions: &[DVec3],
+        support_radii: &[f64],
+        neighborhoods: &Neighborhoods,
+        settings: &MapSettings,
+    ) -> Result<Self, MapError> {
+        assert_eq!(
+            rest_positions.len(),
+            neighborhoods.node_count(),
+            "one position per node"
+        );
+        assert_eq!(
+            support_radii.len(),
+            neighborhoods.node_count(),
+            "one radius per node"
+        );
+        if rest_positions.is_empty() {
+            return Err(MapError::Empty);
+        }
+        let mut largest_radius: f64 = 0.0;
+        for &radius in support_radii {
+            positive("a support radius", radius)?;
+            largest_radius = largest_radius.max(radius);
+        }
+        if settings.fallback_nodes == 0 {
+            return Err(CloudError::NoNeighbors.into());
+        }
+        Ok(Self {
+            rest_positions: rest_positions.to_vec(),
+            support_radii: support_radii.to_vec(),
+            largest_radius,
+            neighborhoods: neighborhoods.clone(),
+            severed: vec![false; neighborhoods.pair_count()],
+            tree: PointTree::new(rest_positions)?,
+            settings: *settings,
+        })
+    }
+
+    /// Takes pair factors in: a pair with factor 0 no longer connects.
+    ///
+    /// Only the rows of `touched` are read.
+    ///
+    /// # Panics
+    /// If `factors` is not `(pairs)` long or a touched node is out of range.
+    pub fn update_rows(&mut self, factors: &[f64], touched: &[u32]) {
+        assert_eq!(factors.len(), self.severed.len(), "one factor per pair");
+        for &node in touched {
+            for pair in self.neighborhoods.pairs(node as usize) {
+                self.severed[pair] = factors[pair] <= 0.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! One deformed state of the body, ready to be asked.
+
+use glam::{DMat3, DVec3};
+
+use super::MaterialMap;
+use crate::error::MapError;
+use crate::search::PointTree;
+use crate::symmetric::outer;
+
+/// Sum of weights below which a point counts as outside all supports.
+const LEAST_WEIGHT: f64 = 1e-9;
+
+/// How a material point was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MapKind {
+    /// Newton's method converged in this many steps.
+    Newton {
+        /// Steps made.
+        iterations: usize,
+    },
+    /// Outside every support, or no convergence: affine Shepard average of the nearest connected
+    /// nodes.
+    Shepard,
+}
+
+/// Answer of [`MapFrame::to_material`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaterialPoint {
+    /// Material position X (m).
+    pub position: DVec3,
+    /// Node nearest to the asked world point, which decides the side of a cut.
+    pub start_node: u32,
+    /// How the position was found.
+    pub kind: MapKind,
+}
+
+/// A [`MaterialMap`] with the positions and deformation gradients of one instant.
+#[derive(Debug)]
+pub struct MapFrame<'a> {
+    pub(super) map: &'a MaterialMap,
+    pub(super) positions: &'a [DVec3],
+    pub(super) gradients: &'a [DMat3],
+    pub(super) tree: PointTree,
+}
+
+/// Value, weight and Jacobian of the forward map at one material point.
+pub(super) struct Forward {
+    pub(super) position: DVec3,
+    pub(super) jacobian: DMat3,
+}
+
+impl MaterialMap {
+    /// Takes the state of one instant; builds a search tree over the current positions.
+    ///
+    /// # Arguments
+    /// * `positions` -- current positions x (m), shape `(n)`.
+    /// * `deformation_gradients` -- `F_i = I + ∇u_i`, shape `(n)`.
+    ///
+    /// # Errors
+    /// [`MapError`] for positions or gradients that are not finite.
+    ///
+    /// # Panics
+    /// If the slices are not `n` long.
+    pub fn frame<'a>(
+        &'a self,
+        positions: &'a [DVec3],
+        deformation_gradients: &'a [DMat3],
+    ) -> Result<MapFrame<'a>, MapError> {
+        let count = self.rest_positions.len();
+        assert_eq!(positions.len(), count, "one position per node");
+        assert_eq!(
+            deformation_gradients.len(),
+            count,
+            "one deformation gradient per node"
+        );
+        if let Some(node) = deformation_gradients.iter().position(|f| !f.is_finite()) {
+            return Err(MapError::DeformationGradient { node });
+        }
+        let tree = PointTree::new(positions)?;
+        Ok(MapFrame {
+            map: self,
+            positions,
+            gradients: deformation_gradients,
+            tree,
+        })
+    }
+}
+
+impl MapFrame<'_> {
+    /// Node nearest to a world point, the one of lower index at equal distance.
+    #[must_use]
+    pub fn nearest_node(&self, world: DVec3) -> u32 {
+        let mut buffer = Vec::with_capacity(2);
+        self.tree.nearest_into(world, 1, None, &mut buffer);
+        buffer[0].1
+    }
+
+    /// Material point of a world point (m): Newton's method on
+    /// `X + u(X) − x = 0` from `X_i + F_i⁻¹ (x − x_i)` at the nearest node i.
+    ///
+    /// Outside all supports, or if Newton does not converge, the affine Shepard average
+    /// `Σ d_i⁻⁴ (X_i + F_i⁻¹ (x − x_i)) / Σ d_i⁻⁴`, `d_i = |x − x_i|`, over the nearest nodes that
+    /// are connected to the start node: exact for affine motion, unlike Aras 2014, eq. (63), whose
+    /// weights grow with the distance. The two answers do not join continuously.
+    ///
+    /// # Panics
+    /// If `world` is not finite.
+    #[must_use]
+    pub fn to_material(&self, world: DVec3) -> MaterialPoint {
+        assert!(world.is_finite(), "the asked world point must be finite");
+        let start = self.nearest_node(world);
+        match self.newton(world, start) {
+            Some((position, iterations)) => MaterialPoint {
+                position,
+                start_node: start,
+                kind: MapKind::Newton { iterations },
+            },
+            None => MaterialPoint {
+                position: self.shepard(world, start),
+                start_node: start,
+                kind: MapKind::Shepard,
+            },
+        }
+    }
+
+    /// World position (m) of a material point, seen from the side of `start_node`; `None` outside
+    /// the supports of the nodes connected to it.
+    ///
+    /// # Panics
+    /// If `start_node` is out of range or `material` is not finite.
+    #[must_use]
+    pub fn to_world(&self, material: DVec3, start_node: u32) -> Option<DVec3> {
+        assert!(
+            material.is_finite(),
+            "the asked material point must be finite"
+        );
+        let candidates = self.connected(material, start_node);
+        Some(self.forward(material, &candidates)?.position)
+    }
+
+    /// Nodes whose supports hold `material` and that the start node reaches over pairs that are not
+    /// severed, inside a ball that holds all of them. Rising.
+    pub(super) fn connected(&self, material: DVec3, start: u32) -> Vec<u32> {
+        let map = self.map;
+        let mut candidates: Vec<u32> = map.tree.within(material, map.largest_radius).collect();
+        candidates.sort_unstable();
+        let covers = |&node: &u32| {
+            let h = map.support_radii[node as usize];
+            (material - map.rest_positions[node as usize]).length_squared() < h * h
+        };
+        let begin = map.rest_positions[start as usize];
+        let reach = map.largest_radius.max((begin - material).length());
+        let mut ball: Vec<u32> = map.tree.within(material, reach * 1.5).collect();
+        ball.sort_unstable();
+        let mut reached = vec![false; ball.len()];
+        let mut stack = Vec::with_capacity(ball.len());
+        if let Ok(place) = ball.binary_search(&start) {
+            reached[place] = true;
+            stack.push(start);
+        }
+        while let Some(node) = stack.pop() {
+            for pair in map.neighborhoods.pairs(node as usize) {
+                if map.severed[pair] {
+                    continue;
+                }
+                let next = map.neighborhoods.indices()[pair];
+                if let Ok(place) = ball.binary_search(&next)
+                    && !reached[place]
+                {
+                    reached[place] = true;
+                    stack.push(next);
+                }
+            }
+        }
+        candidates.retain(|node| {
+            covers(node) && ball.binary_search(node).is_ok_and(|place| reached[place])
+        });
+        candidates
+    }
+
+    /// Forward map and its Jacobian over some nodes; `None` if their weights vanish.
+    pub(super) fn forward(&self, material: DVec3, nodes: &[u32]) -> Option<Forward> {
+        let map = self.map;
+        let mut weight = 0.0;
+        let mut weight_gradient = DVec3::ZERO;
+        let mut displacement = DVec3::ZERO;
+        let mut gradient = DMat3::ZERO;
+        let mut coupling = DMat3::ZERO;
+        for &node in nodes {
+            let i = node as usize;
+            let h = map.support_radii[i];
+            let from = material - map.rest_positions[i];
+            let r = from.length();
+            let w = map.settings.kernel.value(r / h);
+            if !w.is_finite() {
+                // On the node of a singular weight that node alone speaks.
+                return Some(Forward {
+                    position: self.positions[i],
+                    jacobian: self.gradients[i],
+                });
+            }
+            let slope = if r > 0.0 {
+                map.settings.kernel.derivative(r / h) / (h * r)
+            } else {
+                0.0
+            };
+            let stretch = self.gradients[i] - DMat3::IDENTITY;
+            let u = self.positions[i] - map.rest_positions[i] + stretch * from;
+            weight += w;
+            weight_gradient += from * slope;
+            displacement += u * w;
+            gradient += stretch * w;
+            coupling += outer(u, from * slope);
+        }
+        if weight < LEAST_WEIGHT || weight.is_nan() {
+            return None;
+        }
+        let u = displacement / weight;
+        let slope = (gradient + coupling - outer(u, weight_gradient)) * weight.recip();
+        Some(Forward {
+            position: material + u,
+            jacobian: DMat3::IDENTITY + slope,
+        })
+    }
+
+    /// Newton's method with step halving; `None` if it does not converge.
+    fn newton(&self, world: DVec3, start: u32) -> Option<(DVec3, usize)> {
+        let map = self.map;
+        let bound = map.settings.tolerance * map.support_radii[start as usize];
+        let mut material = self.affine(world, start)?;
+        let mut forward = self.forward(material, &self.connected(material, start))?;
+        for iterations in 1..=map.settings.iteration_limit {
+            let residual = forward.position - world;
+            let step = invert(&forward.jacobian)? * residual;
+            let mut share = 1.0;
+            let next = loop {
+                let trial = material - step * share;
+                let found = self.forward(trial, &self.connected(trial, start));
+                let better = found.filter(|f| {
+                    let left = (f.position - world).length();
+                    left <= residual.length() || step.length() * share <= bound
+                });
+                if let Some(found) = better {
+                    break (trial, found);
+                }
+                share *= 0.5;
+                if share < 0.05 {
+                    return None;
+                }
+            };
+            material = next.0;
+            forward = next.1;
+            // Newton doubles the digits: what is left after a step s is of order |s|²/h, so a step
+            // below the square root of the tolerance was the last one needed.
+            let step = (step * share).length();
+            let h = map.support_radii[start as usize];
+            let left = (forward.position - world).length();
+            if step <= bound || (share > 0.9 && step * step <= bound * h && left <= bound) {
+                return Some((material, iterations));
+            }
+        }
+        None
+    }
+
+    /// `X_i + F_i⁻¹ (x − x_i)`, `None` if F is singular.
+    pub(super) fn affine(&self, world: DVec3, node: u32) -> Option<DVec3> {
+        let i = node as usize;
+        let back = invert(&self.gradients[i])? * (world - self.positions[i]);
+        Some(self.map.rest_positions[i] + back)
+    }
+
+    /// The fallback of [`MapFrame::to_material`]. Nodes whose F is singular move rigidly with their
+    /// position.
+    fn shepard(&self, world: DVec3, start: u32) -> DVec3 {
+        let start_rest = self.map.rest_positions[start as usize];
+        let connected = self.connected(start_rest, start);
+        let mut near: Vec<(f64, u32)> = connected
+            .iter()
+            .map(|&node| {
+                (
+                    (world - self.positions[node as usize]).length_squared(),
+                    node,
+                )
+            })
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.truncate(self.map.settings.fallback_nodes);
+        // Distances relative to the nearest keep d⁻⁴ in range.
+        let nearest = near.first().map_or(0.0, |first| first.0);
+        let mut weight = 0.0;
+        let mut sum = DVec3::ZERO;
+        for (squared, node) in near {
+            let i = node as usize;
+            let rigid = self.map.rest_positions[i] + world - self.positions[i];
+            let guess = self.affine(world, node).unwrap_or(rigid);
+            if nearest <= 0.0 {
+                return guess;
+            }
+            let w = (nearest / squared) * (nearest / squared);
+            weight += w;
+            sum += (guess - start_rest) * w;
+        }
+        start_rest + sum / weight
+    }
+}
+
+/// Inverse, `None` where the determinant is zero or the inverse is not finite.
+fn invert(matrix: &DMat3) -> Option<DMat3> {
+    let determinant = matrix.determinant();
+    let inverse = matrix.inverse();
+    (determinant != 0.0 && inverse.is_finite()).then_some(inverse)
+}

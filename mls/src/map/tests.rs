@@ -1,0 +1,210 @@
+use super::*;
+use crate::search::{NearestSettings, k_nearest};
+use crate::weights::mean_neighbor_distance;
+use glam::DMat3;
+use testkit::cloud;
+use testkit::derivative::directional_error;
+use testkit::tol::{assert_below, assert_within};
+
+/// The five deformations of the reference cases on the unit cube: position and gradient.
+type Motion = (&'static str, fn(DVec3) -> DVec3);
+
+const MOTIONS: [Motion; 5] = [
+    ("rotation 40 degrees and shift", |x| {
+        DMat3::from_rotation_z(40.0_f64.to_radians()) * x + DVec3::new(2.0, 0.0, 0.0)
+    }),
+    ("shear", |x| DVec3::new(x.x + 0.5 * x.y, x.y, x.z)),
+    ("bend", |x| {
+        let r = 0.7;
+        let angle = (x.z - 0.5) / r;
+        DVec3::new(
+            r - (r - (x.x - 0.5)) * angle.cos(),
+            x.y,
+            (r - (x.x - 0.5)) * angle.sin(),
+        )
+    }),
+    ("twist", |x| {
+        let turn = DMat3::from_rotation_z(2.1 * x.z);
+        turn * (x - DVec3::new(0.5, 0.5, 0.0))
+    }),
+    ("uneven stretch", |x| {
+        DVec3::new(
+            x.x + 0.3 * x.x * x.x,
+            x.y * (1.0 - 0.2 * x.x),
+            x.z + 0.1 * (3.0 * x.z).sin(),
+        )
+    }),
+];
+
+fn gradient(motion: fn(DVec3) -> DVec3, x: DVec3) -> DMat3 {
+    let h = 1e-6;
+    let along = |d: DVec3| (motion(x + d * h) - motion(x - d * h)) / (2.0 * h);
+    DMat3::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+}
+
+struct Body {
+    points: Vec<DVec3>,
+    spacing: f64,
+    map: MaterialMap,
+    graph: Neighborhoods,
+}
+
+fn body() -> Body {
+    let n = 12;
+    let spacing = 1.0 / n as f64;
+    let offset = DVec3::splat(0.5 * spacing);
+    let points: Vec<DVec3> = cloud::lattice([n; 3], spacing, 0.25, 2)
+        .iter()
+        .map(|&x| x + offset)
+        .collect();
+    let settings = NearestSettings {
+        nearest: 16,
+        scale: 1.5,
+        limit: None,
+    };
+    let graph = k_nearest(&points, &settings)
+        .unwrap()
+        .neighborhoods
+        .symmetrized()
+        .unwrap();
+    let radii: Vec<f64> = mean_neighbor_distance(&points, &graph)
+        .iter()
+        .map(|d| 1.7 * d)
+        .collect();
+    let map = MaterialMap::new(&points, &radii, &graph, &MapSettings::default()).unwrap();
+    Body {
+        points,
+        spacing,
+        map,
+        graph,
+    }
+}
+
+#[test]
+fn newton_returns_the_material_point_of_every_deformation() {
+    let body = body();
+    let mut random = cloud::Random::new(5);
+    for (name, motion) in MOTIONS {
+        let moved: Vec<DVec3> = body.points.iter().map(|&x| motion(x)).collect();
+        let gradients: Vec<DMat3> = body.points.iter().map(|&x| gradient(motion, x)).collect();
+        let frame = body.map.frame(&moved, &gradients).unwrap();
+        let mut most = 0;
+        for _ in 0..600 {
+            let material = DVec3::splat(0.5) + random.vector(0.42);
+            let mut near: Vec<(f64, u32)> = Vec::new();
+            body.map.tree.nearest_into(material, 1, None, &mut near);
+            let world = frame.to_world(material, near[0].1).unwrap();
+            let found = frame.to_material(world);
+            let MapKind::Newton { iterations } = found.kind else {
+                panic!("{name}: fallback at {material}");
+            };
+            most = most.max(iterations);
+            let error = (found.position - material).length() / body.spacing;
+            assert_below(name, error, 1e-10);
+            // And the reconstruction is the motion itself up to the order of the approximation.
+            assert_below(
+                name,
+                (world - motion(material)).length() / body.spacing,
+                0.2,
+            );
+        }
+        assert!(most <= 4, "{name} took {most} steps");
+    }
+}
+
+#[test]
+fn jacobian_is_the_derivative_of_the_forward_map() {
+    let body = body();
+    let motion = MOTIONS[3].1;
+    let moved: Vec<DVec3> = body.points.iter().map(|&x| motion(x)).collect();
+    let gradients: Vec<DMat3> = body.points.iter().map(|&x| gradient(motion, x)).collect();
+    let frame = body.map.frame(&moved, &gradients).unwrap();
+    let x = DVec3::new(0.41, 0.53, 0.47);
+    let d = DVec3::new(0.3, -0.7, 0.5);
+    let nodes = frame.connected(x, frame.nearest_node(motion(x)));
+    let slope = (frame.forward(x, &nodes).unwrap().jacobian * d).dot(DVec3::ONE);
+    let along = |t: f64| {
+        frame
+            .forward(x + d * t, &nodes)
+            .unwrap()
+            .position
+            .dot(DVec3::ONE)
+    };
+    assert_below(
+        "jacobian",
+        directional_error(along, slope, 1e-3, 1e-3),
+        1e-8,
+    );
+}
+
+#[test]
+fn affine_motion_is_exact_also_outside() {
+    let body = body();
+    let f = DMat3::from_cols_array(&[1.1, 0.1, 0.0, -0.2, 0.9, 0.3, 0.05, 0.0, 1.2]);
+    let shift = DVec3::new(0.3, -1.0, 2.0);
+    let moved: Vec<DVec3> = body.points.iter().map(|&x| f * x + shift).collect();
+    let gradients = vec![f; moved.len()];
+    let frame = body.map.frame(&moved, &gradients).unwrap();
+    let mut random = cloud::Random::new(9);
+    let mut outside = 0;
+    for _ in 0..300 {
+        let material = DVec3::splat(0.5) + random.vector(1.5);
+        let found = frame.to_material(f * material + shift);
+        outside += usize::from(found.kind == MapKind::Shepard);
+        assert_within("affine", (found.position - material).length(), 0.0, 1e-12);
+    }
+    assert!(outside > 100, "most points lie outside: {outside}");
+}
+
+#[test]
+fn flanks_of_an_open_cut_do_not_mix() {
+    let body = body();
+    let at = 0.5;
+    let side = |x: DVec3| x.x < at;
+    let mut factors = vec![1.0; body.graph.pair_count()];
+    for i in 0..body.points.len() {
+        for pair in body.graph.pairs(i) {
+            let j = body.graph.indices()[pair] as usize;
+            if side(body.points[i]) != side(body.points[j]) {
+                factors[pair] = 0.0;
+            }
+        }
+    }
+    let all: Vec<u32> = (0..u32::try_from(body.points.len()).unwrap()).collect();
+    let mut map = body.map.clone();
+    map.update_rows(&factors, &all);
+    let turn = |x: DVec3| DMat3::from_rotation_y(if side(x) { -0.25 } else { 0.25 });
+    let open =
+        |x: DVec3| turn(x) * (x - DVec3::splat(at)) + DVec3::X * if side(x) { -0.1 } else { 0.1 };
+    let moved: Vec<DVec3> = body.points.iter().map(|&x| open(x)).collect();
+    let gradients: Vec<DMat3> = body.points.iter().map(|&x| turn(x)).collect();
+    let frame = map.frame(&moved, &gradients).unwrap();
+    let mut random = cloud::Random::new(12);
+    for _ in 0..300 {
+        let material = DVec3::splat(at) + random.vector(0.4) * DVec3::new(0.2, 1.0, 1.0);
+        let found = frame.to_material(open(material));
+        assert_eq!(side(body.points[found.start_node as usize]), side(material));
+        assert_below("rigid halves", (found.position - material).length(), 1e-12);
+    }
+}
+
+#[test]
+fn bad_input_is_named() {
+    let body = body();
+    let empty = Neighborhoods::from_graph(vec![0], vec![]).unwrap();
+    assert!(matches!(
+        MaterialMap::new(&[], &[], &empty, &MapSettings::default()),
+        Err(MapError::Empty)
+    ));
+    let zero = vec![0.0; body.points.len()];
+    assert!(matches!(
+        MaterialMap::new(&body.points, &zero, &body.graph, &MapSettings::default()),
+        Err(MapError::Cloud(CloudError::NotPositive { .. }))
+    ));
+    let mut gradients = vec![DMat3::IDENTITY; body.points.len()];
+    gradients[4].x_axis.x = f64::NAN;
+    assert!(matches!(
+        body.map.frame(&body.points, &gradients),
+        Err(MapError::DeformationGradient { node: 4 })
+    ));
+}

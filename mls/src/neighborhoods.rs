@@ -1,0 +1,225 @@
+//! Which nodes see which: neighbourhoods in compressed sparse rows.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::error::GraphError;
+use crate::parallel::{ROWS_PER_TASK, to_u32};
+
+/// Neighbours of every node in compressed sparse rows.
+///
+/// `offsets` has `n + 1` entries, row `i` is `indices[offsets[i]..offsets[i + 1]]`. Every row is
+/// sorted, without repetition and without the node itself. A *pair* is a position in `indices`;
+/// data on pairs are plain slices of that length. A symmetric graph holds `(i, j)` and `(j, i)`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Neighborhoods {
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Neighborhoods {
+    /// Takes a graph, for example the edges of tetrahedra, as it is; rows are sorted if needed.
+    ///
+    /// # Arguments
+    /// * `offsets` -- shape `(n + 1)`, first 0, never falling, last the number of indices.
+    /// * `indices` -- neighbours, each below `n`, repeated entries are merged.
+    ///
+    /// # Errors
+    /// [`GraphError`] naming the place: offsets that break the rule, an index out of range, a self
+    /// entry.
+    pub fn from_graph(offsets: Vec<u32>, mut indices: Vec<u32>) -> Result<Self, GraphError> {
+        let count = offsets.len().checked_sub(1).ok_or(GraphError::Empty)?;
+        let mut last = 0;
+        for (position, &value) in offsets.iter().enumerate() {
+            let bad_end = position == count && value as usize != indices.len();
+            if value < last || (position == 0 && value != 0) || bad_end {
+                return Err(GraphError::Offsets { position, value });
+            }
+            last = value;
+        }
+        let mut sorted = true;
+        for node in 0..count {
+            let row = &mut indices[offsets[node] as usize..offsets[node + 1] as usize];
+            for &neighbor in row.iter() {
+                if neighbor as usize >= count {
+                    return Err(GraphError::OutOfRange {
+                        node,
+                        neighbor,
+                        count,
+                    });
+                }
+                if neighbor as usize == node {
+                    return Err(GraphError::SelfLoop { node });
+                }
+            }
+            row.sort_unstable();
+            sorted &= row.windows(2).all(|pair| pair[0] < pair[1]);
+        }
+        let graph = Self { offsets, indices };
+        if sorted {
+            return Ok(graph);
+        }
+        let rows = (0..count).map(|node| {
+            let mut row = graph.row(node).to_vec();
+            row.dedup();
+            row
+        });
+        Self::from_rows(rows.collect())
+    }
+
+    /// Joins rows that are already sorted and unique.
+    pub(crate) fn from_rows(rows: Vec<Vec<u32>>) -> Result<Self, GraphError> {
+        let count = rows.iter().map(Vec::len).sum::<usize>();
+        if u32::try_from(count).is_err() {
+            return Err(GraphError::TooManyPairs { count });
+        }
+        let mut offsets = Vec::with_capacity(rows.len() + 1);
+        let mut indices = Vec::with_capacity(count);
+        offsets.push(0);
+        for row in rows {
+            indices.extend_from_slice(&row);
+            offsets.push(to_u32(indices.len()));
+        }
+        Ok(Self { offsets, indices })
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Number of directed pairs.
+    #[must_use]
+    pub fn pair_count(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Row starts, shape `(n + 1)`.
+    #[must_use]
+    pub fn offsets(&self) -> &[u32] {
+        &self.offsets
+    }
+
+    /// Neighbours of all rows, shape `(pairs)`.
+    #[must_use]
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+
+    /// Positions of the pairs of one node.
+    ///
+    /// # Panics
+    /// If `node` is out of range.
+    #[must_use]
+    pub fn pairs(&self, node: usize) -> Range<usize> {
+        self.offsets[node] as usize..self.offsets[node + 1] as usize
+    }
+
+    /// Neighbours of one node, rising.
+    ///
+    /// # Panics
+    /// If `node` is out of range.
+    #[must_use]
+    pub fn row(&self, node: usize) -> &[u32] {
+        &self.indices[self.pairs(node)]
+    }
+
+    /// Position of the pair `(node, neighbor)`, if there is one.
+    ///
+    /// # Panics
+    /// If `node` is out of range.
+    #[must_use]
+    pub fn find_pair(&self, node: usize, neighbor: u32) -> Option<usize> {
+        let place = self.row(node).binary_search(&neighbor).ok()?;
+        Some(self.offsets[node] as usize + place)
+    }
+
+    /// For every pair `(i, j)` the position of `(j, i)`, shape `(pairs)`.
+    ///
+    /// # Errors
+    /// [`GraphError::NotSymmetric`] naming the first pair without counterpart.
+    pub fn reverse_pairs(&self) -> Result<Vec<u32>, GraphError> {
+        // Rows are sorted, so visiting rows in order meets the entries of each row j in order too:
+        // a cursor per row replaces the search.
+        let mut cursor: Vec<u32> = self.offsets[..self.node_count()].to_vec();
+        let mut reverse = Vec::with_capacity(self.indices.len());
+        for node in 0..self.node_count() {
+            for &neighbor in self.row(node) {
+                let j = neighbor as usize;
+                let place = cursor[j];
+                let missing = place == self.offsets[j + 1];
+                if missing || self.indices[place as usize] as usize != node {
+                    return Err(self.first_asymmetry());
+                }
+                cursor[j] = place + 1;
+                reverse.push(place);
+            }
+        }
+        Ok(reverse)
+    }
+
+    /// First pair, in order of rows, whose counterpart is missing.
+    fn first_asymmetry(&self) -> GraphError {
+        for node in 0..self.node_count() {
+            for &neighbor in self.row(node) {
+                if self.find_pair(neighbor as usize, to_u32(node)).is_none() {
+                    return GraphError::NotSymmetric { node, neighbor };
+                }
+            }
+        }
+        unreachable!("called only after a counterpart was not found")
+    }
+
+    /// The union with all counterparts: `(i, j)` is in if either direction was.
+    ///
+    /// # Errors
+    /// [`GraphError::TooManyPairs`] if the union does not fit 32-bit offsets.
+    pub fn symmetrized(&self) -> Result<Self, GraphError> {
+        let count = self.node_count();
+        let mut incoming = vec![0_u32; count + 1];
+        for &neighbor in &self.indices {
+            incoming[neighbor as usize + 1] += 1;
+        }
+        for node in 0..count {
+            incoming[node + 1] += incoming[node];
+        }
+        let mut cursor = incoming.clone();
+        let mut sources = vec![0_u32; self.indices.len()];
+        for node in 0..count {
+            for &neighbor in self.row(node) {
+                let place = &mut cursor[neighbor as usize];
+                sources[*place as usize] = to_u32(node);
+                *place += 1;
+            }
+        }
+        let rows: Vec<Vec<u32>> = (0..count)
+            .into_par_iter()
+            .with_min_len(ROWS_PER_TASK)
+            .map(|node| {
+                let back = &sources[incoming[node] as usize..incoming[node + 1] as usize];
+                merge(self.row(node), back)
+            })
+            .collect();
+        Self::from_rows(rows)
+    }
+}
+
+/// Union of two sorted lists without repetitions.
+fn merge(a: &[u32], b: &[u32]) -> Vec<u32> {
+    let mut union = Vec::with_capacity(a.len() + b.len());
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() && j < b.len() {
+        let next = a[i].min(b[j]);
+        i += usize::from(a[i] == next);
+        j += usize::from(b[j] == next);
+        union.push(next);
+    }
+    union.extend_from_slice(&a[i..]);
+    union.extend_from_slice(&b[j..]);
+    union
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+use super::*;
+use proptest::prelude::*;
+
+fn graph() -> impl Strategy<Value = Neighborhoods> {
+    (1_usize..30)
+        .prop_flat_map(|n| {
+            let entry = (0..n, 0..n);
+            (Just(n), proptest::collection::vec(entry, 0..120))
+        })
+        .prop_map(|(n, entries)| {
+            let mut rows = vec![Vec::new(); n];
+            for (i, j) in entries {
+                if i != j {
+                    rows[i].push(to_u32(j));
+                }
+            }
+            let mut offsets = vec![0];
+            let mut indices = Vec::new();
+            for row in rows {
+                indices.extend(row);
+                offsets.push(to_u32(indices.len()));
+            }
+            Neighborhoods::from_graph(offsets, indices).unwrap()
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+    #[test]
+    fn symmetrized_is_the_union_and_reverse_pairs_point_back(graph in graph()) {
+        let symmetric = graph.symmetrized().unwrap();
+        let n = graph.node_count();
+        for i in 0..n {
+            prop_assert!(symmetric.row(i).windows(2).all(|pair| pair[0] < pair[1]));
+            for j in 0..n {
+                let either = graph.find_pair(i, to_u32(j)).is_some() || graph.find_pair(j, to_u32(i)).is_some();
+                prop_assert_eq!(symmetric.find_pair(i, to_u32(j)).is_some(), either);
+            }
+        }
+        let reverse = symmetric.reverse_pairs().unwrap();
+        for i in 0..n {
+            for pair in symmetric.pairs(i) {
+                let j = symmetric.indices()[pair] as usize;
+                let back = reverse[pair] as usize;
+                prop_assert!(symmetric.pairs(j).contains(&back));
+                prop_assert_eq!(symmetric.indices()[back] as usize, i);
+                prop_assert_eq!(reverse[back] as usize, pair);
+            }
+        }
+        prop_assert_eq!(symmetric.symmetrized().unwrap(), symmetric.clone());
+        prop_assert_eq!(graph.reverse_pairs().is_ok(), graph == symmetric);
+    }
+}
+
+#[test]
+fn refuses_what_is_not_a_graph() {
+    let from = |offsets: &[u32], indices: &[u32]| {
+        Neighborhoods::from_graph(offsets.to_vec(), indices.to_vec()).unwrap_err()
+    };
+    assert_eq!(from(&[], &[]), GraphError::Empty);
+    assert_eq!(
+        from(&[1, 1], &[0]),
+        GraphError::Offsets {
+            position: 0,
+            value: 1
+        }
+    );
+    assert_eq!(
+        from(&[0, 2, 1], &[1]),
+        GraphError::Offsets {
+            position: 2,
+            value: 1
+        }
+    );
+    assert_eq!(
+        from(&[0, 1, 1], &[1, 0]),
+        GraphError::Offsets {
+            position: 2,
+            value: 1
+        }
+    );
+    assert_eq!(
+        from(&[0, 1, 1], &[7]),
+        GraphError::OutOfRange {
+            node: 0,
+            neighbor: 7,
+            count: 2
+        }
+    );
+    assert_eq!(from(&[0, 1, 1], &[0]), GraphError::SelfLoop { node: 0 });
+}
+
+#[test]
+fn asymmetry_is_named() {
+    let graph = Neighborhoods::from_graph(vec![0, 1, 2, 3], vec![1, 0, 1]).unwrap();
+    assert_eq!(
+        graph.reverse_pairs(),
+        Err(GraphError::NotSymmetric {
+            node: 2,
+            neighbor: 1
+        })
+    );
+}
+
+#[test]
+fn unsorted_and_repeated_entries_are_put_right() {
+    let graph = Neighborhoods::from_graph(vec![0, 4, 5, 6], vec![2, 1, 2, 1, 0, 0]).unwrap();
+    assert_eq!(graph.row(0), &[1, 2]);
+    assert_eq!(graph.offsets(), &[0, 2, 3, 4]);
+}

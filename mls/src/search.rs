@@ -1,0 +1,218 @@
+//! Neighbour search on a bulk-loaded R*-tree.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+
+use crate::error::CloudError;
+use crate::neighborhoods::Neighborhoods;
+use crate::parallel::{ROWS_PER_TASK, to_u32};
+
+/// A point of the tree with its index.
+type Entry = GeomWithData<[f64; 3], u32>;
+
+/// Points of a cloud in an R*-tree; every answer is ordered by distance, then by index.
+#[derive(Debug, Clone)]
+pub(crate) struct PointTree {
+    tree: RTree<Entry>,
+}
+
+impl PointTree {
+    /// Loads the points.
+    ///
+    /// # Errors
+    /// [`CloudError`] for a coordinate that is not finite and for too many points.
+    pub(crate) fn new(points: &[DVec3]) -> Result<Self, CloudError> {
+        let limit = u32::MAX as usize;
+        if points.len() > limit {
+            return Err(CloudError::TooMany {
+                count: points.len(),
+                limit,
+            });
+        }
+        if let Some(point) = points.iter().position(|point| !point.is_finite()) {
+            return Err(CloudError::NotFinite { point });
+        }
+        let entries = points
+            .iter()
+            .enumerate()
+            .map(|(index, point)| Entry::new(point.to_array(), to_u32(index)));
+        Ok(Self {
+            tree: RTree::bulk_load(entries.collect()),
+        })
+    }
+
+    /// The `count` nearest points with squared distances, without the point `skip`.
+    ///
+    /// Equal distances are ordered by index, also across the limit.
+    pub(crate) fn nearest_into(
+        &self,
+        at: DVec3,
+        count: usize,
+        skip: Option<u32>,
+        out: &mut Vec<(f64, u32)>,
+    ) {
+        out.clear();
+        let at = at.to_array();
+        for (entry, squared) in self.tree.nearest_neighbor_iter_with_distance_2(at) {
+            // Collected beyond the limit only while the distance ties with the last one kept.
+            if out.len() >= count && squared > out[out.len() - 1].0 {
+                break;
+            }
+            if Some(entry.data) != skip {
+                out.push((squared, entry.data));
+            }
+        }
+        out.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        out.truncate(count);
+    }
+
+    /// Indices of all points with `|x − at| ≤ radius`, in no particular order.
+    pub(crate) fn within(&self, at: DVec3, radius: f64) -> impl Iterator<Item = u32> + '_ {
+        self.tree
+            .locate_within_distance(at.to_array(), radius * radius)
+            .map(|entry| entry.data)
+    }
+}
+
+/// How [`k_nearest`] chooses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestSettings {
+    /// Number of nearest nodes k whose mean distance sets the support radius.
+    pub nearest: usize,
+    /// Support radius = `scale` × mean distance to the k nearest.
+    pub scale: f64,
+    /// Most neighbours a node keeps, nearest first; `None` keeps all within the support radius.
+    pub limit: Option<usize>,
+}
+
+impl Default for NearestSettings {
+    /// 16 nearest, support radius 1.5 × their mean distance, at most 16 neighbours.
+    fn default() -> Self {
+        Self {
+            nearest: 16,
+            scale: 1.5,
+            limit: Some(16),
+        }
+    }
+}
+
+/// Neighbourhoods from the k nearest nodes, with what the search measured on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KNearest {
+    /// Neighbours within the support radius, at most the limit. Not symmetric in general.
+    pub neighborhoods: Neighborhoods,
+    /// Support radius h of every node (m), shape `(n)`.
+    pub support_radii: Vec<f64>,
+    /// Mean distance r̄ of every node to its k nearest (m), shape `(n)`.
+    pub mean_distances: Vec<f64>,
+}
+
+/// Neighbourhoods of the dissertation: `h_i` = scale × mean distance to the k nearest nodes, and the
+/// neighbours are the nodes within `h_i`, nearest first up to an optional limit (Aras 2014, 2.3).
+///
+/// Equal distances are ordered by index, so lattices and coincident nodes give the same answer on
+/// every machine. A cloud with fewer than k other nodes uses those there are; a node whose k nearest
+/// all coincide with it gets the radius 0.
+///
+/// # Errors
+/// [`CloudError`] for points that are not finite, too many points, `nearest` or `limit` 0, or a
+/// scale that is not positive.
+#[allow(clippy::cast_precision_loss, reason = "row lengths are small")]
+pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNearest, CloudError> {
+    if settings.nearest == 0 || settings.limit == Some(0) {
+        return Err(CloudError::NoNeighbors);
+    }
+    positive("the support scale", settings.scale)?;
+    let tree = PointTree::new(points)?;
+    let found: Vec<(Vec<u32>, f64, f64)> = points
+        .par_iter()
+        .enumerate()
+        .with_min_len(ROWS_PER_TASK)
+        .map_init(Vec::new, |buffer, (node, &at)| {
+            let wanted = settings.nearest.max(settings.limit.unwrap_or(0));
+            tree.nearest_into(at, wanted, Some(to_u32(node)), buffer);
+            let nearest = &buffer[..settings.nearest.min(buffer.len())];
+            let sum: f64 = nearest.iter().map(|&(squared, _)| squared.sqrt()).sum();
+            let mean = if nearest.is_empty() {
+                0.0
+            } else {
+                sum / nearest.len() as f64
+            };
+            let radius = settings.scale * mean;
+            let mut row: Vec<u32> = match settings.limit {
+                Some(limit) => buffer
+                    .iter()
+                    .take(limit)
+                    .filter(|&&(squared, _)| squared <= radius * radius)
+                    .map(|&(_, index)| index)
+                    .collect(),
+                None => tree
+                    .within(at, radius)
+                    .filter(|&index| index as usize != node)
+                    .collect(),
+            };
+            row.sort_unstable();
+            (row, radius, mean)
+        })
+        .collect();
+    let mut rows = Vec::with_capacity(found.len());
+    let mut support_radii = Vec::with_capacity(found.len());
+    let mut mean_distances = Vec::with_capacity(found.len());
+    for (row, radius, mean) in found {
+        rows.push(row);
+        support_radii.push(radius);
+        mean_distances.push(mean);
+    }
+    Ok(KNearest {
+        neighborhoods: join(rows)?,
+        support_radii,
+        mean_distances,
+    })
+}
+
+/// Neighbourhoods of all nodes with `|X_j − X_i| ≤ radius`; symmetric.
+///
+/// # Errors
+/// [`CloudError`] for points that are not finite, too many points or pairs, or a radius that is not
+/// positive.
+pub fn within_radius(points: &[DVec3], radius: f64) -> Result<Neighborhoods, CloudError> {
+    positive("the radius", radius)?;
+    let tree = PointTree::new(points)?;
+    let rows: Vec<Vec<u32>> = points
+        .par_iter()
+        .enumerate()
+        .with_min_len(ROWS_PER_TASK)
+        .map(|(node, &at)| {
+            let mut row: Vec<u32> = tree
+                .within(at, radius)
+                .filter(|&index| index as usize != node)
+                .collect();
+            row.sort_unstable();
+            row
+        })
+        .collect();
+    join(rows)
+}
+
+/// Rows of a search to CSR.
+fn join(rows: Vec<Vec<u32>>) -> Result<Neighborhoods, CloudError> {
+    let count = rows.iter().map(Vec::len).sum();
+    Neighborhoods::from_rows(rows).map_err(|_| CloudError::TooMany {
+        count,
+        limit: u32::MAX as usize,
+    })
+}
+
+/// Refuses a quantity that is not positive and finite.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), CloudError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(CloudError::NotPositive { name, value })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+#![allow(
+    clippy::float_cmp,
+    reason = "the twin computes the same operations in the same order"
+)]
+
+use super::*;
+use proptest::prelude::*;
+use testkit::cloud;
+
+/// All other nodes by distance, then index: what the tree must agree with.
+fn brute_force(points: &[DVec3], node: usize) -> Vec<(f64, u32)> {
+    let mut all: Vec<(f64, u32)> = (0..points.len())
+        .filter(|&j| j != node)
+        .map(|j| ((points[j] - points[node]).length_squared(), to_u32(j)))
+        .collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    all
+}
+
+fn check(points: &[DVec3], settings: &NearestSettings) {
+    let found = k_nearest(points, settings).unwrap();
+    for i in 0..points.len() {
+        let all = brute_force(points, i);
+        let nearest = &all[..settings.nearest.min(all.len())];
+        let mut mean: f64 = nearest.iter().map(|&(squared, _)| squared.sqrt()).sum();
+        mean /= (nearest.len() as f64).max(1.0);
+        assert_eq!(found.mean_distances[i], mean);
+        let radius = settings.scale * mean;
+        assert_eq!(found.support_radii[i], radius);
+        let mut row: Vec<u32> = all
+            .iter()
+            .take(settings.limit.unwrap_or(usize::MAX))
+            .filter(|&&(squared, _)| squared <= radius * radius)
+            .map(|&(_, index)| index)
+            .collect();
+        row.sort_unstable();
+        assert_eq!(found.neighborhoods.row(i), row.as_slice(), "node {i}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+    #[test]
+    fn tree_equals_brute_force(
+        cells in proptest::collection::vec((0_i8..5, 0_i8..5, 0_i8..3), 1..90),
+        nearest in 1_usize..20,
+        limit in proptest::option::of(1_usize..24),
+        radius in 0.5..3.0_f64,
+    ) {
+        // Integer points: full of ties and coincident nodes.
+        let points: Vec<DVec3> = cells
+            .iter()
+            .map(|&(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
+            .collect();
+        check(&points, &NearestSettings { nearest, scale: 1.3, limit });
+        let graph = within_radius(&points, radius).unwrap();
+        for i in 0..points.len() {
+            let mut row: Vec<u32> = brute_force(&points, i)
+                .iter()
+                .filter(|&&(squared, _)| squared <= radius * radius)
+                .map(|&(_, index)| index)
+                .collect();
+            row.sort_unstable();
+            prop_assert_eq!(graph.row(i), row.as_slice());
+        }
+        prop_assert!(graph.reverse_pairs().is_ok());
+    }
+}
+
+#[test]
+fn random_cloud_equals_brute_force() {
+    let points = cloud::uniform(900, 2.0, 11);
+    check(&points, &NearestSettings::default());
+    check(
+        &points,
+        &NearestSettings {
+            nearest: 10,
+            scale: 2.0,
+            limit: None,
+        },
+    );
+}
+
+#[test]
+fn lattice_ties_go_to_the_lower_index() {
+    let points = cloud::lattice([3, 3, 3], 1.0, 0.0, 0);
+    let settings = NearestSettings {
+        nearest: 4,
+        scale: 1.5,
+        limit: Some(4),
+    };
+    let found = k_nearest(&points, &settings).unwrap();
+    // The centre has six neighbours at distance 1; the four of lowest index are kept.
+    assert_eq!(found.neighborhoods.row(13), &[4, 10, 12, 14]);
+}
+
+#[test]
+fn bad_input_is_named() {
+    let mut points = cloud::uniform(5, 1.0, 1);
+    let settings = NearestSettings::default();
+    assert_eq!(
+        k_nearest(
+            &points,
+            &NearestSettings {
+                nearest: 0,
+                ..settings
+            }
+        ),
+        Err(CloudError::NoNeighbors)
+    );
+    assert_eq!(
+        k_nearest(
+            &points,
+            &NearestSettings {
+                scale: -1.0,
+                ..settings
+            }
+        ),
+        Err(CloudError::NotPositive {
+            name: "the support scale",
+            value: -1.0
+        })
+    );
+    assert!(matches!(
+        within_radius(&points, f64::NAN),
+        Err(CloudError::NotPositive { .. })
+    ));
+    points[3].y = f64::NAN;
+    assert_eq!(
+        k_nearest(&points, &settings),
+        Err(CloudError::NotFinite { point: 3 })
+    );
+}
+
+#[test]
+fn one_thread_and_many_give_the_same_rows() {
+    let points = cloud::uniform(3000, 1.0, 21);
+    let many = k_nearest(&points, &NearestSettings::default()).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let one = pool.install(|| k_nearest(&points, &NearestSettings::default()).unwrap());
+    assert_eq!(one, many);
+}

@@ -1,0 +1,175 @@
+//! Weights on pairs of nodes.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::kernel::Kernel;
+use crate::neighborhoods::Neighborhoods;
+use crate::parallel::ROWS_PER_TASK;
+
+/// Computes `value(i, j)` for every pair in order, rows in parallel.
+fn for_pairs(
+    neighborhoods: &Neighborhoods,
+    value: impl Fn(usize, usize) -> f64 + Sync,
+) -> Vec<f64> {
+    let rows = |node: usize| {
+        let value = &value;
+        let row = neighborhoods.row(node);
+        row.iter()
+            .map(move |&neighbor| value(node, neighbor as usize))
+    };
+    let count = neighborhoods.node_count();
+    let mut weights = vec![0.0; neighborhoods.pair_count()];
+    let mut slots = Vec::with_capacity(count.div_ceil(ROWS_PER_TASK));
+    let mut rest = weights.as_mut_slice();
+    for first in (0..count).step_by(ROWS_PER_TASK) {
+        let last = (first + ROWS_PER_TASK).min(count);
+        let pairs = neighborhoods.pairs(last - 1).end - neighborhoods.pairs(first).start;
+        let (head, tail) = rest.split_at_mut(pairs);
+        slots.push((first..last, head));
+        rest = tail;
+    }
+    slots.into_par_iter().for_each(|(nodes, out)| {
+        for (slot, weight) in out.iter_mut().zip(nodes.flat_map(rows)) {
+            *slot = weight;
+        }
+    });
+    weights
+}
+
+/// Kernel weights `w(|X_j − X_i| / h_j)` (Aras 2014, eq. (15): the radius is the neighbour's).
+///
+/// # Arguments
+/// * `positions` -- node positions (m), shape `(n)`.
+/// * `support_radii` -- h (m), shape `(n)`. A radius of 0 gives the weight 0.
+///
+/// Pairs of coincident nodes get the weight 0 under [`Kernel::InverseSquare`], which is infinite
+/// there; they carry no direction and so add nothing to a gradient.
+///
+/// # Panics
+/// If the slices are not `n` long.
+#[must_use]
+pub fn kernel_weights(
+    kernel: Kernel,
+    positions: &[DVec3],
+    support_radii: &[f64],
+    neighborhoods: &Neighborhoods,
+) -> Vec<f64> {
+    assert_eq!(
+        positions.len(),
+        neighborhoods.node_count(),
+        "one position per node"
+    );
+    assert_eq!(
+        support_radii.len(),
+        neighborhoods.node_count(),
+        "one radius per node"
+    );
+    for_pairs(neighborhoods, |i, j| {
+        let q = (positions[j] - positions[i]).length() / support_radii[j];
+        finite_or_zero(kernel.value(if q.is_nan() { 1.0 } else { q }))
+    })
+}
+
+/// Weights `1/|X_j − X_i|²` (1/m²) on the pairs of a graph: symmetric and free of any length scale.
+///
+/// Coincident nodes, and nodes so near that the weight overflows, get the weight 0: they carry no
+/// direction and so add nothing to a gradient.
+///
+/// # Panics
+/// If `positions` is not `n` long.
+#[must_use]
+pub fn inverse_square_weights(positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<f64> {
+    assert_eq!(
+        positions.len(),
+        neighborhoods.node_count(),
+        "one position per node"
+    );
+    for_pairs(neighborhoods, |i, j| {
+        finite_or_zero((positions[j] - positions[i]).length_squared().recip())
+    })
+}
+
+/// Infinite weights are those of coincident nodes.
+fn finite_or_zero(weight: f64) -> f64 {
+    if weight.is_finite() { weight } else { 0.0 }
+}
+
+/// Mean distance of every node to its neighbours (m), shape `(n)`; 0 for a node without neighbours.
+///
+/// # Panics
+/// If `positions` is not `n` long.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "row lengths are small")]
+pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<f64> {
+    assert_eq!(
+        positions.len(),
+        neighborhoods.node_count(),
+        "one position per node"
+    );
+    (0..positions.len())
+        .into_par_iter()
+        .with_min_len(ROWS_PER_TASK)
+        .map(|i| {
+            let row = neighborhoods.row(i);
+            let sum: f64 = row
+                .iter()
+                .map(|&j| (positions[j as usize] - positions[i]).length())
+                .sum();
+            if row.is_empty() {
+                0.0
+            } else {
+                sum / row.len() as f64
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::search::within_radius;
+    use testkit::cloud;
+
+    #[test]
+    #[allow(
+        clippy::float_cmp,
+        reason = "the twin computes the same operations in the same order"
+    )]
+    fn weights_equal_the_plain_double_loop() {
+        let mut points = cloud::uniform(700, 1.0, 3);
+        points.push(points[5]);
+        let graph = within_radius(&points, 0.3).unwrap();
+        let radii: Vec<f64> = (0..points.len()).map(|i| 0.2 + 1e-4 * i as f64).collect();
+        let square = inverse_square_weights(&points, &graph);
+        let mean = mean_neighbor_distance(&points, &graph);
+        for kernel in Kernel::ALL {
+            let weights = kernel_weights(kernel, &points, &radii, &graph);
+            for i in 0..points.len() {
+                let mut sum = 0.0;
+                for pair in graph.pairs(i) {
+                    let j = graph.indices()[pair] as usize;
+                    let r = (points[j] - points[i]).length();
+                    sum += r;
+                    let expected = if r > 0.0 {
+                        kernel.value(r / radii[j])
+                    } else if kernel == Kernel::InverseSquare {
+                        0.0
+                    } else {
+                        1.0
+                    };
+                    assert_eq!(weights[pair], expected);
+                    let expected = if r > 0.0 {
+                        1.0 / (points[j] - points[i]).length_squared()
+                    } else {
+                        0.0
+                    };
+                    assert_eq!(square[pair], expected);
+                }
+                if !graph.row(i).is_empty() {
+                    assert!((mean[i] - sum / graph.row(i).len() as f64).abs() < 1e-14);
+                }
+            }
+        }
+    }
+}
