@@ -1,1 +1,6 @@
 #![doc = include_str!("../README.md")]
+
+pub mod cli;
+pub mod output;
+pub mod run;
+pub mod scene;

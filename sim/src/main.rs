@@ -1,3 +1,7 @@
 //! The `phyxel` command line.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    phyxel::cli::main()
+}

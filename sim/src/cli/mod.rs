@@ -1,0 +1,93 @@
+//! The command line.
+
+mod check;
+mod run;
+mod scenes;
+mod source;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::run::RunError;
+use crate::scene::SceneError;
+
+/// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
+#[derive(Debug, Parser)]
+#[command(name = "phyxel", version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: run::RunFlags,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scene, or the default scene of a mesh.
+    Run(run::RunArguments),
+    /// Read and validate a scene and say what it asks for; run nothing.
+    Check(check::CheckArguments),
+    /// List the embedded scenes, or print one as RON to start from.
+    Scenes(scenes::ScenesArguments),
+}
+
+/// Changes of a scene's values.
+#[derive(Debug, Args)]
+struct Overrides {
+    /// Set one value of the scene; may be given several times.
+    ///
+    /// The value is RON, the path runs from the top of the scene:
+    /// `--set bodies[0].material.youngs_modulus=3e3`
+    #[arg(long = "set", value_name = "PATH.TO.KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl Overrides {
+    fn parse(&self) -> Result<Vec<crate::scene::Override>, SceneError> {
+        self.set
+            .iter()
+            .map(|text| crate::scene::Override::parse(text))
+            .collect()
+    }
+}
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+enum CliError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Source(#[from] source::SourceError),
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error("cannot write to stdout: {0}")]
+    Stdout(#[from] io::Error),
+    #[error("cannot put the result into JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Runs the program with the arguments it was started with.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match cli.command {
+        None => run::run(None, &cli.run),
+        Some(Command::Run(arguments)) => run::run(arguments.scene.as_deref(), &arguments.flags),
+        Some(Command::Check(arguments)) => check::check(&arguments),
+        Some(Command::Scenes(arguments)) => scenes::scenes(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads stdout has heard enough.
+        Err(CliError::Stdout(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            // Nobody is left to tell if stderr is gone too; the status says it.
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! `phyxel scenes`.
+
+use std::io::{self, Write};
+
+use clap::Args;
+
+use super::CliError;
+use crate::scene::{EMBEDDED, Scene};
+
+#[derive(Debug, Args)]
+pub(super) struct ScenesArguments {
+    /// The scene to print; lists them all where not given.
+    name: Option<String>,
+}
+
+/// Lists the embedded scenes or prints one.
+pub(super) fn scenes(arguments: &ScenesArguments) -> Result<(), CliError> {
+    let mut out = io::stdout().lock();
+    let Some(name) = &arguments.name else {
+        for scene in EMBEDDED {
+            writeln!(out, "{:12}{}", scene.name, scene.summary)?;
+        }
+        return Ok(());
+    };
+    // Says what is wrong with the name, in the words of `run`.
+    Scene::embedded(name, &[])?;
+    for scene in EMBEDDED.iter().filter(|scene| scene.name == name) {
+        out.write_all(scene.text.as_bytes())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,301 @@
+//! The output folder.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A result that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder cannot be made, or is something else.
+    #[error(
+        "output folder {}: {source}; name another with --out",
+        folder.display()
+    )]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Nothing can be written into the folder.
+    #[error(
+        "output folder {} cannot be written to: {source}; name another with --out",
+        folder.display()
+    )]
+    NotWritable {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {}: {source}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// A folder for results.
+///
+/// Files are written under a temporary name beside their place and renamed when they are complete,
+/// so a name that is there is a whole file, whatever ends the program. A folder that was made for
+/// the run and is still empty when the value is dropped is removed again.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    /// The folders made on the way, outermost first.
+    made: Vec<PathBuf>,
+}
+
+impl OutputFolder {
+    /// Makes the folder, if it is not there, and makes sure that files can be written into it.
+    ///
+    /// # Errors
+    /// [`OutputError::Folder`] if it cannot be made, [`OutputError::NotWritable`] if no file can.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let missing: Vec<PathBuf> = path
+            .ancestors()
+            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
+            .map(Path::to_owned)
+            .collect();
+        fs::create_dir_all(path).map_err(|source| OutputError::Folder {
+            folder: path.to_owned(),
+            source,
+        })?;
+        let folder = Self {
+            path: path.to_owned(),
+            made: missing.into_iter().rev().collect(),
+        };
+        let probe = folder.temporary("probe");
+        File::create(&probe)
+            .and_then(|mut file| file.write_all(b"probe"))
+            .and_then(|()| fs::remove_file(&probe))
+            .map_err(|source| OutputError::NotWritable {
+                folder: path.to_owned(),
+                source,
+            })?;
+        Ok(folder)
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a whole file.
+    ///
+    /// # Errors
+    /// [`OutputError::File`]; what had the name before is then untouched.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
+        let mut file = self.file(name)?;
+        file.write_all(content)
+            .map_err(|source| file.error(source))?;
+        file.finish()
+    }
+
+    /// Starts a file that grows while the run goes on; it takes its name in
+    /// [`OutputFile::finish`].
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if it cannot be made.
+    pub fn file(&self, name: &str) -> Result<OutputFile, OutputError> {
+        let (temporary, target) = (self.temporary(name), self.path.join(name));
+        match File::create(&temporary) {
+            Ok(file) => Ok(OutputFile {
+                writer: Some(BufWriter::new(file)),
+                temporary,
+                target,
+            }),
+            Err(source) => Err(OutputError::File {
+                file: target,
+                source,
+            }),
+        }
+    }
+
+    /// A folder inside, without the files of an earlier run: those whose names begin with `prefix`
+    /// and end with `suffix` are removed, others stay.
+    ///
+    /// # Errors
+    /// As [`OutputFolder::create`], and [`OutputError::File`] if an old file cannot be removed.
+    pub fn fresh_subfolder(
+        &self,
+        name: &str,
+        prefix: &str,
+        suffix: &str,
+    ) -> Result<Self, OutputError> {
+        let folder = Self::create(&self.path.join(name))?;
+        let entries = fs::read_dir(&folder.path).map_err(|source| OutputError::Folder {
+            folder: folder.path.clone(),
+            source,
+        })?;
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with(prefix) && name.ends_with(suffix) {
+                fs::remove_file(entry.path()).map_err(|source| OutputError::File {
+                    file: entry.path(),
+                    source,
+                })?;
+            }
+        }
+        Ok(folder)
+    }
+
+    fn temporary(&self, name: &str) -> PathBuf {
+        self.path
+            .join(format!(".{name}.{}.part", std::process::id()))
+    }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        for folder in self.made.iter().rev() {
+            // Removes empty folders only, which is what is wanted.
+            if fs::remove_dir(folder).is_err() {
+                break;
+            }
+        }
+    }
+}
+
+/// A file on its way; dropped before [`OutputFile::finish`], it leaves nothing.
+#[derive(Debug)]
+pub struct OutputFile {
+    writer: Option<BufWriter<File>>,
+    temporary: PathBuf,
+    target: PathBuf,
+}
+
+impl OutputFile {
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`OutputError::File`]; what had the name before is then untouched.
+    pub fn finish(mut self) -> Result<(), OutputError> {
+        let closed = match self.writer.take() {
+            Some(writer) => writer
+                .into_inner()
+                .map_err(io::IntoInnerError::into_error)
+                .and_then(|file| file.sync_data()),
+            None => Ok(()),
+        };
+        closed
+            .and_then(|()| fs::rename(&self.temporary, &self.target))
+            .map_err(|source| self.error(source))
+    }
+
+    /// The failure `source` with the file's name.
+    #[must_use]
+    pub fn error(&self, source: io::Error) -> OutputError {
+        OutputError::File {
+            file: self.target.clone(),
+            source,
+        }
+    }
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer
+            .as_mut()
+            .map_or(Ok(0), |writer| writer.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.as_mut().map_or(Ok(()), Write::flush)
+    }
+}
+
+impl Drop for OutputFile {
+    fn drop(&mut self) {
+        drop(self.writer.take());
+        // After `finish` the name is gone already.
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .expect("the folder is there")
+            .flatten()
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn files_appear_whole_or_not_at_all() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let folder = OutputFolder::create(&root.path().join("a/b")).expect("it can be made");
+        folder.write("x.txt", b"one").expect("it can be written");
+        let mut growing = folder.file("x.txt").expect("it can be made");
+        growing.write_all(b"two").expect("it can be written");
+        growing.flush().expect("it can be written");
+        assert_eq!(fs::read(folder.path().join("x.txt")).unwrap(), b"one");
+        drop(growing);
+        assert_eq!(names(folder.path()), ["x.txt"]);
+        let mut growing = folder.file("x.txt").expect("it can be made");
+        growing.write_all(b"three").expect("it can be written");
+        growing.finish().expect("it can be renamed");
+        assert_eq!(fs::read(folder.path().join("x.txt")).unwrap(), b"three");
+        assert_eq!(names(folder.path()), ["x.txt"]);
+    }
+
+    #[test]
+    fn a_folder_that_stays_empty_is_removed_with_those_above_it() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        drop(OutputFolder::create(&root.path().join("a/b/c")).expect("it can be made"));
+        assert!(names(root.path()).is_empty(), "{:?}", names(root.path()));
+        let folder = OutputFolder::create(&root.path().join("a/b")).expect("it can be made");
+        folder.write("kept", b"").expect("it can be written");
+        drop(folder);
+        assert_eq!(names(&root.path().join("a/b")), ["kept"]);
+        drop(OutputFolder::create(&root.path().join("a/b")).expect("it is there"));
+        assert_eq!(names(&root.path().join("a/b")), ["kept"]);
+    }
+
+    #[test]
+    fn an_earlier_runs_frames_go_and_the_rest_stays() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let folder = OutputFolder::create(root.path()).expect("it is there");
+        let frames = folder
+            .fresh_subfolder("frames", "frame-", ".png")
+            .expect("it can be made");
+        frames.write("frame-0001.png", b"old").expect("written");
+        frames.write("mine.png", b"kept").expect("written");
+        let frames = folder
+            .fresh_subfolder("frames", "frame-", ".png")
+            .expect("it is there");
+        assert_eq!(names(frames.path()), ["mine.png"]);
+    }
+
+    #[test]
+    fn a_file_in_the_way_is_an_error_that_names_it() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let file = root.path().join("out");
+        fs::write(&file, b"").unwrap();
+        for path in [file.clone(), file.join("deeper")] {
+            let error = OutputFolder::create(&path).expect_err("a file is in the way");
+            let text = error.to_string();
+            assert!(text.contains(&path.display().to_string()), "{text}");
+            assert!(text.contains("--out"), "{text}");
+        }
+        let error = OutputFolder::create(root.path())
+            .expect("it is there")
+            .write("no/such/folder", b"")
+            .expect_err("the folder is missing");
+        assert!(error.to_string().starts_with("cannot write"), "{error}");
+    }
+}

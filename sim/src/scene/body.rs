@@ -1,0 +1,278 @@
+//! Bodies: shape, sampling, material and looks.
+
+use std::path::PathBuf;
+
+use glam::{DMat3, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A deformable body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Name by which supports and cuts refer to the body; unique in the scene.
+    #[serde(default = "Body::default_name")]
+    pub name: String,
+    /// What the body occupies at rest.
+    pub shape: Shape,
+    /// Translation (m) of the shape in the rest frame.
+    #[serde(default)]
+    #[schemars(with = "[f64; 3]")]
+    pub position: DVec3,
+    /// How finely the body is filled with nodes.
+    #[serde(default)]
+    pub sampling: Sampling,
+    /// What the body is made of.
+    #[serde(default)]
+    pub material: Material,
+    /// Mass-proportional damping (1/s): a free motion loses its speed as `exp(-damping t)`.
+    #[serde(default = "Body::default_damping")]
+    pub damping: f64,
+    /// Surface points that are drawn; used only by a scene with pictures.
+    #[serde(default)]
+    pub surfels: Surfels,
+}
+
+impl Body {
+    /// A body of `shape` with everything else at its default.
+    #[must_use]
+    pub fn new(shape: Shape) -> Self {
+        Self {
+            name: Self::default_name(),
+            shape,
+            position: DVec3::ZERO,
+            sampling: Sampling::default(),
+            material: Material::default(),
+            damping: Self::default_damping(),
+            surfels: Surfels::default(),
+        }
+    }
+
+    fn default_name() -> String {
+        "body".to_owned()
+    }
+
+    const fn default_damping() -> f64 {
+        2.0
+    }
+}
+
+/// What a body occupies at rest, before `position` moves it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum Shape {
+    /// The built-in liver-like organ: two lobes, concave underside.
+    Liver {
+        /// Extent from the right to the left lobe (m).
+        width: f64,
+    },
+    /// An axis-aligned box centred at the origin.
+    Box {
+        /// Full edge lengths (m).
+        #[schemars(with = "[f64; 3]")]
+        size: DVec3,
+    },
+    /// An axis-aligned ellipsoid centred at the origin.
+    Ellipsoid {
+        /// Half axes (m).
+        #[schemars(with = "[f64; 3]")]
+        radii: DVec3,
+    },
+    /// A cylinder with round ends.
+    Capsule {
+        /// First end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        from: DVec3,
+        /// Second end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        to: DVec3,
+        /// Radius (m).
+        radius: f64,
+    },
+    /// A hollow cylinder with flat ends.
+    Tube {
+        /// First end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        from: DVec3,
+        /// Second end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        to: DVec3,
+        /// Radius of the hollow (m).
+        inner_radius: f64,
+        /// Radius of the outside (m).
+        outer_radius: f64,
+    },
+    /// A closed surface from a mesh file.
+    Mesh {
+        /// Mesh file; a relative path starts at the scene file's folder.
+        #[schemars(with = "String")]
+        file: PathBuf,
+        /// Metres per unit of the file.
+        #[serde(default = "Shape::default_scale")]
+        scale: f64,
+        /// Direction in the file that becomes up (+z) in the scene.
+        #[serde(default)]
+        up: Axis,
+    },
+}
+
+impl Shape {
+    const fn default_scale() -> f64 {
+        1.0
+    }
+
+    /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
+    pub(super) fn rough_volume(&self) -> Option<f64> {
+        use std::f64::consts::PI;
+        Some(match *self {
+            Self::Liver { width } => 0.4 * width * width * width,
+            Self::Box { size } => size.element_product(),
+            Self::Ellipsoid { radii } => 4.0 / 3.0 * PI * radii.element_product(),
+            Self::Capsule { from, to, radius } => {
+                PI * radius * radius * (from.distance(to) + 4.0 / 3.0 * radius)
+            }
+            Self::Tube {
+                from,
+                to,
+                inner_radius,
+                outer_radius,
+            } => {
+                let section = outer_radius * outer_radius - inner_radius * inner_radius;
+                PI * section * from.distance(to)
+            }
+            Self::Mesh { .. } => return None,
+        })
+    }
+}
+
+/// A signed coordinate direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Axis {
+    /// +x
+    X,
+    /// +y
+    Y,
+    /// +z
+    #[default]
+    Z,
+    /// -x
+    MinusX,
+    /// -y
+    MinusY,
+    /// -z
+    MinusZ,
+}
+
+impl Axis {
+    /// The rotation that turns this direction of a file into +z of the scene.
+    #[must_use]
+    pub fn rotation(self) -> DMat3 {
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        // Columns: where the file's x, y and z go.
+        match self {
+            Self::X => DMat3::from_cols(z, x, y),
+            Self::Y => DMat3::from_cols(x, z, -y),
+            Self::Z => DMat3::IDENTITY,
+            Self::MinusX => DMat3::from_cols(-z, -x, y),
+            Self::MinusY => DMat3::from_cols(x, -z, y),
+            Self::MinusZ => DMat3::from_cols(x, -y, -z),
+        }
+    }
+}
+
+/// How finely a body is filled with nodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sampling {
+    /// What is asked for: a distance between nodes or a number of nodes.
+    pub target: Target,
+    /// Most nodes that the body may have; a sampling that would make more is refused.
+    pub limit: u32,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Self {
+            target: Target::Nodes(6_000),
+            limit: 200_000,
+        }
+    }
+}
+
+/// The fineness that a sampling aims at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Target {
+    /// Distance between neighbouring nodes (m).
+    Spacing(f64),
+    /// Number of nodes, met approximately.
+    Nodes(u32),
+}
+
+/// A hyperelastic material.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Material {
+    /// Strain energy.
+    pub model: Model,
+    /// Young's modulus E at small strain (Pa).
+    pub youngs_modulus: f64,
+    /// Poisson's ratio nu at small strain, above -1 and below 0.5.
+    pub poissons_ratio: f64,
+    /// Mass density at rest (kg/m^3).
+    pub density: f64,
+    /// Strength of the pair penalty against zero-energy modes, as a share of the shear modulus.
+    pub stabilization: f64,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            model: Model::NeoHookean,
+            youngs_modulus: 5.0e3,
+            poissons_ratio: 0.45,
+            density: 1060.0,
+            stabilization: 0.1,
+        }
+    }
+}
+
+/// Strain energy of a material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Model {
+    /// Compressible neo-Hookean solid.
+    NeoHookean,
+}
+
+/// Surface points of a body and their colours.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Surfels {
+    /// How many surfels cover the body's surface.
+    pub target: SurfelTarget,
+    /// Surfels per square metre (1/m^2) on each side of a cut; that of the surface where not given.
+    pub cut_density: Option<f64>,
+    /// Colour of the surface (sRGB, 0 to 1).
+    pub color: [f64; 3],
+    /// Colour of the inside that a cut lays open (sRGB, 0 to 1).
+    pub cut_color: [f64; 3],
+}
+
+impl Default for Surfels {
+    fn default() -> Self {
+        Self {
+            target: SurfelTarget::Count(30_000),
+            cut_density: None,
+            color: [0.50, 0.16, 0.12],
+            cut_color: [0.82, 0.36, 0.32],
+        }
+    }
+}
+
+/// How many surfels cover a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum SurfelTarget {
+    /// Number on the whole surface, met approximately.
+    Count(u32),
+    /// Number per square metre (1/m^2).
+    Density(f64),
+}

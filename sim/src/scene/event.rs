@@ -1,0 +1,267 @@
+//! What acts on the bodies: supports, gravity, tools and cuts.
+
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::path::{Key, pose_at};
+
+/// Nodes that are held or moved as a scripted path says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Support {
+    /// Name of the body; every body where not given.
+    #[serde(default)]
+    pub body: Option<String>,
+    /// Part of space, in rest coordinates, whose nodes are supported.
+    pub region: Region,
+    /// How the supported nodes move.
+    #[serde(default)]
+    pub motion: Motion,
+}
+
+/// A part of space in rest coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum Region {
+    /// The points on the side of a plane that its normal points to.
+    HalfSpace {
+        /// A point of the plane (m).
+        #[schemars(with = "[f64; 3]")]
+        point: DVec3,
+        /// Normal of the plane, of any length above zero.
+        #[schemars(with = "[f64; 3]")]
+        normal: DVec3,
+    },
+    /// An axis-aligned box.
+    Box {
+        /// Corner with the smallest coordinates (m).
+        #[schemars(with = "[f64; 3]")]
+        min: DVec3,
+        /// Corner with the largest coordinates (m).
+        #[schemars(with = "[f64; 3]")]
+        max: DVec3,
+    },
+    /// A ball.
+    Sphere {
+        /// Centre (m).
+        #[schemars(with = "[f64; 3]")]
+        center: DVec3,
+        /// Radius (m).
+        radius: f64,
+    },
+}
+
+impl Region {
+    /// Whether `point` (m) lies in the region or on its boundary.
+    #[must_use]
+    pub fn contains(&self, point: DVec3) -> bool {
+        match *self {
+            Self::HalfSpace {
+                point: origin,
+                normal,
+            } => (point - origin).dot(normal) >= 0.0,
+            Self::Box { min, max } => point.cmpge(min).all() && point.cmple(max).all(),
+            Self::Sphere { center, radius } => point.distance_squared(center) <= radius * radius,
+        }
+    }
+}
+
+/// How supported nodes move.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum Motion {
+    /// They stay where they rest.
+    #[default]
+    Fixed,
+    /// They move rigidly: the place at rest, rotated and translated by the path.
+    Driven {
+        /// Keys of the motion.
+        path: Vec<Key>,
+    },
+}
+
+/// Uniform gravity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gravity {
+    /// Acceleration (m/s^2).
+    #[schemars(with = "[f64; 3]")]
+    pub acceleration: DVec3,
+    /// Time (s) over which gravity grows from nothing to its full size at the start of the run.
+    pub ramp: f64,
+}
+
+impl Default for Gravity {
+    fn default() -> Self {
+        Self {
+            acceleration: DVec3::new(0.0, 0.0, -9.81),
+            ramp: 0.3,
+        }
+    }
+}
+
+/// A rigid tool that touches the bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tool {
+    /// Name in reports; unique among the tools.
+    #[serde(default = "Tool::default_name")]
+    pub name: String,
+    /// What the tool occupies in its own frame.
+    pub shape: ToolShape,
+    /// How the tool moves through the world.
+    pub path: Vec<Key>,
+}
+
+impl Tool {
+    fn default_name() -> String {
+        "tool".to_owned()
+    }
+}
+
+/// What a tool occupies in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ToolShape {
+    /// A ball centred at the tool's origin.
+    Sphere {
+        /// Radius (m).
+        radius: f64,
+    },
+    /// A half-space through the tool's origin; its normal points away from the solid side.
+    Plane {
+        /// Outward normal, of any length above zero.
+        #[schemars(with = "[f64; 3]")]
+        normal: DVec3,
+    },
+    /// A cylinder with round ends.
+    Capsule {
+        /// First end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        from: DVec3,
+        /// Second end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        to: DVec3,
+        /// Radius (m).
+        radius: f64,
+    },
+}
+
+/// A stroke of a blade: the surface that its edge sweeps through the world is cut open.
+///
+/// The stroke starts at the path's first key and ends at its last.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cut {
+    /// Name in reports; unique among the cuts.
+    #[serde(default = "Cut::default_name")]
+    pub name: String,
+    /// Name of the body that is cut; every body where not given.
+    #[serde(default)]
+    pub body: Option<String>,
+    /// Points (m) of the blade's edge in the blade's own frame, at least two.
+    #[schemars(with = "Vec<[f64; 3]>")]
+    pub edge: Vec<DVec3>,
+    /// How the blade moves through the world, at least two keys.
+    pub path: Vec<Key>,
+    /// When the edge is taken up along the way; START and END are always taken up.
+    #[serde(default)]
+    pub capture: Capture,
+    /// Distance (m) below which the cut joins an earlier cut; chosen from the spacing where not given.
+    #[serde(default)]
+    pub weld_tolerance: Option<f64>,
+}
+
+impl Cut {
+    fn default_name() -> String {
+        "cut".to_owned()
+    }
+
+    /// Time (s) of the first key.
+    ///
+    /// # Panics
+    /// If the path has no key; a validated scene has two at least.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.path.first().expect("a validated cut has keys").time
+    }
+
+    /// Time (s) of the last key.
+    ///
+    /// # Panics
+    /// If the path has no key; a validated scene has two at least.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.path.last().expect("a validated cut has keys").time
+    }
+
+    /// World points (m) of the blade's edge at `time` (s).
+    #[must_use]
+    pub fn edge_at(&self, time: f64) -> Vec<DVec3> {
+        let pose = pose_at(&self.path, time);
+        self.edge.iter().map(|&point| pose.apply(point)).collect()
+    }
+
+    /// Times (s) at which the edge is taken up, in increasing order, first and last key included.
+    ///
+    /// Between two keys the intervals are equal; a distance takes as few of them as let the
+    /// farthest edge point, whose way is measured by chords, move that far in each.
+    #[must_use]
+    pub fn capture_times(&self) -> Vec<f64> {
+        let mut times = Vec::new();
+        for pair in self.path.windows(2) {
+            let (from, to) = (pair[0].time, pair[1].time);
+            let intervals = match self.capture {
+                Capture::Rate(rate) => ((to - from) * rate).ceil(),
+                Capture::Distance(distance) => (self.travel(from, to) / distance).ceil(),
+            }
+            .max(1.0);
+            let mut index = 0.0;
+            while index < intervals {
+                times.push(from + (to - from) * (index / intervals));
+                index += 1.0;
+            }
+        }
+        times.extend(self.path.last().map(|key| key.time));
+        times
+    }
+
+    /// Longest way (m) of an edge point over the whole stroke.
+    pub(super) fn way(&self) -> f64 {
+        self.path
+            .windows(2)
+            .map(|pair| self.travel(pair[0].time, pair[1].time))
+            .sum()
+    }
+
+    /// Longest way (m) of an edge point between two times (s), by 16 chords.
+    fn travel(&self, from: f64, to: f64) -> f64 {
+        const CHORDS: u32 = 16;
+        let mut way = vec![0.0; self.edge.len()];
+        let mut before = self.edge_at(from);
+        for index in 1..=CHORDS {
+            let now = self.edge_at(from + (to - from) * f64::from(index) / f64::from(CHORDS));
+            for ((way, a), b) in way.iter_mut().zip(&before).zip(&now) {
+                *way += a.distance(*b);
+            }
+            before = now;
+        }
+        way.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// When the edge of a moving blade is taken up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Capture {
+    /// Times per second (1/s).
+    Rate(f64),
+    /// Every time the fastest point of the edge has moved this far (m).
+    Distance(f64),
+}
+
+impl Default for Capture {
+    fn default() -> Self {
+        Self::Rate(60.0)
+    }
+}

@@ -1,0 +1,472 @@
+//! Where a key stands in the text of a scene.
+//!
+//! RON's deserializer knows places only while it parses. Checks that come later (a negative
+//! modulus, a missing file) and overrides need the place of a *key path* such as
+//! `bodies[0].material.density`, so this module reads the text once more, loosely, into a tree of
+//! spans. It judges nothing: a text it cannot follow has no places.
+
+use std::fmt;
+use std::ops::Range;
+
+/// One step of a key path.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Segment {
+    Key(String),
+    Index(usize),
+}
+
+/// A key path: `bodies[0].material.density`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct KeyPath(pub(crate) Vec<Segment>);
+
+impl KeyPath {
+    /// Reads a path; nothing where it is not one.
+    pub(crate) fn parse(text: &str) -> Option<Self> {
+        let mut segments = Vec::new();
+        for part in text.split('.') {
+            let (key, indices) = part
+                .split_once('[')
+                .map_or((part, None), |(key, rest)| (key, Some(rest)));
+            if is_identifier(key) {
+                segments.push(Segment::Key(key.to_owned()));
+            } else {
+                return None;
+            }
+            if let Some(rest) = indices {
+                for index in rest.strip_suffix(']')?.split("][") {
+                    segments.push(Segment::Index(index.trim().parse().ok()?));
+                }
+            }
+        }
+        Some(Self(segments))
+    }
+
+    /// Whether `self` is `other` or lies above it.
+    pub(crate) fn contains(&self, other: &Self) -> bool {
+        other.0.starts_with(&self.0)
+    }
+}
+
+impl fmt::Display for KeyPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, segment) in self.0.iter().enumerate() {
+            match segment {
+                Segment::Key(key) if at == 0 => f.write_str(key)?,
+                Segment::Key(key) => write!(f, ".{key}")?,
+                Segment::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_identifier(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// A value in the text.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Node {
+    /// Bytes of the whole value, its name included.
+    pub(crate) span: Range<usize>,
+    pub(crate) content: Content,
+}
+
+/// What a value is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Content {
+    /// `Name(key: value, ..)`; `open` is the byte after the bracket.
+    Struct {
+        open: usize,
+        fields: Vec<(String, Range<usize>, Node)>,
+    },
+    /// `Name(value, ..)`
+    Tuple { named: bool, items: Vec<Node> },
+    /// `[value, ..]`
+    List(Vec<Node>),
+    /// A number, string, unit or anything else.
+    Leaf,
+}
+
+impl Node {
+    /// The tree of a text; nothing where brackets or separators do not fit.
+    pub(crate) fn read(text: &str) -> Option<Self> {
+        let mut reader = Reader { text, at: 0 };
+        reader.skip();
+        while reader.rest().starts_with("#!") {
+            reader.at += reader.rest().find(']')? + 1;
+            reader.skip();
+        }
+        let node = reader.value()?;
+        reader.skip();
+        reader.rest().is_empty().then_some(node)
+    }
+
+    /// The value seen through `Some(..)` and other names around a single value.
+    pub(crate) fn inner(&self) -> &Self {
+        match &self.content {
+            Content::Tuple { named: true, items } if items.len() == 1 => items[0].inner(),
+            _ => self,
+        }
+    }
+
+    /// The value one step down.
+    pub(crate) fn child(&self, segment: &Segment) -> Option<&Self> {
+        match (&self.inner().content, segment) {
+            (Content::Struct { fields, .. }, Segment::Key(key)) => fields
+                .iter()
+                .find(|(name, ..)| name == key)
+                .map(|(.., node)| node),
+            (Content::List(items) | Content::Tuple { items, .. }, Segment::Index(index)) => {
+                items.get(*index)
+            }
+            _ => None,
+        }
+    }
+
+    /// Byte at which the value of `path` starts; that of the nearest value above it which is
+    /// written out where it is not.
+    pub(crate) fn place_of(&self, path: &KeyPath) -> (usize, bool) {
+        let mut node = self;
+        for segment in &path.0 {
+            match node.child(segment) {
+                Some(child) => node = child,
+                None => return (node.span.start, false),
+            }
+        }
+        (node.span.start, true)
+    }
+
+    /// Path of the innermost struct or list that holds `byte`.
+    pub(crate) fn path_around(&self, byte: usize) -> KeyPath {
+        let mut path = Vec::new();
+        let mut node = self.inner();
+        loop {
+            let next = match &node.content {
+                Content::Struct { fields, .. } => fields
+                    .iter()
+                    .find(|(_, key, value)| key.end <= byte && value.span.contains(&byte))
+                    .map(|(name, _, value)| (Segment::Key(name.clone()), value)),
+                Content::List(items) | Content::Tuple { items, .. } => items
+                    .iter()
+                    .enumerate()
+                    .find(|(_, item)| item.span.contains(&byte))
+                    .map(|(index, item)| (Segment::Index(index), item)),
+                Content::Leaf => None,
+            };
+            match next {
+                Some((segment, child)) if !matches!(child.inner().content, Content::Leaf) => {
+                    path.push(segment);
+                    node = child.inner();
+                }
+                _ => return KeyPath(path),
+            }
+        }
+    }
+}
+
+/// Line and column, both from 1 and the column in characters, of a byte of `text`.
+pub(crate) fn line_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = &text[..byte];
+    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    (
+        before.matches('\n').count() + 1,
+        before[line_start..].chars().count() + 1,
+    )
+}
+
+/// Byte of a line and column of `text`, both from 1.
+pub(crate) fn byte_at(text: &str, line: usize, column: usize) -> usize {
+    let start: usize = text
+        .split_inclusive('\n')
+        .take(line.saturating_sub(1))
+        .map(str::len)
+        .sum();
+    text[start..]
+        .char_indices()
+        .nth(column.saturating_sub(1))
+        .map_or(text.len(), |(at, _)| start + at)
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    /// Skips white space and comments (block comments nest).
+    fn skip(&mut self) {
+        loop {
+            let rest = self.rest();
+            let trimmed = rest.trim_start();
+            self.at += rest.len() - trimmed.len();
+            if trimmed.starts_with("//") {
+                self.at += trimmed.find('\n').unwrap_or(trimmed.len());
+            } else if trimmed.starts_with("/*") {
+                let mut depth = 0_usize;
+                let mut bytes = trimmed.as_bytes();
+                loop {
+                    if bytes.starts_with(b"/*") {
+                        depth += 1;
+                        bytes = &bytes[2..];
+                    } else if bytes.starts_with(b"*/") {
+                        depth -= 1;
+                        bytes = &bytes[2..];
+                    } else if bytes.is_empty() {
+                        break;
+                    } else {
+                        bytes = &bytes[1..];
+                    }
+                    if depth == 0 {
+                        break;
+                    }
+                }
+                self.at = self.text.len() - bytes.len();
+            } else {
+                return;
+            }
+        }
+    }
+
+    fn take(&mut self, token: char) -> bool {
+        let found = self.rest().starts_with(token);
+        if found {
+            self.at += token.len_utf8();
+        }
+        found
+    }
+
+    fn identifier(&mut self) -> Option<(String, Range<usize>)> {
+        let rest = self.rest();
+        let length = rest
+            .find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+            .unwrap_or(rest.len());
+        let word = &rest[..length];
+        is_identifier(word).then(|| {
+            let span = self.at..self.at + length;
+            self.at = span.end;
+            (word.to_owned(), span)
+        })
+    }
+
+    fn value(&mut self) -> Option<Node> {
+        let start = self.at;
+        let named = self.identifier().is_some();
+        let after_name = self.at;
+        self.skip();
+        let content = if self.take('(') {
+            self.parenthesized(named)?
+        } else if named {
+            self.at = after_name;
+            if self.rest().starts_with(['"', '#']) {
+                self.at = start;
+                self.string()?;
+            }
+            Content::Leaf
+        } else if self.take('[') {
+            Content::List(self.items(']')?)
+        } else if self.take('{') {
+            while !self.take('}') {
+                self.value()?;
+                self.skip();
+                if !self.take(':') && !self.take(',') && !self.rest().starts_with('}') {
+                    return None;
+                }
+                self.skip();
+            }
+            Content::Leaf
+        } else if self.rest().starts_with(['"', '\'']) {
+            self.string()?;
+            Content::Leaf
+        } else {
+            let rest = self.rest();
+            let length = rest
+                .find(|c: char| c.is_whitespace() || ",:()[]{}\"'/".contains(c))
+                .unwrap_or(rest.len());
+            if length == 0 {
+                return None;
+            }
+            self.at += length;
+            Content::Leaf
+        };
+        Some(Node {
+            span: start..self.at,
+            content,
+        })
+    }
+
+    fn parenthesized(&mut self, named: bool) -> Option<Content> {
+        let open = self.at;
+        self.skip();
+        let before = self.at;
+        let is_struct = self.identifier().is_some() && {
+            self.skip();
+            self.rest().starts_with(':')
+        };
+        self.at = before;
+        if !is_struct {
+            return Some(Content::Tuple {
+                named,
+                items: self.items(')')?,
+            });
+        }
+        let mut fields = Vec::new();
+        loop {
+            self.skip();
+            if self.take(')') {
+                return Some(Content::Struct { open, fields });
+            }
+            let (name, key) = self.identifier()?;
+            self.skip();
+            if !self.take(':') {
+                return None;
+            }
+            self.skip();
+            fields.push((name, key, self.value()?));
+            self.skip();
+            if !self.take(',') && !self.rest().starts_with(')') {
+                return None;
+            }
+        }
+    }
+
+    fn items(&mut self, close: char) -> Option<Vec<Node>> {
+        let mut items = Vec::new();
+        loop {
+            self.skip();
+            if self.take(close) {
+                return Some(items);
+            }
+            items.push(self.value()?);
+            self.skip();
+            if !self.take(',') && !self.rest().starts_with(close) {
+                return None;
+            }
+        }
+    }
+
+    /// A string, raw string or character.
+    fn string(&mut self) -> Option<()> {
+        let rest = self.rest();
+        let body = rest.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+        let hashes = body.len() - body.trim_start_matches('#').len();
+        let prefix = rest.len() - body.len();
+        let raw = rest[..prefix].ends_with('r');
+        let quoted = &body[hashes..];
+        let quote = quoted.chars().next().filter(|c| "\"'".contains(*c))?;
+        let inside = &quoted[1..];
+        let end = if raw {
+            let close = format!("\"{}", "#".repeat(hashes));
+            inside.find(&close)? + close.len()
+        } else {
+            let mut escaped = false;
+            inside
+                .char_indices()
+                .find(|&(_, c)| {
+                    let closes = c == quote && !escaped;
+                    escaped = c == '\\' && !escaped;
+                    closes
+                })
+                .map(|(at, _)| at + 1)?
+        };
+        self.at += prefix + hashes + 1 + end;
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Content, KeyPath, Node, Segment, byte_at, line_column};
+
+    const TEXT: &str = r##"// a scene (with brackets
+Scene(
+    name: "a \" (b", /* nested /* ( */ */
+    raw: r#"x " ("#,
+    bodies: [
+        (shape: Box(size: (1.0, 2e-3, -3)), skin: Some((color: (1, 0, 0)))),
+        (material: (density: 1.06e3,),),
+    ],
+    map: { "k": (1, 2), 'c': [] },
+    unit: None,
+)
+"##;
+
+    fn slice(path: &str) -> Option<&'static str> {
+        let tree = Node::read(TEXT).expect("the text is well formed");
+        let mut node = &tree;
+        for segment in &KeyPath::parse(path).expect("a path").0 {
+            node = node.child(segment)?;
+        }
+        Some(&TEXT[node.span.clone()])
+    }
+
+    #[test]
+    fn finds_values_by_path() {
+        assert_eq!(slice("bodies[1].material.density"), Some("1.06e3"));
+        assert_eq!(slice("bodies[0].shape.size[2]"), Some("-3"));
+        assert_eq!(slice("bodies[0].skin.color[0]"), Some("1"));
+        assert_eq!(slice("name"), Some(r#""a \" (b""#));
+        assert_eq!(slice("raw"), Some(r##"r#"x " ("#"##));
+        assert_eq!(slice("unit"), Some("None"));
+        assert_eq!(slice("bodies[2]"), None);
+        assert_eq!(slice("bodies[0].color"), None);
+    }
+
+    #[test]
+    fn names_the_path_around_a_byte() {
+        let tree = Node::read(TEXT).expect("the text is well formed");
+        let byte = TEXT.find("density").expect("it is there");
+        assert_eq!(tree.path_around(byte).to_string(), "bodies[1].material");
+        let byte = TEXT.find("name").expect("it is there");
+        assert_eq!(tree.path_around(byte).to_string(), "");
+    }
+
+    #[test]
+    fn places_a_default_at_the_value_above_it() {
+        let tree = Node::read(TEXT).expect("the text is well formed");
+        let path = KeyPath::parse("bodies[1].material.poissons_ratio").expect("a path");
+        let (byte, written) = tree.place_of(&path);
+        assert!(!written);
+        assert!(TEXT[byte..].starts_with("(density"));
+    }
+
+    #[test]
+    fn refuses_what_it_cannot_follow() {
+        for text in ["", "(", "(a: 1", "(a: 1 b: 2)", "[1, 2", "(a: \"x)", "1 2"] {
+            assert_eq!(Node::read(text), None, "{text}");
+        }
+        assert!(matches!(
+            Node::read("()").map(|node| node.content),
+            Some(Content::Tuple { .. })
+        ));
+    }
+
+    #[test]
+    fn paths_round_trip_and_reject_noise() {
+        for path in ["a", "a.b", "a[3].b[0][1].c_2"] {
+            assert_eq!(KeyPath::parse(path).expect("a path").to_string(), path);
+        }
+        for path in ["", "a.", ".a", "a[", "a[x]", "a[1", "a b", "a[1]b", "1"] {
+            assert_eq!(KeyPath::parse(path), None, "{path}");
+        }
+        assert_eq!(
+            KeyPath::parse("a[3]").expect("a path").0,
+            [Segment::Key("a".to_owned()), Segment::Index(3)]
+        );
+    }
+
+    #[test]
+    fn lines_and_columns_invert() {
+        let text = "aé\nb\n";
+        for (byte, _) in text.char_indices() {
+            let (line, column) = line_column(text, byte);
+            assert_eq!(byte_at(text, line, column), byte);
+        }
+        assert_eq!(line_column(text, 4), (2, 1));
+    }
+}

@@ -1,0 +1,153 @@
+//! The default scene of a mesh that comes without one.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::read::Override;
+use super::{Axis, Body, Cut, Key, Pictures, Region, Scene, SceneError, Shape, Support};
+
+/// Bounding box of a mesh in the units and axes of its file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshExtent {
+    /// Smallest coordinates of the vertices in use.
+    pub min: DVec3,
+    /// Largest coordinates of the vertices in use.
+    pub max: DVec3,
+}
+
+/// How the unit of a mesh file was understood.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum UnitGuess {
+    /// The size is that of a body in metres.
+    Metres,
+    /// The size would be absurd in metres: scaled so that the longest side is as long as an organ.
+    Scaled {
+        /// Metres per unit of the file.
+        scale: f64,
+        /// Longest side (m) after scaling.
+        longest: f64,
+    },
+}
+
+impl UnitGuess {
+    /// Metres per unit of the file.
+    #[must_use]
+    pub const fn scale(&self) -> f64 {
+        match *self {
+            Self::Metres => 1.0,
+            Self::Scaled { scale, .. } => scale,
+        }
+    }
+}
+
+/// Longest side (m) that a mesh without a stated unit is given.
+const ORGAN_LENGTH: f64 = 0.15;
+/// Longest sides (m) that are taken as metres: from a gallstone to a trunk.
+const PLAUSIBLE_LENGTH: std::ops::RangeInclusive<f64> = 0.01..=1.0;
+
+/// Guesses the unit of a mesh from its longest side.
+#[must_use]
+pub fn guess_unit(extent: &MeshExtent) -> UnitGuess {
+    let longest = (extent.max - extent.min).max_element();
+    if PLAUSIBLE_LENGTH.contains(&longest) {
+        UnitGuess::Metres
+    } else {
+        UnitGuess::Scaled {
+            scale: ORGAN_LENGTH / longest,
+            longest: ORGAN_LENGTH,
+        }
+    }
+}
+
+impl Scene {
+    /// The default scene of a mesh: held by the back quarter of its box, under gravity, cut from
+    /// the front down into its upper side, and drawn.
+    ///
+    /// `extent` is the box of the mesh as it lies in the file; OBJ and PLY files are taken to have
+    /// +y up, as their tools do, all others +z.
+    ///
+    /// # Errors
+    /// [`SceneError`] if an override does not fit, or the file cannot be read any more.
+    ///
+    /// # Panics
+    /// If the box is empty or not finite; the caller has read the mesh.
+    pub fn for_mesh(
+        file: &Path,
+        extent: &MeshExtent,
+        overrides: &[Override],
+    ) -> Result<(Self, UnitGuess), SceneError> {
+        let size = extent.max - extent.min;
+        assert!(
+            size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,
+            "the box of a mesh must have a size, not {size}"
+        );
+        let unit = guess_unit(extent);
+        let up = default_up(file);
+        let turned = |corner: DVec3| up.rotation() * (corner * unit.scale());
+        let (a, b) = (turned(extent.min), turned(extent.max));
+        let mut scene = standing(file, unit.scale(), up, a.min(b), a.max(b));
+        scene.name = file
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned())
+            .map(|stem| stem.replace(|c: char| !(c.is_alphanumeric() || "-_. ".contains(c)), "-"))
+            .filter(|stem| stem.starts_with(|c: char| c.is_alphanumeric()))
+            .unwrap_or_else(|| "mesh".to_owned());
+        let origin = format!("default scene of {}", file.display());
+        let scene = Self::from_text(&scene.to_ron(), &origin, Path::new(""), overrides)?;
+        Ok((scene, unit))
+    }
+}
+
+fn default_up(file: &Path) -> Axis {
+    let extension = file.extension().map(|text| text.to_ascii_lowercase());
+    match extension.as_deref().and_then(|text| text.to_str()) {
+        Some("obj" | "ply") => Axis::Y,
+        _ => Axis::Z,
+    }
+}
+
+/// The scene for a mesh that fills the box `min` to `max` (m, z up).
+fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene {
+    let size = max - min;
+    let at = |x: f64, y: f64, z: f64| min + size * DVec3::new(x, y, z);
+    let mut body = Body::new(Shape::Mesh {
+        file: file.to_owned(),
+        scale,
+        up,
+    });
+    body.name = "organ".to_owned();
+    let mut scene = Scene::new("mesh", vec![body]);
+    scene.description = "default scene of a mesh: held at its back, cut from the front".to_owned();
+    scene.supports.push(Support {
+        body: None,
+        region: Region::HalfSpace {
+            point: at(0.5, 0.75, 0.5),
+            normal: DVec3::Y,
+        },
+        motion: super::Motion::Fixed,
+    });
+    // An upright edge, from the middle of the height to above the top, drawn towards the back.
+    scene.cuts.push(Cut {
+        name: "incision".to_owned(),
+        body: None,
+        edge: vec![DVec3::ZERO, DVec3::new(0.0, 0.0, size.z)],
+        path: vec![
+            Key {
+                time: 0.1,
+                position: at(0.4, -0.1, 0.45),
+                rotation: DVec3::ZERO,
+            },
+            Key {
+                time: 1.6,
+                position: at(0.4, 0.6, 0.45),
+                rotation: DVec3::ZERO,
+            },
+        ],
+        capture: super::Capture::default(),
+        weld_tolerance: None,
+    });
+    scene.integration.duration = 2.5;
+    scene.pictures = Some(Pictures::default());
+    scene
+}

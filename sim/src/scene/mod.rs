@@ -1,0 +1,101 @@
+//! Scene files: what is simulated, in RON, with SI units.
+//!
+//! A scene is read ([`Scene::load`], [`Scene::embedded`], [`Scene::for_mesh`]), changed by
+//! overrides and validated once; whoever holds a [`Scene`] from one of these may rely on its values
+//! being finite and in range. Times of keys count from the end of settling.
+
+mod body;
+mod embedded;
+mod error;
+mod event;
+mod locate;
+mod mesh;
+mod path;
+mod read;
+mod settings;
+mod suggest;
+mod validate;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use body::{Axis, Body, Material, Model, Sampling, Shape, SurfelTarget, Surfels, Target};
+pub use embedded::{EMBEDDED, Embedded};
+pub use error::{Place, SceneError};
+pub use event::{Capture, Cut, Gravity, Motion, Region, Support, Tool, ToolShape};
+pub use mesh::{MeshExtent, UnitGuess, guess_unit};
+pub use path::{Key, Pose, pose_at};
+pub use read::Override;
+pub use settings::{Integration, Observe, Pictures, Settle, View};
+
+/// The version of the scene format that this program reads.
+pub const VERSION: u32 = 1;
+
+/// A scene: bodies, what acts on them, how time passes and what is written down.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Version of the format; 1.
+    pub version: u32,
+    /// Name in reports and of the default output folder.
+    #[serde(default = "Scene::default_name")]
+    pub name: String,
+    /// One line for people.
+    #[serde(default)]
+    pub description: String,
+    /// The deformable bodies, at least one.
+    pub bodies: Vec<Body>,
+    /// Regions that are held or driven.
+    #[serde(default)]
+    pub supports: Vec<Support>,
+    /// Uniform gravity; `None` for weightlessness.
+    #[serde(default = "Scene::default_gravity")]
+    pub gravity: Option<Gravity>,
+    /// Rigid tools.
+    #[serde(default)]
+    pub tools: Vec<Tool>,
+    /// Strokes of blades.
+    #[serde(default)]
+    pub cuts: Vec<Cut>,
+    /// Time stepping.
+    #[serde(default)]
+    pub integration: Integration,
+    /// What is written down.
+    #[serde(default)]
+    pub observe: Observe,
+    /// What is drawn; `None` draws nothing and computes no surfels.
+    #[serde(default)]
+    pub pictures: Option<Pictures>,
+}
+
+impl Scene {
+    /// A scene of `bodies` with everything else at its default.
+    #[must_use]
+    pub fn new(name: &str, bodies: Vec<Body>) -> Self {
+        Self {
+            version: VERSION,
+            name: name.to_owned(),
+            description: String::new(),
+            bodies,
+            supports: Vec::new(),
+            gravity: Self::default_gravity(),
+            tools: Vec::new(),
+            cuts: Vec::new(),
+            integration: Integration::default(),
+            observe: Observe::default(),
+            pictures: None,
+        }
+    }
+
+    fn default_name() -> String {
+        "scene".to_owned()
+    }
+
+    #[allow(
+        clippy::unnecessary_wraps,
+        reason = "serde asks for a value of the field's type"
+    )]
+    fn default_gravity() -> Option<Gravity> {
+        Some(Gravity::default())
+    }
+}

@@ -1,0 +1,78 @@
+//! Paths in time: how tools, blades and driven regions move.
+
+use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One key of a path: where something is at a time.
+///
+/// Between two keys the position is interpolated linearly and the rotation along the shorter arc;
+/// before the first and after the last key the pose stays at that key.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// Scene time (s), counted from the end of settling; keys are in increasing order.
+    pub time: f64,
+    /// Translation (m) of the thing that moves.
+    #[serde(default)]
+    #[schemars(with = "[f64; 3]")]
+    pub position: DVec3,
+    /// Rotation vector (degrees): direction is the axis, length the angle; applied before the translation.
+    #[serde(default)]
+    #[schemars(with = "[f64; 3]")]
+    pub rotation: DVec3,
+}
+
+/// Rotation and translation of a path at one time: `x = rotation * local + position`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Rotation from the local frame to the world.
+    pub rotation: DQuat,
+    /// Translation (m).
+    pub position: DVec3,
+}
+
+impl Pose {
+    /// The pose that moves nothing.
+    pub const IDENTITY: Self = Self {
+        rotation: DQuat::IDENTITY,
+        position: DVec3::ZERO,
+    };
+
+    /// World place (m) of the point `local` (m).
+    #[must_use]
+    pub fn apply(&self, local: DVec3) -> DVec3 {
+        self.rotation * local + self.position
+    }
+}
+
+impl Key {
+    fn pose(&self) -> Pose {
+        Pose {
+            rotation: DQuat::from_scaled_axis(self.rotation * (std::f64::consts::PI / 180.0)),
+            position: self.position,
+        }
+    }
+}
+
+/// Pose of a path at `time` (s); the identity for a path without keys.
+#[must_use]
+pub fn pose_at(path: &[Key], time: f64) -> Pose {
+    let after = path.partition_point(|key| key.time <= time);
+    let (Some(first), Some(last)) = (path.first(), path.last()) else {
+        return Pose::IDENTITY;
+    };
+    if after == 0 {
+        return first.pose();
+    }
+    if after == path.len() {
+        return last.pose();
+    }
+    let (from, to) = (&path[after - 1], &path[after]);
+    let fraction = (time - from.time) / (to.time - from.time);
+    let (a, b) = (from.pose(), to.pose());
+    Pose {
+        rotation: a.rotation.slerp(b.rotation, fraction),
+        position: a.position + (b.position - a.position) * fraction,
+    }
+}

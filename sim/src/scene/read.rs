@@ -1,0 +1,330 @@
+//! From text to a validated scene.
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use ron::extensions::Extensions;
+
+use super::embedded::{self, EMBEDDED};
+use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
+use super::locate::{Content, KeyPath, Node, Segment, byte_at, line_column};
+use super::suggest::nearest;
+use super::validate::{Fault, validate};
+use super::{Scene, Shape};
+
+/// A change of one value of a scene: `path.to.key=value`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Override {
+    path: KeyPath,
+    value: String,
+}
+
+impl Override {
+    /// Reads `path.to.key=value`; the value is RON.
+    ///
+    /// # Errors
+    /// [`SceneError::Override`] if there is no `=`, no key path before it or no single RON value
+    /// after it.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let error = |problem| SceneError::Override {
+            text: text.to_owned(),
+            problem,
+        };
+        let (path, value) = text
+            .split_once('=')
+            .ok_or_else(|| error(OverrideProblem::NoEquals))?;
+        let (path, value) = (path.trim(), value.trim());
+        let path = KeyPath::parse(path).ok_or_else(|| {
+            error(OverrideProblem::NoPath {
+                path: path.to_owned(),
+            })
+        })?;
+        if Node::read(value).is_none() {
+            return Err(error(OverrideProblem::NoValue {
+                value: value.to_owned(),
+            }));
+        }
+        Ok(Self {
+            path,
+            value: value.to_owned(),
+        })
+    }
+
+    /// The text with the value in place of what stands at the path, or added where nothing does.
+    fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
+        let tree = Node::read(text).ok_or(OverrideProblem::NoPart {
+            path: "the scene".to_owned(),
+        })?;
+        let mut node = tree.inner();
+        for (depth, segment) in self.path.0.iter().enumerate() {
+            if let Some(child) = node.child(segment) {
+                let last = depth + 1 == self.path.0.len();
+                node = if last { child } else { child.inner() };
+                continue;
+            }
+            let above = KeyPath(self.path.0[..depth].to_vec()).to_string();
+            let (at, end, before, after) = match (&node.content, segment) {
+                (Content::Struct { open, .. }, Segment::Key(_)) => (*open, *open, "", ", "),
+                (Content::Tuple { items, .. }, Segment::Key(_)) if items.is_empty() => {
+                    (node.span.start, node.span.end, "(", ")")
+                }
+                (Content::Leaf, Segment::Key(_)) if &text[node.span.clone()] == "None" => {
+                    (node.span.start, node.span.end, "(", ")")
+                }
+                (Content::List(items) | Content::Tuple { items, .. }, Segment::Index(index)) => {
+                    return Err(OverrideProblem::NoEntry {
+                        path: above,
+                        length: items.len(),
+                        index: *index,
+                    });
+                }
+                _ => return Err(OverrideProblem::NoPart { path: above }),
+            };
+            let added = self.nested(depth, &above)?;
+            return Ok(format!(
+                "{}{before}{added}{after}{}",
+                &text[..at],
+                &text[end..]
+            ));
+        }
+        Ok(format!(
+            "{}{}{}",
+            &text[..node.span.start],
+            self.value,
+            &text[node.span.end..]
+        ))
+    }
+
+    /// The value wrapped in the keys from `depth` on.
+    fn nested(&self, depth: usize, above: &str) -> Result<String, OverrideProblem> {
+        let mut text = self.value.clone();
+        for (from_end, segment) in self.path.0[depth..].iter().rev().enumerate() {
+            let Segment::Key(key) = segment else {
+                return Err(OverrideProblem::NoPart {
+                    path: above.to_owned(),
+                });
+            };
+            text = if from_end == 0 {
+                format!("{key}: {text}")
+            } else {
+                format!("{key}: ({text})")
+            };
+        }
+        Ok(text)
+    }
+}
+
+impl fmt::Display for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.path, self.value)
+    }
+}
+
+impl Scene {
+    /// Reads the scene file `file`, applies `overrides` in order and validates the result.
+    ///
+    /// Relative paths in the scene start at the file's folder.
+    ///
+    /// # Errors
+    /// A [`SceneError`] that names the place: the file cannot be read, is not RON, has an unknown
+    /// key or a value out of range, or an override does not fit.
+    pub fn load(file: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
+        let bytes = fs::read(file).map_err(|source| SceneError::Read {
+            file: file.to_owned(),
+            source,
+        })?;
+        let text = String::from_utf8(bytes).map_err(|error| SceneError::Read {
+            file: file.to_owned(),
+            source: std::io::Error::new(std::io::ErrorKind::InvalidData, error.utf8_error()),
+        })?;
+        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+        Self::from_text(&text, &file.display().to_string(), &folder, overrides)
+    }
+
+    /// The embedded scene `name` with `overrides`, validated.
+    ///
+    /// # Errors
+    /// [`SceneError::NoSuchScene`], or what [`Scene::load`] says of overrides.
+    pub fn embedded(name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
+        let scene = embedded::find(name).ok_or_else(|| SceneError::NoSuchScene {
+            name: name.to_owned(),
+            nearest: nearest(name, EMBEDDED.iter().map(|scene| scene.name)),
+            embedded: EMBEDDED.iter().map(|scene| scene.name).collect(),
+        })?;
+        let origin = format!("scene '{}'", scene.name);
+        Self::from_text(scene.text, &origin, Path::new(""), overrides)
+    }
+
+    /// Reads `text`, applies `overrides` in order and validates the result.
+    ///
+    /// `origin` names the text in messages; relative paths in the scene start at `folder`.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn from_text(
+        text: &str,
+        origin: &str,
+        folder: &Path,
+        overrides: &[Override],
+    ) -> Result<Self, SceneError> {
+        let mut scene = parse(text).map_err(|(position, problem)| SceneError::Format {
+            place: Place {
+                origin: origin.to_owned(),
+                position: Some(position),
+            },
+            problem: Box::new(problem),
+        })?;
+        let mut changed = text.to_owned();
+        for change in overrides {
+            let error = |problem| SceneError::Override {
+                text: change.to_string(),
+                problem,
+            };
+            changed = change.apply(&changed).map_err(error)?;
+            scene = parse(&changed).map_err(|(_, problem)| {
+                error(OverrideProblem::Format {
+                    problem: Box::new(problem),
+                })
+            })?;
+        }
+        for body in &mut scene.bodies {
+            if let Shape::Mesh { file, .. } = &mut body.shape {
+                *file = resolve(folder, file);
+            }
+        }
+        validate(&scene).map_err(|fault| located(fault, text, origin, overrides))?;
+        Ok(scene)
+    }
+
+    /// The scene as RON, all defaults written out; [`Scene::load`] reads it back as it was.
+    ///
+    /// # Panics
+    /// Never for a scene that was read: it holds nothing that RON cannot say.
+    #[must_use]
+    pub fn to_ron(&self) -> String {
+        let config = ron::ser::PrettyConfig::new()
+            .indentor("    ".to_owned())
+            .compact_arrays(false);
+        let mut text = options()
+            .to_string_pretty(self, config)
+            .expect("a scene is made of numbers, strings, lists and structs");
+        text.push('\n');
+        text
+    }
+}
+
+/// `file` as seen from the working folder, made absolute where the system can say how.
+fn resolve(folder: &Path, file: &Path) -> PathBuf {
+    let joined = folder.join(file);
+    std::path::absolute(&joined).unwrap_or(joined)
+}
+
+fn options() -> ron::Options {
+    ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
+}
+
+/// Reads a scene without validating it; the error has line and column.
+fn parse(text: &str) -> Result<Scene, ((usize, usize), FormatProblem)> {
+    options().from_str(text).map_err(|error| {
+        let tree = Node::read(text);
+        let end = byte_at(text, error.span.end.line, error.span.end.col);
+        let start = byte_at(text, error.span.start.line, error.span.start.col);
+        let owner = tree
+            .as_ref()
+            .map(|tree| tree.path_around(start).to_string());
+        let place = |word: &str| word_start(text, word, start, end);
+        let owner_or = |outer: &Option<String>| match (&owner, outer) {
+            (Some(path), _) if !path.is_empty() => path.clone(),
+            (Some(_), _) => "the scene".to_owned(),
+            (None, Some(outer)) => outer.clone(),
+            (None, None) => "the scene".to_owned(),
+        };
+        let (byte, problem) = match error.code {
+            ron::Error::NoSuchStructField {
+                expected,
+                found,
+                outer,
+            } => (
+                place(&found),
+                FormatProblem::UnknownKey {
+                    nearest: nearest(&found, expected.iter().copied()),
+                    owner: owner_or(&outer),
+                    expected: expected.to_vec(),
+                    found,
+                },
+            ),
+            ron::Error::NoSuchEnumVariant {
+                expected,
+                found,
+                outer,
+            } => (
+                place(&found),
+                FormatProblem::UnknownChoice {
+                    nearest: nearest(&found, expected.iter().copied()),
+                    owner: owner_or(&outer),
+                    expected: expected.to_vec(),
+                    found,
+                },
+            ),
+            ron::Error::MissingStructField { field, outer } => (
+                start,
+                FormatProblem::MissingKey {
+                    key: field,
+                    owner: owner_or(&outer),
+                },
+            ),
+            ron::Error::DuplicateStructField { field, outer } => (
+                place(field),
+                FormatProblem::DuplicateKey {
+                    key: field,
+                    owner: owner_or(&outer),
+                },
+            ),
+            error => (
+                start,
+                FormatProblem::Ron {
+                    error,
+                    owner: owner.unwrap_or_default(),
+                },
+            ),
+        };
+        (line_column(text, byte), problem)
+    })
+}
+
+/// Where the word that the deserializer just read starts: its last occurrence before the cursor.
+fn word_start(text: &str, word: &str, start: usize, end: usize) -> usize {
+    text[..end].rfind(word).unwrap_or(start)
+}
+
+/// The fault with the place where its value was written: an override or the text.
+fn located(fault: Fault, text: &str, origin: &str, overrides: &[Override]) -> SceneError {
+    let path = KeyPath::parse(&fault.path);
+    let by_override = path.as_ref().and_then(|path| {
+        overrides
+            .iter()
+            .rev()
+            .find(|change| change.path.contains(path))
+    });
+    let place = match (by_override, path, Node::read(text)) {
+        (Some(change), ..) => Place {
+            origin: format!("--set {change}"),
+            position: None,
+        },
+        (None, Some(path), Some(tree)) => Place {
+            origin: origin.to_owned(),
+            position: Some(line_column(text, tree.place_of(&path).0)),
+        },
+        _ => Place {
+            origin: origin.to_owned(),
+            position: None,
+        },
+    };
+    SceneError::Value {
+        place,
+        path: fault.path,
+        found: fault.found,
+        must: fault.must,
+    }
+}

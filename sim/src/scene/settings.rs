@@ -1,0 +1,151 @@
+//! How a scene is integrated, watched and drawn.
+
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Time stepping.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Integration {
+    /// Simulated time (s) after settling.
+    pub duration: f64,
+    /// Step as a share of the largest stable one, above 0 and at most 1.
+    pub step_factor: f64,
+    /// How the bodies come to rest before scene time starts; `None` starts at once.
+    pub settle: Option<Settle>,
+}
+
+impl Default for Integration {
+    fn default() -> Self {
+        Self {
+            duration: 4.0,
+            step_factor: 0.5,
+            settle: Some(Settle::default()),
+        }
+    }
+}
+
+/// Coming to rest before scene time 0, so that the first cut meets tissue that hangs still.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settle {
+    /// Rest is reached when the root of the mean squared speed of the mass stays below this (m/s).
+    pub speed: f64,
+    /// Longest time (s) to wait for rest.
+    pub limit: f64,
+    /// Mass-proportional damping (1/s) while settling, in place of the bodies' own.
+    pub damping: f64,
+}
+
+impl Default for Settle {
+    fn default() -> Self {
+        Self {
+            speed: 2.0e-3,
+            limit: 2.0,
+            damping: 15.0,
+        }
+    }
+}
+
+/// What is written down while the scene runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Observe {
+    /// Rows of `history.csv` per simulated second (1/s).
+    pub history_rate: f64,
+}
+
+impl Default for Observe {
+    fn default() -> Self {
+        Self {
+            history_rate: 100.0,
+        }
+    }
+}
+
+/// Frames drawn while the scene runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Pictures {
+    /// Width of a frame (pixels).
+    pub width: u32,
+    /// Height of a frame (pixels).
+    pub height: u32,
+    /// Frames per simulated second (1/s); also the speed of the animation.
+    pub rate: f64,
+    /// Where the camera stands.
+    pub view: View,
+    /// Whether the frames are also written as one animated file.
+    pub animation: bool,
+    /// Whether settling is drawn too.
+    pub settling: bool,
+}
+
+impl Default for Pictures {
+    fn default() -> Self {
+        Self {
+            width: 960,
+            height: 540,
+            rate: 25.0,
+            view: View::default(),
+            animation: true,
+            settling: true,
+        }
+    }
+}
+
+/// Where the camera stands.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum View {
+    /// Looks at the middle of the bodies, from a direction, so that they fill the frame.
+    Around {
+        /// Angle (degrees) about +z from -y (the front) towards +x.
+        #[serde(default = "View::default_azimuth")]
+        azimuth: f64,
+        /// Angle (degrees) above the horizontal plane.
+        #[serde(default = "View::default_elevation")]
+        elevation: f64,
+        /// Size in the frame: 1 fits the bodies at rest with a margin, 2 is twice as large.
+        #[serde(default = "View::default_zoom")]
+        zoom: f64,
+    },
+    /// Stands at a place.
+    Explicit {
+        /// Place of the eye (m).
+        #[schemars(with = "[f64; 3]")]
+        eye: DVec3,
+        /// Place looked at (m).
+        #[schemars(with = "[f64; 3]")]
+        target: DVec3,
+        /// Vertical field of view (degrees).
+        #[serde(default = "View::default_field_of_view")]
+        field_of_view: f64,
+    },
+}
+
+impl View {
+    const fn default_azimuth() -> f64 {
+        20.0
+    }
+    const fn default_elevation() -> f64 {
+        25.0
+    }
+    const fn default_zoom() -> f64 {
+        1.0
+    }
+    const fn default_field_of_view() -> f64 {
+        30.0
+    }
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self::Around {
+            azimuth: Self::default_azimuth(),
+            elevation: Self::default_elevation(),
+            zoom: Self::default_zoom(),
+        }
+    }
+}
