@@ -15,15 +15,12 @@ mod stroke;
 #[cfg(test)]
 mod tests;
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::ROWS_PER_TASK;
-use crate::symmetric::{SymmetricEigen, outer};
+use crate::stencil::{Row, StencilRank, build_rows, invert_moment, take_factors, validate};
+use crate::symmetric::outer;
 pub use stroke::{StrokeReport, normal_projector};
 
 /// How the stencils are built.
@@ -50,17 +47,6 @@ impl Default for ConservativeSettings {
             smallest_piece: 30,
         }
     }
-}
-
-/// What the neighbours of a node span.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StencilRank {
-    /// Number of independent directions: 3 full, 2 coplanar, 1 collinear, 0 no usable neighbour.
-    pub rank: u8,
-    /// `λ_max / λ_min` of the moment matrix, infinite if the smallest is not positive.
-    pub condition: f64,
-    /// Rank 2: unit normal of the plane. Rank 1: unit direction of the line. Otherwise zero.
-    pub axis: DVec3,
 }
 
 /// Outcome of the solve for μ.
@@ -107,13 +93,6 @@ pub struct ConservativeStencils {
     settings: ConservativeSettings,
 }
 
-/// One row before it is stored.
-struct Row {
-    moment_inverse: DMat3,
-    rank: StencilRank,
-    self_gradient: DVec3,
-}
-
 impl ConservativeStencils {
     /// Builds the stencils of a cloud: moment matrices, then one matrix-free solve.
     ///
@@ -156,7 +135,8 @@ impl ConservativeStencils {
             "one boundary vector per node"
         );
         assert_eq!(weights.len(), pairs, "one weight per pair");
-        validate(positions, volumes, boundary_vectors, &weights)?;
+        validate(positions, &weights)?;
+        validate_nodes(volumes, boundary_vectors)?;
         let mut stencils = Self {
             pair_gradients: vec![DVec3::ZERO; pairs],
             self_gradients: vec![DVec3::ZERO; count],
@@ -222,13 +202,12 @@ impl ConservativeStencils {
         for &node in touched {
             let node = node as usize;
             let pairs = neighborhoods.pairs(node);
-            for pair in pairs.clone() {
-                let value = factors[pair] * self.base_weights[pair];
-                if !(value >= 0.0 && value.is_finite()) {
-                    return Err(StencilError::Weight { pair, value });
-                }
-                self.weights[pair] = value;
-            }
+            take_factors(
+                &mut self.weights,
+                &self.base_weights,
+                factors,
+                pairs.clone(),
+            )?;
             let frame = RowFrame {
                 positions,
                 neighborhoods,
@@ -263,26 +242,10 @@ impl ConservativeStencils {
         let weights = &self.weights;
         let volumes = &self.volumes;
         let multipliers = &self.multipliers;
-        let tasks = split_rows(neighborhoods, &mut self.pair_gradients);
-        let built: Vec<Vec<Row>> = tasks
-            .into_par_iter()
-            .map(|(nodes, out)| {
-                let first = neighborhoods.pairs(nodes.start).start;
-                let mut rows = Vec::with_capacity(nodes.len());
-                for node in nodes {
-                    let pairs = neighborhoods.pairs(node);
-                    let slots = &mut out[pairs.start - first..pairs.end - first];
-                    rows.push(frame.build(
-                        node,
-                        &weights[pairs],
-                        volumes[node],
-                        multipliers,
-                        slots,
-                    ));
-                }
-                rows
-            })
-            .collect();
+        let built = build_rows(neighborhoods, &mut self.pair_gradients, |node, out| {
+            let weights = &weights[neighborhoods.pairs(node)];
+            frame.build(node, weights, volumes[node], multipliers, out)
+        });
         for (node, row) in built.into_iter().flatten().enumerate() {
             self.store(node, row);
         }
@@ -294,23 +257,6 @@ const NO_RANK: StencilRank = StencilRank {
     condition: f64::INFINITY,
     axis: DVec3::ZERO,
 };
-
-/// Splits the slots of all pairs into blocks of whole rows.
-fn split_rows<'a, T>(
-    neighborhoods: &Neighborhoods,
-    mut slots: &'a mut [T],
-) -> Vec<(Range<usize>, &'a mut [T])> {
-    let count = neighborhoods.node_count();
-    let mut tasks = Vec::with_capacity(count.div_ceil(ROWS_PER_TASK));
-    for first in (0..count).step_by(ROWS_PER_TASK) {
-        let last = (first + ROWS_PER_TASK).min(count);
-        let pairs = neighborhoods.pairs(last - 1).end - neighborhoods.pairs(first).start;
-        let (head, tail) = slots.split_at_mut(pairs);
-        tasks.push((first..last, head));
-        slots = tail;
-    }
-    tasks
-}
 
 /// What a row is built from.
 struct RowFrame<'a> {
@@ -361,48 +307,14 @@ impl RowFrame<'_> {
     }
 }
 
-/// Truncated inverse of a moment matrix with its rank, condition and axis.
-fn invert_moment(moment: &DMat3, tolerance: f64) -> (DMat3, StencilRank) {
-    let eigen = SymmetricEigen::new(moment);
-    let rank = eigen.rank(tolerance);
-    let (count, axis) = match rank {
-        3 => (3, DVec3::ZERO),
-        2 => (2, eigen.vectors[2]),
-        1 => (1, eigen.vectors[0]),
-        _ => (0, DVec3::ZERO),
-    };
-    let quality = StencilRank {
-        rank: count,
-        condition: eigen.condition(),
-        axis,
-    };
-    (eigen.truncated_inverse(rank), quality)
-}
-
-/// Refuses data that are not finite.
-fn validate(
-    positions: &[DVec3],
-    volumes: &[f64],
-    boundary_vectors: &[DVec3],
-    weights: &[f64],
-) -> Result<(), StencilError> {
-    if let Some(node) = positions.iter().position(|x| !x.is_finite()) {
-        return Err(StencilError::Position { node });
-    }
+/// Refuses volumes and boundary vectors that are not finite, and volumes that are not positive.
+fn validate_nodes(volumes: &[f64], boundary_vectors: &[DVec3]) -> Result<(), StencilError> {
     if let Some(node) = volumes.iter().position(|&v| !(v > 0.0 && v.is_finite())) {
-        return Err(StencilError::Volume {
-            node,
-            value: volumes[node],
-        });
+        let value = volumes[node];
+        return Err(StencilError::Volume { node, value });
     }
     if let Some(node) = boundary_vectors.iter().position(|b| !b.is_finite()) {
         return Err(StencilError::BoundaryVector { node });
-    }
-    if let Some(pair) = weights.iter().position(|&w| !(w >= 0.0 && w.is_finite())) {
-        return Err(StencilError::Weight {
-            pair,
-            value: weights[pair],
-        });
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::conservative::StencilRank;
+use crate::stencil::StencilRank;
 use crate::symmetric::outer;
 
 /// Deformation gradient `F_i = ∂x/∂X` at one node from `S = Σ_j (x_j − x_i) ⊗ g_ij`.

@@ -136,3 +136,60 @@ pub enum MapError {
         node: usize,
     },
 }
+
+/// A point at which shape functions cannot be formed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// Fewer supports hold the point than the basis has functions.
+    #[error("{found} supports hold the point, the basis needs {needed}; enlarge the support radii")]
+    TooFewNeighbors {
+        /// Supports that hold the point.
+        found: usize,
+        /// Number of functions in the basis.
+        needed: usize,
+    },
+    /// The moment matrix is singular to working precision: the nodes do not tell the functions of
+    /// the basis apart.
+    #[error(
+        "the nodes do not determine basis function {function}; enlarge the support radii or lower the order"
+    )]
+    SingularMoment {
+        /// First function that the ones before it already express.
+        function: usize,
+    },
+    /// A singular weight at the node itself.
+    #[error("the weight of node {node} is infinite at the point; evaluate beside the node")]
+    InfiniteWeight {
+        /// The node.
+        node: u32,
+    },
+    /// A kernel that cannot be normalised.
+    #[error("the kernel has no finite integral in this dimension; choose another for SPH")]
+    NoIntegral,
+}
+
+/// A surface that cannot be spread over the nodes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoundaryError {
+    /// The nodes cannot be searched, or a setting is not positive.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
+    /// A quadrature point or area vector that is NaN or infinite.
+    #[error("quadrature point {point} or its area vector is not finite")]
+    NotFinite {
+        /// Index of the quadrature point.
+        point: usize,
+    },
+    /// A quadrature point that no enlargement of the supports served.
+    #[error(
+        "quadrature point {point}: no well-posed support within {radius} m; the nodes are too far from the surface or lie in a plane"
+    )]
+    Unsupported {
+        /// Index of the quadrature point.
+        point: usize,
+        /// Largest radius tried.
+        radius: f64,
+    },
+}

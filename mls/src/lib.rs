@@ -1,25 +1,34 @@
 #![doc = include_str!("../README.md")]
 
+mod basis;
+mod boundary;
 mod conservative;
 mod deformation;
 mod error;
 mod kernel;
 mod map;
+mod masses;
 mod neighborhoods;
 mod parallel;
 mod search;
+mod shape;
+mod stencil;
 mod symmetric;
 mod weights;
 
+pub use basis::{Basis, Dimension, Order};
+pub use boundary::{BoundarySettings, boundary_vectors, triangle_quadrature};
 pub use conservative::{
-    ConservativeSettings, ConservativeStencils, SolveReport, StencilRank, StrokeReport,
-    normal_projector,
+    ConservativeSettings, ConservativeStencils, SolveReport, StrokeReport, normal_projector,
 };
 pub use deformation::{deformation_gradient, gradient_sum};
-pub use error::{CloudError, GraphError, MapError, StencilError};
+pub use error::{BoundaryError, CloudError, GraphError, MapError, ShapeError, StencilError};
 pub use kernel::Kernel;
 pub use map::{MapFrame, MapKind, MapSettings, MaterialMap, MaterialPoint};
+pub use masses::{NodalMasses, dissertation_masses};
 pub use neighborhoods::Neighborhoods;
 pub use search::{KNearest, NearestSettings, k_nearest, within_radius};
+pub use shape::{Approximation, ShapeScratch, sph_value};
+pub use stencil::{GradientStencils, StencilRank};
 pub use symmetric::SymmetricEigen;
 pub use weights::{inverse_square_weights, kernel_weights, mean_neighbor_distance};

@@ -6,6 +6,7 @@
 //! one-shot solution (eq. (62)) is only a first guess: here Newton's method is run on
 //! `X + u(X) − x = 0` to convergence.
 
+mod comparators;
 mod frame;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,363 @@
+use super::*;
+use crate::basis::{Dimension, Order};
+use glam::DQuat;
+use proptest::prelude::*;
+use testkit::cloud::Random;
+use testkit::derivative::directional_error;
+use testkit::strategies::{rotation, scale, vector};
+use testkit::tol::assert_below;
+
+const DIMENSIONS: [Dimension; 3] = [Dimension::One, Dimension::Two, Dimension::Three];
+const ORDERS: [Order; 3] = [Order::Constant, Order::Linear, Order::Quadratic];
+
+/// Sets the components outside the dimension to 0.
+fn flatten(x: DVec3, dimension: Dimension) -> DVec3 {
+    match dimension {
+        Dimension::One => DVec3::new(x.x, 0.0, 0.0),
+        Dimension::Two => DVec3::new(x.x, x.y, 0.0),
+        Dimension::Three => x,
+    }
+}
+
+/// A jittered lattice around the origin, about unit spacing, in the dimension given.
+fn cloud(dimension: Dimension, jitter: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = Random::new(seed);
+    let reach = |axis: usize| {
+        if axis < dimension.count() {
+            -3..=3
+        } else {
+            0..=0
+        }
+    };
+    let mut points = Vec::new();
+    for i in reach(0) {
+        for j in reach(1) {
+            for k in reach(2) {
+                let at = DVec3::new(f64::from(i), f64::from(j), f64::from(k));
+                points.push(at + flatten(random.vector(jitter), dimension));
+            }
+        }
+    }
+    points
+}
+
+/// A polynomial of the order with fixed coefficients, and its gradient.
+fn polynomial(order: Order, x: DVec3) -> (f64, DVec3) {
+    match order {
+        Order::Constant => (0.7, DVec3::ZERO),
+        Order::Linear => (
+            0.7 + x.dot(DVec3::new(1.0, -2.0, 0.5)),
+            DVec3::new(1.0, -2.0, 0.5),
+        ),
+        Order::Quadratic => {
+            let value = 0.7 - x.y + x.x * x.x - 0.5 * x.x * x.y + 2.0 * x.y * x.z + 0.3 * x.z * x.z;
+            let gradient = DVec3::new(
+                2.0 * x.x - 0.5 * x.y,
+                -1.0 - 0.5 * x.x + 2.0 * x.z,
+                2.0 * x.y + 0.6 * x.z,
+            );
+            (value, gradient)
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    /// Complete polynomials come back, values to 1e-12 of their size times the condition where that
+    /// is worse than 1e3, in all dimensions, orders and kernels, wherever the cloud lies and at any
+    /// scale.
+    #[test]
+    fn reproduces_polynomials(
+        seed in 0_u64..1000, at in vector(0.9), size in scale(), turn in rotation(), shift in vector(3.0),
+        jitter in 0.0..0.4_f64,
+    ) {
+        for dimension in DIMENSIONS {
+            let plain = cloud(dimension, jitter, seed);
+            let turn = if dimension == Dimension::Three { turn } else { DQuat::IDENTITY };
+            let place = |x: DVec3| (turn * x + flatten(shift, dimension)) * size;
+            let nodes: Vec<DVec3> = plain.iter().map(|&x| place(x)).collect();
+            let radii = vec![2.6 * size; nodes.len()];
+            let neighbors: Vec<u32> = (0..u32::try_from(nodes.len()).unwrap()).collect();
+            let x = flatten(at, dimension);
+            for order in ORDERS {
+                for kernel in [Kernel::Polynomial, Kernel::CubicSpline, Kernel::WendlandC2] {
+                    let approximation = Approximation {
+                        nodes: &nodes, support_radii: &radii,
+                        basis: Basis::polynomial(order, dimension), kernel,
+                    };
+                    let mut scratch = ShapeScratch::default();
+                    let mut phi = vec![0.0; nodes.len()];
+                    let mut gradient = vec![DVec3::ZERO; nodes.len()];
+                    let condition = approximation
+                        .shape_functions_into(place(x), &neighbors, &mut scratch, &mut phi, &mut gradient)
+                        .unwrap();
+                    let mut value = 0.0;
+                    let mut slope = DVec3::ZERO;
+                    let mut unit = 0.0;
+                    let mut none = DVec3::ZERO;
+                    for (j, &node) in plain.iter().enumerate() {
+                        let (u, _) = polynomial(order, node);
+                        value += phi[j] * u;
+                        slope += gradient[j] * u;
+                        unit += phi[j];
+                        none += gradient[j];
+                    }
+                    let (u, du) = polynomial(order, x);
+                    let du = turn * flatten(du, dimension);
+                    // Positions at distance |shift| carry an error of ε |shift| relative to the spacing.
+                    let allowed = 1e-12_f64.max(64.0 * f64::EPSILON * condition);
+                    let what = format!("{dimension:?} {order:?} {kernel:?}, condition {condition:.0e}");
+                    prop_assert!((unit - 1.0).abs() <= allowed, "{what}: partition of unity {unit}");
+                    prop_assert!(none.length() * size <= 4.0 * allowed, "{what}: {none}");
+                    prop_assert!((value - u).abs() <= 20.0 * allowed, "{what}: {value} against {u}");
+                    let error = (slope * size - du).length();
+                    prop_assert!(error <= 100.0 * allowed, "{what}: gradient error {error:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn gradient_is_the_derivative_of_the_values() {
+    for dimension in DIMENSIONS {
+        let nodes = cloud(dimension, 0.3, 17);
+        let radii: Vec<f64> = (0..nodes.len())
+            .map(|i| 2.4 + 0.01 * (i % 40) as f64)
+            .collect();
+        let neighbors: Vec<u32> = (0..u32::try_from(nodes.len()).unwrap()).collect();
+        let x = flatten(DVec3::new(0.31, -0.22, 0.4), dimension);
+        let direction = flatten(DVec3::new(0.5, -0.6, 0.62), dimension);
+        let mut bases: Vec<Basis> = ORDERS.map(|o| Basis::polynomial(o, dimension)).to_vec();
+        if dimension == Dimension::Two {
+            bases.push(Basis::CrackTip {
+                tip: DVec3::new(-0.4, 0.1, 0.0),
+                angle: 0.3,
+            });
+        }
+        for basis in bases {
+            for kernel in [
+                Kernel::Polynomial,
+                Kernel::CubicSpline,
+                Kernel::WendlandC2,
+                Kernel::InverseSquare,
+            ] {
+                let approximation = Approximation {
+                    nodes: &nodes,
+                    support_radii: &radii,
+                    basis,
+                    kernel,
+                };
+                let mut scratch = ShapeScratch::default();
+                let mut phi = vec![0.0; nodes.len()];
+                let mut gradient = vec![DVec3::ZERO; nodes.len()];
+                approximation
+                    .shape_functions_into(x, &neighbors, &mut scratch, &mut phi, &mut gradient)
+                    .unwrap();
+                let mut values_alone = vec![0.0; nodes.len()];
+                approximation
+                    .shape_values_into(x, &neighbors, &mut scratch, &mut values_alone)
+                    .unwrap();
+                assert_eq!(phi, values_alone);
+                for j in (0..nodes.len()).filter(|&j| phi[j] != 0.0).take(12) {
+                    let mut out = vec![0.0; nodes.len()];
+                    let along = |t: f64| {
+                        approximation
+                            .shape_values_into(
+                                x + direction * t,
+                                &neighbors,
+                                &mut scratch,
+                                &mut out,
+                            )
+                            .unwrap();
+                        out[j]
+                    };
+                    let slope = gradient[j].dot(direction);
+                    let error = directional_error(along, slope, 1e-3, 1e-2);
+                    assert_below(&format!("{basis:?} {kernel:?} node {j}"), error, 2e-7);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn crack_tip_basis_reproduces_the_opening_of_a_crack() {
+    let nodes = cloud(Dimension::Two, 0.2, 3);
+    let radii = vec![3.2; nodes.len()];
+    let neighbors: Vec<u32> = (0..u32::try_from(nodes.len()).unwrap()).collect();
+    let tip = DVec3::new(0.1, 0.07, 0.0);
+    let approximation = Approximation {
+        nodes: &nodes,
+        support_radii: &radii,
+        basis: Basis::CrackTip { tip, angle: 0.0 },
+        kernel: Kernel::Polynomial,
+    };
+    let field = |x: DVec3| {
+        let (dx, dy) = (x.x - tip.x, x.y - tip.y);
+        let theta = dy.atan2(dx);
+        dx.hypot(dy).sqrt() * (0.5 * theta).sin() * (1.0 + 2.0 * theta.sin()) + 0.5 * x.x - 1.0
+    };
+    let mut scratch = ShapeScratch::default();
+    let mut phi = vec![0.0; nodes.len()];
+    for x in [
+        DVec3::new(-0.5, 0.3, 0.0),
+        DVec3::new(0.6, -0.4, 0.0),
+        DVec3::new(-0.8, -0.2, 0.0),
+    ] {
+        let condition = approximation
+            .shape_values_into(x, &neighbors, &mut scratch, &mut phi)
+            .unwrap();
+        let value: f64 = phi
+            .iter()
+            .zip(&nodes)
+            .map(|(p, &node)| p * field(node))
+            .sum();
+        let allowed = 64.0 * f64::EPSILON * condition;
+        assert_below(
+            "opening field",
+            (value - field(x)).abs(),
+            allowed.max(1e-12),
+        );
+    }
+}
+
+#[test]
+fn observed_orders_of_convergence() {
+    // Errors on smooth data: value h^(m+1), gradient h^m for a basis of order m.
+    let field = |x: DVec3| (1.3 * x.x).sin() * (0.9 * x.y).cos() + (0.5 * x.z * x.x).exp();
+    let slope = |x: DVec3| {
+        let e = (0.5 * x.z * x.x).exp();
+        DVec3::new(
+            1.3 * (1.3 * x.x).cos() * (0.9 * x.y).cos() + 0.5 * x.z * e,
+            -0.9 * (1.3 * x.x).sin() * (0.9 * x.y).sin(),
+            0.5 * x.x * e,
+        )
+    };
+    let errors = |order: Order, h: f64| {
+        let nodes: Vec<DVec3> = cloud(Dimension::Three, 0.2, 23)
+            .iter()
+            .map(|&x| x * h)
+            .collect();
+        let radii = vec![2.3 * h; nodes.len()];
+        let neighbors: Vec<u32> = (0..u32::try_from(nodes.len()).unwrap()).collect();
+        let centre = DVec3::new(0.4, 0.3, -0.2);
+        let approximation = Approximation {
+            nodes: &nodes,
+            support_radii: &radii,
+            basis: Basis::polynomial(order, Dimension::Three),
+            kernel: Kernel::Polynomial,
+        };
+        let mut scratch = ShapeScratch::default();
+        let mut phi = vec![0.0; nodes.len()];
+        let mut gradient = vec![DVec3::ZERO; nodes.len()];
+        let mut random = Random::new(77);
+        let (mut value_error, mut slope_error) = (0.0, 0.0);
+        for _ in 0..60 {
+            let x = random.vector(0.5 * h);
+            approximation
+                .shape_functions_into(x, &neighbors, &mut scratch, &mut phi, &mut gradient)
+                .unwrap();
+            let mut value = 0.0;
+            let mut along = DVec3::ZERO;
+            for (j, &node) in nodes.iter().enumerate() {
+                value += phi[j] * field(centre + node);
+                along += gradient[j] * field(centre + node);
+            }
+            value_error += (value - field(centre + x)).powi(2);
+            slope_error += (along - slope(centre + x)).length_squared();
+        }
+        (value_error.sqrt(), slope_error.sqrt())
+    };
+    for (order, value_order, slope_order) in [
+        (Order::Constant, 1.0, 0.0),
+        (Order::Linear, 2.0, 1.0),
+        (Order::Quadratic, 3.0, 2.0),
+    ] {
+        let (coarse, fine) = (errors(order, 0.1), errors(order, 0.05));
+        let value = testkit::derivative::observed_order(coarse.0, fine.0, 2.0);
+        let slope = testkit::derivative::observed_order(coarse.1, fine.1, 2.0);
+        assert!(
+            value > value_order - 0.15,
+            "{order:?}: value of order {value:.2}"
+        );
+        assert!(
+            slope > slope_order - 0.15,
+            "{order:?}: gradient of order {slope:.2}"
+        );
+        assert!(
+            value < value_order + 1.3,
+            "{order:?}: value of order {value:.2} is suspicious"
+        );
+    }
+}
+
+#[test]
+fn every_error_is_named() {
+    let nodes = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0, DVec3::X * 3.0];
+    let neighbors = [0, 1, 2, 3];
+    let radii = [1.0, 3.0, 3.0, 3.0];
+    let mut scratch = ShapeScratch::default();
+    let mut phi = [0.0; 4];
+    let mut at = |x: f64, basis, kernel| {
+        Approximation {
+            nodes: &nodes,
+            support_radii: &radii,
+            basis,
+            kernel,
+        }
+        .shape_values_into(DVec3::X * x, &neighbors, &mut scratch, &mut phi)
+    };
+    let linear = Basis::polynomial(Order::Linear, Dimension::One);
+    let plane = Basis::polynomial(Order::Linear, Dimension::Two);
+    assert_eq!(
+        at(5.5, linear, Kernel::Polynomial),
+        Err(ShapeError::TooFewNeighbors {
+            found: 1,
+            needed: 2
+        })
+    );
+    assert_eq!(
+        at(1.5, plane, Kernel::Polynomial),
+        Err(ShapeError::SingularMoment { function: 2 })
+    );
+    assert_eq!(
+        at(1.0, linear, Kernel::InverseSquare),
+        Err(ShapeError::InfiniteWeight { node: 1 })
+    );
+    let approximation = Approximation {
+        nodes: &nodes,
+        support_radii: &radii,
+        basis: linear,
+        kernel: Kernel::InverseSquare,
+    };
+    assert_eq!(
+        sph_value(&approximation, DVec3::X, &neighbors, &[1.0; 4], &[1.0; 4]),
+        Err(ShapeError::NoIntegral)
+    );
+}
+
+#[test]
+fn sph_is_near_a_constant_inside_and_half_of_it_at_the_end() {
+    let nodes: Vec<DVec3> = (0..41).map(|i| DVec3::X * f64::from(i)).collect();
+    let neighbors: Vec<u32> = (0..41).collect();
+    let radii = vec![4.0; 41];
+    let approximation = Approximation {
+        nodes: &nodes,
+        support_radii: &radii,
+        basis: Basis::polynomial(Order::Linear, Dimension::One),
+        kernel: Kernel::Polynomial,
+    };
+    let at = |x: f64| {
+        sph_value(
+            &approximation,
+            DVec3::X * x,
+            &neighbors,
+            &[1.0; 41],
+            &[1.0; 41],
+        )
+        .unwrap()
+    };
+    assert_below("inside", (at(20.3) - 1.0).abs(), 2e-3);
+    assert_below("end", (at(0.0) - 0.637).abs(), 2e-3);
+}
