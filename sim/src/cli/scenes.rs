@@ -5,17 +5,24 @@ use std::io::{self, Write};
 use clap::Args;
 
 use super::CliError;
-use crate::scene::{EMBEDDED, Scene};
+use crate::scene::{EMBEDDED, Scene, key_reference};
 
 #[derive(Debug, Args)]
 pub(super) struct ScenesArguments {
     /// The scene to print; lists them all where not given.
     name: Option<String>,
+    /// Print the reference of all keys of a scene file as Markdown.
+    #[arg(long, conflicts_with = "name")]
+    keys: bool,
 }
 
 /// Lists the embedded scenes or prints one.
 pub(super) fn scenes(arguments: &ScenesArguments) -> Result<(), CliError> {
     let mut out = io::stdout().lock();
+    if arguments.keys {
+        out.write_all(key_reference().as_bytes())?;
+        return Ok(());
+    }
     let Some(name) = &arguments.name else {
         for scene in EMBEDDED {
             writeln!(out, "{:12}{}", scene.name, scene.summary)?;

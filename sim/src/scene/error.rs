@@ -134,7 +134,7 @@ pub enum OverrideProblem {
         value: String,
     },
     /// The list is shorter.
-    #[error("{path} has {length} entries; [{index}] is not one of them")]
+    #[error("{path}[{index}] is not there: {path} has {length}, counted from 0")]
     NoEntry {
         /// Path of the list.
         path: String,
@@ -181,7 +181,7 @@ struct DidYouMean(Option<&'static str>);
 impl fmt::Display for DidYouMean {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0
-            .map_or(Ok(()), |name| write!(f, ", did you mean '{name}'?"))
+            .map_or(Ok(()), |name| write!(f, " (did you mean '{name}'?)"))
     }
 }
 

@@ -209,14 +209,16 @@ impl Cut {
     /// farthest edge point, whose way is measured by chords, move that far in each.
     #[must_use]
     pub fn capture_times(&self) -> Vec<f64> {
+        /// So that 0.07 m in pieces of 0.01 m are 7 pieces, whatever the last bit says.
+        const ROUNDING: f64 = 1e-9;
         let mut times = Vec::new();
         for pair in self.path.windows(2) {
             let (from, to) = (pair[0].time, pair[1].time);
             let intervals = match self.capture {
-                Capture::Rate(rate) => ((to - from) * rate).ceil(),
-                Capture::Distance(distance) => (self.travel(from, to) / distance).ceil(),
-            }
-            .max(1.0);
+                Capture::Rate(rate) => (to - from) * rate,
+                Capture::Distance(distance) => self.travel(from, to) / distance,
+            };
+            let intervals = (intervals * (1.0 - ROUNDING)).ceil().max(1.0);
             let mut index = 0.0;
             while index < intervals {
                 times.push(from + (to - from) * (index / intervals));

@@ -1,5 +1,6 @@
 //! The default scene of a mesh that comes without one.
 
+use std::io;
 use std::path::Path;
 
 use glam::DVec3;
@@ -77,6 +78,12 @@ impl Scene {
         extent: &MeshExtent,
         overrides: &[Override],
     ) -> Result<(Self, UnitGuess), SceneError> {
+        if file.to_str().is_none() {
+            return Err(SceneError::Read {
+                file: file.to_owned(),
+                source: io::Error::new(io::ErrorKind::InvalidInput, "its path is not UTF-8"),
+            });
+        }
         let size = extent.max - extent.min;
         assert!(
             size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,

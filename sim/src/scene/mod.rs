@@ -8,6 +8,7 @@ mod body;
 mod embedded;
 mod error;
 mod event;
+mod keys;
 mod locate;
 mod mesh;
 mod path;
@@ -16,13 +17,17 @@ mod settings;
 mod suggest;
 mod validate;
 
+#[cfg(test)]
+mod tests;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use body::{Axis, Body, Material, Model, Sampling, Shape, SurfelTarget, Surfels, Target};
 pub use embedded::{EMBEDDED, Embedded};
-pub use error::{Place, SceneError};
+pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support, Tool, ToolShape};
+pub use keys::key_reference;
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;

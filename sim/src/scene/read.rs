@@ -175,13 +175,13 @@ impl Scene {
             },
             problem: Box::new(problem),
         })?;
-        let mut changed = text.to_owned();
         for change in overrides {
             let error = |problem| SceneError::Override {
                 text: change.to_string(),
                 problem,
             };
-            changed = change.apply(&changed).map_err(error)?;
+            // With all defaults written out, whatever can be set is there to be replaced.
+            let changed = change.apply(&scene.to_ron()).map_err(error)?;
             scene = parse(&changed).map_err(|(_, problem)| {
                 error(OverrideProblem::Format {
                     problem: Box::new(problem),
@@ -230,9 +230,8 @@ fn parse(text: &str) -> Result<Scene, ((usize, usize), FormatProblem)> {
         let tree = Node::read(text);
         let end = byte_at(text, error.span.end.line, error.span.end.col);
         let start = byte_at(text, error.span.start.line, error.span.start.col);
-        let owner = tree
-            .as_ref()
-            .map(|tree| tree.path_around(start).to_string());
+        let group = tree.as_ref().map(|tree| tree.path_around(start));
+        let owner = group.as_ref().map(KeyPath::to_string);
         let place = |word: &str| word_start(text, word, start, end);
         let owner_or = |outer: &Option<String>| match (&owner, outer) {
             (Some(path), _) if !path.is_empty() => path.clone(),
@@ -268,7 +267,9 @@ fn parse(text: &str) -> Result<Scene, ((usize, usize), FormatProblem)> {
                 },
             ),
             ron::Error::MissingStructField { field, outer } => (
-                start,
+                tree.as_ref()
+                    .zip(group.as_ref())
+                    .map_or(start, |(tree, path)| tree.place_of(path).0),
                 FormatProblem::MissingKey {
                     key: field,
                     owner: owner_or(&outer),

@@ -38,13 +38,18 @@ fn require(holds: bool, path: impl Display, found: impl Display, must: impl Disp
     }
 }
 
+/// A point or direction as a scene writes it.
+fn triple(value: DVec3) -> String {
+    format!("({}, {}, {})", value.x, value.y, value.z)
+}
+
 /// A finite number above zero.
 fn positive(path: impl Display, value: f64, hint: &str) -> Check {
     require(
         value.is_finite() && value > 0.0,
         path,
         value,
-        format_args!("it must be above 0{hint}"),
+        format_args!("it must be finite and above 0{hint}"),
     )
 }
 
@@ -54,7 +59,7 @@ fn not_negative(path: impl Display, value: f64, hint: &str) -> Check {
         value.is_finite() && value >= 0.0,
         path,
         value,
-        format_args!("it must be 0 or more{hint}"),
+        format_args!("it must be finite and not below 0{hint}"),
     )
 }
 
@@ -62,7 +67,7 @@ fn finite(path: impl Display, value: DVec3) -> Check {
     require(
         value.is_finite(),
         path,
-        value,
+        triple(value),
         "each of its three numbers must be finite",
     )
 }
@@ -72,7 +77,7 @@ fn direction(path: impl Display, value: DVec3) -> Check {
     require(
         length.is_finite() && length > 0.0,
         path,
-        value,
+        triple(value),
         "it must be finite and longer than 0",
     )
 }
@@ -212,7 +217,7 @@ fn shape(path: &str, shape: &Shape) -> Check {
             require(
                 from != to,
                 format_args!("{path}.to"),
-                to,
+                triple(*to),
                 "it must differ from 'from', the other end of the axis",
             )?;
             positive(format_args!("{path}.inner_radius"), *inner_radius, " (m)")?;
@@ -243,6 +248,12 @@ fn positive_components(path: &str, value: DVec3) -> Check {
 
 fn mesh_file(path: &str, file: &Path) -> Check {
     let found = format!("'{}'", file.display());
+    require(
+        file.to_str().is_some(),
+        path,
+        &found,
+        "a path in a scene must be UTF-8; rename the file or its folder",
+    )?;
     match std::fs::metadata(file) {
         Ok(metadata) => require(
             metadata.is_file(),
@@ -281,7 +292,7 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
             require(
                 spacing.is_finite() && spacing > 0.0,
                 &target,
-                format_args!("Spacing({spacing})"),
+                format_args!("Spacing({spacing:?})"),
                 "it must be above 0 (m), such as 0.006 for an organ",
             )?;
             let Some(volume) = shape.rough_volume() else {
@@ -292,7 +303,7 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
             require(
                 nodes <= f64::from(limit),
                 &target,
-                format_args!("Spacing({spacing})"),
+                format_args!("Spacing({spacing:?})"),
                 format_args!(
                     "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
                      {wider:.2e} m or more, or raise the limit"
@@ -339,7 +350,7 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
         SurfelTarget::Density(density) => require(
             density.is_finite() && density > 0.0,
             target,
-            format_args!("Density({density})"),
+            format_args!("Density({density:?})"),
             "it must be above 0 (1/m^2), such as 3e5",
         )?,
     }
@@ -363,7 +374,7 @@ fn body_name(path: &str, name: Option<&str>, bodies: &[Body]) -> Check {
     let Some(name) = name else { return Ok(()) };
     let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
     let hint = nearest(name, names.iter().copied())
-        .map_or_else(String::new, |name| format!(", did you mean '{name}'?"));
+        .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
     require(
         names.contains(&name),
         path,
@@ -388,8 +399,11 @@ fn support(path: &str, support: &Support, bodies: &[Body]) -> Check {
             require(
                 min.cmple(max).all(),
                 format_args!("{path}.region.max"),
-                max,
-                format_args!("each of its numbers must be at least that of min, {min}"),
+                triple(max),
+                format_args!(
+                    "each of its numbers must be at least that of min, {}",
+                    triple(min)
+                ),
             )?;
         }
         Region::Sphere { center, radius } => {
@@ -464,7 +478,7 @@ fn cut(path: &str, cut: &Cut, scene: &Scene) -> Check {
         require(
             pair[0] != pair[1],
             format_args!("{edge}[{}]", index + 1),
-            pair[1],
+            triple(pair[1]),
             "it equals the point before it",
         )?;
     }
@@ -483,14 +497,14 @@ fn cut(path: &str, cut: &Cut, scene: &Scene) -> Check {
             require(
                 rate.is_finite() && rate > 0.0,
                 &capture,
-                format_args!("Rate({rate})"),
+                format_args!("Rate({rate:?})"),
                 "it must be above 0 (1/s), such as 60",
             )?;
             let count = rate * (cut.path[last].time - cut.path[0].time);
             require(
                 count <= MOST_CAPTURES,
                 &capture,
-                format_args!("Rate({rate})"),
+                format_args!("Rate({rate:?})"),
                 format_args!("it makes {count:.2e} captures; the limit is {MOST_CAPTURES:.0e}"),
             )?;
         }
@@ -498,14 +512,14 @@ fn cut(path: &str, cut: &Cut, scene: &Scene) -> Check {
             require(
                 distance.is_finite() && distance > 0.0,
                 &capture,
-                format_args!("Distance({distance})"),
+                format_args!("Distance({distance:?})"),
                 "it must be above 0 (m), such as 0.002",
             )?;
             let count = cut.way() / distance;
             require(
                 count <= MOST_CAPTURES,
                 &capture,
-                format_args!("Distance({distance})"),
+                format_args!("Distance({distance:?})"),
                 format_args!("it makes {count:.2e} captures; the limit is {MOST_CAPTURES:.0e}"),
             )?;
         }
@@ -583,7 +597,7 @@ fn pictures(pictures: &Pictures) -> Check {
             require(
                 eye != target,
                 "pictures.view.target",
-                target,
+                triple(target),
                 "it must differ from the eye",
             )?;
             require(

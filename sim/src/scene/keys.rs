@@ -1,0 +1,278 @@
+//! The reference page of all scene keys, made from the types.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value};
+
+use super::Scene;
+
+/// The reference of all keys of a scene as Markdown: types, defaults and meaning, in the order in
+/// which a scene is written.
+///
+/// Made from the types that read the scene, so it cannot say what they do not.
+#[must_use]
+pub fn key_reference() -> String {
+    let schema = schemars::schema_for!(Scene).to_value();
+    let empty = Map::new();
+    let definitions = schema
+        .get("$defs")
+        .and_then(Value::as_object)
+        .unwrap_or(&empty);
+    let mut page = String::from(INTRODUCTION);
+    let mut sections = vec!["Scene".to_owned()];
+    let mut next = 0;
+    while let Some(name) = sections.get(next).cloned() {
+        next += 1;
+        let definition = if name == "Scene" {
+            &schema
+        } else {
+            &definitions[&name]
+        };
+        section(&mut page, &name, definition);
+        // A type follows the one that first names it.
+        let mut named = Vec::new();
+        references(definition, &mut named);
+        let at = next;
+        for reference in named.into_iter().rev() {
+            if !sections.contains(&reference) {
+                sections.insert(at, reference);
+            }
+        }
+    }
+    page
+}
+
+const INTRODUCTION: &str = "\
+# Scene files
+
+A scene is a RON file: `(key: value, ..)` for a group, `[a, b]` for a list, `Name(..)` for a choice,
+`//` for a comment. Units are SI: metres, seconds, kilograms, pascals; angles are degrees; points and
+directions are `(x, y, z)` with z up. Unknown keys are refused. A key with a default may be left out; a
+key that may be `None` is switched off by it. Relative paths start at the scene file's folder. Any value
+can be set on the command line, such as `--set bodies[0].material.density=1000`.
+
+The embedded scenes are written to be started from: `phyxel scenes liver > my.ron`.
+This page is what `phyxel scenes --keys` prints.
+";
+
+fn section(page: &mut String, name: &str, definition: &Value) {
+    let mut paragraphs = text(definition).split("\n\n");
+    let title = if name == "Scene" {
+        "Scene (the whole file)"
+    } else {
+        name
+    };
+    push(page, format_args!("\n## {title}\n"));
+    for paragraph in paragraphs.by_ref() {
+        push(page, format_args!("\n{}\n", paragraph.replace('\n', " ")));
+    }
+    if let Some(choices) = definition.get("oneOf").and_then(Value::as_array) {
+        push(
+            page,
+            "\n| choice | value | default | meaning |\n|---|---|---|---|\n",
+        );
+        for choice in choices {
+            choice_rows(page, choice);
+        }
+    } else if definition.get("const").is_some() {
+        push(
+            page,
+            "\n| choice | value | default | meaning |\n|---|---|---|---|\n",
+        );
+        choice_rows(page, definition);
+    } else {
+        push(
+            page,
+            "\n| key | value | default | meaning |\n|---|---|---|---|\n",
+        );
+        key_rows(page, definition, "");
+    }
+}
+
+/// Rows of one choice of an enum and of its keys.
+fn choice_rows(page: &mut String, choice: &Value) {
+    if let Some(name) = choice.get("const").and_then(Value::as_str) {
+        push(
+            page,
+            format_args!("| `{name}` | | | {} |\n", one_line(choice)),
+        );
+        return;
+    }
+    for (name, content) in properties(choice) {
+        if content.get("properties").is_some() {
+            push(
+                page,
+                format_args!("| `{name}(..)` | | | {} |\n", one_line(choice)),
+            );
+            key_rows(page, content, "· ");
+        } else {
+            push(
+                page,
+                format_args!(
+                    "| `{name}(..)` | {} | | {} |\n",
+                    value_of(content),
+                    one_line(choice)
+                ),
+            );
+        }
+    }
+}
+
+fn key_rows(page: &mut String, definition: &Value, indent: &str) {
+    let required: Vec<&str> = definition
+        .get("required")
+        .and_then(Value::as_array)
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+        .collect();
+    for (key, content) in properties(definition) {
+        let default = if required.contains(&key.as_str()) {
+            "required".to_owned()
+        } else {
+            default_of(content)
+        };
+        push(
+            page,
+            format_args!(
+                "| {indent}`{key}` | {} | {default} | {} |\n",
+                value_of(content),
+                one_line(content)
+            ),
+        );
+    }
+}
+
+fn properties(definition: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    definition
+        .get("properties")
+        .and_then(Value::as_object)
+        .into_iter()
+        .flatten()
+}
+
+fn text(definition: &Value) -> &str {
+    definition
+        .get("description")
+        .and_then(Value::as_str)
+        .unwrap_or_default()
+}
+
+fn one_line(definition: &Value) -> String {
+    text(definition).replace('\n', " ").replace('|', "\\|")
+}
+
+/// Name of the type that `definition` refers to.
+fn reference(definition: &Value) -> Option<&str> {
+    definition
+        .get("$ref")
+        .and_then(Value::as_str)
+        .and_then(|path| path.rsplit('/').next())
+}
+
+/// What may stand as the value.
+fn value_of(definition: &Value) -> String {
+    if let Some(name) = reference(definition) {
+        return format!("[{name}](#{})", name.to_lowercase());
+    }
+    if let Some(options) = definition.get("anyOf").and_then(Value::as_array) {
+        let names: Vec<String> = options.iter().map(value_of).collect();
+        return names.join(" or ");
+    }
+    match definition.get("type") {
+        Some(Value::Array(kinds)) => {
+            let names: Vec<String> = kinds
+                .iter()
+                .filter_map(Value::as_str)
+                .map(|kind| simple(kind, definition))
+                .collect();
+            names.join(" or ")
+        }
+        Some(Value::String(kind)) => simple(kind, definition),
+        _ => String::new(),
+    }
+}
+
+fn simple(kind: &str, definition: &Value) -> String {
+    match kind {
+        "number" => "number".to_owned(),
+        "integer" => "whole number".to_owned(),
+        "string" => "text".to_owned(),
+        "boolean" => "`true` or `false`".to_owned(),
+        "null" => "`None`".to_owned(),
+        "array" => {
+            let item = definition.get("items").map(value_of).unwrap_or_default();
+            match definition.get("minItems").and_then(Value::as_u64) {
+                Some(length) => format!("{length} {item}s"),
+                None if item.ends_with("numbers") => format!("list of ({item})"),
+                None => format!("list of {item}"),
+            }
+        }
+        other => other.to_owned(),
+    }
+}
+
+/// The default as it would be written in a scene; a group's defaults stand in its own table.
+fn default_of(definition: &Value) -> String {
+    let Some(default) = definition.get("default") else {
+        return String::new();
+    };
+    match default {
+        Value::Object(keys) if keys.keys().all(|key| !is_choice(key)) => {
+            "its own defaults".to_owned()
+        }
+        default => format!("`{}`", ron_of(default)),
+    }
+}
+
+fn is_choice(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_uppercase())
+}
+
+fn ron_of(value: &Value) -> String {
+    match value {
+        Value::Null => "None".to_owned(),
+        Value::String(name) if is_choice(name) => name.clone(),
+        Value::Array(items) if items.is_empty() => "[]".to_owned(),
+        Value::Array(items) => {
+            let items: Vec<String> = items.iter().map(ron_of).collect();
+            format!("({})", items.join(", "))
+        }
+        Value::Object(keys) => {
+            let parts: Vec<String> = keys
+                .iter()
+                .map(|(key, value)| match value {
+                    Value::Object(_) if is_choice(key) => format!("{key}{}", ron_of(value)),
+                    _ if is_choice(key) => format!("{key}({})", ron_of(value)),
+                    _ => format!("{key}: {}", ron_of(value)),
+                })
+                .collect();
+            let text = parts.join(", ");
+            if keys.keys().all(|key| is_choice(key)) {
+                text
+            } else {
+                format!("({text})")
+            }
+        }
+        other => other.to_string(),
+    }
+}
+
+/// The types that `definition` names, in order.
+fn references(definition: &Value, found: &mut Vec<String>) {
+    if let Some(name) = reference(definition) {
+        found.push(name.to_owned());
+    }
+    match definition {
+        Value::Object(keys) => keys
+            .iter()
+            .filter(|(key, _)| *key != "$defs" && *key != "default")
+            .for_each(|(_, value)| references(value, found)),
+        Value::Array(items) => items.iter().for_each(|item| references(item, found)),
+        _ => {}
+    }
+}
+
+fn push(page: &mut String, part: impl std::fmt::Display) {
+    write!(page, "{part}").expect("a string takes all that is written to it");
+}

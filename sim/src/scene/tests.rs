@@ -1,0 +1,358 @@
+//! Scenes as a whole: reading, writing, overriding, sampling of paths.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::locate::{Content, Node};
+use super::*;
+
+const LIVER: &str = EMBEDDED[0].text;
+
+fn read(text: &str) -> Result<Scene, SceneError> {
+    Scene::from_text(text, "test.ron", Path::new(""), &[])
+}
+
+fn with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<Override> = overrides
+        .iter()
+        .map(|text| Override::parse(text).expect("a well-formed override"))
+        .collect();
+    Scene::from_text(text, "test.ron", Path::new(""), &overrides)
+}
+
+/// Every key path that ends at a leaf, with the leaf's text.
+fn leaves(text: &str, node: &Node, path: &str, found: &mut Vec<(String, String)>) {
+    match &node.inner().content {
+        Content::Struct { fields, .. } => {
+            for (key, _, value) in fields {
+                let dot = if path.is_empty() { "" } else { "." };
+                leaves(text, value, &format!("{path}{dot}{key}"), found);
+            }
+        }
+        Content::Tuple { items, .. } | Content::List(items) if !items.is_empty() => {
+            for (index, item) in items.iter().enumerate() {
+                leaves(text, item, &format!("{path}[{index}]"), found);
+            }
+        }
+        _ => found.push((path.to_owned(), text[node.span.clone()].to_owned())),
+    }
+}
+
+#[test]
+fn every_embedded_scene_is_valid_and_survives_writing() {
+    for embedded in EMBEDDED {
+        let scene = Scene::embedded(embedded.name, &[]).expect("an embedded scene is valid");
+        assert_eq!(scene.name, embedded.name);
+        assert_eq!(scene.description, embedded.summary);
+        let again = read(&scene.to_ron()).expect("what is written can be read");
+        assert_eq!(again, scene);
+        assert_eq!(again.to_ron(), scene.to_ron());
+    }
+}
+
+#[test]
+fn setting_any_value_to_itself_changes_nothing() {
+    let scene = read(LIVER).expect("the scene is valid");
+    let resolved = scene.to_ron();
+    let tree = Node::read(&resolved).expect("RON");
+    let mut found = Vec::new();
+    leaves(&resolved, &tree, "", &mut found);
+    assert!(found.len() > 80, "only {} leaves", found.len());
+    for (path, value) in found {
+        let change = format!("{path}={value}");
+        let in_resolved = with(&resolved, &[&change]);
+        assert_eq!(in_resolved.expect("it stands there"), scene, "{change}");
+        // In the short text most keys are left out.
+        let in_short = with(LIVER, &[&change]);
+        assert_eq!(in_short.expect("it has a default"), scene, "{change}");
+    }
+}
+
+#[test]
+fn overrides_apply_in_order_and_add_what_is_missing() {
+    let scene = with(
+        "(version: 1, bodies: [(shape: Box(size: (1, 2, 3)))])",
+        &[
+            "bodies[0].material.density=900",
+            "bodies[0].material.density = 950",
+            "bodies[0].shape.size[1]=0.5",
+            "pictures.width=320",
+            "pictures.view.zoom=2",
+            "pictures.view.elevation=10",
+            "integration.settle=None",
+            "integration.settle.limit=0.5",
+            r#"name="a b""#,
+        ],
+    )
+    .expect("each of them fits");
+    assert_eq!(scene.name, "a b");
+    let material = Material {
+        density: 950.0,
+        ..Material::default()
+    };
+    assert_eq!(scene.bodies[0].material, material);
+    assert_eq!(
+        scene.bodies[0].shape,
+        Shape::Box {
+            size: DVec3::new(1.0, 0.5, 3.0)
+        }
+    );
+    let pictures = scene.pictures.expect("pictures are on");
+    assert_eq!((pictures.width, pictures.height), (320, 540));
+    assert_eq!(
+        pictures.view,
+        View::Around {
+            azimuth: 20.0,
+            elevation: 10.0,
+            zoom: 2.0
+        }
+    );
+    let settle = Settle {
+        limit: 0.5,
+        ..Settle::default()
+    };
+    assert_eq!(scene.integration.settle, Some(settle));
+}
+
+#[test]
+fn the_shortest_scene_has_the_defaults() {
+    let scene = read("(version: 1, bodies: [(shape: Liver(width: 0.15))])").expect("it is valid");
+    let body = Body::new(Shape::Liver { width: 0.15 });
+    assert_eq!(scene, Scene::new("scene", vec![body]));
+}
+
+/// Damage at any byte gives a scene or an error with a place inside the text, never a panic.
+#[test]
+fn damaged_text_gives_one_line_with_a_place() {
+    let lines = LIVER.lines().count();
+    let mut failed = 0;
+    for (at, damaged) in LIVER.char_indices().flat_map(|(at, c)| {
+        let (before, after) = (&LIVER[..at], &LIVER[at + c.len_utf8()..]);
+        [
+            (at, format!("{before}{after}")),
+            (at, format!("{before}({after}")),
+            (at, format!("{before}\u{e9}{after}")),
+            (at, before.to_owned()),
+        ]
+    }) {
+        let Err(error) = read(&damaged) else { continue };
+        failed += 1;
+        let text = error.to_string();
+        assert!(!text.contains('\n'), "damage at {at}: {text}");
+        let place = match error {
+            SceneError::Format { place, .. } | SceneError::Value { place, .. } => place,
+            other => panic!("damage at {at}: {other}"),
+        };
+        let (line, column) = place.position.expect("the text is at hand");
+        assert!(
+            (1..=lines + 1).contains(&line) && column >= 1,
+            "damage at {at}: {text}"
+        );
+    }
+    assert!(failed > LIVER.len(), "only {failed} failures");
+}
+
+#[test]
+fn the_key_page_is_in_step_with_the_types() {
+    let page = key_reference();
+    if std::env::var_os("PHYXEL_BLESS").is_some() {
+        std::fs::write("SCENES.md", &page).expect("the page can be written");
+    }
+    assert!(
+        page == include_str!("../../SCENES.md"),
+        "SCENES.md is old: run PHYXEL_BLESS=1 cargo test -p phyxel key_page"
+    );
+    // Every key that a scene is written with stands on the page.
+    let resolved = read(LIVER).expect("the scene is valid").to_ron();
+    for word in resolved.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')) {
+        if let Some(key) = word.strip_suffix(':') {
+            assert!(page.contains(&format!("`{key}`")), "{key}");
+        }
+    }
+}
+
+fn key(time: f64, position: [f64; 3], rotation: [f64; 3]) -> Key {
+    Key {
+        time,
+        position: position.into(),
+        rotation: rotation.into(),
+    }
+}
+
+#[test]
+fn a_path_rests_before_and_after_its_keys_and_is_even_between() {
+    let path = [
+        key(1.0, [0.0, 0.0, 1.0], [0.0; 3]),
+        key(3.0, [2.0, 0.0, 1.0], [0.0, 0.0, 90.0]),
+    ];
+    let local = DVec3::X;
+    assert_eq!(pose_at(&[], 5.0).apply(local), local);
+    assert_eq!(pose_at(&path, 0.0).apply(local), DVec3::new(1.0, 0.0, 1.0));
+    let end = pose_at(&path, 9.0).apply(local);
+    assert!(end.distance(DVec3::new(2.0, 1.0, 1.0)) < 1e-15, "{end}");
+    let middle = pose_at(&path, 2.0).apply(local);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    assert!(
+        middle.distance(DVec3::new(1.0 + half, half, 1.0)) < 1e-15,
+        "{middle}"
+    );
+    // Continuous at the keys.
+    for key in &path {
+        let (a, b) = (pose_at(&path, key.time - 1e-9), pose_at(&path, key.time));
+        assert!(
+            a.apply(local).distance(b.apply(local)) < 1e-8,
+            "{a:?} {b:?}"
+        );
+    }
+}
+
+fn stroke(capture: Capture, path: Vec<Key>) -> Cut {
+    Cut {
+        name: "stroke".to_owned(),
+        body: None,
+        edge: vec![DVec3::ZERO, DVec3::new(0.0, 0.1, 0.0)],
+        path,
+        capture,
+        weld_tolerance: None,
+    }
+}
+
+#[test]
+fn captures_hold_the_keys_and_keep_to_rate_and_distance() {
+    let path = vec![
+        key(0.5, [0.0; 3], [0.0; 3]),
+        key(1.0, [0.07, 0.0, 0.0], [0.0; 3]),
+        key(1.25, [0.07, 0.0, 0.0], [0.0, 0.0, 60.0]),
+    ];
+    let cut = stroke(Capture::Rate(10.0), path.clone());
+    let times = cut.capture_times();
+    assert_eq!((cut.start(), cut.end()), (0.5, 1.25));
+    assert_eq!(times.len(), 5 + 3 + 1);
+    for key in &path {
+        assert!(times.contains(&key.time), "{times:?}");
+    }
+    let distance = 0.01;
+    let cut = stroke(Capture::Distance(distance), path);
+    let times = cut.capture_times();
+    // 0.07 m straight; then the tip turns by 60 degrees on an arc of 0.1 m: 0.1047 m.
+    assert_eq!(times.len(), 7 + 11 + 1);
+    for pair in times.windows(2) {
+        assert!(pair[0] < pair[1], "{pair:?}");
+        let way = cut
+            .edge_at(pair[0])
+            .into_iter()
+            .zip(cut.edge_at(pair[1]))
+            .map(|(a, b)| a.distance(b))
+            .fold(0.0, f64::max);
+        assert!(way <= distance * (1.0 + 1e-8), "{way}");
+    }
+}
+
+#[test]
+fn regions_hold_their_boundary() {
+    let half = Region::HalfSpace {
+        point: DVec3::new(0.0, 1.0, 0.0),
+        normal: DVec3::new(0.0, 2.0, 0.0),
+    };
+    let block = Region::Box {
+        min: DVec3::ZERO,
+        max: DVec3::ONE,
+    };
+    let ball = Region::Sphere {
+        center: DVec3::ONE,
+        radius: 2.0,
+    };
+    let inside = [
+        (half, [5.0, 1.0, -3.0]),
+        (half, [0.0, 9.0, 0.0]),
+        (block, [0.0, 1.0, 0.5]),
+        (ball, [3.0, 1.0, 1.0]),
+    ];
+    let outside = [
+        (half, [0.0, 0.999, 0.0]),
+        (block, [0.0, 1.001, 0.5]),
+        (ball, [3.001, 1.0, 1.0]),
+    ];
+    for (region, point) in inside {
+        assert!(region.contains(point.into()), "{region:?} {point:?}");
+    }
+    for (region, point) in outside {
+        assert!(!region.contains(point.into()), "{region:?} {point:?}");
+    }
+}
+
+#[test]
+fn every_up_direction_is_a_rotation_to_z() {
+    for (axis, direction) in [
+        (Axis::X, DVec3::X),
+        (Axis::Y, DVec3::Y),
+        (Axis::Z, DVec3::Z),
+        (Axis::MinusX, DVec3::NEG_X),
+        (Axis::MinusY, DVec3::NEG_Y),
+        (Axis::MinusZ, DVec3::NEG_Z),
+    ] {
+        let rotation = axis.rotation();
+        assert_eq!(rotation * direction, DVec3::Z, "{axis:?}");
+        assert_eq!(
+            rotation * rotation.transpose(),
+            glam::DMat3::IDENTITY,
+            "{axis:?}"
+        );
+        assert!(rotation.determinant() > 0.0, "{axis:?}");
+    }
+}
+
+#[test]
+fn a_mesh_of_absurd_size_is_scaled_to_an_organ() {
+    let extent = |longest: f64| MeshExtent {
+        min: DVec3::ZERO,
+        max: DVec3::new(longest, longest / 2.0, longest / 3.0),
+    };
+    assert_eq!(guess_unit(&extent(0.12)), UnitGuess::Metres);
+    for longest in [6.48, 90.0, 1e-3] {
+        let unit = guess_unit(&extent(longest));
+        assert!((unit.scale() * longest - 0.15).abs() < 1e-15, "{unit:?}");
+    }
+}
+
+#[test]
+fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, up) in [("cow #1.obj", Axis::Y), ("part.stl", Axis::Z)] {
+        let file = folder.path().join(name);
+        std::fs::write(&file, "").expect("it can be written");
+        let extent = MeshExtent {
+            min: DVec3::new(-1.0, 0.0, -2.0),
+            max: DVec3::new(1.0, 3.0, 2.0),
+        };
+        let (scene, unit) = Scene::for_mesh(&file, &extent, &[]).expect("it is valid");
+        assert_eq!(unit, guess_unit(&extent));
+        assert_eq!(
+            scene.bodies[0].shape,
+            Shape::Mesh {
+                file: file.clone(),
+                scale: unit.scale(),
+                up
+            }
+        );
+        let corners = [extent.min, extent.max].map(|p| up.rotation() * (p * unit.scale()));
+        let (min, max) = (corners[0].min(corners[1]), corners[0].max(corners[1]));
+        let held = |x: f64, y: f64, z: f64| {
+            scene.supports[0]
+                .region
+                .contains(min + (max - min) * DVec3::new(x, y, z))
+        };
+        assert!(held(0.5, 0.8, 0.5) && !held(0.5, 0.7, 0.5), "{name}");
+        // The blade starts in front of the box, reaches above it and stays clear of the support.
+        let cut = &scene.cuts[0];
+        assert!(
+            cut.edge_at(cut.start()).iter().all(|p| p.y < min.y),
+            "{name}"
+        );
+        let last = cut.edge_at(cut.end());
+        assert!(last[0].z < max.z && last[1].z > max.z, "{name}");
+        assert!(last[0].z > min.z && last[0].y < max.y, "{name}");
+        assert!(scene.pictures.is_some(), "{name}");
+    }
+}

@@ -1,0 +1,239 @@
+//! Ways to go wrong.
+
+/// One of them.
+pub(crate) struct Case {
+    pub(crate) name: String,
+    pub(crate) files: Vec<(String, Vec<u8>)>,
+    pub(crate) arguments: Vec<String>,
+}
+
+const LIVER: &str = include_str!("../../scenes/liver.ron");
+
+fn strings(items: &[&str]) -> Vec<String> {
+    items.iter().map(|&item| item.to_owned()).collect()
+}
+
+/// The liver scene with `from` replaced, in a file that is run.
+fn changed(name: &str, from: &str, to: &str) -> Case {
+    assert!(LIVER.contains(from), "{name}: the scene has no '{from}'");
+    Case {
+        name: name.to_owned(),
+        files: vec![(
+            "scene.ron".to_owned(),
+            LIVER.replacen(from, to, 1).into_bytes(),
+        )],
+        arguments: strings(&["run", "scene.ron", "--out", "results/here"]),
+    }
+}
+
+/// The embedded scene with one override.
+fn set(name: &str, change: &str) -> Case {
+    Case {
+        name: name.to_owned(),
+        files: Vec::new(),
+        arguments: strings(&["run", "liver", "--out", "results/here", "--set", change]),
+    }
+}
+
+fn given(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Case {
+    Case {
+        name: name.to_owned(),
+        files: files
+            .iter()
+            .map(|&(name, content)| (name.to_owned(), content.as_bytes().to_vec()))
+            .collect(),
+        arguments: strings(arguments),
+    }
+}
+
+/// All of them, in the order of `messages.txt`.
+pub(crate) fn cases() -> Vec<Case> {
+    let mut cases = text_cases();
+    cases.extend(value_cases());
+    cases.extend(override_cases());
+    cases.extend(file_cases());
+    cases
+}
+
+fn text_cases() -> Vec<Case> {
+    vec![
+        changed("misspelt key", "youngs_modulus", "young_modulus"),
+        changed("key of nothing", "density:", "colour: 3, density:"),
+        changed("misspelt top key", "bodies:", "bodys:"),
+        changed("misspelt shape", "Liver(", "Livre("),
+        changed("misspelt capture", "Rate(60)", "Rat(60)"),
+        changed("missing key", "shape: Liver(width: 0.15),", ""),
+        changed("missing version", "version: 1,", ""),
+        changed("key twice", "density:", "density: 1, density:"),
+        changed(
+            "text for a number",
+            "poissons_ratio: 0.45",
+            "poissons_ratio: \"0.45\"",
+        ),
+        changed(
+            "missing comma",
+            "poissons_ratio: 0.45,",
+            "poissons_ratio: 0.45",
+        ),
+        changed("fraction of a node", "Nodes(6000)", "Nodes(6000.5)"),
+        changed("negative number of nodes", "Nodes(6000)", "Nodes(-6000)"),
+        given(
+            "truncated scene",
+            &[("scene.ron", &LIVER[..LIVER.len() / 2])],
+            &["run", "scene.ron", "--out", "results"],
+        ),
+        given(
+            "empty scene",
+            &[("scene.ron", "")],
+            &["run", "scene.ron", "--out", "results"],
+        ),
+        given(
+            "something else",
+            &[("scene.ron", "# YAML\nbodies:\n  - liver\n")],
+            &["check", "scene.ron"],
+        ),
+        Case {
+            name: "not text".to_owned(),
+            files: vec![("scene.ron".to_owned(), vec![0xff, 0xfe, 0x00])],
+            arguments: strings(&["check", "scene.ron"]),
+        },
+        changed("later version", "version: 1", "version: 2"),
+    ]
+}
+
+fn value_cases() -> Vec<Case> {
+    vec![
+        changed(
+            "negative modulus",
+            "youngs_modulus: 5e3",
+            "youngs_modulus: -5e3",
+        ),
+        changed(
+            "modulus is no number",
+            "youngs_modulus: 5e3",
+            "youngs_modulus: NaN",
+        ),
+        changed(
+            "incompressible",
+            "poissons_ratio: 0.45",
+            "poissons_ratio: 0.5",
+        ),
+        changed("no density", "density: 1060", "density: 0"),
+        changed("zero spacing", "Nodes(6000)", "Spacing(0)"),
+        changed("too fine", "Nodes(6000)", "Spacing(0.0001)"),
+        changed("too many nodes", "Nodes(6000)", "Nodes(6000000)"),
+        changed("no width", "width: 0.15", "width: -0.15"),
+        given(
+            "no body",
+            &[("scene.ron", "(version: 1, bodies: [])")],
+            &["check", "scene.ron"],
+        ),
+        changed(
+            "zero normal",
+            "Box(min: (-0.045, 0.02, -1), max: (0.025, 1, 1))",
+            "HalfSpace(point: (0, 0, 0), normal: (0, 0, 0))",
+        ),
+        changed("inverted box", "max: (0.025, 1, 1)", "max: (0.025, 1, -2)"),
+        changed("keys out of order", "time: 1.6", "time: 0.1"),
+        changed("time before the start", "time: 0.1", "time: -0.1"),
+        changed("cut after the end", "time: 2.9", "time: 29"),
+        changed(
+            "blade of one point",
+            "edge: [(0, 0, -0.035), (0, 0, 0.06)]",
+            "edge: [(0, 0, 0)]",
+        ),
+        changed("no capture rate", "Rate(60)", "Rate(0)"),
+        changed("captures without end", "Rate(60)", "Distance(1e-9)"),
+        changed(
+            "misspelt body",
+            "name: \"incision\"",
+            "name: \"incision\", body: \"livr\"",
+        ),
+        changed(
+            "two cuts of a name",
+            "name: \"resection\"",
+            "name: \"incision\"",
+        ),
+        changed(
+            "step beyond stability",
+            "step_factor: 0.5",
+            "step_factor: 1.5",
+        ),
+        changed("endless run", "duration: 3.8", "duration: inf"),
+        changed("frames without end", "rate: 25", "rate: 1e9"),
+        changed("no picture", "width: 960", "width: 0"),
+        changed("huge picture", "width: 960", "width: 4000000"),
+        changed("zoom to nothing", "zoom: 1.1", "zoom: 0"),
+        changed(
+            "name that is a path",
+            "name: \"liver\"",
+            "name: \"../liver\"",
+        ),
+    ]
+}
+
+fn override_cases() -> Vec<Case> {
+    vec![
+        set(
+            "override: misspelt key",
+            "bodies[0].material.youngs_modulsu=3e3",
+        ),
+        set(
+            "override: negative modulus",
+            "bodies[0].material.youngs_modulus=-3e3",
+        ),
+        set(
+            "override: no number",
+            "bodies[0].material.youngs_modulus=soft",
+        ),
+        set("override: no such body", "bodies[1].damping=1"),
+        set("override: part of a number", "bodies[0].damping.x=1"),
+        set("override: no value", "bodies[0].damping"),
+        set("override: no path", "bodies[0]..damping=1"),
+        set("override: two values", "bodies[0].damping=1, name: 2"),
+        set(
+            "override: too fine",
+            "bodies[0].sampling.target=Spacing(1e-4)",
+        ),
+        set(
+            "override: missing mesh",
+            "bodies[0].shape=Mesh(file: \"organ.obj\")",
+        ),
+    ]
+}
+
+fn file_cases() -> Vec<Case> {
+    vec![
+        given("unknown embedded scene", &[], &["run", "livr"]),
+        given(
+            "unknown embedded scene to print",
+            &[],
+            &["scenes", "kidney"],
+        ),
+        given("missing scene", &[], &["run", "scene.ron"]),
+        given(
+            "neither scene nor mesh",
+            &[("organ.txt", "")],
+            &["run", "organ.txt"],
+        ),
+        given("folder", &[("organ/part.obj", "")], &["run", "organ"]),
+        given(
+            "missing mesh of a scene",
+            &[(
+                "deep/scene.ron",
+                "(version: 1, bodies: [(shape: Mesh(file: \"meshes/organ.obj\"))])",
+            )],
+            &["check", "deep/scene.ron"],
+        ),
+        given(
+            "file in the way of the output",
+            &[("results", "mine")],
+            &["run", "liver", "--out", "results"],
+        ),
+        given(
+            "file in the way of a folder above the output",
+            &[("results", "mine")],
+            &["run", "liver", "--out", "results/deeper/still"],
+        ),
+    ]
+}

@@ -1,0 +1,82 @@
+//! The program as a user meets it: what it prints, its exit status and what it leaves behind.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line; messages are given where the values are not in sight"
+)]
+
+mod cases;
+mod program;
+
+use program::Sandbox;
+
+/// Every way to go wrong: exit status, one line on stderr as in `messages.txt`, and no output.
+#[test]
+fn errors_say_what_where_and_how_to_mend_it() {
+    let mut said = String::new();
+    for case in cases::cases() {
+        let sandbox = Sandbox::new(&case.files);
+        let before = sandbox.files();
+        let result = sandbox.run(&case.arguments);
+        assert_eq!(result.status, 1, "{}: {result:?}", case.name);
+        assert_eq!(result.stdout, "", "{}", case.name);
+        assert_eq!(sandbox.files(), before, "{}: something was left", case.name);
+        let lines: Vec<&str> = result.stderr.lines().collect();
+        assert_eq!(lines.len(), 1, "{}: {}", case.name, result.stderr);
+        assert!(
+            lines[0].starts_with("error: "),
+            "{}: {}",
+            case.name,
+            lines[0]
+        );
+        said.push_str(&format!(
+            "{}\n  phyxel {}\n  {}\n\n",
+            case.name,
+            case.arguments.join(" "),
+            lines[0]
+        ));
+    }
+    if std::env::var_os("PHYXEL_BLESS").is_some() {
+        std::fs::write("tests/cli/messages.txt", &said).unwrap();
+        return;
+    }
+    let agreed = include_str!("messages.txt");
+    for (said, agreed) in said.split("\n\n").zip(agreed.split("\n\n")) {
+        assert_eq!(said, agreed, "if the new one is better: PHYXEL_BLESS=1");
+    }
+    assert!(said == agreed, "cases came or went: PHYXEL_BLESS=1");
+}
+
+#[test]
+fn scenes_lists_prints_and_documents() {
+    let sandbox = Sandbox::empty();
+    let list = sandbox.run(&["scenes"]);
+    assert_eq!(list.status, 0, "{list:?}");
+    assert!(list.stdout.starts_with("liver "), "{}", list.stdout);
+    let printed = sandbox.run(&["scenes", "liver"]);
+    assert_eq!(printed.stdout, include_str!("../../scenes/liver.ron"));
+    let keys = sandbox.run(&["scenes", "--keys"]);
+    assert_eq!(keys.stdout, include_str!("../../SCENES.md"));
+    // What is printed is a scene to start from.
+    let sandbox = Sandbox::new(&[("mine.ron", printed.stdout.as_bytes())]);
+    let check = sandbox.run(&["check", "mine.ron"]);
+    assert_eq!((check.status, check.stderr.as_str()), (0, ""), "{check:?}");
+    assert_eq!(check.stdout, sandbox.run(&["check", "liver"]).stdout);
+}
+
+#[test]
+fn usage_errors_have_their_own_status() {
+    let sandbox = Sandbox::empty();
+    for arguments in [
+        &["chek", "liver"][..],
+        &["check"],
+        &["run", "liver", "--threads", "0"],
+        &["run", "liver", "--thread", "2"],
+        &["scenes", "liver", "--keys"],
+    ] {
+        let result = sandbox.run(arguments);
+        assert_eq!(result.status, 2, "{arguments:?}: {result:?}");
+        assert!(result.stderr.starts_with("error: "), "{arguments:?}");
+        assert_eq!(sandbox.files(), Vec::<String>::new(), "{arguments:?}");
+    }
+}

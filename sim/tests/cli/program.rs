@@ -1,0 +1,86 @@
+//! Runs the program in a folder of its own.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// A temporary working folder.
+pub(crate) struct Sandbox {
+    folder: tempfile::TempDir,
+}
+
+/// What a run of the program left on the terminal.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    pub(crate) status: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Sandbox {
+    /// An empty folder.
+    pub(crate) fn empty() -> Self {
+        Self::new::<&str, &str>(&[])
+    }
+
+    /// A folder that holds `files` (name and content).
+    pub(crate) fn new<N: AsRef<str>, C: AsRef<[u8]>>(files: &[(N, C)]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for (name, content) in files {
+            let path = folder.path().join(name.as_ref());
+            fs::create_dir_all(path.parent().expect("it lies in the folder"))
+                .expect("the sandbox can be read and written");
+            fs::write(path, content).expect("the sandbox can be read and written");
+        }
+        Self { folder }
+    }
+
+    /// The folder.
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Runs the program; in its output the folder is called `FOLDER`.
+    pub(crate) fn run(&self, arguments: &[impl AsRef<str>]) -> Outcome {
+        let output = Command::new(env!("CARGO_BIN_EXE_phyxel"))
+            .args(arguments.iter().map(AsRef::as_ref))
+            .current_dir(self.path())
+            .output()
+            .expect("the program starts");
+        let folder = fs::canonicalize(self.path()).expect("the sandbox can be read and written");
+        let text = |bytes: Vec<u8>| {
+            String::from_utf8(bytes)
+                .expect("the program writes UTF-8")
+                .replace(&folder.display().to_string(), "FOLDER")
+        };
+        Outcome {
+            status: output.status.code().expect("the program was not killed"),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        }
+    }
+
+    /// Everything in the folder, as sorted relative paths; folders end in `/`.
+    pub(crate) fn files(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut open = vec![self.path().to_owned()];
+        while let Some(folder) = open.pop() {
+            for entry in fs::read_dir(folder).expect("the sandbox can be read and written") {
+                let path = entry.expect("the sandbox can be read and written").path();
+                let name = path
+                    .strip_prefix(self.path())
+                    .expect("the sandbox can be read and written")
+                    .display()
+                    .to_string();
+                if path.is_dir() {
+                    found.push(format!("{name}/"));
+                    open.push(path);
+                } else {
+                    found.push(name);
+                }
+            }
+        }
+        found.sort();
+        found
+    }
+}
