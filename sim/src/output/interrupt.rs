@@ -1,0 +1,44 @@
+//! Ctrl-C as a wish that the run loop grants between two steps.
+
+use std::sync::Arc;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the user asked to stop.
+///
+/// The first Ctrl-C sets the flag, so that the run can write a checkpoint and end; the second ends
+/// the program at once.
+#[derive(Debug, Clone)]
+pub struct Interrupt {
+    asked: Arc<AtomicBool>,
+}
+
+impl Interrupt {
+    /// Starts to listen; every call shares one flag. Where the system does not let the program
+    /// listen, Ctrl-C ends it at once, as without this.
+    #[must_use]
+    pub fn listen() -> Self {
+        static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+        let asked = FLAG.get_or_init(|| {
+            let flag = Arc::new(AtomicBool::new(false));
+            let seen = Arc::clone(&flag);
+            let listening = ctrlc::set_handler(move || {
+                if seen.swap(true, Ordering::SeqCst) {
+                    // 128 + SIGINT, as shells report it.
+                    std::process::exit(130);
+                }
+            });
+            drop(listening);
+            flag
+        });
+        Self {
+            asked: Arc::clone(asked),
+        }
+    }
+
+    /// Whether the user asked to stop.
+    #[must_use]
+    pub fn asked(&self) -> bool {
+        self.asked.load(Ordering::SeqCst)
+    }
+}
