@@ -12,11 +12,18 @@ pub struct Embedded {
 }
 
 /// Every embedded scene; the first is the one that runs when nothing is named.
-pub const EMBEDDED: &[Embedded] = &[Embedded {
-    name: "liver",
-    summary: "a liver sags from its back, is cut in its right lobe and loses the tip of its left",
-    text: include_str!("../../scenes/liver.ron"),
-}];
+pub const EMBEDDED: &[Embedded] = &[
+    Embedded {
+        name: "liver",
+        summary: "a liver sags from its back, is cut in its right lobe and loses the tip of its left",
+        text: include_str!("../../scenes/liver.ron"),
+    },
+    Embedded {
+        name: "block",
+        summary: "a hanging block is cut half through from one side, then from the other",
+        text: include_str!("../../scenes/block.ron"),
+    },
+];
 
 /// The embedded scene `name`.
 pub(super) fn find(name: &str) -> Option<&'static Embedded> {
