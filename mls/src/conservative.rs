@@ -10,6 +10,7 @@
 //!
 //! with μ from one symmetric positive semidefinite system per cloud, see [`solve`].
 
+mod coarse;
 mod solve;
 mod stroke;
 #[cfg(test)]
@@ -33,17 +34,21 @@ pub struct ConservativeSettings {
     pub tolerance: f64,
     /// Most iterations of one solve.
     pub iteration_limit: usize,
+    /// Whether a coarse space of splines speeds the solve up. Without it the iterations grow with
+    /// the square of the nodes per side; the result is the same within the tolerance.
+    pub coarse_space: bool,
     /// Pieces with fewer nodes than this are left out of [`ConservativeStencils::finish_stroke`].
     pub smallest_piece: usize,
 }
 
 impl Default for ConservativeSettings {
-    /// Rank tolerance 1e-3, tolerance 1e-11, 5,000 iterations, pieces from 30 nodes.
+    /// Rank tolerance 1e-3, tolerance 1e-11, 5,000 iterations, coarse space, pieces from 30 nodes.
     fn default() -> Self {
         Self {
             rank_tolerance: 1e-3,
             tolerance: 1e-11,
             iteration_limit: 5000,
+            coarse_space: true,
             smallest_piece: 30,
         }
     }

@@ -8,20 +8,21 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::coarse::CoarseSpace;
 use super::{ConservativeStencils, SolveReport};
 use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, SUM_CHUNK, ordered_sum};
 use crate::symmetric::{SymmetricEigen, outer};
 
 /// The operator `Eᵀ D E` on one cloud.
-struct Operator<'a> {
-    positions: &'a [DVec3],
-    neighborhoods: &'a Neighborhoods,
-    weights: &'a [f64],
+pub(super) struct Operator<'a> {
+    pub(super) positions: &'a [DVec3],
+    pub(super) neighborhoods: &'a Neighborhoods,
+    pub(super) weights: &'a [f64],
     reverse: &'a [u32],
-    moment_inverses: &'a [DMat3],
+    pub(super) moment_inverses: &'a [DMat3],
     /// `V_i²`, zero on rows that take no part.
-    scale: Vec<f64>,
+    pub(super) scale: Vec<f64>,
     /// `m_i = Σ_j w_ij X_ij`.
     first_moments: Vec<DVec3>,
 }
@@ -211,8 +212,14 @@ impl ConservativeStencils {
         if largest(&defect) > self.settings.tolerance * reference {
             let operator = Operator::new(self, positions, neighborhoods, &active);
             let bound = self.settings.tolerance * reference;
+            let coarse = if self.settings.coarse_space {
+                CoarseSpace::new(&operator, &pieces)
+            } else {
+                None
+            };
+            let limit = self.settings.iteration_limit;
             let (change, made) =
-                conjugate_gradients(&operator, defect, bound, self.settings.iteration_limit);
+                conjugate_gradients(&operator, coarse.as_ref(), defect, bound, limit);
             iterations = made;
             drop(operator);
             for (mu, change) in self.multipliers.iter_mut().zip(change) {
@@ -252,12 +259,14 @@ fn largest(values: &[DVec3]) -> f64 {
     })
 }
 
-/// Jacobi-preconditioned conjugate gradients for three right-hand sides at once.
+/// Conjugate gradients for three right-hand sides at once, preconditioned by Jacobi plus the coarse
+/// space where there is one.
 ///
 /// Returns the solution and the number of iterations; stops when `max |residual| ≤ bound`, at the
 /// limit, or when all three directions have broken down.
 fn conjugate_gradients(
     operator: &Operator<'_>,
+    coarse: Option<&CoarseSpace>,
     mut residual: Vec<DVec3>,
     bound: f64,
     limit: usize,
@@ -274,12 +283,19 @@ fn conjugate_gradients(
             }
         })
         .collect();
+    let precondition = |residual: &[DVec3], out: &mut [DVec3]| {
+        out.par_iter_mut()
+            .zip(residual.par_iter().zip(inverse.par_iter()))
+            .with_min_len(SUM_CHUNK)
+            .for_each(|(z, (r, d))| *z = *r * *d);
+        if let Some(coarse) = coarse {
+            coarse.add_correction(residual, out);
+        }
+    };
     let mut solution = vec![DVec3::ZERO; count];
-    let mut direction: Vec<DVec3> = residual
-        .iter()
-        .zip(&inverse)
-        .map(|(r, d)| *r * *d)
-        .collect();
+    let mut conditioned = vec![DVec3::ZERO; count];
+    precondition(&residual, &mut conditioned);
+    let mut direction = conditioned.clone();
     let mut product = vec![DVec3::ZERO; count];
     let mut terms = vec![
         RowTerm {
@@ -288,7 +304,7 @@ fn conjugate_gradients(
         };
         count
     ];
-    let mut energy = ordered_sum(count, |i| residual[i] * direction[i]);
+    let mut energy = ordered_sum(count, |i| residual[i] * conditioned[i]);
     for iteration in 0..limit {
         if largest(&residual) <= bound {
             return (solution, iteration);
@@ -308,14 +324,15 @@ fn conjugate_gradients(
                 *x += alpha * *p;
                 *r -= alpha * *q;
             });
-        let next = ordered_sum(count, |i| residual[i] * residual[i] * inverse[i]);
+        precondition(&residual, &mut conditioned);
+        let next = ordered_sum(count, |i| residual[i] * conditioned[i]);
         let beta = ratio(next, energy);
         energy = next;
         direction
             .par_iter_mut()
-            .zip(residual.par_iter().zip(inverse.par_iter()))
+            .zip(conditioned.par_iter())
             .with_min_len(SUM_CHUNK)
-            .for_each(|(p, (r, d))| *p = *r * *d + beta * *p);
+            .for_each(|(p, z)| *p = *z + beta * *p);
     }
     (solution, limit)
 }
