@@ -4,14 +4,17 @@ mod check;
 mod run;
 mod scenes;
 mod source;
+mod study;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::output::OutputError;
 use crate::run::RunError;
 use crate::scene::SceneError;
+use crate::study::StudyError;
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
 #[derive(Debug, Parser)]
@@ -31,6 +34,8 @@ enum Command {
     Check(check::CheckArguments),
     /// List the embedded scenes, or print one as RON to start from.
     Scenes(scenes::ScenesArguments),
+    /// Measure error and time; write tables, plots and one page.
+    Study(study::StudyArguments),
 }
 
 /// Changes of a scene's values.
@@ -62,6 +67,12 @@ enum CliError {
     Source(#[from] source::SourceError),
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error("cannot write to stderr: {0}")]
+    Stderr(io::Error),
     #[error("cannot write to stdout: {0}")]
     Stdout(#[from] io::Error),
     #[error("cannot put the result into JSON: {0}")]
@@ -77,6 +88,7 @@ pub fn main() -> ExitCode {
         Some(Command::Run(arguments)) => run::run(arguments.scene.as_deref(), &arguments.flags),
         Some(Command::Check(arguments)) => check::check(&arguments),
         Some(Command::Scenes(arguments)) => scenes::scenes(&arguments),
+        Some(Command::Study(arguments)) => study::study(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -32,6 +32,7 @@ pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
 pub use settings::{Integration, Observe, Pictures, Settle, View};
+pub(crate) use suggest::nearest;
 
 /// The version of the scene format that this program reads.
 pub const VERSION: u32 = 1;

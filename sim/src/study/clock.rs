@@ -1,0 +1,42 @@
+//! Measured time, and the machine it was measured on.
+
+use std::fs;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Result of the last of `times` runs of `work` and their median wall time (s).
+///
+/// # Panics
+/// If `times` is 0.
+pub(super) fn median_time<T>(times: usize, mut work: impl FnMut() -> T) -> (T, f64) {
+    assert!(times > 0, "something must be measured");
+    let mut seconds = Vec::with_capacity(times);
+    let mut last = None;
+    for _ in 0..times {
+        let start = Instant::now();
+        last = Some(black_box(work()));
+        seconds.push(start.elapsed().as_secs_f64());
+    }
+    seconds.sort_by(f64::total_cmp);
+    let result = last.expect("it ran at least once");
+    (result, seconds[times / 2])
+}
+
+/// Processor, processors in use and version, in a line.
+pub(super) fn machine() -> String {
+    let model = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    format!(
+        "{}, {} threads, phyxel {}, {} build",
+        model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        rayon::current_num_threads(),
+        env!("CARGO_PKG_VERSION"),
+        if cfg!(debug_assertions) {
+            "checked"
+        } else {
+            "release"
+        }
+    )
+}

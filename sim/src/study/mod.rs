@@ -1,0 +1,162 @@
+//! Studies: error beside time, reproduced by one command each.
+//!
+//! A study answers one question with tables and plots. Running one writes every table as CSV, every
+//! plot as SVG, and one HTML page with all of them and the machine.
+
+mod clock;
+mod gradient;
+mod page;
+mod plot;
+mod report;
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+pub use report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+
+use crate::output::{OutputError, OutputFolder};
+
+/// How much is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Effort {
+    /// Everything that the page shows.
+    Full,
+    /// The small sizes only: the same code in seconds.
+    Quick,
+}
+
+/// A study.
+#[derive(Debug, Clone, Copy)]
+pub struct Study {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Title of the page.
+    pub title: &'static str,
+    /// What the study asks, in one line.
+    pub question: &'static str,
+    run: fn(Effort) -> Result<Report, StudyError>,
+}
+
+/// Every study.
+pub const STUDIES: &[Study] = &[Study {
+    name: "gradient",
+    title: "Gradients on scattered nodes",
+    question: "how far off is the gradient of a smooth field, and what does it cost?",
+    run: gradient::run,
+}];
+
+/// A study that did not end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// No study has this name.
+    #[error(
+        "no study is called '{name}'{}; there is {}",
+        nearest.map_or_else(String::new, |name| format!(" (did you mean '{name}'?)")),
+        STUDIES.iter().map(|study| study.name).collect::<Vec<_>>().join(", ")
+    )]
+    NoSuchStudy {
+        /// The name asked for.
+        name: String,
+        /// The name most like it.
+        nearest: Option<&'static str>,
+    },
+    /// A result cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A plot cannot be drawn.
+    #[error("plot '{plot}': {reason}")]
+    Plot {
+        /// Title of the plot.
+        plot: String,
+        /// What the plotter said.
+        reason: String,
+    },
+    /// A cloud was not made as the stencils need it.
+    #[error("gradient study: {0}")]
+    Stencil(#[from] phyxel_mls::StencilError),
+    /// Neighbours could not be searched.
+    #[error("gradient study: {0}")]
+    Cloud(#[from] phyxel_mls::CloudError),
+    /// Neighbourhoods could not be made symmetric.
+    #[error("gradient study: {0}")]
+    Graph(#[from] phyxel_mls::GraphError),
+    /// The surface could not be spread over the nodes.
+    #[error("gradient study: {0}")]
+    Boundary(#[from] phyxel_mls::BoundaryError),
+    /// Shape functions do not exist at a node.
+    #[error("gradient study: {0}")]
+    Shape(#[from] phyxel_mls::ShapeError),
+}
+
+/// What a study found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Findings {
+    /// Name of the study.
+    pub study: &'static str,
+    /// How much was computed.
+    pub effort: Effort,
+    /// The machine, in a line.
+    pub machine: String,
+    /// Wall time of the study (s).
+    pub seconds: f64,
+    /// Tables, plots and words.
+    pub report: Report,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+impl Study {
+    /// The study `name`.
+    ///
+    /// # Errors
+    /// [`StudyError::NoSuchStudy`].
+    pub fn named(name: &str) -> Result<&'static Self, StudyError> {
+        STUDIES
+            .iter()
+            .find(|study| study.name == name)
+            .ok_or_else(|| StudyError::NoSuchStudy {
+                name: name.to_owned(),
+                nearest: crate::scene::nearest(name, STUDIES.iter().map(|study| study.name)),
+            })
+    }
+
+    /// Runs the study and writes its tables and plots into `folder`.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn run(&self, folder: &OutputFolder, effort: Effort) -> Result<Findings, StudyError> {
+        let start = std::time::Instant::now();
+        let report = (self.run)(effort)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let mut files = Vec::new();
+        for table in &report.tables {
+            let name = format!("{}-{}.csv", self.name, table.name);
+            folder.write(&name, table.to_csv().as_bytes())?;
+            files.push(folder.path().join(name));
+        }
+        for plot in &report.plots {
+            let name = format!("{}-{}.svg", self.name, plot.name);
+            folder.write(&name, plot::draw(plot)?.as_bytes())?;
+            files.push(folder.path().join(name));
+        }
+        Ok(Findings {
+            study: self.name,
+            effort,
+            machine: clock::machine(),
+            seconds,
+            report,
+            files,
+        })
+    }
+}
+
+/// Writes the page `index.html` of some findings into `folder`; returns its place.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn write_page(folder: &OutputFolder, findings: &[Findings]) -> Result<PathBuf, StudyError> {
+    folder.write("index.html", page::html(findings)?.as_bytes())?;
+    Ok(folder.path().join("index.html"))
+}

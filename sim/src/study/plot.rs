@@ -1,0 +1,143 @@
+//! Plots as SVG.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged};
+use plotters::prelude::*;
+
+use super::StudyError;
+use super::report::{Plot, Scale};
+
+const SIZE: (u32, u32) = (720, 480);
+
+/// Colours that stay apart for the colour-blind (Okabe and Ito 2008), black first.
+const COLORS: [RGBColor; 8] = [
+    RGBColor(0, 0, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(120, 120, 120),
+];
+
+/// Draws a plot.
+pub(super) fn draw(plot: &Plot) -> Result<String, StudyError> {
+    let (x, y) = (
+        range(plot, plot.x.scale, |p| p.0),
+        range(plot, plot.y.scale, |p| p.1),
+    );
+    match (plot.x.scale, plot.y.scale) {
+        (Scale::Linear, Scale::Linear) => chart(plot, x, y),
+        (Scale::Linear, Scale::Logarithmic) => chart(plot, x, y.log_scale()),
+        (Scale::Logarithmic, Scale::Linear) => chart(plot, x.log_scale(), y),
+        (Scale::Logarithmic, Scale::Logarithmic) => chart(plot, x.log_scale(), y.log_scale()),
+    }
+}
+
+/// What an axis must show, with a margin.
+fn range(plot: &Plot, scale: Scale, coordinate: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
+    let values = plot.series.iter().flat_map(|series| &series.points);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for value in values.map(coordinate).filter(|value| value.is_finite()) {
+        if scale == Scale::Linear || value > 0.0 {
+            low = low.min(value);
+            high = high.max(value);
+        }
+    }
+    if low > high {
+        (low, high) = (1.0, 10.0);
+    }
+    match scale {
+        Scale::Linear => {
+            let margin = if high > low { 0.06 * (high - low) } else { 0.5 };
+            low - margin..high + margin
+        }
+        Scale::Logarithmic => {
+            let factor = (high / low).powf(0.06).max(1.2);
+            low / factor..high * factor
+        }
+    }
+}
+
+fn chart<X, Y>(plot: &Plot, x: X, y: Y) -> Result<String, StudyError>
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    let error = |reason: String| StudyError::Plot {
+        plot: plot.title.clone(),
+        reason,
+    };
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        root.fill(&WHITE).map_err(|e| error(e.to_string()))?;
+        let mut chart = ChartBuilder::on(&root)
+            .caption(&plot.title, ("sans-serif", 18))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(74)
+            .build_cartesian_2d(x, y)
+            .map_err(|e| error(e.to_string()))?;
+        chart
+            .configure_mesh()
+            .x_desc(&plot.x.label)
+            .y_desc(&plot.y.label)
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .light_line_style(RGBColor(238, 238, 238))
+            .bold_line_style(RGBColor(205, 205, 205))
+            .label_style(("sans-serif", 13))
+            .axis_desc_style(("sans-serif", 14))
+            .draw()
+            .map_err(|e| error(e.to_string()))?;
+        for (index, series) in plot.series.iter().enumerate() {
+            let color = COLORS[index % COLORS.len()];
+            let shown = |point: &&(f64, f64)| {
+                point.0.is_finite()
+                    && point.1.is_finite()
+                    && (plot.x.scale == Scale::Linear || point.0 > 0.0)
+                    && (plot.y.scale == Scale::Linear || point.1 > 0.0)
+            };
+            let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
+            chart
+                .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
+                .map_err(|e| error(e.to_string()))?
+                .label(&series.name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2))
+                });
+            chart
+                .draw_series(
+                    points
+                        .into_iter()
+                        .map(|point| Circle::new(point, 3, color.filled())),
+                )
+                .map_err(|e| error(e.to_string()))?;
+        }
+        chart
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.85))
+            .border_style(RGBColor(170, 170, 170))
+            .label_font(("sans-serif", 13))
+            .draw()
+            .map_err(|e| error(e.to_string()))?;
+        root.present().map_err(|e| error(e.to_string()))?;
+    }
+    Ok(text)
+}
+
+fn tick(value: f64) -> String {
+    let size = value.abs();
+    if size > 0.0 && !(0.01..1e4).contains(&size) {
+        format!("{value:.0e}")
+    } else {
+        let text = format!("{value:.3}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}
