@@ -1,0 +1,70 @@
+//! Where the energy is, and where it came from.
+
+use crate::error::Cause;
+use glam::DVec3;
+
+/// Energies (J) and momentum after a step. Works and the dissipated energy are sums from the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Audit {
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Energy that the force law states, at the current positions.
+    pub elastic: f64,
+    /// Work of gravity and of constant nodal loads.
+    pub load_work: f64,
+    /// Work of forces that the caller applies step by step (contact, a tool).
+    pub applied_work: f64,
+    /// Work of driven supports.
+    pub support_work: f64,
+    /// Energy taken out by damping; never negative for mass-proportional damping.
+    pub dissipated: f64,
+    /// Energy booked by the caller, such as the loss in a cut.
+    pub booked: f64,
+    /// Kinetic plus elastic energy at the start.
+    pub initial: f64,
+    /// Linear momentum (kg m/s).
+    pub momentum: DVec3,
+}
+
+impl Audit {
+    /// Work of all that acts from outside.
+    #[must_use]
+    pub fn external_work(&self) -> f64 {
+        self.load_work + self.applied_work + self.support_work
+    }
+
+    /// What is there less what should be there: 0 for an exact solution. For velocity Verlet it
+    /// swings by a share of `(ω dt)²/4` of the energy in a mode `ω`, without drift.
+    #[must_use]
+    pub fn balance(&self) -> f64 {
+        self.kinetic + self.elastic + self.dissipated
+            - self.initial
+            - self.booked
+            - self.external_work()
+    }
+
+    /// Energy that the balance is to be judged by: the sum of all amounts that went in or out.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.initial.abs()
+            + self.booked.abs()
+            + self.load_work.abs()
+            + self.applied_work.abs()
+            + self.support_work.abs()
+            + self.dissipated.abs()
+    }
+}
+
+/// The balance is off by more than the settings allow; the motion goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Warning {
+    /// Time (s).
+    pub time: f64,
+    /// The node with most kinetic energy.
+    pub node: usize,
+    /// Balance over scale.
+    pub relative: f64,
+    /// Likely cause.
+    pub cause: Cause,
+}

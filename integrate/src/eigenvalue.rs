@@ -1,0 +1,331 @@
+//! Largest eigenvalue of `M⁻¹ K` and the step it allows.
+
+use crate::supports::Supports;
+use glam::DVec3;
+
+/// How long to iterate, and how much to add to the result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct EigenvalueSettings {
+    /// Products with the stiffness at most.
+    pub iterations: usize,
+    /// Stops when `|A y − λ y| ≤ tolerance · λ`; the eigenvalue's own error is then of the order of
+    /// its square.
+    pub tolerance: f64,
+    /// Relative amount added to the eigenvalue, because the iteration comes from below.
+    pub margin: f64,
+}
+
+impl Default for EigenvalueSettings {
+    fn default() -> Self {
+        Self {
+            iterations: 60,
+            tolerance: 0.02,
+            margin: 0.02,
+        }
+    }
+}
+
+/// Why no eigenvalue was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EigenvalueError {
+    /// A mass is not positive and finite.
+    #[error("node {node} has mass {mass} kg, which must be positive and finite")]
+    BadMass {
+        /// Index of the node.
+        node: usize,
+        /// Its mass (kg).
+        mass: f64,
+    },
+    /// The stiffness product is not finite.
+    #[error("the stiffness product is not finite at node {node}")]
+    NotFinite {
+        /// First such node.
+        node: usize,
+    },
+}
+
+/// What the iteration found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Eigenvalue {
+    /// Largest eigenvalue of `M⁻¹ K` (1/s²), margin included; 0 if nothing resists motion.
+    pub value: f64,
+    /// The Rayleigh quotient reached (1/s²), never above the true value but for round-off.
+    pub rayleigh: f64,
+    /// `|A y − λ y| / λ` with the unit vector `y` found.
+    pub residual: f64,
+    /// Products with the stiffness taken.
+    pub iterations: usize,
+    /// `2 / sqrt(value)` (s); infinite if nothing resists motion.
+    pub critical_step: f64,
+}
+
+/// Largest step (s) of velocity Verlet and symplectic Euler: `2/ω · (sqrt(1 + ξ²) − ξ)`, with
+/// `ω = sqrt(eigenvalue)` and `ξ = viscosity · ω / 2` the damping ratio of that mode under
+/// stiffness-proportional damping (central difference method with lagged damping forces: Belytschko,
+/// Liu, Moran, section 6.2). Infinite for the eigenvalue 0. Mass-proportional damping, applied
+/// exactly as here, leaves the limit alone.
+///
+/// * `eigenvalue` -- largest one of `M⁻¹ K` (1/s²), or any upper bound, such as a row sum.
+/// * `viscosity` -- factor on the stiffness (s), 0 without.
+#[must_use]
+pub fn critical_step(eigenvalue: f64, viscosity: f64) -> f64 {
+    if eigenvalue <= 0.0 {
+        return f64::INFINITY;
+    }
+    let omega = eigenvalue.sqrt();
+    let xi = 0.5 * viscosity * omega;
+    2.0 / omega * ((1.0 + xi * xi).sqrt() - xi)
+}
+
+/// Finds the largest eigenvalue of `M⁻¹ K` on the free directions, one stiffness product an iteration.
+///
+/// Power iteration that keeps its last direction: each step takes the best vector (Rayleigh-Ritz) in
+/// the span of the current vector, its residual and the previous direction (locally optimal conjugate
+/// gradients: Knyazev 2001, doi:10.1137/S1064827500366124, without preconditioner). Plain power
+/// iteration needs about the square of the iterations.
+///
+/// * `masses` -- nodal masses (kg), shape `(n)`, positive.
+/// * `supports` -- held directions do not move.
+/// * `stiffness` -- writes `K v` (N/m · v) for `v`, shape `(n)`; `K` symmetric.
+/// * `warm` -- the vector found last time, or empty; overwritten with the one found now. A stale
+///   vector costs iterations, never correctness.
+///
+/// Without a warm vector the start is a fixed pseudo-random one, so results repeat to the bit.
+///
+/// # Errors
+/// [`EigenvalueError::BadMass`] and [`EigenvalueError::NotFinite`].
+///
+/// # Panics
+/// If `supports` is for another number of nodes.
+pub fn largest_eigenvalue(
+    masses: &[f64],
+    supports: &Supports,
+    mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
+    warm: &mut Vec<DVec3>,
+    settings: &EigenvalueSettings,
+) -> Result<Eigenvalue, EigenvalueError> {
+    let n = masses.len();
+    assert_eq!(supports.node_count(), n, "supports for every node");
+    if let Some((node, &mass)) = masses
+        .iter()
+        .enumerate()
+        .find(|(_, m)| !(m.is_finite() && **m > 0.0))
+    {
+        return Err(EigenvalueError::BadMass { node, mass });
+    }
+    let scale: Vec<f64> = masses.iter().map(|m| m.sqrt().recip()).collect();
+    let mut scaled = vec![DVec3::ZERO; n];
+    // A v = M^-1/2 K M^-1/2 v on the free directions; projector and mass commute, node by node.
+    let mut apply = |v: &[DVec3], out: &mut Vec<DVec3>| {
+        for ((s, v), scale) in scaled.iter_mut().zip(v).zip(&scale) {
+            *s = *v * *scale;
+        }
+        stiffness(&scaled, out);
+        for (out, scale) in out.iter_mut().zip(&scale) {
+            *out *= *scale;
+        }
+        supports.project(out);
+        match out.iter().position(|v| !v.is_finite()) {
+            Some(node) => Err(EigenvalueError::NotFinite { node }),
+            None => Ok(()),
+        }
+    };
+
+    let usable = warm.len() == n && warm.iter().all(|v| v.is_finite());
+    if !usable {
+        *warm = start_vector(n);
+    }
+    supports.project(warm);
+    if normalize(warm) == 0.0 {
+        *warm = start_vector(n);
+        supports.project(warm);
+        if normalize(warm) == 0.0 {
+            return Ok(result(0.0, 0.0, 0, settings));
+        }
+    }
+    let y = warm;
+    let mut ay = vec![DVec3::ZERO; n];
+    apply(y, &mut ay)?;
+    let (mut p, mut ap): (Vec<DVec3>, Vec<DVec3>) = (Vec::new(), Vec::new());
+    let mut r = vec![DVec3::ZERO; n];
+    let mut ar = vec![DVec3::ZERO; n];
+    let mut iterations = 1;
+    loop {
+        let lambda = dot(y, &ay);
+        for ((r, ay), y) in r.iter_mut().zip(&ay).zip(y.iter()) {
+            *r = *ay - *y * lambda;
+        }
+        let size = dot(&r, &r).sqrt();
+        let relative = if lambda > 0.0 { size / lambda } else { size };
+        if relative <= settings.tolerance || iterations >= settings.iterations || size == 0.0 {
+            return Ok(result(lambda, relative, iterations, settings));
+        }
+        // Orthonormal basis {y, r, p}; r is orthogonal to y up to round-off, p is made so.
+        orthogonalize(&mut r, y);
+        if normalize(&mut r) == 0.0 {
+            return Ok(result(lambda, relative, iterations, settings));
+        }
+        apply(&r, &mut ar)?;
+        iterations += 1;
+        let keep_p = !p.is_empty() && {
+            let before = dot(&p, &p).sqrt();
+            for (basis, image) in [(&*y, &ay), (&r, &ar)] {
+                let c = dot(&p, basis);
+                add_scaled(&mut p, -c, basis);
+                add_scaled(&mut ap, -c, image);
+            }
+            let after = dot(&p, &p).sqrt();
+            // A direction that lost ten digits to the other two holds nothing but round-off.
+            let keep = after > 1e-10 * before;
+            if keep {
+                scale_by(&mut p, after.recip());
+                scale_by(&mut ap, after.recip());
+            }
+            keep
+        };
+        let mut h = [[0.0; 3]; 3];
+        h[0][0] = lambda;
+        h[1][0] = dot(&r, &ay);
+        h[1][1] = dot(&r, &ar);
+        if keep_p {
+            h[2][0] = dot(&p, &ay);
+            h[2][1] = dot(&p, &ar);
+            h[2][2] = dot(&p, &ap);
+        }
+        let c = largest_vector(h, if keep_p { 3 } else { 2 });
+        if !keep_p {
+            p = vec![DVec3::ZERO; n];
+            ap = vec![DVec3::ZERO; n];
+        }
+        // New direction p = c1 r + c2 p, new vector y = c0 y + p.
+        for i in 0..n {
+            p[i] = r[i] * c[1] + p[i] * c[2];
+            ap[i] = ar[i] * c[1] + ap[i] * c[2];
+            y[i] = y[i] * c[0] + p[i];
+            ay[i] = ay[i] * c[0] + ap[i];
+        }
+        let size = dot(y, y).sqrt();
+        scale_by(y, size.recip());
+        scale_by(&mut ay, size.recip());
+    }
+}
+
+fn result(
+    rayleigh: f64,
+    residual: f64,
+    iterations: usize,
+    settings: &EigenvalueSettings,
+) -> Eigenvalue {
+    let value = rayleigh.max(0.0) * (1.0 + settings.margin);
+    Eigenvalue {
+        value,
+        rayleigh,
+        residual,
+        iterations,
+        critical_step: critical_step(value, 0.0),
+    }
+}
+
+/// Unit-free pseudo-random components in [-0.5, 0.5) from the index alone (multiplicative hashing).
+fn start_vector(n: usize) -> Vec<DVec3> {
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    let mut next = || {
+        state = state
+            .wrapping_mul(0x5851_f42d_4c95_7f2d)
+            .wrapping_add(0x1405_7b7e_f767_814f);
+        #[allow(clippy::cast_precision_loss, reason = "53 bits fit an f64 exactly")]
+        let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
+        unit - 0.5
+    };
+    (0..n).map(|_| DVec3::new(next(), next(), next())).collect()
+}
+
+pub(crate) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+fn add_scaled(a: &mut [DVec3], factor: f64, b: &[DVec3]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += *b * factor;
+    }
+}
+
+fn scale_by(a: &mut [DVec3], factor: f64) {
+    for a in a {
+        *a *= factor;
+    }
+}
+
+fn orthogonalize(a: &mut [DVec3], unit: &[DVec3]) {
+    let c = dot(a, unit);
+    add_scaled(a, -c, unit);
+}
+
+/// Makes a vector one long and returns how long it was.
+fn normalize(a: &mut [DVec3]) -> f64 {
+    let length = dot(a, a).sqrt();
+    if length > 0.0 {
+        scale_by(a, length.recip());
+    }
+    length
+}
+
+/// Unit eigenvector of the largest eigenvalue of a symmetric matrix (lower triangle given), by cyclic
+/// Jacobi rotations.
+#[allow(
+    clippy::needless_range_loop,
+    reason = "the rotation touches rows and columns of one matrix"
+)]
+fn largest_vector(lower: [[f64; 3]; 3], size: usize) -> [f64; 3] {
+    let mut a = lower;
+    for i in 0..size {
+        for j in 0..i {
+            a[j][i] = a[i][j];
+        }
+    }
+    let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for _ in 0..30 {
+        let mut off = 0.0;
+        for p in 0..size {
+            for q in p + 1..size {
+                off += a[p][q].abs();
+                if a[p][q] == 0.0 {
+                    continue;
+                }
+                let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+                let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+                let c = (t * t + 1.0).sqrt().recip();
+                let s = t * c;
+                for k in 0..size {
+                    let (akp, akq) = (a[k][p], a[k][q]);
+                    a[k][p] = c * akp - s * akq;
+                    a[k][q] = s * akp + c * akq;
+                }
+                for k in 0..size {
+                    let (apk, aqk) = (a[p][k], a[q][k]);
+                    a[p][k] = c * apk - s * aqk;
+                    a[q][k] = s * apk + c * aqk;
+                    let (vkp, vkq) = (v[k][p], v[k][q]);
+                    v[k][p] = c * vkp - s * vkq;
+                    v[k][q] = s * vkp + c * vkq;
+                }
+            }
+        }
+        if off == 0.0 {
+            break;
+        }
+    }
+    let mut best = 0;
+    for k in 1..size {
+        if a[k][k] > a[best][best] {
+            best = k;
+        }
+    }
+    [v[0][best], v[1][best], v[2][best]]
+}
+
+#[cfg(test)]
+#[path = "eigenvalue_tests.rs"]
+mod tests;

@@ -1,0 +1,110 @@
+//! Why a step failed, and what to do about it.
+
+use std::fmt;
+
+/// Likely cause of a motion that diverges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Cause {
+    /// The step is above the critical one that the caller stated.
+    StepTooLarge {
+        /// Step taken (s).
+        step: f64,
+        /// Critical step (s).
+        critical: f64,
+    },
+    /// Forces from outside (contact) outweigh the internal ones at the node.
+    ContactTooStiff,
+    /// The force law gave a value that is not finite at finite positions.
+    BrokenForceLaw,
+    /// None of these: the stiffness has probably risen since the step was chosen.
+    StiffnessRose,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepTooLarge { step, critical } => write!(
+                f,
+                "the step of {step:.3e} s is above the critical {critical:.3e} s; take a smaller one"
+            ),
+            Self::ContactTooStiff => {
+                f.write_str("contact too stiff for the step; lower the penalty or the step")
+            }
+            Self::BrokenForceLaw => f.write_str(
+                "the force law gave a value that is not finite (node inverted or torn off); \
+                 take a smaller step or load",
+            ),
+            Self::StiffnessRose => f.write_str(
+                "stiffness higher than when the step was chosen; estimate the eigenvalue again",
+            ),
+        }
+    }
+}
+
+/// Why an explicit step was refused or stopped. The state holds no NaN afterwards, but it is not one
+/// to go on from: restore an earlier one.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// A force is not finite.
+    #[error("force not finite at node {node}, time {time:.6} s: {cause}")]
+    ForceNotFinite {
+        /// First such node.
+        node: usize,
+        /// Time (s) of the step.
+        time: f64,
+        /// Likely cause.
+        cause: Cause,
+    },
+    /// There is more kinetic energy than all that ever went in can account for.
+    #[error(
+        "motion diverges at node {node}, time {time:.6} s, kinetic energy {kinetic:.3e} J: {cause}"
+    )]
+    Diverged {
+        /// The node with most kinetic energy.
+        node: usize,
+        /// Time (s) of the step.
+        time: f64,
+        /// Kinetic energy (J).
+        kinetic: f64,
+        /// Likely cause.
+        cause: Cause,
+    },
+    /// The step is not positive and finite.
+    #[error("a step of {step} s cannot be taken; it must be positive and finite")]
+    BadStep {
+        /// Step (s).
+        step: f64,
+    },
+}
+
+/// Why a motion cannot be set up.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// A mass is not positive and finite.
+    #[error("node {node} has mass {mass} kg, which must be positive and finite")]
+    BadMass {
+        /// Index of the node.
+        node: usize,
+        /// Its mass (kg).
+        mass: f64,
+    },
+    /// A position, velocity or load is not finite.
+    #[error("node {node}: {quantity} is not finite")]
+    NotFinite {
+        /// Index of the node.
+        node: usize,
+        /// Which quantity.
+        quantity: &'static str,
+    },
+    /// A setting is negative or not finite.
+    #[error("{name} is {value}; it must be finite and not negative")]
+    BadSetting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}

@@ -1,0 +1,553 @@
+//! The explicit step: node loops, driven nodes, energy sums, divergence.
+
+use crate::audit::Warning;
+use crate::error::{Cause, StepError};
+use crate::motion::{Frame, Motion, Scheme};
+use crate::supports::{Support, Supports};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
+const CHUNK: usize = 1024;
+
+/// Below this many nodes a loop over them takes less time than waking threads (20 µs).
+const PARALLEL_FROM: usize = 16 * CHUNK;
+
+/// A closure that adds forces from outside (N): `(time after the step, step, positions, velocities,
+/// forces)`. Velocities are those of the half step under velocity Verlet.
+pub type Applied<'a> = dyn FnMut(f64, f64, &[DVec3], &[DVec3], &mut [DVec3]) + 'a;
+
+/// What a driven node was before the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DrivenNode {
+    support: Support,
+    position: DVec3,
+    velocity: DVec3,
+    force: DVec3,
+    applied: DVec3,
+    viscous: DVec3,
+}
+
+/// Read-only view for the node loops.
+struct Nodes<'a> {
+    masses: &'a [f64],
+    inverse_masses: &'a [f64],
+    supports: Option<&'a Supports>,
+    gravity: DVec3,
+    forces: &'a [DVec3],
+    loads: &'a [DVec3],
+    applied: &'a [DVec3],
+    viscous: &'a [DVec3],
+}
+
+impl Nodes<'_> {
+    #[inline]
+    fn acceleration(&self, node: usize) -> DVec3 {
+        let mut force = self.forces[node];
+        for more in [self.loads, self.applied, self.viscous] {
+            if let Some(f) = more.get(node) {
+                force += *f;
+            }
+        }
+        let acceleration = force * self.inverse_masses[node] + self.gravity;
+        match self.supports.and_then(|supports| supports.of(node)) {
+            Some(support) => support.free * acceleration,
+            None => acceleration,
+        }
+    }
+}
+
+/// Kick and decay of one pass.
+#[derive(Clone, Copy)]
+struct Kick {
+    step: f64,
+    decay: f64,
+}
+
+/// Sums over nodes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    kinetic: f64,
+    momentum: DVec3,
+    dissipated: f64,
+    applied: f64,
+    potential: f64,
+    bad: bool,
+}
+
+impl Sums {
+    fn add(mut self, other: Self) -> Self {
+        self.kinetic += other.kinetic;
+        self.momentum += other.momentum;
+        self.dissipated += other.dissipated;
+        self.applied += other.applied;
+        self.potential += other.potential;
+        self.bad |= other.bad;
+        self
+    }
+}
+
+impl Motion {
+    /// Takes one step of `step` seconds. `forces` writes internal forces (N) for positions (m) and
+    /// returns the energy (J); the first step calls it twice.
+    ///
+    /// # Errors
+    /// [`StepError`]; positions and velocities stay finite.
+    pub fn step(
+        &mut self,
+        step: f64,
+        mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
+    ) -> Result<(), StepError> {
+        self.state.frame = None;
+        let end = self.state.time + step;
+        self.one_step(step, end, &mut forces, None)
+    }
+
+    /// As [`Motion::step`], with forces from outside as well, whose work is audited.
+    ///
+    /// # Errors
+    /// [`StepError`]; positions and velocities stay finite.
+    pub fn step_with(
+        &mut self,
+        step: f64,
+        mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
+        applied: &mut Applied<'_>,
+    ) -> Result<(), StepError> {
+        self.state.frame = None;
+        let end = self.state.time + step;
+        self.one_step(step, end, &mut forces, Some(applied))
+    }
+
+    /// Takes the fewest equal steps, none above `largest` (s), that end at the time `end` (s) exactly.
+    /// Does nothing if `end` is not after the present.
+    ///
+    /// # Errors
+    /// [`StepError`]; positions and velocities stay finite.
+    pub fn advance_to(
+        &mut self,
+        end: f64,
+        largest: f64,
+        mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
+    ) -> Result<(), StepError> {
+        while self.frame_step(end, largest, &mut forces, None)? {}
+        Ok(())
+    }
+
+    /// As [`Motion::advance_to`], with forces from outside as well.
+    ///
+    /// # Errors
+    /// [`StepError`]; positions and velocities stay finite.
+    pub fn advance_with(
+        &mut self,
+        end: f64,
+        largest: f64,
+        mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
+        applied: &mut Applied<'_>,
+    ) -> Result<(), StepError> {
+        while self.frame_step(end, largest, &mut forces, Some(&mut *applied))? {}
+        Ok(())
+    }
+
+    /// Takes one of the steps of [`Motion::advance_to`]; `false` if `end` is reached. A state kept
+    /// between two of them continues to the same bits. A `largest` that fell below the frame's step
+    /// cuts the rest of the frame anew.
+    ///
+    /// # Errors
+    /// [`StepError`]; positions and velocities stay finite.
+    #[allow(
+        clippy::float_cmp,
+        reason = "the same frame is one whose end has the same bits"
+    )]
+    pub fn frame_step(
+        &mut self,
+        end: f64,
+        largest: f64,
+        forces: &mut dyn FnMut(&[DVec3], &mut [DVec3]) -> f64,
+        applied: Option<&mut Applied<'_>>,
+    ) -> Result<bool, StepError> {
+        if !(largest.is_finite() && largest > 0.0) && largest != f64::INFINITY {
+            return Err(StepError::BadStep { step: largest });
+        }
+        let same = self.state.frame.filter(|frame| {
+            frame.end == end && frame.step() <= largest * (1.0 + 1e-9) && frame.done < frame.steps
+        });
+        let frame = same.or_else(|| Frame::new(self.state.time, end, largest));
+        let Some(mut frame) = frame else {
+            self.state.frame = None;
+            return Ok(false);
+        };
+        frame.done += 1;
+        self.one_step(frame.step(), frame.time(frame.done), forces, applied)?;
+        let finished = frame.done >= frame.steps;
+        self.state.frame = (!finished).then_some(frame);
+        Ok(!finished)
+    }
+
+    /// Evaluates the forces again where the nodes are, after the force law changed (a cut), books the
+    /// jump of its energy and returns it (J).
+    ///
+    /// # Errors
+    /// [`StepError::ForceNotFinite`].
+    pub fn refresh(
+        &mut self,
+        mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
+    ) -> Result<f64, StepError> {
+        if self.state.forces.is_empty() {
+            self.evaluate_first(&mut forces)?;
+            return Ok(0.0);
+        }
+        let energy = forces(&self.state.positions, &mut self.next_forces);
+        self.check_forces(energy)?;
+        std::mem::swap(&mut self.state.forces, &mut self.next_forces);
+        let jump = energy - self.state.audit.elastic;
+        self.state.audit.elastic = energy;
+        self.book_energy(jump);
+        Ok(jump)
+    }
+
+    fn evaluate_first(
+        &mut self,
+        forces: &mut dyn FnMut(&[DVec3], &mut [DVec3]) -> f64,
+    ) -> Result<(), StepError> {
+        let energy = forces(&self.state.positions, &mut self.next_forces);
+        self.check_forces(energy)?;
+        self.state.forces.clone_from(&self.next_forces);
+        self.state.audit.elastic = energy;
+        self.state.audit.initial += energy;
+        Ok(())
+    }
+
+    fn check_forces(&self, energy: f64) -> Result<(), StepError> {
+        let bad = self.next_forces.iter().position(|f| !f.is_finite());
+        let bad = bad.or_else(|| (!energy.is_finite()).then_some(0));
+        match bad {
+            Some(node) => Err(StepError::ForceNotFinite {
+                node,
+                time: self.state.time,
+                cause: Cause::BrokenForceLaw,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    fn one_step(
+        &mut self,
+        step: f64,
+        end: f64,
+        forces: &mut dyn FnMut(&[DVec3], &mut [DVec3]) -> f64,
+        applied: Option<&mut Applied<'_>>,
+    ) -> Result<(), StepError> {
+        if !(step.is_finite() && step > 0.0) {
+            return Err(StepError::BadStep { step });
+        }
+        if self.state.forces.is_empty() {
+            self.evaluate_first(forces)?;
+        }
+        let damping = self.settings.damping;
+        let (first, second) = match self.settings.scheme {
+            Scheme::VelocityVerlet => {
+                let decay = (-0.5 * damping * step).exp();
+                let half = Kick {
+                    step: 0.5 * step,
+                    decay,
+                };
+                (half, half)
+            }
+            Scheme::SymplecticEuler => (
+                Kick {
+                    step,
+                    decay: (-damping * step).exp(),
+                },
+                Kick {
+                    step: 0.0,
+                    decay: 1.0,
+                },
+            ),
+        };
+        self.release_driven();
+        let mut dissipated = self.drift(first, step);
+        self.place_driven(end);
+        let energy = forces(&self.state.positions, &mut self.next_forces);
+        if let Some(applied) = applied {
+            self.next_applied.clear();
+            self.next_applied.resize(self.masses.len(), DVec3::ZERO);
+            let state = &self.state;
+            applied(
+                end,
+                step,
+                &state.positions,
+                &state.velocities,
+                &mut self.next_applied,
+            );
+        } else {
+            self.next_applied.clear();
+        }
+        if self.settings.viscosity > 0.0 {
+            let factor = self.settings.viscosity / step;
+            let pairs = self.next_forces.iter().zip(&self.state.forces);
+            self.next_viscous.clear();
+            self.next_viscous
+                .extend(pairs.map(|(new, old)| (*new - *old) * factor));
+        }
+        let sums = self.finish(second, step);
+        if sums.bad || !energy.is_finite() {
+            return Err(self.not_finite(step, end));
+        }
+        dissipated += sums.dissipated;
+        let (s, next) = (&mut self.state, &mut self.next_forces);
+        std::mem::swap(&mut s.forces, next);
+        std::mem::swap(&mut s.applied, &mut self.next_applied);
+        std::mem::swap(&mut s.viscous, &mut self.next_viscous);
+        s.time = end;
+        s.steps += 1;
+        s.audit.kinetic = sums.kinetic;
+        s.audit.momentum = sums.momentum;
+        s.audit.elastic = energy;
+        s.audit.dissipated += dissipated;
+        s.audit.applied_work += sums.applied;
+        s.audit.load_work = s.load_origin - sums.potential;
+        self.finish_driven(end);
+        self.judge(step)
+    }
+
+    /// First pass: decay, kick, drift; returns the energy that the decay took.
+    fn drift(&mut self, kick: Kick, step: f64) -> f64 {
+        let nodes = Nodes {
+            masses: &self.masses,
+            inverse_masses: &self.inverse_masses,
+            supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
+            gravity: self.settings.gravity,
+            forces: &self.state.forces,
+            loads: &self.loads,
+            applied: &self.state.applied,
+            viscous: &self.state.viscous,
+        };
+        let damped = kick.decay < 1.0;
+        let lost = 1.0 - kick.decay * kick.decay;
+        let body = |chunk: usize, x: &mut [DVec3], v: &mut [DVec3]| {
+            let mut dissipated = 0.0;
+            let start = chunk * CHUNK;
+            for (k, (x, v)) in x.iter_mut().zip(v).enumerate() {
+                if damped {
+                    dissipated += 0.5 * nodes.masses[start + k] * v.length_squared() * lost;
+                    *v *= kick.decay;
+                }
+                let moved = *v + nodes.acceleration(start + k) * kick.step;
+                // A force that is not finite was refused before; a sum can overflow only after the
+                // energies did.
+                *v = moved;
+                *x += moved * step;
+            }
+            dissipated
+        };
+        let (x, v) = (&mut self.state.positions, &mut self.state.velocities);
+        if x.len() >= PARALLEL_FROM {
+            let partial: Vec<f64> = x
+                .par_chunks_mut(CHUNK)
+                .zip(v.par_chunks_mut(CHUNK))
+                .enumerate()
+                .map(|(chunk, (x, v))| body(chunk, x, v))
+                .collect();
+            partial.iter().sum()
+        } else {
+            let chunks = x.chunks_mut(CHUNK).zip(v.chunks_mut(CHUNK)).enumerate();
+            chunks.map(|(chunk, (x, v))| body(chunk, x, v)).sum()
+        }
+    }
+
+    /// Second pass: work of applied forces, kick, decay, and the sums of the audit.
+    fn finish(&mut self, kick: Kick, step: f64) -> Sums {
+        let nodes = Nodes {
+            masses: &self.masses,
+            inverse_masses: &self.inverse_masses,
+            supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
+            gravity: self.settings.gravity,
+            forces: &self.next_forces,
+            loads: &self.loads,
+            applied: &self.next_applied,
+            viscous: &self.next_viscous,
+        };
+        let damped = kick.decay < 1.0;
+        let lost = 1.0 - kick.decay * kick.decay;
+        let weight = nodes.gravity != DVec3::ZERO;
+        let (old_applied, old_viscous) = (&self.state.applied, &self.state.viscous);
+        let positions = &self.state.positions;
+        let body = |chunk: usize, v: &mut [DVec3]| {
+            let mut sums = Sums::default();
+            let start = chunk * CHUNK;
+            for (k, v) in v.iter_mut().enumerate() {
+                let node = start + k;
+                let mass = nodes.masses[node];
+                let moved = *v * step;
+                if let Some(force) = nodes.applied.get(node) {
+                    let before = old_applied.get(node).copied().unwrap_or_default();
+                    sums.applied += 0.5 * (*force + before).dot(moved);
+                }
+                if let Some(force) = nodes.viscous.get(node) {
+                    let before = old_viscous.get(node).copied().unwrap_or_default();
+                    sums.dissipated -= 0.5 * (*force + before).dot(moved);
+                }
+                let mut new = *v + nodes.acceleration(node) * kick.step;
+                if damped {
+                    sums.dissipated += 0.5 * mass * new.length_squared() * lost;
+                    new *= kick.decay;
+                }
+                if new.is_finite() && nodes.forces[node].is_finite() {
+                    *v = new;
+                } else {
+                    sums.bad = true;
+                }
+                sums.kinetic += 0.5 * mass * v.length_squared();
+                sums.momentum += *v * mass;
+                if weight {
+                    sums.potential -= mass * positions[node].dot(nodes.gravity);
+                }
+                if let Some(load) = nodes.loads.get(node) {
+                    sums.potential -= positions[node].dot(*load);
+                }
+            }
+            sums
+        };
+        let v = &mut self.state.velocities;
+        if v.len() >= PARALLEL_FROM {
+            let chunks = v.par_chunks_mut(CHUNK).enumerate();
+            let partial: Vec<Sums> = chunks.map(|(chunk, v)| body(chunk, v)).collect();
+            partial.into_iter().fold(Sums::default(), Sums::add)
+        } else {
+            let chunks = v.chunks_mut(CHUNK).enumerate();
+            chunks
+                .map(|(chunk, v)| body(chunk, v))
+                .fold(Sums::default(), Sums::add)
+        }
+    }
+
+    /// Remembers driven nodes and takes the driven part out of their velocities.
+    fn release_driven(&mut self) {
+        self.driven.clear();
+        if self.supports.paths().is_empty() {
+            return;
+        }
+        for support in self.supports.entries() {
+            if support.path.is_none() {
+                continue;
+            }
+            let node = support.node as usize;
+            let at = |v: &Vec<DVec3>| v.get(node).copied().unwrap_or_default();
+            let velocity = self.state.velocities[node];
+            self.driven.push(DrivenNode {
+                support: *support,
+                position: self.state.positions[node],
+                velocity: support.held(velocity),
+                force: self.total_force(node),
+                applied: at(&self.state.applied),
+                viscous: at(&self.state.viscous),
+            });
+            self.state.velocities[node] = support.free * velocity;
+        }
+    }
+
+    fn place_driven(&mut self, time: f64) {
+        if !self.driven.is_empty() {
+            self.supports.place(time, &mut self.state.positions);
+        }
+    }
+
+    /// Gives driven nodes their path's velocity and books the work of their drive.
+    fn finish_driven(&mut self, time: f64) {
+        for driven in &self.driven {
+            let support = &driven.support;
+            let node = support.node as usize;
+            let Some((_, velocity)) = self.supports.target(support, time) else {
+                continue;
+            };
+            let mass = self.masses[node];
+            let velocity = support.held(velocity);
+            let moved = support.held(self.state.positions[node] - driven.position);
+            let force = 0.5 * (driven.force + self.total_force(node));
+            let mean = |before: DVec3, now: &Vec<DVec3>| {
+                0.5 * (before + now.get(node).copied().unwrap_or_default()).dot(moved)
+            };
+            let s = &mut self.state;
+            let kinetic = 0.5 * mass * velocity.length_squared();
+            let before = 0.5 * mass * driven.velocity.length_squared();
+            s.velocities[node] += velocity;
+            s.audit.kinetic += kinetic;
+            s.audit.momentum += velocity * mass;
+            s.audit.support_work += kinetic - before - force.dot(moved);
+            s.audit.applied_work += mean(driven.applied, &s.applied);
+            s.audit.dissipated -= mean(driven.viscous, &s.viscous);
+        }
+    }
+
+    fn not_finite(&self, step: f64, time: f64) -> StepError {
+        let bad = |v: &[DVec3]| v.iter().position(|f| !f.is_finite());
+        let outside = bad(&self.next_applied);
+        let node = bad(&self.next_forces).or(outside).unwrap_or(0);
+        let cause = match self.critical_step {
+            Some(critical) if step > critical => Cause::StepTooLarge { step, critical },
+            _ if outside.is_some() => Cause::ContactTooStiff,
+            _ => Cause::BrokenForceLaw,
+        };
+        StepError::ForceNotFinite { node, time, cause }
+    }
+
+    /// Compares the energies after a step with what went in.
+    fn judge(&mut self, step: f64) -> Result<(), StepError> {
+        let audit = self.state.audit;
+        let scale = audit.scale();
+        let balance = audit.balance().abs();
+        if balance <= self.settings.warn_balance * scale {
+            return Ok(());
+        }
+        // Below 1e-9 body sizes a step, energies are round-off.
+        let slow = 1e-9 * self.size / step;
+        let floor = 0.5 * self.masses.iter().sum::<f64>() * slow * slow;
+        if balance <= floor {
+            return Ok(());
+        }
+        if audit.kinetic > self.settings.growth_limit * scale && audit.kinetic > floor {
+            let node = self.fastest_node();
+            return Err(StepError::Diverged {
+                node,
+                time: self.state.time,
+                kinetic: audit.kinetic,
+                cause: self.cause(node, step),
+            });
+        }
+        if self.warning.is_none() {
+            let node = self.fastest_node();
+            self.warning = Some(Warning {
+                time: self.state.time,
+                node,
+                relative: audit.balance() / scale,
+                cause: self.cause(node, step),
+            });
+        }
+        Ok(())
+    }
+
+    fn fastest_node(&self) -> usize {
+        let energies = self.masses.iter().zip(&self.state.velocities);
+        let energies = energies.map(|(m, v)| m * v.length_squared());
+        let mut best = (0, 0.0);
+        for (node, energy) in energies.enumerate() {
+            if energy > best.1 {
+                best = (node, energy);
+            }
+        }
+        best.0
+    }
+
+    fn cause(&self, node: usize, step: f64) -> Cause {
+        let at = |v: &Vec<DVec3>| v.get(node).map_or(0.0, |f| f.length());
+        match self.critical_step {
+            Some(critical) if step > critical => Cause::StepTooLarge { step, critical },
+            _ if at(&self.state.applied) > at(&self.state.forces) => Cause::ContactTooStiff,
+            _ => Cause::StiffnessRose,
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "explicit_tests.rs"]
+mod tests;

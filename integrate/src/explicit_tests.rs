@@ -1,0 +1,559 @@
+use super::*;
+use crate::audit::Audit;
+use crate::motion::MotionSettings;
+use crate::path::{Ease, Path};
+use crate::testing::{Chain, Network};
+use proptest::prelude::*;
+use testkit::cloud::uniform;
+use testkit::derivative::observed_order;
+
+const OMEGA: f64 = 3.0;
+
+fn oscillator(x: &[DVec3], f: &mut [DVec3]) -> f64 {
+    f[0] = -x[0] * OMEGA * OMEGA;
+    0.5 * OMEGA * OMEGA * x[0].length_squared()
+}
+
+fn one_node(settings: MotionSettings) -> Motion {
+    let supports = Supports::free(1);
+    Motion::new(&[DVec3::X], &[1.0], supports, settings).unwrap()
+}
+
+fn error_at_two(scheme: Scheme, damping: f64, step: f64) -> f64 {
+    let settings = MotionSettings {
+        scheme,
+        damping,
+        ..MotionSettings::default()
+    };
+    let mut motion = one_node(settings);
+    motion.advance_to(2.0, step, oscillator).unwrap();
+    // x'' + c x' + w^2 x = 0 from x = 1, x' = 0.
+    let omega = (OMEGA * OMEGA - 0.25 * damping * damping).sqrt();
+    let decay = (-0.5 * damping * 2.0).exp();
+    let (s, c) = (omega * 2.0).sin_cos();
+    let exact = decay * (c + 0.5 * damping / omega * s);
+    (motion.positions()[0].x - exact).abs()
+}
+
+#[test]
+fn orders_of_convergence_on_the_oscillator() {
+    for (scheme, damping, order) in [
+        (Scheme::VelocityVerlet, 0.0, 2.0),
+        (Scheme::VelocityVerlet, 0.7, 2.0),
+        (Scheme::SymplecticEuler, 0.0, 1.0),
+        (Scheme::SymplecticEuler, 0.7, 1.0),
+    ] {
+        let errors = [0.02, 0.01, 0.005].map(|step| error_at_two(scheme, damping, step));
+        for pair in errors.windows(2) {
+            let seen = observed_order(pair[0], pair[1], 2.0);
+            assert!((seen - order).abs() < 0.1, "{scheme:?} {damping}: {seen}");
+        }
+    }
+}
+
+#[test]
+fn viscous_damping_decays_as_the_oscillator_does() {
+    let viscosity = 0.05;
+    let run = |step: f64| {
+        let settings = MotionSettings {
+            viscosity,
+            ..MotionSettings::default()
+        };
+        let mut motion = one_node(settings);
+        motion.advance_to(2.0, step, oscillator).unwrap();
+        let damping = viscosity * OMEGA * OMEGA;
+        let omega = (OMEGA * OMEGA - 0.25 * damping * damping).sqrt();
+        let (s, c) = (omega * 2.0).sin_cos();
+        let exact = (-0.5 * damping * 2.0).exp() * (c + 0.5 * damping / omega * s);
+        assert!(motion.audit().dissipated > 0.0, "takes energy out");
+        assert!(motion.audit().balance().abs() < 0.05 * 4.5, "balance");
+        (motion.positions()[0].x - exact).abs()
+    };
+    let seen = observed_order(run(0.005), run(0.0025), 2.0);
+    assert!(seen > 0.9, "lagged forces are first order, seen {seen}");
+}
+
+#[test]
+fn verlet_balances_energy_exactly_at_equal_phase_and_within_bounds_between() {
+    let chain = Chain::new(20, 50.0, 0.1);
+    let start: Vec<DVec3> = chain
+        .rest
+        .iter()
+        .zip(uniform(20, 0.1, 1))
+        .map(|(x, d)| *x + d)
+        .collect();
+    let mut motion = Motion::new(
+        &start,
+        &chain.masses,
+        Supports::free(20),
+        MotionSettings {
+            warn_balance: 10.0,
+            ..MotionSettings::default()
+        },
+    )
+    .unwrap();
+    let critical = 2.0 / (4.0 * 50.0 / 0.1_f64).sqrt();
+    for _ in 0..2000 {
+        motion
+            .step(0.5 * critical, |x, f| chain.forces(x, f))
+            .unwrap();
+        let audit = motion.audit();
+        // The swing of a mode is at most (omega dt)^2/4 / (1 - (omega dt)^2/4) of its energy.
+        assert!(audit.balance().abs() < 0.34 * audit.initial, "{audit:?}");
+    }
+}
+
+#[test]
+fn gravity_work_is_exact_in_free_fall() {
+    let settings = MotionSettings {
+        gravity: DVec3::new(0.0, 0.0, -9.81),
+        ..MotionSettings::default()
+    };
+    let mut motion = one_node(settings);
+    let none = |_: &[DVec3], f: &mut [DVec3]| {
+        f.fill(DVec3::ZERO);
+        0.0
+    };
+    motion.advance_to(1.0, 0.013, none).unwrap();
+    assert!(
+        (motion.positions()[0].z + 0.5 * 9.81).abs() < 1e-13,
+        "parabola"
+    );
+    assert!(
+        motion.audit().balance().abs() < 1e-12,
+        "{:?}",
+        motion.audit()
+    );
+    assert!(
+        (motion.audit().load_work - 0.5 * 9.81 * 9.81).abs() < 1e-11,
+        "work"
+    );
+}
+
+#[test]
+fn a_changed_step_keeps_the_scheme() {
+    // Free fall is exact for any sequence of steps only if velocities are synchronous.
+    let settings = MotionSettings {
+        gravity: -DVec3::Z,
+        ..MotionSettings::default()
+    };
+    let mut motion = one_node(settings);
+    let none = |_: &[DVec3], f: &mut [DVec3]| {
+        f.fill(DVec3::ZERO);
+        0.0
+    };
+    for step in [0.1, 0.01, 0.3, 0.003] {
+        motion.step(step, none).unwrap();
+    }
+    let t = motion.time();
+    assert!(
+        (motion.positions()[0].z + 0.5 * t * t).abs() < 1e-15,
+        "parabola"
+    );
+    assert!((motion.velocities()[0].z + t).abs() < 1e-15, "velocity");
+}
+
+#[test]
+fn driven_end_of_a_chain_balances_work() {
+    let chain = Chain::new(12, 40.0, 0.2);
+    let mut supports = Supports::fixed(12, &[0]);
+    let path = Path::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
+    supports.drive(&[11], [true, true, true], path, &chain.rest);
+    let run = |step: f64| {
+        let settings = MotionSettings {
+            damping: 0.4,
+            ..MotionSettings::default()
+        };
+        let mut motion =
+            Motion::new(&chain.rest, &chain.masses, supports.clone(), settings).unwrap();
+        motion
+            .advance_to(1.5, step, |x, f| chain.forces(x, f))
+            .unwrap();
+        assert_eq!(motion.positions()[0], chain.rest[0], "fixed node");
+        let end = chain.rest[11] + DVec3::new(0.3, 0.1, 0.0);
+        assert_eq!(motion.positions()[11], end, "driven node");
+        *motion.audit()
+    };
+    let (coarse, fine) = (run(0.02), run(0.01));
+    assert!(fine.support_work > 0.1, "work went in: {fine:?}");
+    assert!(fine.balance().abs() < 2e-3 * fine.support_work, "{fine:?}");
+    assert!(
+        fine.balance().abs() < 0.4 * coarse.balance().abs(),
+        "second order"
+    );
+}
+
+#[test]
+fn reactions_carry_the_weight() {
+    let chain = Chain::new(2, 100.0, 1.0);
+    let mut supports = Supports::free(2);
+    supports.fix_axes(0, [false, false, true]);
+    supports.fix_axes(1, [true, true, true]);
+    let settings = MotionSettings {
+        gravity: -DVec3::Z * 9.81,
+        ..MotionSettings::default()
+    };
+    let mut motion = Motion::new(&chain.rest, &chain.masses, supports, settings).unwrap();
+    motion.step(0.01, |x, f| chain.forces(x, f)).unwrap();
+    let reactions = motion.reactions();
+    assert_eq!(reactions[0].0, 0, "node");
+    for (_, force) in reactions {
+        assert!((force - DVec3::Z * 9.81).length() < 1e-12, "{force}");
+    }
+}
+
+#[test]
+fn blow_up_lies_at_the_critical_step_and_names_it() {
+    let chain = Chain::new(30, 7.0, 0.3);
+    let found = chain.eigenvalue(
+        &crate::EigenvalueSettings {
+            iterations: 400,
+            tolerance: 1e-6,
+            margin: 0.0,
+        },
+        &mut Vec::new(),
+    );
+    let start: Vec<DVec3> = chain
+        .rest
+        .iter()
+        .zip(uniform(30, 1e-3, 5))
+        .map(|(x, d)| *x + d)
+        .collect();
+    let run = |share: f64| {
+        let mut motion = Motion::new(
+            &start,
+            &chain.masses,
+            Supports::free(30),
+            MotionSettings::default(),
+        )
+        .unwrap();
+        motion.set_critical_step(found.critical_step);
+        for _ in 0..5000 {
+            motion.step(share * found.critical_step, |x, f| chain.forces(x, f))?;
+        }
+        Ok::<Audit, StepError>(*motion.audit())
+    };
+    assert!(run(0.995).is_ok(), "stable just below");
+    let error = run(1.005).unwrap_err();
+    let StepError::Diverged {
+        cause: Cause::StepTooLarge { .. },
+        kinetic,
+        ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!(kinetic.is_finite(), "caught in time");
+    assert!(error.to_string().contains("take a smaller one"), "{error}");
+}
+
+#[test]
+fn a_broken_force_law_is_caught_before_the_state_is() {
+    let mut motion = one_node(MotionSettings::default());
+    let mut calls = 0;
+    let law = |x: &[DVec3], f: &mut [DVec3]| {
+        calls += 1;
+        let energy = oscillator(x, f);
+        if calls > 3 {
+            f[0].y = f64::NAN;
+        }
+        energy
+    };
+    let error = motion.advance_to(1.0, 0.1, law).unwrap_err();
+    let StepError::ForceNotFinite {
+        node: 0,
+        cause: Cause::BrokenForceLaw,
+        ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!(
+        motion.positions()[0].is_finite() && motion.velocities()[0].is_finite(),
+        "state"
+    );
+    assert_eq!(
+        motion.step(0.0, oscillator),
+        Err(StepError::BadStep { step: 0.0 }),
+        "step"
+    );
+}
+
+#[test]
+fn stiff_applied_forces_are_named() {
+    let mut motion = one_node(MotionSettings::default());
+    let spring = &mut |_: f64, _: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
+        f[0] -= x[0] * 1e6;
+    };
+    let error = motion
+        .advance_with(1.0, 0.1, oscillator, spring)
+        .unwrap_err();
+    let StepError::Diverged {
+        cause: Cause::ContactTooStiff,
+        ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+}
+
+#[test]
+fn warning_names_the_node_once() {
+    let mut motion = one_node(MotionSettings {
+        warn_balance: 1e-9,
+        ..MotionSettings::default()
+    });
+    for _ in 0..10 {
+        motion.step(0.1, oscillator).unwrap();
+    }
+    let warning = motion.take_warning().unwrap();
+    assert_eq!(warning.node, 0, "node");
+    assert!(
+        warning.relative.abs() > 1e-9 && warning.time > 0.0,
+        "{warning:?}"
+    );
+}
+
+#[test]
+fn applied_work_and_booked_jumps_close_the_balance() {
+    let mut motion = one_node(MotionSettings::default());
+    let push = &mut |time: f64, _: f64, _: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
+        f[0].y += (5.0 * time).sin();
+    };
+    motion.advance_with(1.0, 1e-3, oscillator, push).unwrap();
+    assert!(motion.audit().applied_work.abs() > 1e-3, "work");
+    assert!(
+        motion.audit().balance().abs() < 1e-4,
+        "{:?}",
+        motion.audit()
+    );
+    let softer = |x: &[DVec3], f: &mut [DVec3]| {
+        let energy = 0.5 * oscillator(x, f);
+        f[0] *= 0.5;
+        energy
+    };
+    let jump = motion.refresh(softer).unwrap();
+    assert!(jump < 0.0, "half the stiffness, half the energy");
+    motion.advance_with(2.0, 1e-3, softer, push).unwrap();
+    assert!(
+        motion.audit().balance().abs() < 1e-4,
+        "{:?}",
+        motion.audit()
+    );
+}
+
+#[test]
+fn frames_end_exactly_and_split_evenly() {
+    let frame = Frame::new(0.1, 0.4, 0.1).unwrap();
+    assert_eq!(frame.steps, 3, "round-off costs no step");
+    assert_eq!(frame.time(3).to_bits(), 0.4_f64.to_bits(), "end");
+    assert_eq!(Frame::new(1.0, 1.0, 0.1), None, "nothing to do");
+    let mut motion = one_node(MotionSettings::default());
+    motion.advance_to(0.3, 0.07, oscillator).unwrap();
+    assert_eq!(motion.time().to_bits(), 0.3_f64.to_bits(), "time");
+    assert_eq!(motion.steps(), 5, "steps");
+    motion.advance_to(0.3, 0.07, oscillator).unwrap();
+    assert_eq!(motion.steps(), 5, "already there");
+}
+
+#[test]
+fn restored_mid_frame_to_the_same_bits() {
+    let rest = uniform(12, 1.0, 3);
+    let network = Network::complete(&rest, 20.0);
+    let settings = MotionSettings {
+        damping: 0.1,
+        viscosity: 1e-3,
+        ..MotionSettings::default()
+    };
+    let mut whole = Motion::new(&rest, &[0.5; 12], Supports::free(12), settings).unwrap();
+    whole.set_velocities(&uniform(12, 1.0, 4)).unwrap();
+    let mut other = whole.clone();
+    whole
+        .advance_to(1.0, 0.013, |x, f| network.forces(x, f))
+        .unwrap();
+    let mut law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
+    for _ in 0..31 {
+        assert!(
+            other.frame_step(1.0, 0.013, &mut law, None).unwrap(),
+            "not done yet"
+        );
+    }
+    let kept = other.state().clone();
+    other
+        .advance_to(1.0, 0.013, |x, f| network.forces(x, f))
+        .unwrap();
+    assert_eq!(other.state(), whole.state(), "stepped one by one");
+    other.restore(kept);
+    other
+        .advance_to(1.0, 0.013, |x, f| network.forces(x, f))
+        .unwrap();
+    assert_eq!(other.state(), whole.state(), "restored");
+}
+
+#[test]
+fn parallel_equals_serial_to_the_bit() {
+    let n = PARALLEL_FROM + 777;
+    let start = uniform(n, 1.0, 9);
+    let law = |x: &[DVec3], f: &mut [DVec3]| {
+        let mut energy = 0.0;
+        for (f, x) in f.iter_mut().zip(x) {
+            *f = -*x;
+            energy += 0.5 * x.length_squared();
+        }
+        energy
+    };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let settings = MotionSettings {
+                damping: 0.1,
+                gravity: DVec3::Y,
+                ..MotionSettings::default()
+            };
+            let mut supports = Supports::fixed(n, &[5, 20_000 % 16_000]);
+            supports.slide(77, DVec3::ONE);
+            let mut motion = Motion::new(&start, &vec![1.0; n], supports, settings).unwrap();
+            for _ in 0..3 {
+                motion.step(0.1, law).unwrap();
+            }
+            motion.state().clone()
+        })
+    };
+    assert_eq!(run(1), run(2), "two threads");
+    assert_eq!(run(1), run(3), "three threads");
+}
+
+#[test]
+fn setters_refuse_what_is_not_finite() {
+    let mut motion = one_node(MotionSettings::default());
+    let nan = [DVec3::NAN];
+    let error = motion.set_velocities(&nan).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "node 0: velocity is not finite",
+        "velocity"
+    );
+    assert!(motion.set_positions(&nan).is_err(), "position");
+    assert!(motion.set_loads(&nan).is_err(), "load");
+    assert!(motion.set_damping(-1.0).is_err(), "damping");
+    let bad = Motion::new(
+        &[DVec3::X],
+        &[0.0],
+        Supports::free(1),
+        MotionSettings::default(),
+    );
+    let error = bad.unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "node 0 has mass 0 kg, which must be positive and finite",
+        "mass"
+    );
+}
+
+#[test]
+fn a_path_with_constant_velocity_starts_at_once() {
+    let chain = Chain::new(1, 10.0, 1.0);
+    let mut supports = Supports::free(1);
+    let keys = vec![(0.0, DVec3::ZERO), (1.0, DVec3::X)];
+    supports.drive(
+        &[0],
+        [true, true, true],
+        Path::new(keys, Ease::Linear).unwrap(),
+        &chain.rest,
+    );
+    let mut motion = Motion::new(
+        &chain.rest,
+        &chain.masses,
+        supports,
+        MotionSettings::default(),
+    )
+    .unwrap();
+    motion
+        .advance_to(0.5, 0.01, |x, f| chain.forces(x, f))
+        .unwrap();
+    let audit = motion.audit();
+    assert!((audit.kinetic - 0.5).abs() < 1e-15, "{audit:?}");
+    assert!(audit.balance().abs() < 1e-12, "{audit:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn verlet_is_reversible(seed in 0_u64..1000, step in 0.001_f64..0.02) {
+        let rest = uniform(8, 1.0, seed);
+        let network = Network::complete(&rest, 10.0);
+        let mut motion =
+            Motion::new(&rest, &[1.0; 8], Supports::free(8), MotionSettings::default()).unwrap();
+        motion.set_velocities(&uniform(8, 0.5, seed + 1)).unwrap();
+        for _ in 0..50 {
+            motion.step(step, |x, f| network.forces(x, f)).unwrap();
+        }
+        let back: Vec<DVec3> = motion.velocities().iter().map(|v| -*v).collect();
+        motion.set_velocities(&back).unwrap();
+        for _ in 0..50 {
+            motion.step(step, |x, f| network.forces(x, f)).unwrap();
+        }
+        for (x, start) in motion.positions().iter().zip(&rest) {
+            prop_assert!((*x - *start).length() < 1e-11, "{x} {start}");
+        }
+    }
+
+    #[test]
+    fn momentum_is_kept_without_external_forces(seed in 0_u64..1000) {
+        let rest = uniform(10, 1.0, seed);
+        let network = Network::complete(&rest, 5.0);
+        let masses: Vec<f64> = uniform(10, 0.4, seed + 7).iter().map(|v| 0.5 + v.x).collect();
+        let mut motion =
+            Motion::new(&rest, &masses, Supports::free(10), MotionSettings::default()).unwrap();
+        motion.set_velocities(&uniform(10, 0.5, seed + 1)).unwrap();
+        let (linear, angular) = (motion.audit().momentum, motion.angular_momentum());
+        for _ in 0..100 {
+            motion.step(0.01, |x, f| network.forces(x, f)).unwrap();
+        }
+        prop_assert!((motion.audit().momentum - linear).length() < 1e-12);
+        prop_assert!((motion.angular_momentum() - angular).length() < 1e-12);
+    }
+
+    #[test]
+    fn fixed_nodes_never_move(seed in 0_u64..1000, node in 0_u32..10) {
+        let rest = uniform(10, 1.0, seed);
+        let network = Network::complete(&rest, 5.0);
+        let settings = MotionSettings { gravity: DVec3::new(1.0, -2.0, 3.0), ..MotionSettings::default() };
+        let supports = Supports::fixed(10, &[node]);
+        let mut motion = Motion::new(&rest, &[1.0; 10], supports, settings).unwrap();
+        motion.set_velocities(&uniform(10, 0.5, seed + 1)).unwrap();
+        for _ in 0..50 {
+            motion.step(0.01, |x, f| network.forces(x, f)).unwrap();
+        }
+        prop_assert_eq!(motion.positions()[node as usize], rest[node as usize]);
+        prop_assert_eq!(motion.velocities()[node as usize], DVec3::ZERO);
+    }
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn a_written_state_continues_to_the_same_bits() {
+    let rest = uniform(9, 1.0, 3);
+    let network = Network::complete(&rest, 20.0);
+    let settings = MotionSettings {
+        damping: 0.1,
+        ..MotionSettings::default()
+    };
+    let mut motion = Motion::new(&rest, &[0.5; 9], Supports::fixed(9, &[2]), settings).unwrap();
+    motion.set_velocities(&uniform(9, 1.0, 4)).unwrap();
+    let mut law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
+    for _ in 0..7 {
+        motion.frame_step(1.0, 0.013, &mut law, None).unwrap();
+    }
+    let text = ron::to_string(motion.state()).unwrap();
+    let mut other = Motion::new(&rest, &[0.5; 9], Supports::fixed(9, &[2]), settings).unwrap();
+    other.restore(ron::from_str(&text).unwrap());
+    assert_eq!(other.state(), motion.state(), "read back");
+    motion.advance_to(1.0, 0.013, &mut law).unwrap();
+    other.advance_to(1.0, 0.013, &mut law).unwrap();
+    assert_eq!(other.state(), motion.state(), "continued");
+}

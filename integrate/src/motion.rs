@@ -1,0 +1,485 @@
+//! Nodes in explicit motion: state, settings, and what may be asked of them.
+
+use crate::audit::{Audit, Warning};
+use crate::error::MotionError;
+use crate::supports::Supports;
+use glam::DVec3;
+
+/// Explicit scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Scheme {
+    /// Half kick, drift, half kick (Störmer 1907; Verlet 1967; the central difference method):
+    /// second order, symplectic, reversible, one force evaluation a step.
+    #[default]
+    VelocityVerlet,
+    /// Kick, drift: symplectic, first order, same limit and cost.
+    SymplecticEuler,
+}
+
+/// How to move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct MotionSettings {
+    /// Scheme.
+    pub scheme: Scheme,
+    /// Mass-proportional damping (1/s): velocities decay as `exp(−damping · t)`, applied exactly.
+    pub damping: f64,
+    /// Stiffness-proportional (viscous) damping (s): forces `viscosity · df/dt`, from the forces of
+    /// two steps; lowers the critical step, see [`crate::critical_step`].
+    pub viscosity: f64,
+    /// Acceleration of all nodes (m/s²).
+    pub gravity: DVec3,
+    /// Relative energy balance above which a warning is kept.
+    pub warn_balance: f64,
+    /// A kinetic energy above this multiple of all energy that ever went in is a divergence. A stable
+    /// step near the critical one swings by some ten times in the highest mode.
+    pub growth_limit: f64,
+}
+
+impl Default for MotionSettings {
+    fn default() -> Self {
+        Self {
+            scheme: Scheme::VelocityVerlet,
+            damping: 0.0,
+            viscosity: 0.0,
+            gravity: DVec3::ZERO,
+            warn_balance: 0.05,
+            growth_limit: 100.0,
+        }
+    }
+}
+
+/// All that changes in time. Restoring a clone (or what serde made of it) continues to the same bits,
+/// also in the middle of a frame.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct State {
+    /// Time (s).
+    pub time: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Positions (m).
+    pub positions: Vec<DVec3>,
+    /// Velocities (m/s).
+    pub velocities: Vec<DVec3>,
+    /// Internal forces (N) at the positions; empty before the first evaluation.
+    pub forces: Vec<DVec3>,
+    /// Forces (N) applied by the caller in the last step; empty if none.
+    pub applied: Vec<DVec3>,
+    /// Viscous forces (N) of the last step; empty without viscosity.
+    pub viscous: Vec<DVec3>,
+    /// Energies after the last step.
+    pub audit: Audit,
+    /// Energy (J) that is subtracted from the loads' potential, so that their work starts at 0.
+    pub load_origin: f64,
+    /// Where the current frame begins and ends, if it is not finished.
+    pub frame: Option<Frame>,
+}
+
+/// A stretch of time cut into equal steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Frame {
+    /// Start (s).
+    pub start: f64,
+    /// End (s).
+    pub end: f64,
+    /// Number of steps.
+    pub steps: u64,
+    /// Steps done.
+    pub done: u64,
+}
+
+impl Frame {
+    /// Cuts `start..end` into the fewest equal steps not above `largest`; none if `end` is not later.
+    #[must_use]
+    pub fn new(start: f64, end: f64, largest: f64) -> Option<Self> {
+        let span = end - start;
+        let fits = span > 0.0 && span.is_finite() && largest > 0.0;
+        // A step longer by round-off does not cost a step more.
+        let count = (span / largest * (1.0 - 1e-12)).ceil().max(1.0);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to be a whole number between 1 and 2^53"
+        )]
+        (fits && count < 9e15).then_some(Self {
+            start,
+            end,
+            steps: count as u64,
+            done: 0,
+        })
+    }
+
+    /// Time (s) after `done` steps; exactly `end` after the last.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss, reason = "fewer than 2^53 steps")]
+    pub fn time(&self, done: u64) -> f64 {
+        if done >= self.steps {
+            return self.end;
+        }
+        self.start + (self.end - self.start) * (done as f64 / self.steps as f64)
+    }
+
+    /// Length (s) of its steps.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss, reason = "fewer than 2^53 steps")]
+    pub fn step(&self) -> f64 {
+        (self.end - self.start) / self.steps as f64
+    }
+}
+
+/// Nodes with masses and supports, moved explicitly.
+///
+/// # Numerics
+/// One force evaluation a step. Node loops run in chunks of fixed size, whose partial sums are added in
+/// order, so any number of threads gives the same bits; they run in parallel from 16,384 nodes.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    pub(crate) settings: MotionSettings,
+    pub(crate) masses: Vec<f64>,
+    pub(crate) inverse_masses: Vec<f64>,
+    pub(crate) supports: Supports,
+    pub(crate) loads: Vec<DVec3>,
+    pub(crate) critical_step: Option<f64>,
+    pub(crate) warning: Option<Warning>,
+    pub(crate) state: State,
+    pub(crate) next_forces: Vec<DVec3>,
+    pub(crate) next_applied: Vec<DVec3>,
+    pub(crate) next_viscous: Vec<DVec3>,
+    pub(crate) driven: Vec<crate::explicit::DrivenNode>,
+    pub(crate) size: f64,
+}
+
+impl Motion {
+    /// Nodes at rest at `positions` (m), time 0.
+    ///
+    /// # Errors
+    /// [`MotionError`] if a mass is not positive, a position not finite, or a setting negative.
+    ///
+    /// # Panics
+    /// If `positions` (m), `masses` (kg) and `supports` are not for the same number of nodes.
+    pub fn new(
+        positions: &[DVec3],
+        masses: &[f64],
+        supports: Supports,
+        settings: MotionSettings,
+    ) -> Result<Self, MotionError> {
+        let n = positions.len();
+        assert_eq!(masses.len(), n, "one mass per node");
+        assert_eq!(supports.node_count(), n, "supports for every node");
+        for (node, &mass) in masses.iter().enumerate() {
+            if !(mass.is_finite() && mass > 0.0) {
+                return Err(MotionError::BadMass { node, mass });
+            }
+        }
+        finite(positions, "position")?;
+        let named = [
+            ("damping", settings.damping),
+            ("viscosity", settings.viscosity),
+            ("gravity", settings.gravity.length()),
+            ("warn_balance", settings.warn_balance),
+            ("growth_limit", settings.growth_limit),
+        ];
+        for (name, value) in named {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(MotionError::BadSetting { name, value });
+            }
+        }
+        let low = positions.iter().copied().reduce(DVec3::min);
+        let high = positions.iter().copied().reduce(DVec3::max);
+        let size = low
+            .zip(high)
+            .map_or(0.0, |(low, high)| (high - low).length());
+        let mut motion = Self {
+            settings,
+            masses: masses.to_vec(),
+            inverse_masses: masses.iter().map(|m| m.recip()).collect(),
+            supports,
+            loads: Vec::new(),
+            critical_step: None,
+            warning: None,
+            state: State {
+                time: 0.0,
+                steps: 0,
+                positions: positions.to_vec(),
+                velocities: vec![DVec3::ZERO; n],
+                forces: Vec::new(),
+                applied: Vec::new(),
+                viscous: Vec::new(),
+                audit: Audit::default(),
+                load_origin: 0.0,
+                frame: None,
+            },
+            next_forces: vec![DVec3::ZERO; n],
+            next_applied: Vec::new(),
+            next_viscous: Vec::new(),
+            driven: Vec::new(),
+            size,
+        };
+        motion.restart_audit();
+        Ok(motion)
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Positions (m).
+    #[must_use]
+    pub fn positions(&self) -> &[DVec3] {
+        &self.state.positions
+    }
+
+    /// Velocities (m/s).
+    #[must_use]
+    pub fn velocities(&self) -> &[DVec3] {
+        &self.state.velocities
+    }
+
+    /// Masses (kg).
+    #[must_use]
+    pub fn masses(&self) -> &[f64] {
+        &self.masses
+    }
+
+    /// Supports.
+    #[must_use]
+    pub fn supports(&self) -> &Supports {
+        &self.supports
+    }
+
+    /// Time (s).
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// Steps taken.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.state.steps
+    }
+
+    /// Energies and momentum after the last step.
+    #[must_use]
+    pub fn audit(&self) -> &Audit {
+        &self.state.audit
+    }
+
+    /// Takes the first warning since the last call, if the balance went off.
+    pub fn take_warning(&mut self) -> Option<Warning> {
+        self.warning.take()
+    }
+
+    /// Settings.
+    #[must_use]
+    pub fn settings(&self) -> &MotionSettings {
+        &self.settings
+    }
+
+    /// Changes the mass-proportional damping (1/s) from the next step on, as for settling under
+    /// gravity.
+    ///
+    /// # Errors
+    /// [`MotionError::BadSetting`] if it is negative or not finite.
+    pub fn set_damping(&mut self, damping: f64) -> Result<(), MotionError> {
+        if !(damping.is_finite() && damping >= 0.0) {
+            return Err(MotionError::BadSetting {
+                name: "damping",
+                value: damping,
+            });
+        }
+        self.settings.damping = damping;
+        Ok(())
+    }
+
+    /// States the critical step (s), so that an error can tell whether the step was above it.
+    pub fn set_critical_step(&mut self, step: f64) {
+        self.critical_step = Some(step);
+    }
+
+    /// Sets velocities (m/s); their held parts are dropped. The audit starts anew.
+    ///
+    /// # Errors
+    /// [`MotionError::NotFinite`].
+    ///
+    /// # Panics
+    /// If there is not one velocity per node.
+    pub fn set_velocities(&mut self, velocities: &[DVec3]) -> Result<(), MotionError> {
+        assert_eq!(velocities.len(), self.node_count(), "one velocity per node");
+        finite(velocities, "velocity")?;
+        self.state.velocities.copy_from_slice(velocities);
+        self.supports.project(&mut self.state.velocities);
+        self.restart_audit();
+        Ok(())
+    }
+
+    /// Sets positions (m), as after a static solution; forces are evaluated anew and the audit starts
+    /// anew. Velocities stay.
+    ///
+    /// # Errors
+    /// [`MotionError::NotFinite`].
+    ///
+    /// # Panics
+    /// If there is not one position per node.
+    pub fn set_positions(&mut self, positions: &[DVec3]) -> Result<(), MotionError> {
+        assert_eq!(positions.len(), self.node_count(), "one position per node");
+        finite(positions, "position")?;
+        self.state.positions.copy_from_slice(positions);
+        self.state.forces.clear();
+        self.restart_audit();
+        Ok(())
+    }
+
+    /// Sets constant forces on nodes (N), or none with an empty slice. Their work so far is kept.
+    ///
+    /// # Errors
+    /// [`MotionError::NotFinite`].
+    ///
+    /// # Panics
+    /// If `loads` is neither empty nor one per node.
+    pub fn set_loads(&mut self, loads: &[DVec3]) -> Result<(), MotionError> {
+        let n = self.node_count();
+        assert!(
+            loads.is_empty() || loads.len() == n,
+            "one load per node, or none"
+        );
+        finite(loads, "load")?;
+        let before = self.load_potential();
+        self.loads.clear();
+        self.loads.extend_from_slice(loads);
+        self.state.load_origin += self.load_potential() - before;
+        Ok(())
+    }
+
+    /// Replaces the supports, as when a clamp opens. Velocities lose their held parts; what that takes
+    /// is booked.
+    ///
+    /// # Panics
+    /// If `supports` is for another number of nodes.
+    pub fn set_supports(&mut self, supports: Supports) {
+        assert_eq!(
+            supports.node_count(),
+            self.node_count(),
+            "supports for every node"
+        );
+        self.supports = supports;
+        let before = self.state.audit.kinetic;
+        self.supports.project(&mut self.state.velocities);
+        self.state.audit.kinetic = self.kinetic_energy();
+        self.book_energy(self.state.audit.kinetic - before);
+    }
+
+    /// Books an energy (J) that came from outside the equations of motion, positive if added.
+    pub fn book_energy(&mut self, energy: f64) {
+        self.state.audit.booked += energy;
+    }
+
+    /// The whole state, to be kept.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes back to a kept state.
+    ///
+    /// # Panics
+    /// If the state is for another number of nodes.
+    pub fn restore(&mut self, state: State) {
+        let n = self.node_count();
+        let fits = state.positions.len() == n && state.velocities.len() == n;
+        let whole = |v: &Vec<DVec3>| v.is_empty() || v.len() == n;
+        let fits = fits && whole(&state.forces) && whole(&state.applied) && whole(&state.viscous);
+        assert!(fits, "a state of {n} nodes");
+        self.state = state;
+        self.warning = None;
+    }
+
+    /// Forces of the supports on the body (N), with the index of their node: what holds the node
+    /// where it is, or drives it along its path, against all other forces on it; a driven node's own
+    /// inertia is left out. As of the last evaluation of the forces.
+    #[must_use]
+    pub fn reactions(&self) -> Vec<(u32, DVec3)> {
+        let entries = self.supports.entries().iter();
+        entries
+            .map(|support| {
+                let node = support.node as usize;
+                let force = if self.state.forces.is_empty() {
+                    DVec3::ZERO
+                } else {
+                    self.total_force(node)
+                };
+                (support.node, -support.held(force))
+            })
+            .collect()
+    }
+
+    /// Angular momentum about the origin (kg m²/s).
+    #[must_use]
+    pub fn angular_momentum(&self) -> DVec3 {
+        let nodes = self.masses.iter().zip(&self.state.positions);
+        nodes
+            .zip(&self.state.velocities)
+            .map(|((m, x), v)| x.cross(*v) * *m)
+            .sum()
+    }
+
+    fn kinetic_energy(&self) -> f64 {
+        let nodes = self.masses.iter().zip(&self.state.velocities);
+        nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
+    }
+
+    /// Potential (J) of gravity and constant loads.
+    pub(crate) fn load_potential(&self) -> f64 {
+        let x = &self.state.positions;
+        let gravity = self.settings.gravity;
+        let weight: f64 = if gravity == DVec3::ZERO {
+            0.0
+        } else {
+            self.masses
+                .iter()
+                .zip(x)
+                .map(|(m, x)| m * x.dot(gravity))
+                .sum()
+        };
+        let loads: f64 = self.loads.iter().zip(x).map(|(f, x)| f.dot(*x)).sum();
+        -(weight + loads)
+    }
+
+    fn restart_audit(&mut self) {
+        let kinetic = self.kinetic_energy();
+        let nodes = self.masses.iter().zip(&self.state.velocities);
+        self.state.audit = Audit {
+            kinetic,
+            initial: kinetic,
+            momentum: nodes.map(|(m, v)| *v * *m).sum(),
+            ..Audit::default()
+        };
+        self.state.load_origin = self.load_potential();
+        self.state.forces.clear();
+        self.state.applied.clear();
+        self.state.viscous.clear();
+    }
+
+    /// All forces (N) but those of supports, at the last evaluation.
+    pub(crate) fn total_force(&self, node: usize) -> DVec3 {
+        let mut force = self.state.forces[node] + self.settings.gravity * self.masses[node];
+        for more in [&self.loads, &self.state.applied, &self.state.viscous] {
+            if let Some(f) = more.get(node) {
+                force += *f;
+            }
+        }
+        force
+    }
+}
+
+fn finite(vectors: &[DVec3], quantity: &'static str) -> Result<(), MotionError> {
+    match vectors.iter().position(|v| !v.is_finite()) {
+        Some(node) => Err(MotionError::NotFinite { node, quantity }),
+        None => Ok(()),
+    }
+}

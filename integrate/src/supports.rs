@@ -1,0 +1,242 @@
+//! Which nodes are held, along which directions, and which follow a path.
+
+use crate::path::Path;
+use glam::{DMat3, DVec3};
+
+const FREE: u32 = u32::MAX;
+
+/// One held node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Support {
+    /// Index of the node.
+    pub node: u32,
+    /// Projector on the directions in which it may still move.
+    pub free: DMat3,
+    /// Path along the held directions, an index into [`Supports::paths`].
+    pub path: Option<u32>,
+    /// Position (m) that the path's displacement is added to.
+    pub origin: DVec3,
+}
+
+impl Support {
+    /// The held part of a vector.
+    #[must_use]
+    pub fn held(&self, vector: DVec3) -> DVec3 {
+        vector - self.free * vector
+    }
+}
+
+/// Fixed and driven nodes, per direction; a node without an entry is free.
+///
+/// Several conditions on one node add up: a node on two symmetry planes keeps their common line.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Supports {
+    entry: Vec<u32>,
+    supports: Vec<Support>,
+    paths: Vec<Path>,
+}
+
+impl Supports {
+    /// All of `node_count` nodes free.
+    #[must_use]
+    pub fn free(node_count: usize) -> Self {
+        Self {
+            entry: vec![FREE; node_count],
+            supports: Vec::new(),
+            paths: Vec::new(),
+        }
+    }
+
+    /// Holds the listed nodes in all directions.
+    #[must_use]
+    pub fn fixed(node_count: usize, nodes: &[u32]) -> Self {
+        let mut supports = Self::free(node_count);
+        for &node in nodes {
+            supports.fix(node);
+        }
+        supports
+    }
+
+    /// Number of nodes, free or not.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.entry.len()
+    }
+
+    /// Held nodes, in the order in which they were first named.
+    #[must_use]
+    pub fn entries(&self) -> &[Support] {
+        &self.supports
+    }
+
+    /// Paths that driven nodes follow.
+    #[must_use]
+    pub fn paths(&self) -> &[Path] {
+        &self.paths
+    }
+
+    /// The entry of a node, if it is held in any direction.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    #[must_use]
+    #[inline]
+    pub fn of(&self, node: usize) -> Option<&Support> {
+        // `FREE` lies behind any entry, so that one lookup answers both questions.
+        self.supports.get(self.entry[node] as usize)
+    }
+
+    /// Holds a node in all directions.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn fix(&mut self, node: u32) {
+        self.entry_mut(node).free = DMat3::ZERO;
+    }
+
+    /// Holds a node along the axes marked `true`.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn fix_axes(&mut self, node: u32, axes: [bool; 3]) {
+        for (held, axis) in axes.iter().zip(DVec3::AXES) {
+            if *held {
+                self.hold(node, axis);
+            }
+        }
+    }
+
+    /// Keeps a node on the plane through it with this normal (any length): a symmetry plane or a
+    /// frictionless wall.
+    ///
+    /// # Panics
+    /// If there is no such node, or the normal is zero or not finite.
+    pub fn slide(&mut self, node: u32, normal: DVec3) {
+        let normal = normal.try_normalize();
+        assert!(
+            normal.is_some(),
+            "a plane's normal must be finite and not zero"
+        );
+        if let Some(normal) = normal {
+            self.hold(node, normal);
+        }
+    }
+
+    /// Moves nodes along a path, from `positions` (m, of all nodes) as the origin; directions not in
+    /// `axes` stay as they are.
+    ///
+    /// # Panics
+    /// If there is no such node, or `positions` is not as long as there are nodes.
+    pub fn drive(&mut self, nodes: &[u32], axes: [bool; 3], path: Path, positions: &[DVec3]) {
+        assert_eq!(positions.len(), self.entry.len(), "one position per node");
+        let index = index(self.paths.len());
+        self.paths.push(path);
+        for &node in nodes {
+            self.fix_axes(node, axes);
+            let entry = self.entry_mut(node);
+            entry.path = Some(index);
+            entry.origin = positions[node as usize];
+        }
+    }
+
+    /// Sets the held part of each vector to zero.
+    ///
+    /// # Panics
+    /// If `vectors` is not as long as there are nodes.
+    pub fn project(&self, vectors: &mut [DVec3]) {
+        assert_eq!(vectors.len(), self.entry.len(), "one vector per node");
+        for support in &self.supports {
+            let vector = &mut vectors[support.node as usize];
+            *vector = support.free * *vector;
+        }
+    }
+
+    /// Moves driven nodes to where their paths are at `time` (s).
+    ///
+    /// # Panics
+    /// If `positions` is not as long as there are nodes.
+    pub fn place(&self, time: f64, positions: &mut [DVec3]) {
+        assert_eq!(positions.len(), self.entry.len(), "one position per node");
+        for support in &self.supports {
+            if let Some((target, _)) = self.target(support, time) {
+                let x = &mut positions[support.node as usize];
+                *x = support.free * *x + support.held(target);
+            }
+        }
+    }
+
+    /// Position (m) and velocity (m/s) of a driven node; only their held parts count.
+    pub(crate) fn target(&self, support: &Support, time: f64) -> Option<(DVec3, DVec3)> {
+        let path = self.paths.get(support.path? as usize)?;
+        let (displacement, velocity) = path.at(time);
+        Some((support.origin + displacement, velocity))
+    }
+
+    fn hold(&mut self, node: u32, direction: DVec3) {
+        let entry = self.entry_mut(node);
+        let rest = entry.free * direction;
+        let length = rest.length();
+        // Below this, the direction is held already, up to round-off.
+        if length > 1e-9 {
+            let unit = rest / length;
+            let outer = DMat3::from_cols(unit * unit.x, unit * unit.y, unit * unit.z);
+            entry.free -= outer;
+        }
+    }
+
+    fn entry_mut(&mut self, node: u32) -> &mut Support {
+        let slot = &mut self.entry[node as usize];
+        if *slot == FREE {
+            *slot = index(self.supports.len());
+            self.supports.push(Support {
+                node,
+                free: DMat3::IDENTITY,
+                path: None,
+                origin: DVec3::ZERO,
+            });
+        }
+        &mut self.supports[*slot as usize]
+    }
+}
+
+fn index(count: usize) -> u32 {
+    u32::try_from(count).expect("fewer than 2^32 supports, as node indices are u32")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conditions_on_one_node_add_up() {
+        let mut supports = Supports::free(3);
+        supports.slide(1, DVec3::new(1.0, 1.0, 0.0));
+        supports.slide(1, DVec3::new(2.0, 2.0, 0.0));
+        supports.slide(1, DVec3::new(1.0, -1.0, 0.0));
+        let mut v = [DVec3::ONE; 3];
+        supports.project(&mut v);
+        assert_eq!(v[0], DVec3::ONE, "free node");
+        assert!((v[1] - DVec3::Z).length() < 1e-15, "{}", v[1]);
+        supports.fix_axes(2, [true, false, true]);
+        supports.project(&mut v);
+        assert_eq!(v[2], DVec3::Y, "exact for axes");
+        supports.fix(1);
+        supports.project(&mut v);
+        assert_eq!(v[1], DVec3::ZERO, "fixed");
+        assert_eq!(supports.entries().len(), 2, "one entry per node");
+    }
+
+    #[test]
+    fn driven_nodes_keep_their_free_directions() {
+        let mut supports = Supports::free(2);
+        let x = [DVec3::X, DVec3::Y];
+        let path = Path::ramp(0.0, 1.0, DVec3::new(9.0, 9.0, 2.0)).unwrap();
+        supports.drive(&[1], [false, false, true], path, &x);
+        let mut moved = [DVec3::X, DVec3::new(0.5, 0.5, 0.1)];
+        supports.place(1.0, &mut moved);
+        assert_eq!(moved[0], DVec3::X, "free node");
+        assert_eq!(moved[1], DVec3::new(0.5, 0.5, 2.0), "driven along z");
+    }
+}

@@ -1,0 +1,95 @@
+//! Force laws with closed-form answers, for this crate's tests.
+
+use crate::eigenvalue::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
+use crate::supports::Supports;
+use glam::DVec3;
+
+/// Masses between springs along x, both ends tied to walls: `K` is tridiagonal (2, −1) · k.
+pub(crate) struct Chain {
+    pub(crate) stiffness: f64,
+    pub(crate) masses: Vec<f64>,
+    pub(crate) rest: Vec<DVec3>,
+}
+
+impl Chain {
+    pub(crate) fn new(n: usize, stiffness: f64, mass: f64) -> Self {
+        let rest = (0..n)
+            .map(|i| DVec3::X * f64::from(u32::try_from(i).expect("a short chain")))
+            .collect();
+        Self {
+            stiffness,
+            masses: vec![mass; n],
+            rest,
+        }
+    }
+
+    pub(crate) fn product(&self, v: &[DVec3], out: &mut [DVec3]) {
+        for i in 0..v.len() {
+            let left = if i > 0 { v[i - 1] } else { DVec3::ZERO };
+            let right = v.get(i + 1).copied().unwrap_or(DVec3::ZERO);
+            out[i] = (v[i] * 2.0 - left - right) * self.stiffness;
+        }
+    }
+
+    /// Linear forces `-K u` and the energy `u·K u/2`.
+    pub(crate) fn forces(&self, x: &[DVec3], f: &mut [DVec3]) -> f64 {
+        let u: Vec<DVec3> = x.iter().zip(&self.rest).map(|(x, r)| *x - *r).collect();
+        self.product(&u, f);
+        let mut energy = 0.0;
+        for (f, u) in f.iter_mut().zip(&u) {
+            energy += 0.5 * f.dot(*u);
+            *f = -*f;
+        }
+        energy
+    }
+
+    pub(crate) fn eigenvalue(
+        &self,
+        settings: &EigenvalueSettings,
+        warm: &mut Vec<DVec3>,
+    ) -> Eigenvalue {
+        let supports = Supports::free(self.masses.len());
+        largest_eigenvalue(
+            &self.masses,
+            &supports,
+            |v, out| self.product(v, out),
+            warm,
+            settings,
+        )
+        .expect("sound masses")
+    }
+}
+
+/// Free nodes tied to each other by springs of the energy `k (r − r0)²/2 (1 + (r − r0)²)`: conserves
+/// linear and angular momentum.
+pub(crate) struct Network {
+    pub(crate) springs: Vec<(usize, usize, f64)>,
+    pub(crate) stiffness: f64,
+}
+
+impl Network {
+    pub(crate) fn complete(rest: &[DVec3], stiffness: f64) -> Self {
+        let mut springs = Vec::new();
+        for i in 0..rest.len() {
+            for j in 0..i {
+                springs.push((i, j, rest[i].distance(rest[j])));
+            }
+        }
+        Self { springs, stiffness }
+    }
+
+    pub(crate) fn forces(&self, x: &[DVec3], f: &mut [DVec3]) -> f64 {
+        f.fill(DVec3::ZERO);
+        let mut energy = 0.0;
+        for &(i, j, length) in &self.springs {
+            let d = x[j] - x[i];
+            let r = d.length();
+            let s = r - length;
+            energy += 0.5 * self.stiffness * s * s * (1.0 + s * s);
+            let pull = d * (self.stiffness * s * (1.0 + 2.0 * s * s) / r);
+            f[i] += pull;
+            f[j] -= pull;
+        }
+        energy
+    }
+}
