@@ -1,0 +1,147 @@
+//! Cameras.
+
+use glam::{DMat3, DVec3};
+
+/// How a camera maps depth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lens {
+    /// Perspective; `focal` in units of the image's height (`0.5 / tan(fov / 2)`).
+    Perspective {
+        /// Focal length over image height (1).
+        focal: f64,
+    },
+    /// Orthographic; `height` is what the image shows from bottom to top (m).
+    Orthographic {
+        /// Height of the view (m).
+        height: f64,
+    },
+}
+
+/// A camera: right-handed, x to the right of the image, y up, looking along `forward`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Eye point (m).
+    pub eye: DVec3,
+    /// Unit vector to the right.
+    pub right: DVec3,
+    /// Unit vector up.
+    pub up: DVec3,
+    /// Unit vector of view.
+    pub forward: DVec3,
+    /// Projection.
+    pub lens: Lens,
+}
+
+/// Vertical field of view of the framing cameras (radians): 28°, about a short telephoto lens.
+const FIELD_OF_VIEW: f64 = 0.488_69;
+/// Share of the image that a framed box leaves free on each side.
+const MARGIN: f64 = 0.06;
+
+impl Camera {
+    /// A perspective camera that looks along `direction` at the box `low..high` and shows all of
+    /// it, as large as it fits an image of `aspect` = width / height.
+    ///
+    /// # Panics
+    /// If `direction` is zero, the box is not finite or empty, or `aspect` is not positive.
+    #[must_use]
+    pub fn framing(low: DVec3, high: DVec3, direction: DVec3, up: DVec3, aspect: f64) -> Self {
+        let (mut camera, corners) = Self::aimed(low, high, direction, up, aspect);
+        let half = (FIELD_OF_VIEW * 0.5).tan();
+        // Per corner, the distance at which it just fits; the farthest wins.
+        let room = half * (1.0 - 2.0 * MARGIN);
+        let centre = (low + high) * 0.5;
+        let mut distance: f64 = 0.0;
+        for p in corners {
+            let d = p - centre;
+            let side = (d.dot(camera.right).abs() / aspect).max(d.dot(camera.up).abs());
+            distance = distance.max(side / room - d.dot(camera.forward));
+        }
+        camera.eye = centre - camera.forward * distance;
+        camera.lens = Lens::Perspective { focal: 0.5 / half };
+        camera
+    }
+
+    /// As [`Camera::framing`], orthographic.
+    ///
+    /// # Panics
+    /// As [`Camera::framing`].
+    #[must_use]
+    pub fn framing_orthographic(
+        low: DVec3,
+        high: DVec3,
+        direction: DVec3,
+        up: DVec3,
+        aspect: f64,
+    ) -> Self {
+        let (mut camera, corners) = Self::aimed(low, high, direction, up, aspect);
+        let centre = (low + high) * 0.5;
+        let mut half: f64 = 0.0;
+        for p in corners {
+            let d = p - centre;
+            half = half.max((d.dot(camera.right).abs() / aspect).max(d.dot(camera.up).abs()));
+        }
+        camera.eye = centre - camera.forward * (high - low).length();
+        camera.lens = Lens::Orthographic {
+            height: 2.0 * half / (1.0 - 2.0 * MARGIN),
+        };
+        camera
+    }
+
+    fn aimed(
+        low: DVec3,
+        high: DVec3,
+        direction: DVec3,
+        up: DVec3,
+        aspect: f64,
+    ) -> (Self, Vec<DVec3>) {
+        assert!(
+            low.is_finite() && high.is_finite() && low.cmplt(high).any(),
+            "the box to frame must be finite and not a point"
+        );
+        assert!(aspect > 0.0, "the aspect must be positive");
+        let forward = direction
+            .try_normalize()
+            .expect("the direction of view must not be zero");
+        let right = forward
+            .cross(up)
+            .try_normalize()
+            .unwrap_or_else(|| forward.any_orthonormal_vector());
+        let corners = (0..8)
+            .map(|k| {
+                let pick = |bit: usize, a: f64, b: f64| if k >> bit & 1 == 0 { a } else { b };
+                DVec3::new(
+                    pick(0, low.x, high.x),
+                    pick(1, low.y, high.y),
+                    pick(2, low.z, high.z),
+                )
+            })
+            .collect();
+        let camera = Self {
+            eye: DVec3::ZERO,
+            right,
+            up: right.cross(forward),
+            forward,
+            lens: Lens::Orthographic { height: 1.0 },
+        };
+        (camera, corners)
+    }
+
+    /// World to camera axes: image right, image **down**, forward.
+    #[must_use]
+    pub(crate) fn axes(&self) -> DMat3 {
+        DMat3::from_cols(self.right, -self.up, self.forward).transpose()
+    }
+
+    /// Pixel coordinates (x right, y down, pixel centres at halves) and depth along the view (m)
+    /// of a world point in an image of `width × height`.
+    #[must_use]
+    pub fn project(&self, p: DVec3, width: u32, height: u32) -> (f64, f64, f64) {
+        let c = self.axes() * (p - self.eye);
+        let (w, h) = (f64::from(width), f64::from(height));
+        let scale = match self.lens {
+            Lens::Perspective { focal } => focal * h / c.z,
+            Lens::Orthographic { height } => h / height,
+        };
+        (0.5 * w + scale * c.x, 0.5 * h + scale * c.y, c.z)
+    }
+}

@@ -1,0 +1,107 @@
+//! Surfels follow their nodes.
+
+use crate::binding::Binding;
+use crate::cast::index;
+use crate::surfels::Surfels;
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+/// Surfels in the deformed frame, ready to draw; one entry per surfel in every array.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Splats {
+    /// Centres (m).
+    pub positions: Vec<DVec3>,
+    /// First half-axis: the image of the rest disk's first tangent times radius (m).
+    pub axes_u: Vec<DVec3>,
+    /// Second half-axis (m).
+    pub axes_v: Vec<DVec3>,
+    /// Outward unit normals.
+    pub normals: Vec<DVec3>,
+}
+
+impl Splats {
+    /// The undeformed surfels.
+    #[must_use]
+    pub fn at_rest(surfels: &Surfels) -> Self {
+        let mut out = Self::default();
+        for i in 0..surfels.len() {
+            let (t0, t1) = Surfels::tangents(surfels.normals[i]);
+            out.positions.push(surfels.positions[i]);
+            out.axes_u.push(t0 * surfels.radii[i]);
+            out.axes_v.push(t1 * surfels.radii[i]);
+            out.normals.push(surfels.normals[i]);
+        }
+        out
+    }
+}
+
+/// Carries surfels by their nodes' positions and deformation gradients.
+///
+/// `x = Σ w_i (x_i + F_i (X - X_i))`; the disk's axes are `r F t` with `F = Σ w_i F_i`, and the
+/// normal is their cross product, i.e. `cof(F) N` normalised. This replaces Aras 2014, eq. (59)
+/// (`x = X + Σ w_i u_i / Σ w_i`, in print without its sum), which drags surfels behind in a
+/// rotation and leaves normals where they were.
+///
+/// # Arguments
+/// * `rest_nodes`, `nodes` -- node positions in the rest and the deformed frame (m), shape `(n)`.
+/// * `gradients` -- deformation gradients of the nodes (1), shape `(n)`.
+/// * `max_stretch` -- a disk's axis never grows beyond this times its radius: an overstretched
+///   node near a cut would otherwise throw a disk over the picture.
+/// * `splats` -- output, resized.
+///
+/// # Panics
+/// If the slices disagree in length.
+///
+/// # Numerics
+/// An affine map of the nodes with its gradient is reproduced to round-off. A singular `F` keeps
+/// the rest normal. Same bits at any thread count.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "plain arrays in, plain arrays out"
+)]
+pub fn carry_into(
+    surfels: &Surfels,
+    binding: &Binding,
+    rest_nodes: &[DVec3],
+    nodes: &[DVec3],
+    gradients: &[DMat3],
+    max_stretch: f64,
+    splats: &mut Splats,
+) {
+    let n = surfels.len();
+    assert_eq!(binding.len(), n, "one binding row per surfel");
+    assert_eq!(rest_nodes.len(), nodes.len(), "one position per node");
+    assert_eq!(gradients.len(), nodes.len(), "one gradient per node");
+    splats.positions.resize(n, DVec3::ZERO);
+    splats.axes_u.resize(n, DVec3::ZERO);
+    splats.axes_v.resize(n, DVec3::ZERO);
+    splats.normals.resize(n, DVec3::ZERO);
+    splats
+        .positions
+        .par_iter_mut()
+        .zip(&mut splats.axes_u)
+        .zip(&mut splats.axes_v)
+        .zip(&mut splats.normals)
+        .enumerate()
+        .with_min_len(256)
+        .for_each(|(i, (((x, u), v), normal))| {
+            let rest = surfels.positions[i];
+            let (row, weights) = binding.row(i);
+            let mut at = DVec3::ZERO;
+            let mut f = DMat3::ZERO;
+            for (&node, &w) in row.iter().zip(weights) {
+                let node = index(node);
+                let g = gradients[node];
+                at += (nodes[node] + g * (rest - rest_nodes[node])) * w;
+                f += g * w;
+            }
+            let rest_normal = surfels.normals[i];
+            let (t0, t1) = Surfels::tangents(rest_normal);
+            let (a, b) = (f * t0, f * t1);
+            *x = at;
+            *normal = a.cross(b).try_normalize().unwrap_or(rest_normal);
+            let radius = surfels.radii[i];
+            *u = a.clamp_length_max(max_stretch) * radius;
+            *v = b.clamp_length_max(max_stretch) * radius;
+        });
+}

@@ -1,0 +1,71 @@
+//! Volumetric noise.
+
+use glam::Vec3;
+
+/// Mixes three lattice coordinates into 32 bits.
+#[inline]
+fn hash(x: i32, y: i32, z: i32) -> u32 {
+    let mut h = x.cast_unsigned().wrapping_mul(0x8da6_b343)
+        ^ y.cast_unsigned().wrapping_mul(0xd816_3841)
+        ^ z.cast_unsigned().wrapping_mul(0xcb1a_b31f);
+    h ^= h >> 15;
+    h = h.wrapping_mul(0x2c1b_3c6d);
+    h ^= h >> 12;
+    h = h.wrapping_mul(0x297a_2d39);
+    h ^ (h >> 15)
+}
+
+/// Dot product with one of twelve gradients, the edge directions of a cube.
+#[inline]
+fn gradient(hash: u32, d: Vec3) -> f32 {
+    let (a, b) = match hash & 3 {
+        0 => (d.x, d.y),
+        1 => (d.y, d.z),
+        _ => (d.z, d.x),
+    };
+    let a = if hash & 4 == 0 { a } else { -a };
+    let b = if hash & 8 == 0 { b } else { -b };
+    a + b
+}
+
+/// Gradient noise at a point, lattice cell 1: smooth, mean 0, within about ±1.
+///
+/// Zero at lattice points, twice continuously differentiable, same everywhere and always.
+#[must_use]
+pub fn gradient_noise(p: Vec3) -> f32 {
+    let floor = p.floor();
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "saturates; noise far outside need not vary"
+    )]
+    let (x, y, z) = (floor.x as i32, floor.y as i32, floor.z as i32);
+    let f = p - floor;
+    let s = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+    let corner = |dx: i32, dy: i32, dz: i32, d: Vec3| {
+        let h = hash(x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz));
+        gradient(h, f - d)
+    };
+    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+    let edge = |dy: i32, dz: i32, y: f32, z: f32| {
+        mix(
+            corner(0, dy, dz, Vec3::new(0.0, y, z)),
+            corner(1, dy, dz, Vec3::new(1.0, y, z)),
+            s.x,
+        )
+    };
+    let near = mix(edge(0, 0, 0.0, 0.0), edge(1, 0, 1.0, 0.0), s.y);
+    let far = mix(edge(0, 1, 0.0, 1.0), edge(1, 1, 1.0, 1.0), s.y);
+    mix(near, far, s.z)
+}
+
+/// Sum of `octaves` of [`gradient_noise`], each twice as fine and half as strong.
+#[must_use]
+pub fn fractal_noise(p: Vec3, octaves: u32) -> f32 {
+    let (mut sum, mut strength, mut at) = (0.0, 0.5, p);
+    for _ in 0..octaves {
+        sum += strength * gradient_noise(at);
+        strength *= 0.5;
+        at = at * 2.0 + Vec3::splat(17.17);
+    }
+    sum
+}

@@ -1,0 +1,113 @@
+//! Splat radii: the default without holes, and the dissertation's rules.
+
+use crate::binding::{NodeTree, point_tree};
+use crate::cast::{index, real};
+use crate::surfels::Surfels;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// How radii are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum RadiusRule {
+    /// Circumradius of each surfel's Voronoi cell in its tangent plane: see [`covering_radii`].
+    #[default]
+    Covering,
+    /// The same radius everywhere (m).
+    Constant(f64),
+}
+
+/// Surfels whose cells the tangent-plane Voronoi construction looks at.
+const CELL_NEIGHBORS: usize = 16;
+/// Overlap of neighbouring disks: at exactly the circumradius the blend weight at the cell's
+/// corner would be zero.
+const OVERLAP: f64 = 1.15;
+/// Neighbours whose normals are farther apart than this lie on another face (cosine).
+const FACE_COSINE: f64 = 0.5;
+
+/// The smallest radii for which disks leave no hole on a plane: the circumradius of each surfel's
+/// Voronoi cell among its 16 nearest neighbours, in its tangent plane, times 1.15 so that the
+/// blend weight is positive everywhere.
+///
+/// Every point of a plane lies in the cell of its nearest surfel, hence in that surfel's disk.
+/// Denser sampling (as curvature-adapted samplers give it) makes cells and disks smaller by
+/// itself. Neighbours whose normal turns away by more than 60° are on another face, across an
+/// edge; they bound the cell by their tangent plane. A cell open to one side (the border of an
+/// open surface) is closed at twice the mean distance to the six nearest neighbours.
+///
+/// `of` lists the surfels whose radius is wanted; one radius (m) per entry is returned.
+///
+/// # Panics
+/// If an index in `of` is out of range, or the slices differ in length.
+#[must_use]
+pub fn covering_radii(positions: &[DVec3], normals: &[DVec3], of: &[u32]) -> Vec<f64> {
+    assert_eq!(positions.len(), normals.len(), "one normal per position");
+    let tree = point_tree(positions);
+    of.par_iter()
+        .map(|&i| cell_radius(&tree, positions, normals, index(i)) * OVERLAP)
+        .collect()
+}
+
+fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize) -> f64 {
+    let (x, n) = (positions[i], normals[i]);
+    let (t0, t1) = Surfels::tangents(n);
+    let near: Vec<usize> = tree
+        .nearest_neighbor_iter(x.to_array())
+        .map(|p| index(p.data))
+        .filter(|&j| j != i && positions[j].distance_squared(x) > 0.0)
+        .take(CELL_NEIGHBORS)
+        .collect();
+    let six = &near[..near.len().min(6)];
+    if six.is_empty() {
+        return 0.0;
+    }
+    let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / real(six.len());
+    let h = 2.0 * mean;
+    let mut cell = vec![
+        DVec2::new(-h, -h),
+        DVec2::new(h, -h),
+        DVec2::new(h, h),
+        DVec2::new(-h, h),
+    ];
+    let mut spare = Vec::with_capacity(12);
+    for &j in &near {
+        let d = positions[j] - x;
+        let (direction, offset) = if normals[j].dot(n) > FACE_COSINE {
+            // Bisector; the true distance is kept, the direction is the projected one.
+            let flat = DVec2::new(d.dot(t0), d.dot(t1));
+            let Some(direction) = flat.try_normalize() else {
+                continue;
+            };
+            (direction, 0.5 * d.length())
+        } else {
+            // The other face's plane, where it lies in front of the surfel.
+            let m = DVec2::new(normals[j].dot(t0), normals[j].dot(t1));
+            let (Some(direction), length) = (m.try_normalize(), m.length()) else {
+                continue;
+            };
+            let offset = d.dot(normals[j]) / length;
+            if offset <= 0.0 {
+                continue;
+            }
+            (direction, offset)
+        };
+        cut_cell(&cell, direction, offset, &mut spare);
+        std::mem::swap(&mut cell, &mut spare);
+    }
+    let squared = cell.iter().map(|p| p.length_squared()).fold(0.0, f64::max);
+    squared.sqrt().min(h)
+}
+
+/// Keeps the part of a convex polygon with `p · direction <= offset`.
+fn cut_cell(cell: &[DVec2], direction: DVec2, offset: f64, out: &mut Vec<DVec2>) {
+    out.clear();
+    for (k, &p) in cell.iter().enumerate() {
+        let q = cell[(k + 1) % cell.len()];
+        let (fp, fq) = (p.dot(direction) - offset, q.dot(direction) - offset);
+        if fp <= 0.0 {
+            out.push(p);
+        }
+        if (fp < 0.0 && fq > 0.0) || (fp > 0.0 && fq < 0.0) {
+            out.push(p + (q - p) * (fp / (fp - fq)));
+        }
+    }
+}

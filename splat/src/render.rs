@@ -1,0 +1,407 @@
+//! The renderer: tiles in parallel, same bits at any thread count.
+
+use crate::camera::{Camera, Lens};
+use crate::cast::{count, index, pixel, real, single};
+use crate::frame::Frame;
+use crate::project::{Raster, TILE, project};
+use crate::raster::{Ink, ScreenTriangle, TileBuffers, draw_splats, draw_triangles};
+use crate::scene::{Background, DrawMode, Lighting, SplatView, Surface};
+use crate::shade::{Point, Rig, Transfer, relief, tone};
+use crate::tool::Mesh;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// What the image is like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Width (px).
+    pub width: u32,
+    /// Height (px).
+    pub height: u32,
+    /// Anti-aliasing: samples per pixel along each axis; 1, 2 or 4.
+    pub samples: u32,
+    /// How splats are drawn.
+    pub mode: DrawMode,
+    /// Splats blend with those at most this much nearer, in radii of the splat.
+    pub tolerance: f64,
+    /// Optical properties by material id; a splat whose id has none takes the default surface.
+    pub surfaces: Vec<Surface>,
+    /// Light.
+    pub lighting: Lighting,
+    /// Background.
+    pub background: Background,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            samples: 2,
+            mode: DrawMode::ThreePass,
+            tolerance: 0.7,
+            surfaces: vec![Surface::default()],
+            lighting: Lighting::default(),
+            background: Background::default(),
+        }
+    }
+}
+
+/// Draws frames; keeps tables and buffers between frames.
+#[derive(Debug)]
+pub struct Renderer {
+    settings: RenderSettings,
+    transfer: Transfer,
+    tiles: Vec<TilePixels>,
+}
+
+/// Finished pixels of one tile.
+#[derive(Debug, Clone, Default)]
+struct TilePixels {
+    color: Vec<[u8; 4]>,
+    depth: Vec<f32>,
+}
+
+/// A triangle in the camera frame, for lighting.
+struct LitTriangle {
+    normals: [Vec3; 3],
+    mesh: usize,
+}
+
+impl Renderer {
+    /// A renderer for images as set.
+    ///
+    /// # Panics
+    /// If the image has no pixels or more than 16,384 to a side, or `samples` is not 1, 2 or 4.
+    #[must_use]
+    pub fn new(settings: RenderSettings) -> Self {
+        assert!(
+            (1..=16_384).contains(&settings.width) && (1..=16_384).contains(&settings.height),
+            "an image has 1 to 16384 pixels to a side"
+        );
+        assert!(
+            matches!(settings.samples, 1 | 2 | 4),
+            "1, 2 or 4 samples per pixel and axis"
+        );
+        Self {
+            settings,
+            transfer: Transfer::new(),
+            tiles: Vec::new(),
+        }
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// Draws one frame.
+    ///
+    /// # Panics
+    /// If the view's slices differ in length.
+    pub fn draw(&mut self, view: &SplatView<'_>, meshes: &[Mesh], camera: &Camera) -> Frame {
+        let n = view.splats.positions.len();
+        assert!(
+            view.colors.len() == n
+                && view.materials.len() == n
+                && view.texture_points.len() == n
+                && view.radii.len() == n
+                && (view.clips.is_empty() || view.clips.len() == n),
+            "one colour, material, texture point, radius and clip per splat"
+        );
+        let ss = index(self.settings.samples);
+        let (w, h) = (
+            index(self.settings.width) * ss,
+            index(self.settings.height) * ss,
+        );
+        let raster = Raster {
+            width: w,
+            height: h,
+            tiles: [w.div_ceil(TILE), h.div_ceil(TILE)],
+            mode: self.settings.mode,
+            tolerance: self.settings.tolerance,
+        };
+        let chunks = project(view, camera, &raster);
+        let (triangles, lit) = screen_triangles(meshes, camera, &raster);
+        let rig = Rig::new(&self.settings.lighting);
+        let mut tiles = std::mem::take(&mut self.tiles);
+        tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
+        let ink = |splat: u32| {
+            let i = index(splat);
+            let s = self.surface(view.materials[i]);
+            Ink {
+                color: view.colors[i],
+                point: (view.texture_points[i] * f64::from(s.relief_frequency)).as_vec3(),
+                specular: s.specular,
+                relief: s.relief,
+            }
+        };
+        tiles.par_iter_mut().enumerate().for_each_init(
+            TileBuffers::new,
+            |buffers, (tile, pixels)| {
+                let origin = [tile % raster.tiles[0] * TILE, tile / raster.tiles[0] * TILE];
+                let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
+                buffers.clear();
+                draw_triangles(&triangles[tile], from, buffers);
+                draw_splats(&chunks, tile, from, &ink, buffers);
+                self.finish(buffers, &lit, meshes, camera, origin, &rig, pixels);
+            },
+        );
+        let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
+        self.tiles = tiles;
+        frame
+    }
+
+    fn surface(&self, material: u8) -> Surface {
+        self.settings
+            .surfaces
+            .get(usize::from(material))
+            .copied()
+            .unwrap_or_default()
+    }
+
+    /// Third pass: normalise, light, average the samples of each pixel, encode.
+    #[allow(clippy::too_many_arguments, reason = "one tile's inputs and outputs")]
+    fn finish(
+        &self,
+        buffers: &TileBuffers,
+        lit: &[LitTriangle],
+        meshes: &[Mesh],
+        camera: &Camera,
+        origin: [usize; 2],
+        rig: &Rig,
+        pixels: &mut TilePixels,
+    ) {
+        let ss = index(self.settings.samples);
+        let side = TILE / ss;
+        pixels.color.resize(side * side, [0; 4]);
+        pixels.depth.resize(side * side, f32::INFINITY);
+        let height = index(self.settings.height) * ss;
+        let share = 1.0 / (single(real(ss * ss)));
+        for py in 0..side {
+            let rows = single(real(origin[1] + py * ss)) / single(real(height));
+            let background = self
+                .settings
+                .background
+                .top
+                .lerp(self.settings.background.bottom, rows.min(1.0));
+            for px in 0..side {
+                let mut sum = Vec3::ZERO;
+                let mut nearest = f32::NEG_INFINITY;
+                for sy in py * ss..(py + 1) * ss {
+                    for sx in px * ss..(px + 1) * ss {
+                        let k = sy * TILE + sx;
+                        let near = buffers.near[k];
+                        if near == f32::NEG_INFINITY {
+                            sum += background;
+                            continue;
+                        }
+                        nearest = nearest.max(near);
+                        let at = [origin[0] + sx, origin[1] + sy];
+                        sum += tone(self.sample(buffers, k, at, lit, meshes, camera, rig));
+                    }
+                }
+                let [r, g, b] = self.transfer.encode(sum * share);
+                pixels.color[py * side + px] = [r, g, b, 255];
+                pixels.depth[py * side + px] = match camera.lens {
+                    _ if nearest == f32::NEG_INFINITY => f32::INFINITY,
+                    Lens::Perspective { .. } => 1.0 / nearest,
+                    Lens::Orthographic { .. } => -nearest,
+                };
+            }
+        }
+    }
+
+    /// Linear colour of one covered sample.
+    #[allow(clippy::too_many_arguments, reason = "one sample's inputs")]
+    fn sample(
+        &self,
+        buffers: &TileBuffers,
+        k: usize,
+        at: [usize; 2],
+        lit: &[LitTriangle],
+        meshes: &[Mesh],
+        camera: &Camera,
+        rig: &Rig,
+    ) -> Vec3 {
+        let view = view_direction(camera, at, &self.settings);
+        if let Some(id) = buffers.triangle[k].checked_sub(1) {
+            let t = &lit[index(id)];
+            let mesh = &meshes[t.mesh];
+            let normal = (t.normals[0] + t.normals[1] + t.normals[2]).normalize_or(view);
+            let normal = if normal.dot(view) < 0.0 {
+                -normal
+            } else {
+                normal
+            };
+            return rig.shade(&Point {
+                normal,
+                view,
+                color: mesh.color,
+                specular: mesh.specular,
+                shininess: mesh.shininess,
+                softness: 0.0,
+            });
+        }
+        let per = 1.0 / buffers.weight[k];
+        let s = |i: usize| buffers.sums[i][k] * per;
+        let normal = Vec3::new(s(0), s(1), s(2)).normalize_or(view);
+        let normal = relief(normal, Vec3::new(s(6), s(7), s(8)), s(10));
+        rig.shade(&Point {
+            normal,
+            view,
+            color: Vec3::new(s(3), s(4), s(5)),
+            specular: s(9),
+            shininess: self.settings.surfaces.first().map_or(50.0, |s| s.shininess),
+            softness: 0.5,
+        })
+    }
+
+    fn assemble(&self, tiles: &[TilePixels], tiles_per_row: usize, side: usize) -> Frame {
+        let (w, h) = (index(self.settings.width), index(self.settings.height));
+        let mut pixels = vec![[0_u8; 4]; w * h];
+        let mut depth = vec![f32::INFINITY; w * h];
+        pixels
+            .par_chunks_mut(w)
+            .zip(depth.par_chunks_mut(w))
+            .enumerate()
+            .with_min_len(16)
+            .for_each(|(y, (colors, depths))| {
+                let (ty, sy) = (y / side, y % side);
+                for tx in 0..w.div_ceil(side) {
+                    let tile = &tiles[ty * tiles_per_row + tx];
+                    let (from, to) = (tx * side, ((tx + 1) * side).min(w));
+                    let row = sy * side..sy * side + to - from;
+                    colors[from..to].copy_from_slice(&tile.color[row.clone()]);
+                    depths[from..to].copy_from_slice(&tile.depth[row]);
+                }
+            });
+        Frame {
+            width: self.settings.width,
+            height: self.settings.height,
+            pixels,
+            depth,
+        }
+    }
+}
+
+/// Unit vector from a sample to the viewer, camera axes (right, up, towards the viewer).
+#[inline]
+fn view_direction(camera: &Camera, at: [usize; 2], settings: &RenderSettings) -> Vec3 {
+    match camera.lens {
+        Lens::Orthographic { .. } => Vec3::Z,
+        Lens::Perspective { focal } => {
+            let ss = settings.samples;
+            let (w, h) = (
+                single(f64::from(settings.width * ss)),
+                single(f64::from(settings.height * ss)),
+            );
+            let per = 1.0 / (single(focal) * h);
+            let [x, y] = at.map(|v| single(real(v)) + 0.5);
+            Vec3::new((0.5 * w - x) * per, (y - 0.5 * h) * per, 1.0).normalize()
+        }
+    }
+}
+
+/// Triangles of all meshes on the screen by tile, and what lights them.
+fn screen_triangles(
+    meshes: &[Mesh],
+    camera: &Camera,
+    raster: &Raster,
+) -> (Vec<Vec<(u32, ScreenTriangle)>>, Vec<LitTriangle>) {
+    let mut tiles = vec![Vec::new(); raster.tiles[0] * raster.tiles[1]];
+    let mut lit = Vec::new();
+    let axes = camera.axes();
+    for (m, mesh) in meshes.iter().enumerate() {
+        let points: Vec<DVec3> = mesh
+            .vertices
+            .iter()
+            .map(|&v| axes * (v - camera.eye))
+            .collect();
+        let face = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| points[index(i)]);
+            (b - a).cross(c - a)
+        };
+        let mut smooth = vec![DVec3::ZERO; points.len()];
+        if mesh.smooth {
+            for t in &mesh.triangles {
+                for &i in t {
+                    smooth[index(i)] += face(t);
+                }
+            }
+        }
+        for t in &mesh.triangles {
+            let Some(screen) = screen_triangle(t.map(|i| points[index(i)]), camera, raster) else {
+                continue;
+            };
+            let flip = |n: DVec3| {
+                let n = n.normalize_or_zero().as_vec3();
+                Vec3::new(n.x, -n.y, -n.z)
+            };
+            let normals = t.map(|i| {
+                flip(if mesh.smooth {
+                    smooth[index(i)]
+                } else {
+                    face(t)
+                })
+            });
+            let id = count(lit.len());
+            lit.push(LitTriangle { normals, mesh: m });
+            let [x0, y0, x1, y1] = screen.bounds.map(|b| usize::try_from(b).unwrap_or(0));
+            for ty in y0 / TILE..y1.div_ceil(TILE) {
+                for tx in x0 / TILE..x1.div_ceil(TILE) {
+                    tiles[ty * raster.tiles[0] + tx].push((id, screen));
+                }
+            }
+        }
+    }
+    (tiles, lit)
+}
+
+fn screen_triangle(p: [DVec3; 3], camera: &Camera, raster: &Raster) -> Option<ScreenTriangle> {
+    let (w, h) = (real(raster.width), real(raster.height));
+    if p.iter().any(|p| p.z <= 0.0 || p.z.is_nan()) {
+        return None;
+    }
+    let q = p.map(|p| {
+        let (scale, near) = match camera.lens {
+            Lens::Perspective { focal } => (focal * h / p.z, 1.0 / p.z),
+            Lens::Orthographic { height } => (h / height, -p.z),
+        };
+        DVec3::new(0.5 * w + scale * p.x, 0.5 * h + scale * p.y, near)
+    });
+    let area = (q[1] - q[0]).truncate().perp_dot((q[2] - q[0]).truncate());
+    if area.abs() <= 1e-9 || area.is_nan() {
+        return None;
+    }
+    let mut edges = [[0.0; 3]; 3];
+    let mut near = [0.0; 3];
+    for k in 0..3 {
+        // Barycentric coordinate of vertex k, a linear function of the sample.
+        let (a, b) = (q[(k + 1) % 3], q[(k + 2) % 3]);
+        let e = [
+            (a.x * b.y - a.y * b.x) / area,
+            (a.y - b.y) / area,
+            (b.x - a.x) / area,
+        ];
+        edges[k] = e.map(single);
+        for (sum, value) in near.iter_mut().zip(e) {
+            *sum += value * q[k].z;
+        }
+    }
+    let low = q[0].min(q[1]).min(q[2]);
+    let high = q[0].max(q[1]).max(q[2]);
+    let clamp = |v: f64, end: usize| pixel(v).clamp(0, i32::try_from(end).unwrap_or(i32::MAX));
+    let bounds = [
+        clamp(low.x, raster.width),
+        clamp(low.y, raster.height),
+        clamp(high.x + 1.0, raster.width),
+        clamp(high.y + 1.0, raster.height),
+    ];
+    (bounds[0] < bounds[2] && bounds[1] < bounds[3]).then_some(ScreenTriangle {
+        edges,
+        near: near.map(single),
+        bounds,
+    })
+}

@@ -1,0 +1,124 @@
+//! What is drawn: splats, surfaces, light, background.
+
+use crate::carry::Splats;
+use crate::clip::Clip;
+use glam::{DVec3, Vec3};
+
+/// How splats are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DrawMode {
+    /// Visibility, blending, normalisation with lighting per pixel (default).
+    #[default]
+    ThreePass,
+    /// Screen-aligned squares, lit per splat (Aras 2014, fig. 41).
+    Squares,
+    /// Screen-aligned disks, lit per splat (Aras 2014, fig. 42).
+    Disks,
+    /// Oriented splats lit per splat, blended by eq. (50) in one pass over the destination, back
+    /// to front (Aras 2014, figs 45-47).
+    SinglePass,
+}
+
+/// Optical properties of a material id.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// Strength of the highlight (1).
+    pub specular: f32,
+    /// Exponent of the highlight (1).
+    pub shininess: f32,
+    /// Amplitude of the fine relief: tilt of the normal (1).
+    pub relief: f32,
+    /// Cells of the fine relief per metre (1/m).
+    pub relief_frequency: f32,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            specular: 0.35,
+            shininess: 50.0,
+            relief: 0.0,
+            relief_frequency: 400.0,
+        }
+    }
+}
+
+/// A distant light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Direction to the light in camera axes (right, up, towards the viewer), need not be unit.
+    pub direction: Vec3,
+    /// Linear colour times strength.
+    pub color: Vec3,
+}
+
+/// The light of a scene, fixed to the camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lighting {
+    /// Distant lights.
+    pub lights: Vec<Light>,
+    /// Ambient light from above (linear).
+    pub sky: Vec3,
+    /// Ambient light from below (linear).
+    pub ground: Vec3,
+}
+
+impl Default for Lighting {
+    /// An operating lamp from the upper left, a cool fill from the right, a rim from behind.
+    fn default() -> Self {
+        Self {
+            lights: vec![
+                Light {
+                    direction: Vec3::new(-0.45, 0.75, 0.65),
+                    color: Vec3::new(2.1, 2.0, 1.9),
+                },
+                Light {
+                    direction: Vec3::new(0.9, 0.15, 0.5),
+                    color: Vec3::new(0.38, 0.42, 0.5),
+                },
+                Light {
+                    direction: Vec3::new(0.2, 0.6, -0.75),
+                    color: Vec3::new(0.5, 0.5, 0.55),
+                },
+            ],
+            sky: Vec3::new(0.30, 0.31, 0.34),
+            ground: Vec3::new(0.12, 0.09, 0.08),
+        }
+    }
+}
+
+/// Linear colours of the background, from top to bottom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Background {
+    /// Colour of the upper border.
+    pub top: Vec3,
+    /// Colour of the lower border.
+    pub bottom: Vec3,
+}
+
+impl Default for Background {
+    /// Surgical drape: a dark blue-green.
+    fn default() -> Self {
+        Self {
+            top: Vec3::new(0.016, 0.045, 0.055),
+            bottom: Vec3::new(0.05, 0.12, 0.13),
+        }
+    }
+}
+
+/// Splats and what belongs to them; all slices have one entry per splat.
+#[derive(Debug, Clone, Copy)]
+pub struct SplatView<'a> {
+    /// Carried disks.
+    pub splats: &'a Splats,
+    /// Linear colour per splat.
+    pub colors: &'a [Vec3],
+    /// Material id per splat, an index into [`crate::RenderSettings::surfaces`].
+    pub materials: &'a [u8],
+    /// Rest positions (m): the coordinates of the fine relief.
+    pub texture_points: &'a [DVec3],
+    /// What bounds each disk.
+    pub clips: &'a [Option<Box<Clip>>],
+    /// Rest radii (m): the unit of the clips. Same as in the disks' axes.
+    pub radii: &'a [f64],
+}

@@ -1,0 +1,78 @@
+//! Surfels as arrays, in the rest frame.
+
+use crate::error::SurfelError;
+use glam::DVec3;
+
+/// Oriented disks on a surface, rest frame; all arrays have one entry per surfel.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surfels {
+    /// Centres (m).
+    pub positions: Vec<DVec3>,
+    /// Outward unit normals.
+    pub normals: Vec<DVec3>,
+    /// Share of the surface that each surfel stands for (m²).
+    pub areas: Vec<f64>,
+    /// Radius of the disk (m).
+    pub radii: Vec<f64>,
+    /// Material id, an index into the surfaces that the renderer knows.
+    pub materials: Vec<u8>,
+}
+
+impl Surfels {
+    /// Number of surfels.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// True if there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// Checks samples as a surface sampler gives them and makes their normals unit; radii are
+    /// `sqrt(area / pi)`, material 0.
+    ///
+    /// # Errors
+    /// [`SurfelError::BadSurfel`] names the first surfel with a value that is not finite, a zero
+    /// normal or an area that is not positive.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn from_samples(
+        positions: &[DVec3],
+        normals: &[DVec3],
+        areas: &[f64],
+    ) -> Result<Self, SurfelError> {
+        assert_eq!(positions.len(), normals.len(), "one normal per position");
+        assert_eq!(positions.len(), areas.len(), "one area per position");
+        let mut out = Self::default();
+        for (surfel, ((&x, &n), &a)) in positions.iter().zip(normals).zip(areas).enumerate() {
+            let unit = n.try_normalize();
+            let fine = x.is_finite() && a.is_finite() && a > 0.0;
+            let Some(unit) = unit.filter(|_| fine) else {
+                return Err(SurfelError::BadSurfel { surfel });
+            };
+            out.push(x, unit, a, (a / std::f64::consts::PI).sqrt(), 0);
+        }
+        Ok(out)
+    }
+
+    /// Appends one surfel; `normal` is taken as it is.
+    pub fn push(&mut self, position: DVec3, normal: DVec3, area: f64, radius: f64, material: u8) {
+        self.positions.push(position);
+        self.normals.push(normal);
+        self.areas.push(area);
+        self.radii.push(radius);
+        self.materials.push(material);
+    }
+
+    /// The tangent frame of a surfel: two unit vectors that make a right-handed frame with the
+    /// normal (`t0 × t1 = n`). Depends on the normal alone.
+    #[must_use]
+    pub fn tangents(normal: DVec3) -> (DVec3, DVec3) {
+        let t0 = normal.any_orthonormal_vector();
+        (t0, normal.cross(t0))
+    }
+}

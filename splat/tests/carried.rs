@@ -1,0 +1,127 @@
+//! Surfels follow their nodes: exactly for affine maps, and only their own piece after a cut.
+
+use glam::{DAffine3, DMat3, DVec3};
+use phyxel_splat::{Splats, Tissue, TissueSettings};
+use proptest::prelude::*;
+use testkit::cloud::{Random, lattice};
+use testkit::strategies;
+
+/// Surfels of the plane z = 0.5 over nodes that fill the unit cube.
+fn slab(settings: &TissueSettings) -> (Tissue, Vec<DVec3>) {
+    let mut random = Random::new(7);
+    let (mut x, mut n, mut a) = (vec![], vec![], vec![]);
+    for i in 0..900 {
+        let jitter = random.vector(0.01);
+        let at = DVec3::new(f64::from(i % 30), f64::from(i / 30), 0.0) / 30.0 - 0.48;
+        x.push(DVec3::new(at.x + jitter.x, at.y + jitter.y, 0.5));
+        n.push(DVec3::new(0.3 * jitter.x, 0.3 * jitter.y, 1.0));
+        a.push(1.0 / 900.0);
+    }
+    let nodes: Vec<DVec3> = lattice([8, 8, 8], 1.0 / 7.0, 0.2, 3)
+        .into_iter()
+        .map(|p| p - 0.5)
+        .collect();
+    (Tissue::new(&x, &n, &a, &nodes, settings).unwrap(), nodes)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn affine_maps_are_reproduced(
+        turn in strategies::rotation(),
+        stretch in strategies::vector(0.4),
+        shift in strategies::vector(10.0),
+    ) {
+        let (tissue, nodes) = slab(&TissueSettings::default());
+        for (f, allowed) in [
+            (DMat3::from_quat(turn), 1e-12),
+            (DMat3::from_quat(turn) * DMat3::from_diagonal(DVec3::ONE + stretch), 1e-10),
+        ] {
+            let map = DAffine3::from_mat3_translation(f, shift);
+            let moved: Vec<DVec3> = nodes.iter().map(|&p| map.transform_point3(p)).collect();
+            let mut splats = Splats::default();
+            tissue.carry_into(&moved, &vec![f; nodes.len()], &mut splats);
+            let cofactor = f.inverse().transpose();
+            for (i, &rest) in tissue.surfels().positions.iter().enumerate() {
+                let x = splats.positions[i].distance(map.transform_point3(rest));
+                prop_assert!(x <= allowed * 10.0, "surfel {i} is off by {x:e}");
+                let n = (cofactor * tissue.surfels().normals[i]).normalize();
+                let e = splats.normals[i].distance(n);
+                prop_assert!(e <= allowed, "normal {i} is off by {e:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn each_surfel_follows_its_own_piece_after_a_through_cut() {
+    let (mut tissue, nodes) = slab(&TissueSettings::default());
+    let crosses = |a: DVec3, b: DVec3| (a.x < 0.03) != (b.x < 0.03);
+    let corner = |y: f64, z: f64| DVec3::new(0.03, y, z);
+    let (a, b, c, d) = (
+        corner(-2.0, -2.0),
+        corner(2.0, -2.0),
+        corner(2.0, 2.0),
+        corner(-2.0, 2.0),
+    );
+    let inside = |p: DVec3| p.abs().max_element() < 0.5;
+    let change = tissue
+        .cut(&[[a, b, c], [a, c, d]], &inside, &crosses)
+        .unwrap();
+    assert!(change.doubled > 10 && change.skin > 100, "{change:?}");
+    // The right piece moves by a distance that f64 adds exactly.
+    let shift = DVec3::X * 1024.0;
+    let moved: Vec<DVec3> = nodes
+        .iter()
+        .map(|&p| if p.x < 0.03 { p } else { p + shift })
+        .collect();
+    let mut splats = Splats::default();
+    tissue.carry_into(&moved, &vec![DMat3::IDENTITY; nodes.len()], &mut splats);
+    for i in 0..tissue.surfels().len() {
+        let row = tissue.binding().row(i);
+        let sides: Vec<bool> = row.0.iter().map(|&k| nodes[k as usize].x < 0.03).collect();
+        assert!(
+            sides.iter().all(|&s| s == sides[0]),
+            "surfel {i} hangs on both pieces"
+        );
+        let rest = tissue.surfels().positions[i];
+        let expected = if sides[0] { rest } else { rest + shift };
+        assert!(
+            splats.positions[i].distance(expected) < 1e-12 * 1024.0,
+            "surfel {i}"
+        );
+        // Outer surfels that were not doubled lie on the side of their nodes.
+        let n = tissue.surfels().normals[i];
+        if n.x.abs() > 0.9 {
+            assert_eq!(
+                n.x > 0.0,
+                sides[0],
+                "skin {i} must face away from its piece"
+            );
+        }
+    }
+}
+
+#[test]
+fn bad_data_is_named() {
+    let x = [DVec3::ZERO, DVec3::X];
+    let n = [DVec3::Z, DVec3::Z];
+    let build = |x: &[DVec3], n: &[DVec3], a: &[f64], nodes: &[DVec3]| {
+        Tissue::new(x, n, a, nodes, &TissueSettings::default())
+            .map(|_| ())
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(build(&x, &n, &[1.0, -1.0], &x).starts_with("surfel 1"));
+    assert!(build(&x, &[DVec3::ZERO, DVec3::Z], &[1.0, 1.0], &x).starts_with("surfel 0"));
+    assert!(build(&x, &n, &[1.0, 1.0], &[]).starts_with("no nodes to carry 2"));
+    assert!(build(&x, &n, &[1.0, 1.0], &[DVec3::NAN]).starts_with("node 0"));
+    let mut tissue = Tissue::new(&x, &n, &[1.0, 1.0], &x, &TissueSettings::default()).unwrap();
+    let bad = [[DVec3::ZERO, DVec3::X, DVec3::INFINITY]];
+    let message = tissue
+        .cut(&bad, &|_| true, &|_, _| false)
+        .unwrap_err()
+        .to_string();
+    assert!(message.starts_with("triangle 0"), "{message}");
+}
