@@ -20,7 +20,9 @@ use glam::{DMat3, DVec3};
 
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
-use crate::stencil::{Row, StencilRank, build_rows, invert_moment, take_factors, validate};
+use crate::stencil::{
+    Row, StencilMemory, StencilRank, allocated, build_rows, invert_moment, take_factors, validate,
+};
 use crate::symmetric::outer;
 pub use stroke::{StrokeReport, normal_projector};
 
@@ -172,6 +174,29 @@ impl ConservativeStencils {
     #[must_use]
     pub fn reverse_pairs(&self) -> &[u32] {
         &self.reverse
+    }
+
+    /// Memory held: 24 + 72 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair. The set-up
+    /// solve needs about 500 bytes per node more while it runs, and up to 25 MB for its coarse space.
+    #[must_use]
+    pub fn memory_bytes(&self) -> StencilMemory {
+        StencilMemory {
+            per_node: 3 * size_of::<DVec3>()
+                + size_of::<DMat3>()
+                + size_of::<StencilRank>()
+                + size_of::<f64>(),
+            per_pair: size_of::<DVec3>() + 2 * size_of::<f64>() + size_of::<u32>(),
+            total: allocated(&self.pair_gradients)
+                + allocated(&self.self_gradients)
+                + allocated(&self.weights)
+                + allocated(&self.moment_inverses)
+                + allocated(&self.ranks)
+                + allocated(&self.multipliers)
+                + allocated(&self.boundary_vectors)
+                + allocated(&self.volumes)
+                + allocated(&self.base_weights)
+                + allocated(&self.reverse),
+        }
     }
 
     /// Takes new pair factors in and rebuilds the touched rows, and only those: weights

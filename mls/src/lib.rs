@@ -29,6 +29,6 @@ pub use masses::{NodalMasses, dissertation_masses};
 pub use neighborhoods::Neighborhoods;
 pub use search::{KNearest, NearestSettings, k_nearest, within_radius};
 pub use shape::{Approximation, ShapeScratch, sph_value};
-pub use stencil::{GradientStencils, StencilRank};
+pub use stencil::{GradientStencils, StencilMemory, StencilRank, widen_deficient_rows};
 pub use symmetric::SymmetricEigen;
 pub use weights::{inverse_square_weights, kernel_weights, mean_neighbor_distance};

@@ -204,6 +204,35 @@ impl Neighborhoods {
             .collect();
         Self::from_rows(rows)
     }
+
+    /// Adds the neighbours' neighbours to the rows of some nodes, both ways, so that a symmetric
+    /// graph stays symmetric.
+    ///
+    /// # Errors
+    /// [`GraphError::TooManyPairs`] if the result does not fit 32-bit offsets.
+    ///
+    /// # Panics
+    /// If a node is out of range.
+    pub fn with_second_ring(&self, nodes: &[u32]) -> Result<Self, GraphError> {
+        let mut rows: Vec<Vec<u32>> = (0..self.node_count())
+            .map(|node| self.row(node).to_vec())
+            .collect();
+        for &node in nodes {
+            for &near in self.row(node as usize) {
+                for &far in self.row(near as usize) {
+                    if far != node {
+                        rows[node as usize].push(far);
+                        rows[far as usize].push(node);
+                    }
+                }
+            }
+        }
+        for row in &mut rows {
+            row.sort_unstable();
+            row.dedup();
+        }
+        Self::from_rows(rows)
+    }
 }
 
 /// Union of two sorted lists without repetitions.

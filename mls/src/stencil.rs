@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::ROWS_PER_TASK;
+use crate::parallel::{ROWS_PER_TASK, to_u32};
 use crate::symmetric::{SymmetricEigen, outer};
+use crate::weights::inverse_square_weights;
 
 /// What the neighbours of a node span.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +43,22 @@ pub struct GradientStencils {
     pub ranks: Vec<StencilRank>,
     base_weights: Vec<f64>,
     rank_tolerance: f64,
+}
+
+/// Memory that stencils hold, without the neighbourhoods (4 bytes per node and per pair).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StencilMemory {
+    /// Bytes per node.
+    pub per_node: usize,
+    /// Bytes per directed pair.
+    pub per_pair: usize,
+    /// Bytes in all, as allocated.
+    pub total: usize,
+}
+
+/// Bytes that a vector has allocated.
+pub(crate) fn allocated<T>(values: &Vec<T>) -> usize {
+    values.capacity() * size_of::<T>()
 }
 
 /// One row before it is stored.
@@ -111,6 +128,21 @@ impl GradientStencils {
         Ok(stencils)
     }
 
+    /// Memory held: 24 + 72 + 40 bytes per node, 24 + 8 + 8 per pair.
+    #[must_use]
+    pub fn memory_bytes(&self) -> StencilMemory {
+        StencilMemory {
+            per_node: size_of::<DVec3>() + size_of::<DMat3>() + size_of::<StencilRank>(),
+            per_pair: size_of::<DVec3>() + 2 * size_of::<f64>(),
+            total: allocated(&self.pair_gradients)
+                + allocated(&self.self_gradients)
+                + allocated(&self.weights)
+                + allocated(&self.moment_inverses)
+                + allocated(&self.ranks)
+                + allocated(&self.base_weights),
+        }
+    }
+
     /// Rebuilds the touched rows with new pair factors, `w_ij = f_ij · w0_ij`, in time proportional
     /// to their pairs.
     ///
@@ -154,6 +186,59 @@ impl GradientStencils {
     }
 }
 
+/// Gives nodes whose neighbours do not span space their neighbours' neighbours as well, and those who
+/// still do not a third ring; all other rows stay. Rank is judged with the weights `1/r²`.
+///
+/// Returns the graph and the nodes that are deficient in it. For tetrahedra that are flat at the
+/// surface this is the difference between a set-up solve that converges and one that cannot.
+///
+/// # Errors
+/// [`StencilError`] for a position that is not finite or a graph that grows too large.
+///
+/// # Panics
+/// If `positions` is not `n` long.
+pub fn widen_deficient_rows(
+    positions: &[DVec3],
+    neighborhoods: &Neighborhoods,
+    rank_tolerance: f64,
+) -> Result<(Neighborhoods, Vec<u32>), StencilError> {
+    let mut graph = neighborhoods.clone();
+    let mut rounds = 0;
+    loop {
+        let weights = inverse_square_weights(positions, &graph);
+        validate(positions, &weights)?;
+        let deficient: Vec<u32> = (0..positions.len())
+            .into_par_iter()
+            .with_min_len(ROWS_PER_TASK)
+            .filter(|&node| {
+                let moment = moment(positions, &graph, node, &weights[graph.pairs(node)]);
+                invert_moment(&moment, rank_tolerance).1.rank < 3
+            })
+            .map(to_u32)
+            .collect();
+        if deficient.is_empty() || rounds == 2 {
+            return Ok((graph, deficient));
+        }
+        graph = graph.with_second_ring(&deficient)?;
+        rounds += 1;
+    }
+}
+
+/// `A_i = Σ_j w_ij X_ij X_ijᵀ`.
+fn moment(
+    positions: &[DVec3],
+    neighborhoods: &Neighborhoods,
+    node: usize,
+    weights: &[f64],
+) -> DMat3 {
+    let mut moment = DMat3::ZERO;
+    for (&j, &w) in neighborhoods.row(node).iter().zip(weights) {
+        let x = positions[j as usize] - positions[node];
+        moment += outer(x * w, x);
+    }
+    moment
+}
+
 /// `w = f · w0` on some pairs.
 pub(crate) fn take_factors(
     weights: &mut [f64],
@@ -182,11 +267,7 @@ fn build_row(
 ) -> Row {
     let at = positions[node];
     let row = neighborhoods.row(node);
-    let mut moment = DMat3::ZERO;
-    for (&j, &w) in row.iter().zip(weights) {
-        let x = positions[j as usize] - at;
-        moment += outer(x * w, x);
-    }
+    let moment = moment(positions, neighborhoods, node, weights);
     let (moment_inverse, rank) = invert_moment(&moment, rank_tolerance);
     let mut self_gradient = DVec3::ZERO;
     for ((&j, &w), g) in row.iter().zip(weights).zip(out) {

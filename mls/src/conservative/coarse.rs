@@ -27,7 +27,7 @@ const NODES_PER_SPLINE: usize = 12;
 const SMALLEST_PIVOT: f64 = 1e-10;
 
 /// Nodes whose local matrices are held at a time.
-const BATCH: usize = 4096;
+const BATCH: usize = 512;
 
 /// Number of partial sums of the restriction, fixed so that the bits do not depend on threads.
 const PARTS: usize = 16;
@@ -96,8 +96,7 @@ impl CoarseSpace {
             .into_par_iter()
             .map(|part| {
                 let mut sums = vec![DVec3::ZERO; self.count];
-                for node in part * length..((part + 1) * length).min(r.len()) {
-                    let value = r[node];
+                for (node, &value) in r.iter().enumerate().skip(part * length).take(length) {
                     self.for_splines(node, |number, spline| sums[number] += value * spline);
                 }
                 sums

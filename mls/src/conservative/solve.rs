@@ -177,6 +177,12 @@ impl ConservativeStencils {
         largest(&self.defect(neighborhoods))
     }
 
+    fn active_defect(&self, neighborhoods: &Neighborhoods, active: &[bool]) -> Vec<DVec3> {
+        let mut defect = self.defect(neighborhoods);
+        keep_active(&mut defect, active);
+        defect
+    }
+
     /// Makes `b` attainable on every piece of at least `smallest` nodes, solves for μ starting from
     /// the μ at hand, and rebuilds the rows. The change of `b` is put on the nodes of `spread`
     /// first.
@@ -201,15 +207,12 @@ impl ConservativeStencils {
                 self.boundary_vectors[node as usize] -= shift;
             }
         }
-        for (node, value) in defect.iter_mut().enumerate() {
-            if !active[node] {
-                *value = DVec3::ZERO;
-            }
-        }
+        keep_active(&mut defect, &active);
+        let start = largest(&defect);
         let scale = largest(&self.boundary_vectors);
         let reference = if scale > 0.0 { scale } else { 1.0 };
         let mut iterations = 0;
-        if largest(&defect) > self.settings.tolerance * reference {
+        if start > self.settings.tolerance * reference {
             let operator = Operator::new(self, positions, neighborhoods, &active);
             let bound = self.settings.tolerance * reference;
             let coarse = if self.settings.coarse_space {
@@ -222,17 +225,18 @@ impl ConservativeStencils {
                 conjugate_gradients(&operator, coarse.as_ref(), defect, bound, limit);
             iterations = made;
             drop(operator);
+            let before = self.multipliers.clone();
             for (mu, change) in self.multipliers.iter_mut().zip(change) {
                 *mu += change;
             }
             self.rebuild_all(positions, neighborhoods);
-        }
-        let mut remaining = self.defect(neighborhoods);
-        for (node, value) in remaining.iter_mut().enumerate() {
-            if !active[node] {
-                *value = DVec3::ZERO;
+            let remaining = self.active_defect(neighborhoods, &active);
+            if largest(&remaining) > start {
+                self.multipliers = before;
+                self.rebuild_all(positions, neighborhoods);
             }
         }
+        let remaining = self.active_defect(neighborhoods, &active);
         let residual = largest(&remaining) / reference;
         let shifted = given
             .iter()
@@ -244,6 +248,15 @@ impl ConservativeStencils {
             boundary_shift: shifted.fold(0.0, f64::max) / reference,
             converged: residual <= 4.0 * self.settings.tolerance,
         };
+    }
+}
+
+/// Sets the values of nodes that take no part to zero.
+fn keep_active(values: &mut [DVec3], active: &[bool]) {
+    for (value, active) in values.iter_mut().zip(active) {
+        if !active {
+            *value = DVec3::ZERO;
+        }
     }
 }
 
@@ -262,8 +275,10 @@ fn largest(values: &[DVec3]) -> f64 {
 /// Conjugate gradients for three right-hand sides at once, preconditioned by Jacobi plus the coarse
 /// space where there is one.
 ///
-/// Returns the solution and the number of iterations; stops when `max |residual| ≤ bound`, at the
-/// limit, or when all three directions have broken down.
+/// Returns the iterate of smallest residual and the number of iterations; stops when
+/// `max |residual| ≤ bound`, at the limit, when all three directions have broken down, and when the
+/// residual has grown or stood still for long: a right-hand side outside the operator's range makes
+/// the iterates grow without bound.
 fn conjugate_gradients(
     operator: &Operator<'_>,
     coarse: Option<&CoarseSpace>,
@@ -305,15 +320,31 @@ fn conjugate_gradients(
         count
     ];
     let mut energy = ordered_sum(count, |i| residual[i] * conditioned[i]);
+    let mut best = Best {
+        size: largest(&residual),
+        at: 0,
+        solution: solution.clone(),
+    };
     for iteration in 0..limit {
-        if largest(&residual) <= bound {
+        let size = largest(&residual);
+        if size <= bound {
             return (solution, iteration);
+        }
+        if size < best.size * WORTH_KEEPING {
+            best = Best {
+                size,
+                at: iteration,
+                solution: solution.clone(),
+            };
+        }
+        if size > best.size * HOPELESS_GROWTH || iteration > best.at + PATIENCE {
+            return (best.solution, iteration);
         }
         operator.apply(&direction, &mut terms, &mut product);
         let curvature = ordered_sum(count, |i| direction[i] * product[i]);
         let alpha = ratio(energy, curvature);
         if alpha == DVec3::ZERO {
-            return (solution, iteration);
+            return (best.solution, iteration);
         }
         solution
             .par_iter_mut()
@@ -334,8 +365,25 @@ fn conjugate_gradients(
             .with_min_len(SUM_CHUNK)
             .for_each(|(p, z)| *p = *z + beta * *p);
     }
-    (solution, limit)
+    (best.solution, limit)
 }
+
+/// The best iterate so far.
+struct Best {
+    size: f64,
+    at: usize,
+    solution: Vec<DVec3>,
+}
+
+/// Factor by which a residual must fall for its iterate to be kept.
+const WORTH_KEEPING: f64 = 0.8;
+
+/// Growth of the residual over the best one that ends the iteration. The residual of a solvable
+/// system swings by far less: up to 1e3 was seen on graded clouds.
+const HOPELESS_GROWTH: f64 = 1e5;
+
+/// Iterations without a better iterate that end the iteration.
+const PATIENCE: usize = 400;
 
 /// Componentwise quotient, 0 where the divisor is not positive.
 fn ratio(a: DVec3, b: DVec3) -> DVec3 {

@@ -566,6 +566,49 @@ fn coarse_space_changes_the_iterations_and_not_the_stencils() {
     }
 }
 
+/// Flat corners of tetrahedra leave nodes whose edges span a plane only; without more neighbours the
+/// constraint cannot be met there, and the solve must say so and not explode.
+#[test]
+fn flat_rows_are_reported_and_widening_cures_them() {
+    let block = organ([24; 3]);
+    let (_, s) = build(&block);
+    assert!(
+        s.ranks.iter().filter(|r| r.rank < 3).count() > 20,
+        "the case is a hard one"
+    );
+    assert!(
+        !s.report.converged && s.report.residual < 1.0,
+        "{:?}",
+        s.report
+    );
+    let size = s
+        .pair_gradients
+        .iter()
+        .fold(0.0_f64, |m, g| m.max(g.length()));
+    assert!(size.is_finite());
+    assert_below(
+        "consistency",
+        consistency(&block.positions, &graph(&block), &s),
+        1e-10,
+    );
+    let (wide, left) = crate::widen_deficient_rows(&block.positions, &graph(&block), 1e-3).unwrap();
+    assert!(left.len() < 5, "{} rows still flat", left.len());
+    let wide = Block {
+        offsets: wide.offsets().to_vec(),
+        indices: wide.indices().to_vec(),
+        ..block.clone()
+    };
+    let (graph, s) = build(&wide);
+    assert!(s.report.converged, "{:?}", s.report);
+    assert_below(
+        "conservation",
+        conservation(&graph, &s, &s.boundary_vectors),
+        1e-10,
+    );
+    // What the rows still flat cannot carry was moved off the boundary vectors.
+    assert_below("shift", s.report.boundary_shift, 1e-5);
+}
+
 /// A body diced by planes, with slivers: whatever the solve achieves, nothing explodes.
 #[test]
 fn diced_bodies_stay_finite() {
@@ -601,5 +644,18 @@ fn diced_bodies_stay_finite() {
         "consistency",
         consistency(&block.positions, &graph, &s),
         1e-9,
+    );
+}
+
+#[test]
+fn memory_is_what_is_stated() {
+    let block = block([9, 9, 9], 1.0, 0.2, 8);
+    let (graph, s) = build(&block);
+    let memory = s.memory_bytes();
+    assert_eq!((memory.per_node, memory.per_pair), (192, 44));
+    let stated = 192 * block.positions.len() + 44 * graph.pair_count();
+    assert!(
+        memory.total >= stated && memory.total <= stated + stated / 50,
+        "{memory:?}"
     );
 }

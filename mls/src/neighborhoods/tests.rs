@@ -47,6 +47,18 @@ proptest! {
                 prop_assert_eq!(reverse[back] as usize, pair);
             }
         }
+        let chosen: Vec<u32> = (0..to_u32(n)).filter(|node| node % 3 == 0).collect();
+        let wide = symmetric.with_second_ring(&chosen).unwrap();
+        prop_assert!(wide.reverse_pairs().is_ok());
+        for i in 0..n {
+            for j in (0..n).filter(|&j| j != i) {
+                let far = (0..n).any(|k| {
+                    symmetric.find_pair(i, to_u32(k)).is_some() && symmetric.find_pair(k, to_u32(j)).is_some()
+                });
+                let expected = symmetric.find_pair(i, to_u32(j)).is_some() || (far && (i % 3 == 0 || j % 3 == 0));
+                prop_assert_eq!(wide.find_pair(i, to_u32(j)).is_some(), expected);
+            }
+        }
         prop_assert_eq!(symmetric.symmetrized().unwrap(), symmetric.clone());
         prop_assert_eq!(graph.reverse_pairs().is_ok(), graph == symmetric);
     }

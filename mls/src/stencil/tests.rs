@@ -116,3 +116,16 @@ fn bad_input_is_named() {
         Err(StencilError::Position { node: 7 })
     );
 }
+
+#[test]
+fn memory_is_what_is_stated() {
+    let points = cloud::uniform(2000, 1.0, 4);
+    let (graph, s) = build(&points);
+    let memory = s.memory_bytes();
+    assert_eq!((memory.per_node, memory.per_pair), (136, 40));
+    let stated = 136 * points.len() + 40 * graph.pair_count();
+    assert!(
+        memory.total >= stated && memory.total <= stated + stated / 50,
+        "{memory:?}"
+    );
+}

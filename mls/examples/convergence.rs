@@ -1,0 +1,130 @@
+//! Error of value and gradient against the node spacing for the three orders of basis.
+//!
+//! `cargo run --release -p phyxel-mls --example convergence`
+#![allow(clippy::print_stdout, reason = "prints its table")]
+
+use glam::DVec3;
+use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
+use study::{Line, write_csv, write_plot};
+use testkit::cloud::{Random, lattice};
+use testkit::derivative::observed_order;
+
+mod study;
+
+fn field(x: DVec3) -> f64 {
+    (3.0 * x.x).sin() * (2.0 * x.y).cos() + (x.z * x.x).exp()
+}
+
+fn slope(x: DVec3) -> DVec3 {
+    let e = (x.z * x.x).exp();
+    DVec3::new(
+        3.0 * (3.0 * x.x).cos() * (2.0 * x.y).cos() + x.z * e,
+        -2.0 * (3.0 * x.x).sin() * (2.0 * x.y).sin(),
+        x.x * e,
+    )
+}
+
+/// Root mean square errors of value and gradient over the whole unit cube, boundary included.
+fn errors(order: Order, cells: u32) -> (f64, f64) {
+    let h = 1.0 / f64::from(cells);
+    let n = usize::try_from(cells).expect("few cells") + 1;
+    let nodes = lattice([n; 3], h, 0.2, 3);
+    let radii = vec![2.3 * h; nodes.len()];
+    let approximation = Approximation {
+        nodes: &nodes,
+        support_radii: &radii,
+        basis: Basis::polynomial(order, Dimension::Three),
+        kernel: Kernel::Polynomial,
+    };
+    let mut random = Random::new(1);
+    let mut scratch = ShapeScratch::default();
+    let (mut value_sum, mut slope_sum) = (0.0, 0.0);
+    let samples = 300;
+    for _ in 0..samples {
+        let x = DVec3::splat(0.5) + random.vector(0.5);
+        let near: Vec<u32> = (0_u32..)
+            .zip(&nodes)
+            .filter(|(_, node)| (**node - x).length() < 2.3 * h)
+            .map(|(index, _)| index)
+            .collect();
+        let mut phi = vec![0.0; near.len()];
+        let mut gradient = vec![DVec3::ZERO; near.len()];
+        approximation
+            .shape_functions_into(x, &near, &mut scratch, &mut phi, &mut gradient)
+            .expect("supports of 2.3 spacings are well posed");
+        let mut value = 0.0;
+        let mut along = DVec3::ZERO;
+        for (place, &node) in near.iter().enumerate() {
+            let u = field(nodes[node as usize]);
+            value += phi[place] * u;
+            along += gradient[place] * u;
+        }
+        value_sum += (value - field(x)).powi(2);
+        slope_sum += (along - slope(x)).length_squared();
+    }
+    let mean = |sum: f64| (sum / f64::from(samples)).sqrt();
+    (mean(value_sum), mean(slope_sum))
+}
+
+fn main() {
+    let sizes = [8, 12, 16, 24, 32];
+    let mut lines = Vec::new();
+    let mut rows = Vec::new();
+    println!(
+        "{:<10} {:>6} {:>10} {:>6} {:>10} {:>6}",
+        "basis", "cells", "value", "order", "gradient", "order"
+    );
+    for (order, name, least) in [
+        (Order::Constant, "constant", [0.8, -0.3]),
+        (Order::Linear, "linear", [1.8, 0.8]),
+        (Order::Quadratic, "quadratic", [2.7, 1.7]),
+    ] {
+        let found: Vec<(f64, f64)> = sizes.iter().map(|&n| errors(order, n)).collect();
+        let (mut values, mut slopes) = (Vec::new(), Vec::new());
+        for (place, (&(value, slope), &cells)) in found.iter().zip(&sizes).enumerate() {
+            let before = place
+                .checked_sub(1)
+                .map(|p| (found[p], f64::from(cells) / f64::from(sizes[p])));
+            let orders = before.map(|(old, ratio)| {
+                (
+                    observed_order(old.0, value, ratio),
+                    observed_order(old.1, slope, ratio),
+                )
+            });
+            let text = |o: Option<f64>| o.map_or(String::new(), |o| format!("{o:.2}"));
+            println!(
+                "{name:<10} {cells:>6} {value:>10.2e} {:>6} {slope:>10.2e} {:>6}",
+                text(orders.map(|o| o.0)),
+                text(orders.map(|o| o.1))
+            );
+            rows.push(vec![
+                name.into(),
+                cells.to_string(),
+                format!("{value:e}"),
+                format!("{slope:e}"),
+            ]);
+            values.push((1.0 / f64::from(cells), value));
+            slopes.push((1.0 / f64::from(cells), slope));
+        }
+        let last = sizes.len() - 1;
+        let ratio = f64::from(sizes[last]) / f64::from(sizes[0]);
+        let overall = [
+            observed_order(found[0].0, found[last].0, ratio),
+            observed_order(found[0].1, found[last].1, ratio),
+        ];
+        assert!(
+            overall[0] > least[0] && overall[1] > least[1],
+            "{name}: orders {overall:?}"
+        );
+        lines.push(Line::new(format!("value, {name}"), values));
+        lines.push(Line::new(format!("gradient, {name}"), slopes));
+    }
+    write_csv("convergence.csv", "basis,cells,value,gradient", &rows);
+    write_plot(
+        "convergence.svg",
+        "Error against spacing",
+        ["h", "rms error"],
+        true,
+        &lines,
+    );
+}

@@ -1,0 +1,137 @@
+//! Set-up time and memory from 1,000 nodes on: our search, weights and stencils against the search of
+//! rstar alone, on the same points, threads and run; and the conservative solve.
+//!
+//! `cargo run --release -p phyxel-mls --example setup_scaling` (add a folder and `1000000` for the
+//! largest size)
+#![allow(
+    clippy::print_stdout,
+    clippy::cast_precision_loss,
+    reason = "prints its table; counts are far below 2^53"
+)]
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use glam::DVec3;
+use phyxel_mls::{GradientStencils, Kernel, NearestSettings, k_nearest, kernel_weights};
+use rayon::prelude::*;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+use study::{Line, median, write_csv, write_plot};
+use testkit::cloud::uniform;
+
+mod study;
+
+/// Points of the unit cube in the order of a space-filling (Morton) curve.
+fn ordered(count: usize) -> Vec<DVec3> {
+    let mut points = uniform(count, 0.5, 9);
+    let key = |x: &DVec3| {
+        let cell = ((*x + 0.5) * 1024.0).as_u64vec3();
+        (0..10).fold(0_u64, |key, bit| {
+            let part = |c: u64, axis: u64| ((c >> bit) & 1) << (3 * bit + axis);
+            key | part(cell.x, 0) | part(cell.y, 1) | part(cell.z, 2)
+        })
+    };
+    points.sort_by_key(key);
+    points
+}
+
+/// Seconds of one call.
+fn time<T>(run: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let value = run();
+    (start.elapsed().as_secs_f64(), value)
+}
+
+/// What rstar takes by itself for the 16 nearest of every point: loading and queries.
+fn rstar_alone(points: &[DVec3]) -> f64 {
+    time(|| {
+        let entries: Vec<GeomWithData<[f64; 3], u32>> = (0_u32..)
+            .zip(points)
+            .map(|(index, x)| GeomWithData::new(x.to_array(), index))
+            .collect();
+        let tree = RTree::bulk_load(entries);
+        let found: Vec<u32> = points
+            .par_iter()
+            .with_min_len(256)
+            .map(|x| {
+                // 17: the point itself comes first.
+                tree.nearest_neighbor_iter(x.to_array())
+                    .take(17)
+                    .map(|entry| entry.data)
+                    .fold(0, u32::wrapping_add)
+            })
+            .collect();
+        black_box(found)
+    })
+    .0
+}
+
+fn main() {
+    let largest = std::env::args()
+        .nth(2)
+        .map_or(100_000, |n| n.parse().expect("a number of nodes"));
+    println!(
+        "{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7}",
+        "nodes", "rstar ms", "search", "weights", "stencils", "sum ms", "ratio", "B/node", "B/pair"
+    );
+    let mut rows = Vec::new();
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    for count in [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000] {
+        if count > largest {
+            break;
+        }
+        let points = ordered(count);
+        let repeats = if count > 100_000 { 1 } else { 5 };
+        let mut times = vec![Vec::new(); 4];
+        let mut memory = (0, 0);
+        for _ in 0..repeats {
+            times[0].push(rstar_alone(&points));
+            let (search, found) =
+                time(|| k_nearest(&points, &NearestSettings::default()).expect("finite points"));
+            let graph = &found.neighborhoods;
+            let (weighing, weights) =
+                time(|| kernel_weights(Kernel::Polynomial, &points, &found.support_radii, graph));
+            let (building, stencils) = time(|| {
+                GradientStencils::new(&points, graph, weights, 1e-3).expect("finite points")
+            });
+            times[1].push(search);
+            times[2].push(weighing);
+            times[3].push(building);
+            let bytes = stencils.memory_bytes();
+            memory = (bytes.per_node, bytes.per_pair);
+        }
+        let parts: Vec<f64> = times.into_iter().map(|t| 1e3 * median(t)).collect();
+        let sum = parts[1] + parts[2] + parts[3];
+        let ratio = sum / parts[0];
+        println!(
+            "{count:>8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {sum:>9.2} {ratio:>7.2} {:>7} {:>7}",
+            parts[0], parts[1], parts[2], parts[3], memory.0, memory.1
+        );
+        rows.push(vec![
+            count.to_string(),
+            parts[0].to_string(),
+            sum.to_string(),
+        ]);
+        theirs.push((count as f64, parts[0]));
+        ours.push((count as f64, sum));
+        if count == 100_000 {
+            assert!(
+                ratio < 2.0,
+                "set-up of 100,000 nodes takes {ratio:.2} times rstar's search"
+            );
+        }
+    }
+    write_csv("setup_scaling.csv", "nodes,rstar_ms,setup_ms", &rows);
+    let lines = [
+        Line::new("rstar alone, 16 nearest", theirs),
+        Line::new("search, weights, stencils", ours),
+    ];
+    write_plot(
+        "setup_scaling.svg",
+        "Set-up time",
+        ["nodes", "ms"],
+        true,
+        &lines,
+    );
+}
