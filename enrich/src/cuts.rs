@@ -1,0 +1,527 @@
+//! Cuts in space: triangle strips that grow as blades move.
+
+use std::ops::{ControlFlow, Range};
+
+use glam::DVec3;
+
+use crate::error::CutError;
+use crate::index::{Bounds, BoxIndex, CellMap};
+use crate::obstacle::{Bend, Obstacle, before, index32, outward, share_to_zero};
+use crate::predicate::{normal_signs, segment_crosses_triangle};
+
+/// Lengths that a cut needs to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CutSettings {
+    /// A new point this near to a vertex becomes that vertex (m). Closes the gap between two strokes
+    /// and lets a blade that stands still make no triangles.
+    pub weld_tolerance: f64,
+    /// Smallest cell of the spatial index (m); a few node spacings.
+    pub index_cell: f64,
+}
+
+impl CutSettings {
+    /// Settings for nodes `spacing` apart (m): welding within a tenth of it, which is 0.05 of the
+    /// distance over which nodes are coupled.
+    #[must_use]
+    pub fn for_spacing(spacing: f64) -> Self {
+        Self {
+            weld_tolerance: 0.1 * spacing,
+            index_cell: 2.0 * spacing,
+        }
+    }
+}
+
+/// Triangles that were not taken, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Triangles of exactly zero area, most of them because two corners were welded.
+    pub zero_area: usize,
+    /// Triangles that were there already.
+    pub duplicate: usize,
+}
+
+#[derive(Debug, Clone)]
+struct Stroke {
+    /// Vertices of the last blade edge.
+    blade: Vec<u32>,
+    ended: bool,
+}
+
+#[derive(Debug, Clone)]
+struct Edge {
+    /// End points, the one [`before`] the other first.
+    ends: [u32; 2],
+    /// Third corners of the triangles at this edge.
+    opposite: Vec<u32>,
+    /// Unit vector out of the cut, zero where the cut goes straight on.
+    outward: DVec3,
+}
+
+/// All cuts of one body, as one set of triangles in material coordinates.
+///
+/// Several strokes may be open at once; they may cross, branch, close, fold and leave the body. See
+/// the crate's page for what a stroke is.
+///
+/// # Examples
+/// ```
+/// use glam::DVec3;
+/// use phyxel_enrich::{CutSettings, Cuts};
+///
+/// let mut cuts = Cuts::new(&CutSettings::for_spacing(0.1));
+/// let blade = |x: f64| [DVec3::new(x, 0.0, -1.0), DVec3::new(x, 0.0, 1.0)];
+/// let stroke = cuts.start(&blade(0.0))?;
+/// assert_eq!(cuts.append(stroke, &blade(1.0))?, 0..2);
+/// cuts.end(stroke)?;
+/// assert!(cuts.crosses(DVec3::new(0.5, -0.1, 0.0), DVec3::new(0.5, 0.1, 0.0)));
+/// # Ok::<(), phyxel_enrich::CutError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Cuts {
+    settings: CutSettings,
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    stroke_of: Vec<u32>,
+    strokes: Vec<Stroke>,
+    edges: Vec<Edge>,
+    edge_of: CellMap<[u32; 2], u32>,
+    vertex_index: BoxIndex,
+    triangle_index: BoxIndex,
+    edge_index: BoxIndex,
+    dropped: Dropped,
+}
+
+impl Cuts {
+    /// No cut yet.
+    ///
+    /// # Panics
+    /// If the index cell is not positive or the weld tolerance is negative, infinite or NaN.
+    #[must_use]
+    pub fn new(settings: &CutSettings) -> Self {
+        assert!(
+            settings.index_cell > 0.0 && settings.index_cell.is_finite(),
+            "index cell of {} is not positive",
+            settings.index_cell
+        );
+        assert!(
+            settings.weld_tolerance >= 0.0 && settings.weld_tolerance.is_finite(),
+            "weld tolerance of {} is not a length",
+            settings.weld_tolerance
+        );
+        Self {
+            settings: *settings,
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            stroke_of: Vec::new(),
+            strokes: Vec::new(),
+            edges: Vec::new(),
+            edge_of: CellMap::default(),
+            vertex_index: BoxIndex::new(settings.index_cell.max(settings.weld_tolerance)),
+            triangle_index: BoxIndex::new(settings.index_cell),
+            edge_index: BoxIndex::new(settings.index_cell),
+            dropped: Dropped::default(),
+        }
+    }
+
+    /// Starts a stroke with the blade edge at this place and gives its number.
+    ///
+    /// # Arguments
+    /// * `blade` -- polyline along the blade's edge in material coordinates (m), at least 2 points.
+    ///
+    /// # Errors
+    /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
+    pub fn start(&mut self, blade: &[DVec3]) -> Result<usize, CutError> {
+        check_points(blade)?;
+        if blade.len() < 2 {
+            return Err(CutError::TooFewPoints { found: blade.len() });
+        }
+        let blade = blade.iter().map(|&p| self.weld(p)).collect();
+        self.strokes.push(Stroke {
+            blade,
+            ended: false,
+        });
+        Ok(self.strokes.len() - 1)
+    }
+
+    /// Moves the blade of a stroke and spans the strip between its last place and this one.
+    ///
+    /// Polylines of the same number of points are joined point by point, others by their lengths.
+    ///
+    /// # Returns
+    /// The new triangles, possibly none: a blade that moved less than the weld tolerance has not
+    /// moved.
+    ///
+    /// # Errors
+    /// [`CutError::TooFewPoints`], [`CutError::NotFinite`], [`CutError::UnknownStroke`] and
+    /// [`CutError::StrokeEnded`]; the cut is then unchanged.
+    pub fn append(&mut self, stroke: usize, blade: &[DVec3]) -> Result<Range<usize>, CutError> {
+        check_points(blade)?;
+        if blade.len() < 2 {
+            return Err(CutError::TooFewPoints { found: blade.len() });
+        }
+        self.open(stroke)?;
+        let old = std::mem::take(&mut self.strokes[stroke].blade);
+        let new: Vec<u32> = blade.iter().map(|&p| self.weld(p)).collect();
+        let first = self.triangles.len();
+        let (along_old, along_new) = (self.parameters(&old), self.parameters(&new));
+        let (mut i, mut j) = (0, 0);
+        while i + 1 < old.len() || j + 1 < new.len() {
+            let move_old = if j + 1 == new.len() {
+                true
+            } else if i + 1 == old.len() {
+                false
+            } else if old.len() == new.len() {
+                i == j
+            } else {
+                along_old[i + 1] <= along_new[j + 1]
+            };
+            if move_old {
+                self.add(stroke, [old[i], old[i + 1], new[j]]);
+                i += 1;
+            } else {
+                self.add(stroke, [new[j], old[i], new[j + 1]]);
+                j += 1;
+            }
+        }
+        self.strokes[stroke].blade = new;
+        Ok(first..self.triangles.len())
+    }
+
+    /// Ends a stroke; its triangles stay.
+    ///
+    /// # Errors
+    /// [`CutError::UnknownStroke`] and [`CutError::StrokeEnded`].
+    pub fn end(&mut self, stroke: usize) -> Result<(), CutError> {
+        self.open(stroke)?;
+        self.strokes[stroke].ended = true;
+        Ok(())
+    }
+
+    /// Adds any triangles at once, as a stroke of their own.
+    ///
+    /// # Returns
+    /// The new triangles.
+    ///
+    /// # Errors
+    /// [`CutError::NotFinite`] and [`CutError::VertexOutOfRange`]; the cut is then unchanged.
+    pub fn add_surface(
+        &mut self,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+    ) -> Result<Range<usize>, CutError> {
+        check_points(vertices)?;
+        for (triangle, corners) in triangles.iter().enumerate() {
+            for &vertex in corners {
+                if vertex as usize >= vertices.len() {
+                    return Err(CutError::VertexOutOfRange {
+                        triangle,
+                        vertex,
+                        vertices: vertices.len(),
+                    });
+                }
+            }
+        }
+        let first = self.triangles.len();
+        let welded: Vec<u32> = vertices.iter().map(|&p| self.weld(p)).collect();
+        self.strokes.push(Stroke {
+            blade: Vec::new(),
+            ended: true,
+        });
+        for corners in triangles {
+            self.add(self.strokes.len() - 1, corners.map(|c| welded[c as usize]));
+        }
+        Ok(first..self.triangles.len())
+    }
+
+    /// Number of triangles.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Corners of a triangle (m, material coordinates), in the order of the strip.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn triangle(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|v| self.vertices[v as usize])
+    }
+
+    /// Vertices (m) and triangles as numbers of vertices, for drawing and files.
+    #[must_use]
+    pub fn surface(&self) -> (&[DVec3], &[[u32; 3]]) {
+        (&self.vertices, &self.triangles)
+    }
+
+    /// Unit normal of a triangle, by its corners' order; zero if it is too thin to have one.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn normal(&self, triangle: usize) -> DVec3 {
+        let [p, q, r] = self.triangle(triangle);
+        (q - p).cross(r - p).normalize_or_zero()
+    }
+
+    /// Area of a triangle (m²).
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn area(&self, triangle: usize) -> f64 {
+        let [p, q, r] = self.triangle(triangle);
+        0.5 * (q - p).cross(r - p).length()
+    }
+
+    /// Number of the stroke that made a triangle.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn stroke(&self, triangle: usize) -> usize {
+        self.stroke_of[triangle] as usize
+    }
+
+    /// Number of strokes started, and whether one of them is still open.
+    #[must_use]
+    pub fn strokes(&self) -> (usize, bool) {
+        (
+            self.strokes.len(),
+            self.strokes.iter().any(|stroke| !stroke.ended),
+        )
+    }
+
+    /// End points of all edges at which the cut ends (m): those with one triangle.
+    pub fn free_edges(&self) -> impl Iterator<Item = [DVec3; 2]> + '_ {
+        self.edges
+            .iter()
+            .filter(|edge| edge.opposite.len() == 1)
+            .map(|edge| edge.ends.map(|v| self.vertices[v as usize]))
+    }
+
+    /// Triangles that were not taken so far.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        self.dropped
+    }
+
+    /// Whether the segment `ab` (m, material coordinates) crosses the cut.
+    ///
+    /// Exact, and true for all coordinates that are finite: no tolerance is involved.
+    #[must_use]
+    pub fn crosses(&self, a: DVec3, b: DVec3) -> bool {
+        let near = Bounds::of(&[a, b]);
+        self.triangle_index
+            .query(&near, |triangle| {
+                if self.piece_crosses(triangle as usize, a, b) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+            .is_break()
+    }
+
+    /// Numbers of the triangles that the segment `ab` crosses, sorted; replaces what `out` held.
+    pub fn crossed_into(&self, a: DVec3, b: DVec3, out: &mut Vec<u32>) {
+        self.triangle_index.collect(&Bounds::of(&[a, b]), out);
+        out.retain(|&triangle| self.piece_crosses(triangle as usize, a, b));
+    }
+
+    /// Bytes held on the heap, about.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.vertices.capacity() * 24
+            + self.triangles.capacity() * 16
+            + self.edges.capacity() * size_of::<Edge>()
+            + self.edges.len() * 16
+            + self.edge_of.capacity() * 16
+            + self.vertex_index.bytes()
+            + self.triangle_index.bytes()
+            + self.edge_index.bytes()
+    }
+
+    fn open(&self, stroke: usize) -> Result<(), CutError> {
+        match self.strokes.get(stroke) {
+            None => Err(CutError::UnknownStroke {
+                stroke,
+                started: self.strokes.len(),
+            }),
+            Some(found) if found.ended => Err(CutError::StrokeEnded { stroke }),
+            Some(_) => Ok(()),
+        }
+    }
+
+    /// The vertex at this point: the nearest one within the weld tolerance, or a new one.
+    fn weld(&mut self, point: DVec3) -> u32 {
+        let tolerance = self.settings.weld_tolerance;
+        let mut best: Option<(f64, u32)> = None;
+        let near = Bounds::of(&[point]).grown(tolerance);
+        let _ = self.vertex_index.query(&near, |vertex| {
+            let distance = self.vertices[vertex as usize].distance(point);
+            if distance <= tolerance && best.is_none_or(|found| (distance, vertex) < found) {
+                best = Some((distance, vertex));
+            }
+            ControlFlow::Continue(())
+        });
+        if let Some((_, vertex)) = best {
+            return vertex;
+        }
+        let vertex = index32(self.vertices.len());
+        self.vertices.push(point);
+        self.vertex_index.insert(vertex, Bounds::of(&[point]));
+        vertex
+    }
+
+    /// Lengths along a polyline as shares of the whole.
+    fn parameters(&self, line: &[u32]) -> Vec<f64> {
+        let at = |k: usize| self.vertices[line[k] as usize];
+        let mut lengths = vec![0.0];
+        for k in 1..line.len() {
+            lengths.push(lengths[k - 1] + at(k).distance(at(k - 1)));
+        }
+        let total = lengths[line.len() - 1];
+        if total > 0.0 {
+            for length in &mut lengths {
+                *length /= total;
+            }
+        }
+        lengths
+    }
+
+    fn add(&mut self, stroke: usize, corners: [u32; 3]) {
+        let [p, q, r] = corners.map(|v| self.vertices[v as usize]);
+        if normal_signs(p, q, r) == [0; 3] {
+            self.dropped.zero_area += 1;
+            return;
+        }
+        let first = self.edge_key(corners[0], corners[1]);
+        if let Some(&edge) = self.edge_of.get(&first)
+            && self.edges[edge as usize].opposite.contains(&corners[2])
+        {
+            self.dropped.duplicate += 1;
+            return;
+        }
+        let triangle = index32(self.triangles.len());
+        self.triangles.push(corners);
+        self.stroke_of.push(index32(stroke));
+        self.triangle_index.insert(triangle, Bounds::of(&[p, q, r]));
+        for k in 0..3 {
+            let ends = self.edge_key(corners[k], corners[(k + 1) % 3]);
+            self.add_edge(ends, corners[(k + 2) % 3]);
+        }
+    }
+
+    fn edge_key(&self, a: u32, b: u32) -> [u32; 2] {
+        if before(self.vertices[a as usize], self.vertices[b as usize]) {
+            [a, b]
+        } else {
+            [b, a]
+        }
+    }
+
+    fn add_edge(&mut self, ends: [u32; 2], opposite: u32) {
+        let number = *self.edge_of.entry(ends).or_insert_with(|| {
+            let number = index32(self.edges.len());
+            self.edges.push(Edge {
+                ends,
+                opposite: Vec::new(),
+                outward: DVec3::ZERO,
+            });
+            let bounds = Bounds::of(&ends.map(|v| self.vertices[v as usize]));
+            self.edge_index.insert(number, bounds);
+            number
+        });
+        let edge = &mut self.edges[number as usize];
+        edge.opposite.push(opposite);
+        let [a, b] = ends.map(|v| self.vertices[v as usize]);
+        let along = (b - a).normalize_or_zero();
+        let mut inward: Vec<(DVec3, DVec3)> = edge
+            .opposite
+            .iter()
+            .map(|&v| {
+                let corner = self.vertices[v as usize];
+                let to = corner - a;
+                (corner, (to - to.dot(along) * along).normalize_or_zero())
+            })
+            .collect();
+        edge.outward = outward(&mut inward);
+    }
+}
+
+fn check_points(points: &[DVec3]) -> Result<(), CutError> {
+    match points.iter().position(|p| !p.is_finite()) {
+        Some(point) => Err(CutError::NotFinite {
+            point,
+            position: points[point],
+        }),
+        None => Ok(()),
+    }
+}
+
+impl Obstacle for Cuts {
+    fn piece_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    fn piece_bounds(&self, piece: usize) -> Bounds {
+        Bounds::of(&self.triangle(piece))
+    }
+
+    fn piece_crosses(&self, piece: usize, a: DVec3, b: DVec3) -> bool {
+        let [p, q, r] = self.triangle(piece);
+        Bounds::of(&[a, b]).meets(&Bounds::of(&[p, q, r]))
+            && segment_crosses_triangle(a, b, p, q, r)
+    }
+
+    fn crosses(&self, a: DVec3, b: DVec3) -> bool {
+        Self::crosses(self, a, b)
+    }
+
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+        self.edge_index.collect(near, out);
+        out.retain(|&edge| self.edges[edge as usize].outward != DVec3::ZERO);
+    }
+
+    /// The best point of an edge is where the way, unfolded into a plane, is straight:
+    /// `t = (t_a d_b + t_b d_a) / (d_a + d_b)` with the coordinates t along the edge and the
+    /// distances d to its line; clamped to the edge.
+    fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
+        let edge = &self.edges[bend as usize];
+        let [p, q] = edge.ends.map(|v| self.vertices[v as usize]);
+        let length = p.distance(q);
+        let along = (q - p) / length;
+        let (t_a, t_b) = ((a - p).dot(along), (b - p).dot(along));
+        let d_a = (a - p - t_a * along).length();
+        let d_b = (b - p - t_b * along).length();
+        let t = if d_a + d_b > 0.0 {
+            (t_a * d_b + t_b * d_a) / (d_a + d_b)
+        } else {
+            0.5 * (t_a + t_b)
+        };
+        Bend {
+            point: p + t.clamp(0.0, length) * along,
+            outward: edge.outward,
+        }
+    }
+
+    fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+        self.triangle_index.collect(near, out);
+    }
+
+    fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3 {
+        let [p, q, r] = self.triangle(piece);
+        let normal = (q - p).cross(r - p);
+        let (to_a, to_b) = (normal.dot(a - p), normal.dot(b - p));
+        a.lerp(b, share_to_zero(to_a, to_b))
+    }
+
+    fn bend_distance(&self, bend: u32, point: DVec3) -> f64 {
+        let [p, q] = self.edges[bend as usize]
+            .ends
+            .map(|v| self.vertices[v as usize]);
+        let along = q - p;
+        let t = (point - p).dot(along) / along.length_squared();
+        point.distance(p + t.clamp(0.0, 1.0) * along)
+    }
+}

@@ -1,0 +1,158 @@
+//! The rules by which a cut weakens a pair.
+
+use glam::DVec3;
+
+use crate::index::Bounds;
+use crate::obstacle::Obstacle;
+
+/// How the factor of a crossed pair is found. A pair that is not crossed has the factor 1 in all of
+/// them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Rule {
+    /// Shortest way round the cut with one bend, `f = W(L/h) / W(r/h)`; the diffraction method
+    /// (Organ, Fleming, Terry, Belytschko 1996) with exponent 1, for any shape in the plane and in
+    /// space.
+    #[default]
+    Detour,
+    /// Nothing passes a cut, `f = 0` (Belytschko, Lu, Gu 1994). Comparator: the crack acts up to
+    /// half a spacing too long.
+    Visibility,
+    /// The longer the way along the cut to its nearest edge, the weaker:
+    /// `f = W(r'/h) / W(r/h)`, `r' = r + h (s/(kappa h))^exponent`, with s the distance of the
+    /// crossing from the nearest edge (Organ et al. 1996). Comparator, made for straight cuts; it
+    /// never severs pairs within `kappa h` of an edge.
+    Transparency {
+        /// Depth from which nothing passes, as a share of the coupling distance.
+        kappa: f64,
+        /// Exponent, 2 or more.
+        exponent: f64,
+    },
+}
+
+/// Work space for [`Rule::factor`]; contents do not matter.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    near: Vec<u32>,
+    ways: Vec<(f64, u32, DVec3)>,
+}
+
+/// Weight over the distance relative to the coupling distance, `W(q) = (1 − q²)³` (Aras 2014,
+/// eq. (15), without its constant).
+fn kernel(q: f64) -> f64 {
+    let s = (1.0 - q * q).max(0.0);
+    s * s * s
+}
+
+/// The bend of a detour must be free a little outside of the edge; this much of the coupling
+/// distance.
+const OFFSET: f64 = 0.05;
+
+impl Rule {
+    /// Nothing farther than this share of the coupling distance from a pair's middle can change its
+    /// factor: half for the way itself, and the bend's offset.
+    pub(crate) const MARGIN: f64 = 0.5 + OFFSET + 0.01;
+
+    /// Factor of the pair with nodes at `a` and `b`.
+    ///
+    /// # Arguments
+    /// * `cut` -- all pieces.
+    /// * `a`, `b` -- rest positions (m).
+    /// * `reach` -- coupling distance of the pair (m).
+    /// * `inside` -- whether a point lies in the uncut body.
+    /// * `scratch` -- work space, contents do not matter.
+    ///
+    /// # Numerics
+    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. The
+    /// detours of more than one bend are not found: two sheets nearer than a fraction of the
+    /// spacing couple a little less than they should, never more.
+    pub fn factor<C: Obstacle>(
+        &self,
+        cut: &C,
+        a: DVec3,
+        b: DVec3,
+        reach: f64,
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+        scratch: &mut Scratch,
+    ) -> f64 {
+        if !cut.crosses(a, b) {
+            return 1.0;
+        }
+        let direct = a.distance(b);
+        let length = match *self {
+            Self::Visibility => None,
+            Self::Detour => detour(cut, a, b, reach, inside, scratch),
+            Self::Transparency { kappa, exponent } => {
+                transparency_depth(cut, a, b, kappa * reach, scratch)
+                    .map(|depth| direct + reach * (depth / (kappa * reach)).powf(exponent))
+            }
+        };
+        match length {
+            Some(length) if length < reach && direct < reach => {
+                // Below 1 even where the way touches the pair's line: crossed pairs stay known.
+                (kernel(length / reach) / kernel(direct / reach)).min(1.0 - f64::EPSILON)
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// Length of the shortest free way from `a` to `b` with one bend, if it is below `reach` (m).
+///
+/// A way is free if the point `OFFSET · reach` outside of its bend lies in the body and is seen from
+/// both ends. The length is that over the edge itself.
+pub(crate) fn detour<C: Obstacle>(
+    cut: &C,
+    a: DVec3,
+    b: DVec3,
+    reach: f64,
+    inside: &(dyn Fn(DVec3) -> bool + Sync),
+    scratch: &mut Scratch,
+) -> Option<f64> {
+    let near = Bounds::of(&[a.midpoint(b)]).grown(0.5 * reach);
+    cut.bends_into(&near, &mut scratch.near);
+    scratch.ways.clear();
+    for &id in &scratch.near {
+        let bend = cut.bend(id, a, b);
+        let length = a.distance(bend.point) + bend.point.distance(b);
+        if length < reach {
+            let free = bend.point + OFFSET * reach * bend.outward;
+            scratch.ways.push((length, id, free));
+        }
+    }
+    scratch
+        .ways
+        .sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+    scratch
+        .ways
+        .iter()
+        .find(|(_, _, free)| inside(*free) && !cut.crosses(a, *free) && !cut.crosses(*free, b))
+        .map(|&(length, _, _)| length)
+}
+
+/// Largest distance, over the pieces that `ab` crosses, of the crossing from the nearest edge; none
+/// if it is `limit` or more.
+fn transparency_depth<C: Obstacle>(
+    cut: &C,
+    a: DVec3,
+    b: DVec3,
+    limit: f64,
+    scratch: &mut Scratch,
+) -> Option<f64> {
+    let mut pieces = Vec::new();
+    cut.pieces_into(&Bounds::of(&[a, b]), &mut pieces);
+    let mut depth = 0.0_f64;
+    for &piece in &pieces {
+        if !cut.piece_crosses(piece as usize, a, b) {
+            continue;
+        }
+        let at = cut.meeting_point(piece as usize, a, b);
+        cut.bends_into(&Bounds::of(&[at]).grown(limit), &mut scratch.near);
+        let nearest = scratch
+            .near
+            .iter()
+            .map(|&bend| cut.bend_distance(bend, at))
+            .fold(f64::INFINITY, f64::min);
+        depth = depth.max(nearest);
+    }
+    (depth < limit).then_some(depth)
+}

@@ -1,0 +1,170 @@
+//! Cuts that grow: prefixes, order of arrival, repetition, subdivision.
+
+use glam::DVec3;
+use testkit::cloud::Random;
+
+use super::shapes::{plane, space};
+use super::slow::{Cloud, inside};
+use super::space_cases::{body, cut, factors, fresh, settings};
+use crate::{CutSettings, Cuts};
+
+#[test]
+fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
+    for (name, strokes, _) in space() {
+        let cloud = body(&name);
+        let mut cuts = Cuts::new(&settings(&cloud));
+        let mut growing = fresh(&cloud);
+        for blades in &strokes {
+            let stroke = cuts.start(&blades[0]).unwrap();
+            for blade in &blades[1..] {
+                let before = growing.factors().to_vec();
+                let new = cuts.append(stroke, blade).unwrap();
+                let touched = growing.update(&cuts, new, &inside);
+                let mut changed = Vec::new();
+                for (pair, (&old, &new)) in before.iter().zip(growing.factors()).enumerate() {
+                    assert!(new <= old, "{name}: pair {pair} rises from {old} to {new}");
+                    if new < old {
+                        changed.push(pair as u32);
+                    }
+                }
+                assert_eq!(changed, touched.pairs, "{name}");
+                for &pair in &changed {
+                    assert!(
+                        touched
+                            .nodes
+                            .binary_search(&cloud.indices[pair as usize])
+                            .is_ok()
+                    );
+                }
+            }
+        }
+        // At the end no pair knows more than if the cut had come at once, crossed pairs are the
+        // same, and few differ at all.
+        let at_once = factors(&cloud, &cuts);
+        let mut lower = 0;
+        for (pair, (&grown, &once)) in growing.factors().iter().zip(&at_once).enumerate() {
+            assert!(
+                grown <= once,
+                "{name}: pair {pair} grown {grown}, at once {once}"
+            );
+            assert_eq!(grown < 1.0, once < 1.0, "{name}: pair {pair}");
+            lower += usize::from(grown < once);
+        }
+        assert!(lower * 100 <= at_once.len(), "{name}: {lower} lower");
+        let crossed = at_once.iter().filter(|f| **f < 1.0).count();
+        assert_eq!(2 * growing.crossed_count(), crossed);
+    }
+}
+
+/// All triangles of a case as loose corners.
+fn soup(cuts: &Cuts) -> Vec<[DVec3; 3]> {
+    (0..cuts.triangle_count())
+        .map(|t| cuts.triangle(t))
+        .collect()
+}
+
+fn from_soup(soup: &[[DVec3; 3]], settings: &CutSettings) -> Cuts {
+    let mut cuts = Cuts::new(settings);
+    for triangle in soup {
+        cuts.add_surface(triangle, &[[0, 1, 2]]).unwrap();
+    }
+    cuts
+}
+
+#[test]
+fn order_direction_and_repetition_of_triangles_do_not_matter() {
+    let mut random = Random::new(77);
+    for (name, strokes, _) in space() {
+        let cloud = body(&name);
+        let cuts = cut(&strokes, &settings(&cloud));
+        let exact = CutSettings {
+            weld_tolerance: 0.0,
+            ..settings(&cloud)
+        };
+        let mut soup = soup(&cuts);
+        let reference = factors(&cloud, &from_soup(&soup, &exact));
+        let count = soup.len();
+        for k in (1..soup.len()).rev() {
+            soup.swap(k, (random.bits() % (k as u64 + 1)) as usize);
+        }
+        for triangle in &mut soup {
+            match random.bits() % 4 {
+                0 => triangle.reverse(),
+                1 => triangle.rotate_left(1),
+                2 => triangle.swap(0, 1),
+                _ => {}
+            }
+        }
+        // Every third triangle a second time, and some without area.
+        let again: Vec<[DVec3; 3]> = soup.iter().step_by(3).map(|&[p, q, r]| [r, p, q]).collect();
+        soup.extend(&again);
+        let [p, q, _] = soup[0];
+        soup.extend([[p, q, p], [p, p, p]]);
+        let shuffled = from_soup(&soup, &exact);
+        assert_eq!(shuffled.triangle_count(), count);
+        assert_eq!(shuffled.dropped().duplicate, again.len());
+        assert_eq!(shuffled.dropped().zero_area, 2);
+        let found = factors(&cloud, &shuffled);
+        for (pair, (a, b)) in reference.iter().zip(&found).enumerate() {
+            assert_eq!(a.to_bits(), b.to_bits(), "{name}: pair {pair}, {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn subdivision_of_plane_strips_moves_factors_by_round_off_only() {
+    for (name, strokes, _) in space() {
+        if !name.contains("upright") || name.contains("through nodes") {
+            continue;
+        }
+        let cloud = body(&name);
+        let cuts = cut(&strokes, &settings(&cloud));
+        let exact = CutSettings {
+            weld_tolerance: 1e-12,
+            ..settings(&cloud)
+        };
+        let reference = factors(&cloud, &from_soup(&soup(&cuts), &exact));
+        let fine: Vec<[DVec3; 3]> = soup(&cuts)
+            .into_iter()
+            .flat_map(|[p, q, r]| {
+                let (a, b, c) = (p.midpoint(q), q.midpoint(r), r.midpoint(p));
+                [[p, a, c], [a, q, b], [c, b, r], [a, b, c]]
+            })
+            .collect();
+        let found = factors(&cloud, &from_soup(&fine, &exact));
+        for (pair, (a, b)) in reference.iter().zip(&found).enumerate() {
+            assert!((a - b).abs() <= 1e-12, "{name}: pair {pair}, {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn update_work_does_not_grow_with_the_cut() {
+    // A long zigzag cut in a flat body, one step at a time: candidates of an update stay the same.
+    let cloud = Cloud::lattice(60, 1, 0.2, 2.5);
+    let lines = plane();
+    let wave = &lines
+        .iter()
+        .find(|(name, _, _)| *name == "zigzag")
+        .unwrap()
+        .1[0];
+    let mut cuts = crate::PlanarCuts::new(&CutSettings::for_spacing(1.0 / 60.0));
+    let reach = vec![cloud.reach; cloud.x.len()];
+    let mut factors = crate::PairFactors::with_reach(
+        &cloud.x,
+        &cloud.offsets,
+        &cloud.indices,
+        reach,
+        crate::Rule::Detour,
+    );
+    let stroke = cuts.start(wave[0]).unwrap();
+    for corner in wave.windows(2) {
+        for k in 1..=10 {
+            let to = corner[0].lerp(corner[1], f64::from(k) / 10.0);
+            let new = cuts.append(stroke, to).unwrap().unwrap();
+            let touched = factors.update(&cuts, new..new + 1, &inside);
+            assert!(touched.pairs.len() < 200, "{}", touched.pairs.len());
+        }
+    }
+    assert!(factors.crossed_count() > 300);
+}

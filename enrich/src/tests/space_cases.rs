@@ -1,0 +1,167 @@
+//! Every case in space: exactness, pieces, and the slow twin.
+
+use glam::DVec3;
+
+use super::shapes::{Expect, Strokes, space};
+use super::slow::{Cloud, cross3, inside, kernel};
+use crate::{CutSettings, Cuts, PairFactors, Rule, connected_pieces};
+
+pub(crate) fn settings(cloud: &Cloud) -> CutSettings {
+    CutSettings {
+        weld_tolerance: 0.02 * cloud.reach,
+        index_cell: cloud.reach,
+    }
+}
+
+pub(crate) fn cut(strokes: &Strokes, settings: &CutSettings) -> Cuts {
+    let mut cuts = Cuts::new(settings);
+    for blades in strokes {
+        let stroke = cuts.start(&blades[0]).unwrap();
+        for blade in &blades[1..] {
+            cuts.append(stroke, blade).unwrap();
+        }
+        cuts.end(stroke).unwrap();
+    }
+    cuts
+}
+
+pub(crate) fn fresh(cloud: &Cloud) -> PairFactors {
+    let reach = vec![cloud.reach; cloud.x.len()];
+    PairFactors::with_reach(
+        &cloud.x,
+        &cloud.offsets,
+        &cloud.indices,
+        reach,
+        Rule::Detour,
+    )
+}
+
+pub(crate) fn factors(cloud: &Cloud, cuts: &Cuts) -> Vec<f64> {
+    let mut factors = fresh(cloud);
+    factors.update(cuts, 0..cuts.triangle_count(), &inside);
+    factors.factors().to_vec()
+}
+
+pub(crate) fn body(name: &str) -> Cloud {
+    let jitter = if name.contains("through nodes") {
+        0.0
+    } else {
+        0.25
+    };
+    Cloud::lattice(12, 12, jitter, 2.2)
+}
+
+/// The rule by loops over all triangles and all edges, in plain floating point.
+///
+/// Built on its own from the corners: nothing is shared with the crate but the statement of the rule.
+struct Twin {
+    triangles: Vec<[DVec3; 3]>,
+    bends: Vec<(DVec3, DVec3, DVec3)>,
+}
+
+impl Twin {
+    fn new(triangles: Vec<[DVec3; 3]>) -> Self {
+        let mut bends: Vec<(DVec3, DVec3, DVec3)> = Vec::new();
+        for t in &triangles {
+            for k in 0..3 {
+                let (p, q, r) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+                let along = (q - p).normalize();
+                let inward = (r - p).reject_from_normalized(along).normalize();
+                let same = |e: &&mut (DVec3, DVec3, DVec3)| {
+                    (e.0 == p && e.1 == q) || (e.0 == q && e.1 == p)
+                };
+                match bends.iter_mut().find(same) {
+                    Some(edge) => edge.2 += inward,
+                    None => bends.push((p, q, inward)),
+                }
+            }
+        }
+        bends.retain(|e| e.2.length() >= 0.05);
+        Self { triangles, bends }
+    }
+
+    fn crosses(&self, a: DVec3, b: DVec3) -> bool {
+        self.triangles.iter().any(|&t| cross3(a, b, t))
+    }
+
+    fn factor(&self, a: DVec3, b: DVec3, h: f64) -> f64 {
+        if !self.crosses(a, b) {
+            return 1.0;
+        }
+        let mut best = f64::INFINITY;
+        for &(p, q, inward) in &self.bends {
+            // Best point of the edge by golden section instead of the closed form.
+            let way = |t: f64| {
+                let at = p.lerp(q, t);
+                (a.distance(at) + at.distance(b), at)
+            };
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..60 {
+                let (m, n) = (
+                    low + 0.381_966 * (high - low),
+                    high - 0.381_966 * (high - low),
+                );
+                if way(m).0 < way(n).0 {
+                    high = n;
+                } else {
+                    low = m;
+                }
+            }
+            let (length, at) = way(0.5 * (low + high));
+            let free = at - 0.05 * h * inward.normalize();
+            if length < best.min(h)
+                && inside(free)
+                && !self.crosses(a, free)
+                && !self.crosses(free, b)
+            {
+                best = length;
+            }
+        }
+        kernel(best.min(h) / h) / kernel(a.distance(b) / h)
+    }
+}
+
+#[test]
+fn equal_to_brute_force_in_any_case() {
+    for (name, strokes, expect) in space() {
+        let cloud = body(&name);
+        let cuts = cut(&strokes, &settings(&cloud));
+        let found = factors(&cloud, &cuts);
+        let twin = Twin::new(
+            (0..cuts.triangle_count())
+                .map(|t| cuts.triangle(t))
+                .collect(),
+        );
+        let through_nodes = name.contains("through nodes");
+        let (mut crossed, mut severed, mut compared, mut borderline) = (0, 0, 0, 0);
+        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+            crossed += usize::from(found[pair] < 1.0);
+            severed += usize::from(found[pair] == 0.0);
+            // Each pair once; of pairs far from the cut a share, to keep the time.
+            if i > j || through_nodes || (found[pair] >= 1.0 && pair % 11 != 0) {
+                continue;
+            }
+            compared += 1;
+            let expected = twin.factor(cloud.x[i], cloud.x[j], cloud.reach);
+            let exact_kind = (expected >= 1.0) == (found[pair] >= 1.0)
+                && (expected <= 0.0) == (found[pair] <= 0.0);
+            if !exact_kind || (expected - found[pair]).abs() > 1e-6 {
+                // Two ways may differ when a bend's free point grazes another triangle.
+                borderline += 1;
+            }
+        }
+        if testkit::tol::print_residuals() {
+            println!(
+                "{name}: crossed {crossed}, severed {severed}, differ {borderline} of {compared}"
+            );
+        }
+        assert!(
+            borderline * 2000 <= compared,
+            "{name}: {borderline} of {compared} differ"
+        );
+        let parts = connected_pieces(&cloud.offsets, &cloud.indices, &found);
+        let large = parts.sizes.iter().filter(|&&s| s > 3).count();
+        let wanted = if let Expect::Parts(n) = expect { n } else { 1 };
+        assert_eq!(large, wanted, "{name}: {:?}", parts.sizes);
+    }
+}
