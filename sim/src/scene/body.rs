@@ -61,7 +61,8 @@ impl Body {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Shape {
-    /// The built-in liver-like organ: two lobes, concave underside.
+    /// The built-in liver-like organ of someone who stands: right lobe at -x, left lobe at +x, front
+    /// at -y, head end up; 1.2 litres at a width of 0.166 m.
     Liver {
         /// Extent from the right to the left lobe (m).
         width: f64,
@@ -125,7 +126,8 @@ impl Shape {
     pub(super) fn rough_volume(&self) -> Option<f64> {
         use std::f64::consts::PI;
         Some(match *self {
-            Self::Liver { width } => 0.4 * width * width * width,
+            // 1.2 litres at 0.166 m.
+            Self::Liver { width } => 0.26 * width * width * width,
             Self::Box { size } => size.element_product(),
             Self::Ellipsoid { radii } => 4.0 / 3.0 * PI * radii.element_product(),
             Self::Capsule { from, to, radius } => {

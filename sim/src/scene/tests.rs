@@ -117,8 +117,8 @@ fn overrides_apply_in_order_and_add_what_is_missing() {
 
 #[test]
 fn the_shortest_scene_has_the_defaults() {
-    let scene = read("(version: 1, bodies: [(shape: Liver(width: 0.15))])").expect("it is valid");
-    let body = Body::new(Shape::Liver { width: 0.15 });
+    let scene = read("(version: 1, bodies: [(shape: Liver(width: 0.166))])").expect("it is valid");
+    let body = Body::new(Shape::Liver { width: 0.166 });
     assert_eq!(scene, Scene::new("scene", vec![body]));
 }
 

@@ -101,7 +101,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
         !scene.bodies.is_empty(),
         "bodies",
         "empty",
-        "a scene needs one body at least, such as (shape: Liver(width: 0.15))",
+        "a scene needs one body at least, such as (shape: Liver(width: 0.166))",
     )?;
     for (index, item) in scene.bodies.iter().enumerate() {
         body(&format!("bodies[{index}]"), item)?;
@@ -197,7 +197,7 @@ fn shape(path: &str, shape: &Shape) -> Check {
         Shape::Liver { width } => positive(
             format_args!("{path}.width"),
             *width,
-            " (m), such as 0.15 for an adult",
+            " (m), such as 0.166 for 1.2 litres",
         ),
         Shape::Box { size } => positive_components(&format!("{path}.size"), *size),
         Shape::Ellipsoid { radii } => positive_components(&format!("{path}.radii"), *radii),

@@ -9,7 +9,13 @@ use plotters::prelude::*;
 use super::StudyError;
 use super::report::{Plot, Scale};
 
-const SIZE: (u32, u32) = (720, 480);
+const SIZE: (u32, u32) = (720, HEIGHT);
+const HEIGHT: u32 = 500;
+
+/// So that a power of ten at the end of an axis is inside it.
+const EDGE: f64 = 1e-6;
+/// Height of a line of the legend, which stands below the plot in two columns (pixels).
+const LEGEND_LINE: i32 = 20;
 
 /// Colours that stay apart for the colour-blind (Okabe and Ito 2008), black first.
 const COLORS: [RGBColor; 8] = [
@@ -57,7 +63,17 @@ fn range(plot: &Plot, scale: Scale, coordinate: impl Fn(&(f64, f64)) -> f64) -> 
         }
         Scale::Logarithmic => {
             let factor = (high / low).powf(0.06).max(1.2);
-            low / factor..high * factor
+            (low, high) = (low / factor, high * factor);
+            // Powers of ten carry the labels: two of them at least, the nearer ones first.
+            while high.log10().floor() - low.log10().ceil() < 1.0 {
+                let (below, above) = (low.log10(), high.log10());
+                if below - (below.ceil() - 1.0) < (above.floor() + 1.0) - above {
+                    low = 10_f64.powf(below.ceil() - 1.0) * (1.0 - EDGE);
+                } else {
+                    high = 10_f64.powf(above.floor() + 1.0) * (1.0 + EDGE);
+                }
+            }
+            low..high
         }
     }
 }
@@ -77,7 +93,17 @@ where
     {
         let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         root.fill(&WHITE).map_err(|e| error(e.to_string()))?;
-        let mut chart = ChartBuilder::on(&root)
+        let lines = i32::try_from(plot.series.len().div_ceil(2)).unwrap_or(1);
+        let (area, legend) = root.split_vertically(HEIGHT.cast_signed() - LEGEND_LINE * lines - 10);
+        for ((index, series), row) in plot.series.iter().enumerate().zip(0..) {
+            let color = COLORS[index % COLORS.len()];
+            let (x, y) = (84 + (row % 2) * 310, 6 + (row / 2) * LEGEND_LINE);
+            let line = PathElement::new([(x, y), (x + 22, y)], color.stroke_width(2));
+            let name = Text::new(series.name.as_str(), (x + 30, y - 6), ("sans-serif", 13));
+            legend.draw(&line).map_err(|e| error(e.to_string()))?;
+            legend.draw(&name).map_err(|e| error(e.to_string()))?;
+        }
+        let mut chart = ChartBuilder::on(&area)
             .caption(&plot.title, ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(44)
@@ -107,11 +133,7 @@ where
             let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
             chart
                 .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
-                .map_err(|e| error(e.to_string()))?
-                .label(&series.name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2))
-                });
+                .map_err(|e| error(e.to_string()))?;
             chart
                 .draw_series(
                     points
@@ -120,13 +142,6 @@ where
                 )
                 .map_err(|e| error(e.to_string()))?;
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(170, 170, 170))
-            .label_font(("sans-serif", 13))
-            .draw()
-            .map_err(|e| error(e.to_string()))?;
         root.present().map_err(|e| error(e.to_string()))?;
     }
     Ok(text)
