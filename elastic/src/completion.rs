@@ -7,12 +7,15 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::material::{Prepared, cofactor};
+use crate::law::{cofactor, outer, volume_ratio};
 
 /// Largest distance of an eigenvalue of `sum X_ij g_ij^T` from 0 or 1.
 const PROJECTOR_TOLERANCE: f64 = 1e-6;
 /// Deviation from the identity up to which a row counts as full without an eigenvalue problem.
 const FULL_RANK_TOLERANCE: f64 = 1e-6;
+
+/// Relative size below which a deformed plane or line counts as collapsed.
+const DEGENERATE: f64 = 1e-12;
 
 /// Span of a row in the rest frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,15 +43,14 @@ impl Span {
         p
     }
 
-    /// Completes `F_x`; the second value projects onto the deformed span.
-    fn complete(&self, fx: DMat3) -> (DMat3, DMat3) {
+    /// Completes `F_x`.
+    pub(crate) fn complete(&self, fx: DMat3) -> DMat3 {
         match self.rank {
-            0 => (DMat3::IDENTITY, DMat3::ZERO),
+            0 => DMat3::IDENTITY,
             1 => {
                 let along = unit_or(fx * self.frame.x_axis, self.frame.x_axis);
                 let (b2, b3) = along.any_orthonormal_pair();
-                let f = fx + outer(b2, self.frame.y_axis) + outer(b3, self.frame.z_axis);
-                (f, outer(along, along))
+                fx + outer(b2, self.frame.y_axis) + outer(b3, self.frame.z_axis)
             }
             _ => {
                 let (t1, t2) = (fx * self.frame.x_axis, fx * self.frame.y_axis);
@@ -58,65 +60,95 @@ impl Span {
                     t2
                 };
                 let fallback = unit_or(longer, self.frame.x_axis).any_orthonormal_vector();
-                let scale = longer.length();
                 let cross = t1.cross(t2);
-                let normal = if cross.length() > 1e-12 * scale * scale {
+                let normal = if cross.length() > DEGENERATE * longer.length_squared() {
                     unit_or(cross, fallback)
                 } else {
                     fallback
                 };
-                (
-                    fx + outer(normal, self.frame.z_axis),
-                    DMat3::IDENTITY - outer(normal, normal),
-                )
+                fx + outer(normal, self.frame.z_axis)
             }
         }
     }
 
-    /// Completed `F`, energy density and the stress that works on changes of `F_x`.
-    pub(crate) fn energy_and_stress(&self, law: &Prepared, fx: DMat3) -> (DMat3, f64, DMat3) {
-        let (f, deformed) = self.complete(fx);
-        if self.rank == 0 {
-            return (f, 0.0, DMat3::ZERO);
-        }
-        let (energy, stress) = law.energy_and_stress(f);
-        (f, energy, deformed * stress * self.projector())
+    /// The part of a stress at the completed `f` that works on changes of `F_x`.
+    pub(crate) fn project(&self, f: DMat3, stress: DMat3) -> DMat3 {
+        let deformed = match self.rank {
+            0 => DMat3::ZERO,
+            1 => {
+                let along = (f * self.frame.x_axis).normalize_or_zero();
+                outer(along, along)
+            }
+            _ => {
+                let normal = f * self.frame.z_axis;
+                DMat3::IDENTITY - outer(normal, normal)
+            }
+        };
+        deformed * stress * self.projector()
     }
 
-    /// Change of that stress for a change of `F_x`, at the completed `F`.
-    pub(crate) fn stress_change(&self, law: &Prepared, f: DMat3, dfx: DMat3) -> DMat3 {
-        let projector = self.projector();
+    /// Change of the completed `f` for a change of `F_x`.
+    pub(crate) fn complete_change(&self, f: DMat3, dfx: DMat3) -> DMat3 {
+        match self.rank {
+            0 => DMat3::ZERO,
+            1 => {
+                // The normals follow the least rotation that takes the line along.
+                let a = f * self.frame.x_axis;
+                let length_squared = a.length_squared();
+                if length_squared < DEGENERATE {
+                    return DMat3::ZERO;
+                }
+                let spin = a.cross(dfx * self.frame.x_axis) / length_squared;
+                let (b2, b3) = (f * self.frame.y_axis, f * self.frame.z_axis);
+                dfx + outer(spin.cross(b2), self.frame.y_axis)
+                    + outer(spin.cross(b3), self.frame.z_axis)
+            }
+            _ => dfx + outer(self.turned_normal(f, dfx), self.frame.z_axis),
+        }
+    }
+
+    /// Change of the deformed plane's unit normal; zero for a collapsed plane.
+    fn turned_normal(&self, f: DMat3, dfx: DMat3) -> DVec3 {
+        let j = volume_ratio(f);
+        if j < DEGENERATE {
+            return DVec3::ZERO;
+        }
+        let normal = f * self.frame.z_axis;
+        cofactor(f) * (dfx.transpose() * normal) * (-1.0 / j)
+    }
+
+    /// Change of the projected stress: `stress` at the completed `f`, `change` its change for
+    /// [`Span::complete_change`].
+    pub(crate) fn project_change(
+        &self,
+        f: DMat3,
+        dfx: DMat3,
+        stress: DMat3,
+        change: DMat3,
+    ) -> DMat3 {
         match self.rank {
             0 => DMat3::ZERO,
             1 => {
                 let t = self.frame.x_axis;
                 let a = f * t;
                 let length = a.length();
-                if length < 1e-12 {
+                if length * length < DEGENERATE {
                     return DMat3::ZERO;
                 }
                 let along = a / length;
                 let da = dfx * t;
-                let (_, stress) = law.energy_and_stress(f);
-                let first = along.dot(stress * t);
-                let second = along.dot(law.stress_change(f, outer(along, t)) * t);
-                let stretched = along.dot(da);
-                let turned = da - along * stretched;
-                outer(along * (second * stretched) + turned * (first / length), t)
+                let turned = (da - along * along.dot(da)) / length;
+                // P projected is (â·P t) â tᵀ.
+                let size = along.dot(stress * t);
+                let grown = turned.dot(stress * t) + along.dot(change * t);
+                outer(along * grown + turned * size, t)
             }
             _ => {
                 let normal = f * self.frame.z_axis;
-                let cof = cofactor(f);
-                let j = f.x_axis.dot(cof.x_axis);
-                if j < 1e-12 {
-                    return DMat3::ZERO;
-                }
-                let turned = cof * (dfx.transpose() * normal) * (-1.0 / j);
-                let (_, stress) = law.energy_and_stress(f);
-                let change = law.stress_change(f, dfx + outer(turned, self.frame.z_axis));
+                let turned = self.turned_normal(f, dfx);
                 let deformed = DMat3::IDENTITY - outer(normal, normal);
                 let swing = outer(turned, normal) + outer(normal, turned);
-                (deformed * change - swing * stress) * projector
+                (deformed * change - swing * stress) * self.projector()
             }
         }
     }
@@ -160,12 +192,6 @@ pub(crate) fn row_kind(m: DMat3) -> RowKind {
         frame.z_axis = -frame.z_axis;
     }
     RowKind::Deficient(Span { rank, frame })
-}
-
-/// `a bᵀ`.
-#[inline]
-pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// Largest absolute entry.

@@ -43,13 +43,13 @@ pub enum ElasticError {
     },
     /// A gradient row does not reproduce linear fields, not even on a plane or a line.
     #[error(
-        "gradient row of node {node} misses linear consistency by {residual:.1e}: sum of X_ij g_ij^T \
-         must be the identity or an orthogonal projector"
+        "gradient row of node {node} misses linear consistency by {residual:.1e}: the sum of g_ij and \
+         g_ii must vanish, and that of X_ij g_ij^T be the identity or an orthogonal projector"
     )]
     InconsistentRow {
         /// Row's node.
         node: usize,
-        /// Distance of the nearest eigenvalue from 0 or 1.
+        /// Relative size of the sum, or distance of an eigenvalue from 0 and 1.
         residual: f64,
     },
     /// A material parameter out of its range.
@@ -63,6 +63,15 @@ pub enum ElasticError {
         value: f64,
         /// What would be allowed.
         allowed: &'static str,
+    },
+    /// A law without a volumetric part of its own cannot take part in mean dilatation.
+    #[error(
+        "material {material} is Saint Venant-Kirchhoff, which has no separate energy of the volume; \
+         choose another law or local dilatation"
+    )]
+    NoVolumetricPart {
+        /// Index in the list of materials.
+        material: usize,
     },
     /// A node names a material that is not in the list.
     #[error("node {node} names material {material}, but there are {count}")]

@@ -1,85 +1,73 @@
-//! The two loops over pairs. Everything else is linear in the number of nodes.
+//! The two loops over pairs, once per precision. Everything else is linear in the number of nodes.
 //!
-//! A pair carries six numbers `z_ij = (g_ij, y_ij)`, `y_ij = w_ij X_ij`; six f64 fill three
-//! two-lane registers of baseline x86-64 without waste, as do the rows of the 3×6 matrices.
-#![allow(
-    clippy::needless_range_loop,
-    reason = "lanes and axes are walked in step over several arrays"
-)]
+//! A pair carries six numbers `z_ij = (g_ij, y_ij)` and a weight, a node a 3×6 matrix. Six f64 fill
+//! three two-lane registers of baseline x86-64 without waste; eight f32 (six and the weight) two of
+//! four lanes. The loops are not inlined and hand back whole lanes: told to return sums over lanes,
+//! the compiler pairs axes instead and shuffles in every step (52 against 94 instructions a pair).
 
-/// Lanes of a pair.
-pub(crate) const LANES: usize = 6;
+use std::fmt::Debug;
 
-/// `z_ij = (g_ij, w_ij X_ij)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(16))]
-pub(crate) struct PairRow(pub(crate) [f64; LANES]);
+use glam::{DMat3, DVec3};
 
-/// A 3×6 matrix by rows: first what multiplies `g`, then what multiplies `y`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(16))]
-pub(crate) struct NodeRows(pub(crate) [[f64; LANES]; 3]);
+pub(crate) mod double;
+pub(crate) mod single;
 
 /// Displacement of a node and, in the last place, its coefficient `c_i` of zero-energy control.
 pub(crate) type Move = [f64; 4];
 
-/// `sum_j u_ij ⊗ z_ij` of one node.
-#[inline]
-pub(crate) fn gather_gradient(
-    own: &Move,
-    indices: &[u32],
-    pairs: &[PairRow],
-    moves: &[Move],
-) -> [[f64; LANES]; 3] {
-    let mut sum = [[0.0; LANES]; 3];
-    for (&j, z) in indices.iter().zip(pairs) {
-        let other = &moves[j as usize];
-        for r in 0..3 {
-            let d = other[r] - own[r];
-            for k in 0..LANES {
-                sum[r][k] += d * z.0[k];
-            }
-        }
-    }
-    sum
+/// `sum_j u_ij ⊗ z_ij` by rows: three columns on `g`, three on `y`.
+pub(crate) type Sums = [[f64; 6]; 3];
+
+/// How pairs and node matrices are stored, and the loops over them.
+pub(crate) trait Lanes: Copy + Debug + Send + Sync + 'static {
+    /// Relative difference up to which weights of one pair count as equal.
+    const WEIGHT_TOLERANCE: f64;
+    /// `z_ij` in a row.
+    type Pair: Copy + Debug + Send + Sync;
+    /// `z_ji` and `w_ij` in the reversed copy.
+    type Incoming: Copy + Debug + Send + Sync;
+    /// 3×6 matrix of a node: first what multiplies `g`, then what multiplies `y`.
+    type Matrix: Copy + Debug + Send + Sync;
+
+    fn pair(gradient: DVec3, offset: DVec3) -> Self::Pair;
+    fn incoming(gradient: DVec3, offset: DVec3, weight: f64) -> Self::Incoming;
+    fn matrix(on_gradient: DMat3, on_offset: DMat3) -> Self::Matrix;
+    fn pair_gradient(pair: &Self::Pair) -> DVec3;
+    fn pair_offset(pair: &Self::Pair) -> DVec3;
+    fn incoming_gradient(pair: &Self::Incoming) -> DVec3;
+    fn incoming_offset(pair: &Self::Incoming) -> DVec3;
+    fn weight(pair: &Self::Incoming) -> f64;
+
+    /// `sum_j u_ij ⊗ z_ij` of one node.
+    fn gather_gradient(own: &Move, indices: &[u32], pairs: &[Self::Pair], moves: &[Move]) -> Sums;
+
+    /// `sum_j [ M_j z_ji + (c_i + c_j) w_ij u_ij ]` of one node.
+    fn gather_force(
+        own: &Move,
+        indices: &[u32],
+        incoming: &[Self::Incoming],
+        moves: &[Move],
+        matrices: &[Self::Matrix],
+    ) -> DVec3;
 }
 
-/// `M_i z_ii + sum_j [ M_j z_ji + (c_i + c_j) w_ij u_ij ]` of one node.
+/// `[a | b]` by rows.
 #[inline]
-pub(crate) fn gather_force(
-    own: &Move,
-    own_rows: &NodeRows,
-    own_pair: &PairRow,
-    indices: &[u32],
-    reversed: &[PairRow],
-    weights: &[f64],
-    moves: &[Move],
-    rows: &[NodeRows],
-) -> [f64; 3] {
-    let mut sum = [[0.0; 2]; 3];
-    let mut direct = [0.0; 3];
-    for r in 0..3 {
-        for k in 0..LANES {
-            sum[r][k % 2] += own_rows.0[r][k] * own_pair.0[k];
-        }
-    }
-    for ((&j, z), &w) in indices.iter().zip(reversed).zip(weights) {
-        let j = j as usize;
-        let (other, m) = (&moves[j], &rows[j]);
-        let stiffness = (own[3] + other[3]) * w;
-        for r in 0..3 {
-            let row = &m.0[r];
-            for lane in 0..2 {
-                sum[r][lane] += row[lane] * z.0[lane]
-                    + row[lane + 2] * z.0[lane + 2]
-                    + row[lane + 4] * z.0[lane + 4];
-            }
-            direct[r] += stiffness * (other[r] - own[r]);
-        }
-    }
+pub(crate) fn side_by_side(a: DMat3, b: DMat3) -> Sums {
+    let row = |a: DVec3, b: DVec3| [a.x, a.y, a.z, b.x, b.y, b.z];
     [
-        sum[0][0] + sum[0][1] + direct[0],
-        sum[1][0] + sum[1][1] + direct[1],
-        sum[2][0] + sum[2][1] + direct[2],
+        row(a.row(0), b.row(0)),
+        row(a.row(1), b.row(1)),
+        row(a.row(2), b.row(2)),
     ]
+}
+
+/// The inverse of [`side_by_side`].
+#[inline]
+pub(crate) fn split(sums: &Sums) -> (DMat3, DMat3) {
+    let column = |k: usize| DVec3::new(sums[0][k], sums[1][k], sums[2][k]);
+    (
+        DMat3::from_cols(column(0), column(1), column(2)),
+        DMat3::from_cols(column(3), column(4), column(5)),
+    )
 }

@@ -3,12 +3,9 @@
 use glam::DMat3;
 
 use crate::error::ElasticError;
-
-/// Below this volume ratio the volumetric energy continues as its own second-order expansion.
-///
-/// `ln J` ends at `J = 0`. A node squeezed to a tenth of its volume is outside what a soft tissue
-/// model claims; what matters there is that energy and stress stay finite, continuous and push back.
-const EXTENSION_VOLUME_RATIO: f64 = 0.1;
+use crate::fiber::Fiber;
+use crate::law::Prepared;
+use crate::viscosity::PronyTerm;
 
 /// The law that gives the energy density `W(F)` (Pa = J/m³).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +46,14 @@ pub struct Material {
     pub law: Law,
     /// `k_v` (Pa) of the volume-restoring energy `k_v/2 (J - 1)²` (Aras 2014, eq. (30)); 0 for none.
     pub volume_constant: f64,
+    /// Fibers on top of the law.
+    pub fiber: Option<Fiber>,
+    /// Viscous part as a Prony series; unused terms have ratio 0.
+    pub prony: [PronyTerm; MAX_PRONY_TERMS],
 }
+
+/// Most terms of a material's Prony series.
+pub const MAX_PRONY_TERMS: usize = 4;
 
 impl Material {
     /// A material of this law alone.
@@ -58,6 +62,8 @@ impl Material {
         Self {
             law,
             volume_constant: 0.0,
+            fiber: None,
+            prony: [PronyTerm::NONE; MAX_PRONY_TERMS],
         }
     }
 
@@ -100,6 +106,30 @@ impl Material {
         self
     }
 
+    /// The same with a family of fibers along `direction` (normalised here; see [`Fiber`]).
+    #[must_use]
+    pub fn with_fiber(mut self, fiber: Fiber) -> Self {
+        let direction = fiber.direction.normalize_or_zero();
+        self.fiber = Some(Fiber { direction, ..fiber });
+        self
+    }
+
+    /// The same with a viscous part: the first [`MAX_PRONY_TERMS`] of `terms`.
+    ///
+    /// # Panics
+    /// If there are more terms than that.
+    #[must_use]
+    pub fn with_prony(mut self, terms: &[PronyTerm]) -> Self {
+        assert!(
+            terms.len() <= MAX_PRONY_TERMS,
+            "{} Prony terms, at most {MAX_PRONY_TERMS}",
+            terms.len()
+        );
+        self.prony = [PronyTerm::NONE; MAX_PRONY_TERMS];
+        self.prony[..terms.len()].copy_from_slice(terms);
+        self
+    }
+
     /// Shear modulus (Pa) at small strain.
     #[must_use]
     pub fn lame_mu(&self) -> f64 {
@@ -119,10 +149,14 @@ impl Material {
         }
     }
 
-    /// Largest modulus (Pa) with which a small strain is resisted: `lambda + 2 mu + k_v`.
+    /// Largest modulus (Pa) with which a small strain is resisted: `lambda + 2 mu + k_v`, plus the
+    /// fibers' `4 k1`, times what the viscous part adds at once.
     #[must_use]
     pub fn modulus_bound(&self) -> f64 {
-        self.lame_lambda().max(0.0) + 2.0 * self.lame_mu() + self.volume_constant
+        let fibers = self.fiber.map_or(0.0, |fiber| 4.0 * fiber.stiffness);
+        let elastic =
+            self.lame_lambda().max(0.0) + 2.0 * self.lame_mu() + self.volume_constant + fibers;
+        elastic * (1.0 + self.prony.iter().map(|term| term.ratio).sum::<f64>())
     }
 
     /// Energy density `W` (Pa) and first Piola–Kirchhoff stress `P = dW/dF` (Pa).
@@ -185,7 +219,34 @@ impl Material {
             "volume_constant",
             self.volume_constant,
             "must not be negative",
-        )
+        )?;
+        if let Some(fiber) = self.fiber {
+            let (k1, k2, kappa) = (fiber.stiffness, fiber.exponent, fiber.dispersion);
+            check(k1 >= 0.0, "fiber.stiffness", k1, "must not be negative")?;
+            check(k2 > 0.0, "fiber.exponent", k2, "must be positive")?;
+            let range = (0.0..=1.0 / 3.0).contains(&kappa);
+            check(range, "fiber.dispersion", kappa, "must lie in [0, 1/3]")?;
+            let length = fiber.direction.length();
+            let unit = (length - 1.0).abs() < 1e-6;
+            check(unit, "fiber.direction", length, "must be a unit vector")?;
+        }
+        for term in &self.prony {
+            let (ratio, time) = (term.ratio, term.relaxation_time);
+            check(ratio >= 0.0, "prony.ratio", ratio, "must not be negative")?;
+            check(
+                time > 0.0,
+                "prony.relaxation_time",
+                time,
+                "must be positive",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Number of Prony terms up to the last one in use.
+    pub(crate) fn prony_count(&self) -> usize {
+        let used = self.prony.iter().rposition(|term| term.ratio > 0.0);
+        used.map_or(0, |last| last + 1)
     }
 }
 
@@ -194,170 +255,6 @@ fn lame(youngs_modulus: f64, poissons_ratio: f64) -> (f64, f64) {
     (
         youngs_modulus / (2.0 * (1.0 + poissons_ratio)),
         youngs_modulus * poissons_ratio / ((1.0 + poissons_ratio) * (1.0 - 2.0 * poissons_ratio)),
-    )
-}
-
-/// Coefficients in the form the kernel evaluates:
-/// `W = c10 (I1-3) + c01 (I2-3) + h(J)`, `h = -a ln J + b/2 ln²J` (extended), `+ k_v/2 (J-1)²`,
-/// or Saint Venant–Kirchhoff with `mu`, `lambda` in place of `c10`, `c01`.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Prepared {
-    green: bool,
-    c10: f64,
-    c01: f64,
-    log: f64,
-    log_squared: f64,
-    volume_constant: f64,
-}
-
-impl Prepared {
-    pub(crate) fn new(material: &Material) -> Self {
-        let volume_constant = material.volume_constant;
-        match material.law {
-            Law::NeoHookean {
-                lame_mu,
-                lame_lambda,
-            } => Self {
-                green: false,
-                c10: 0.5 * lame_mu,
-                c01: 0.0,
-                log: lame_mu,
-                log_squared: lame_lambda,
-                volume_constant,
-            },
-            Law::SaintVenantKirchhoff {
-                lame_mu,
-                lame_lambda,
-            } => Self {
-                green: true,
-                c10: lame_mu,
-                c01: lame_lambda,
-                log: 0.0,
-                log_squared: 0.0,
-                volume_constant,
-            },
-            Law::MooneyRivlin {
-                c10,
-                c01,
-                lame_lambda,
-            } => Self {
-                green: false,
-                c10,
-                c01,
-                log: 2.0 * (c10 + 2.0 * c01),
-                log_squared: lame_lambda - 4.0 * c01,
-                volume_constant,
-            },
-        }
-    }
-
-    /// `h`, `h'`, `h''` at `J`.
-    fn volumetric(&self, j: f64) -> [f64; 3] {
-        let (a, b) = (self.log, self.log_squared);
-        let at = j.max(EXTENSION_VOLUME_RATIO);
-        let ln = at.ln();
-        let inverse = at.recip();
-        let mut h = ln * (0.5 * b * ln - a);
-        let mut h1 = (b * ln - a) * inverse;
-        let h2 = (a + b * (1.0 - ln)) * inverse * inverse;
-        let below = j - at;
-        h += below * (h1 + 0.5 * h2 * below);
-        h1 += h2 * below;
-        let k = self.volume_constant;
-        let off = j - 1.0;
-        [h + 0.5 * k * off * off, h1 + k * off, h2 + k]
-    }
-
-    #[inline]
-    pub(crate) fn energy_and_stress(&self, f: DMat3) -> (f64, DMat3) {
-        if self.green {
-            return self.green_energy_and_stress(f);
-        }
-        let cof = cofactor(f);
-        let j = f.x_axis.dot(cof.x_axis);
-        let [h, h1, _] = self.volumetric(j);
-        let i1 = double_dot(f, f);
-        let mut energy = self.c10 * (i1 - 3.0) + h;
-        let mut stress = f * (2.0 * self.c10) + cof * h1;
-        if self.c01 != 0.0 {
-            let c = f.transpose() * f;
-            energy += self.c01 * (0.5 * (i1 * i1 - double_dot(c, c)) - 3.0);
-            stress += (f * i1 - f * c) * (2.0 * self.c01);
-        }
-        (energy, stress)
-    }
-
-    fn green_energy_and_stress(&self, f: DMat3) -> (f64, DMat3) {
-        let (mu, lambda) = (self.c10, self.c01);
-        let e = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
-        let trace = e.x_axis.x + e.y_axis.y + e.z_axis.z;
-        let mut energy = mu * double_dot(e, e) + 0.5 * lambda * trace * trace;
-        let s = e * (2.0 * mu) + DMat3::from_diagonal(glam::DVec3::splat(lambda * trace));
-        let mut stress = f * s;
-        if self.volume_constant > 0.0 {
-            let cof = cofactor(f);
-            let off = f.x_axis.dot(cof.x_axis) - 1.0;
-            energy += 0.5 * self.volume_constant * off * off;
-            stress += cof * (self.volume_constant * off);
-        }
-        (energy, stress)
-    }
-
-    pub(crate) fn stress_change(&self, f: DMat3, df: DMat3) -> DMat3 {
-        let cof = cofactor(f);
-        let j = f.x_axis.dot(cof.x_axis);
-        if self.green {
-            let (mu, lambda) = (self.c10, self.c01);
-            let stress = |e: DMat3| {
-                let trace = e.x_axis.x + e.y_axis.y + e.z_axis.z;
-                e * (2.0 * mu) + DMat3::from_diagonal(glam::DVec3::splat(lambda * trace))
-            };
-            let e = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
-            let ftdf = f.transpose() * df;
-            let de = (ftdf + ftdf.transpose()) * 0.5;
-            let mut change = df * stress(e) + f * stress(de);
-            if self.volume_constant > 0.0 {
-                change += cof * (self.volume_constant * double_dot(cof, df))
-                    + cofactor_change(f, df) * (self.volume_constant * (j - 1.0));
-            }
-            return change;
-        }
-        let [_, h1, h2] = self.volumetric(j);
-        let mut change =
-            df * (2.0 * self.c10) + cof * (h2 * double_dot(cof, df)) + cofactor_change(f, df) * h1;
-        if self.c01 != 0.0 {
-            let c = f.transpose() * f;
-            let ftdf = f.transpose() * df;
-            let dc = ftdf + ftdf.transpose();
-            change += (f * (2.0 * double_dot(f, df)) + df * double_dot(f, f) - df * c - f * dc)
-                * (2.0 * self.c01);
-        }
-        change
-    }
-}
-
-/// `A : B`.
-#[inline]
-pub(crate) fn double_dot(a: DMat3, b: DMat3) -> f64 {
-    a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
-}
-
-/// `cof F = J F⁻ᵀ = dJ/dF`, also where `F` is singular.
-#[inline]
-pub(crate) fn cofactor(f: DMat3) -> DMat3 {
-    DMat3::from_cols(
-        f.y_axis.cross(f.z_axis),
-        f.z_axis.cross(f.x_axis),
-        f.x_axis.cross(f.y_axis),
-    )
-}
-
-/// Change of the cofactor for a change `dF`.
-fn cofactor_change(f: DMat3, df: DMat3) -> DMat3 {
-    DMat3::from_cols(
-        df.y_axis.cross(f.z_axis) + f.y_axis.cross(df.z_axis),
-        df.z_axis.cross(f.x_axis) + f.z_axis.cross(df.x_axis),
-        df.x_axis.cross(f.y_axis) + f.x_axis.cross(df.y_axis),
     )
 }
 

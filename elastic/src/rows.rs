@@ -2,48 +2,55 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::completion::outer;
 use crate::error::ElasticError;
-use crate::kernel::PairRow;
+use crate::kernel::Lanes;
+use crate::law::outer;
 use crate::model::Stencils;
+
+/// Largest relative `g_ii + sum_j g_ij`.
+const CONSISTENCY_TOLERANCE: f64 = 1e-8;
 
 /// Stencil rows and their reversed copy.
 ///
-/// Pass one reads row i of `pairs`, pass two row i of `reversed`, both front to back: looking
+/// Pass one reads row i of `pairs`, pass two row i of `incoming`, both front to back: looking
 /// `g_ji` up by pair index instead costs two to three times as much.
 #[derive(Debug, Clone)]
-pub(crate) struct Rows {
+pub(crate) struct Rows<L: Lanes> {
+    graph: Graph,
+    /// `z_ij = (g_ij, y_ij)`, `y_ij = w_ij L_i⁻¹ X_ij`, `A_i = L_i L_iᵀ`.
+    pairs: Vec<L::Pair>,
+    /// `z_ji`, `w_ij` at the place of incoming pair (i, j).
+    incoming: Vec<L::Incoming>,
+}
+
+/// The graph and, if it is not symmetric, its transpose.
+#[derive(Debug, Clone)]
+pub(crate) struct Graph {
     offsets: Vec<u32>,
     indices: Vec<u32>,
-    /// `z_ij`.
-    pairs: Vec<PairRow>,
-    /// For each node the pairs that end in it; `None` if the pattern is symmetric.
-    incoming: Option<(Vec<u32>, Vec<u32>)>,
-    /// `z_ji` at the place of incoming pair (i, j).
-    reversed: Vec<PairRow>,
-    /// `w_ij`, symmetric where zero-energy control is on, else empty of meaning (zeros).
-    weights: Vec<f64>,
+    transpose: Option<(Vec<u32>, Vec<u32>)>,
 }
 
 /// What a row gives its node.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowSums {
-    /// `z_ii = (g_ii, -sum_j y_ij)`.
-    pub(crate) own_pair: PairRow,
     /// `sum_j X_ij g_ij^T`.
     pub(crate) consistency: DMat3,
     /// `A = sum_j w_ij X_ij X_ij^T`.
     pub(crate) moment: DMat3,
+    /// `sum_j y_ij`.
+    pub(crate) offset: DVec3,
+    /// `g_ii = -sum_j g_ij` of the stored gradients.
+    pub(crate) self_gradient: DVec3,
 }
 
-pub(crate) fn range(offsets: &[u32], node: usize) -> std::ops::Range<usize> {
+fn range(offsets: &[u32], node: usize) -> std::ops::Range<usize> {
     offsets[node] as usize..offsets[node + 1] as usize
 }
 
-impl Rows {
+impl Graph {
     pub(crate) fn new(stencils: &Stencils<'_>, symmetric: bool) -> Result<Self, ElasticError> {
         let node_count = stencils.self_gradients.len();
-        let pair_count = stencils.indices.len();
         for node in 0..node_count {
             let mut before = None;
             for &j in &stencils.indices[range(stencils.offsets, node)] {
@@ -54,22 +61,18 @@ impl Rows {
                 before = Some(j);
             }
         }
-        let incoming = transpose(stencils.offsets, stencils.indices);
-        let incoming = if incoming.0 == stencils.offsets && incoming.1 == stencils.indices {
+        let turned = transpose(stencils.offsets, stencils.indices);
+        let transpose = if turned.0 == stencils.offsets && turned.1 == stencils.indices {
             None
         } else if symmetric {
-            return Err(first_one_way_pair(stencils, &incoming));
+            return Err(first_one_way_pair(stencils, &turned));
         } else {
-            Some(incoming)
+            Some(turned)
         };
-        let blank = PairRow([0.0; 6]);
         Ok(Self {
             offsets: stencils.offsets.to_vec(),
             indices: stencils.indices.to_vec(),
-            pairs: vec![blank; pair_count],
-            incoming,
-            reversed: vec![blank; pair_count],
-            weights: vec![0.0; pair_count],
+            transpose,
         })
     }
 
@@ -77,100 +80,124 @@ impl Rows {
         self.indices.len()
     }
 
-    /// Neighbours and `z_ij` of a node.
-    #[inline]
-    pub(crate) fn row(&self, node: usize) -> (&[u32], &[PairRow]) {
-        let at = range(&self.offsets, node);
-        (&self.indices[at.clone()], &self.pairs[at])
-    }
-
-    /// Nodes in whose rows `node` appears, `z_ji` and `w_ij`.
-    #[inline]
-    pub(crate) fn incoming(&self, node: usize) -> (&[u32], &[PairRow], &[f64]) {
-        let (offsets, indices) = match &self.incoming {
+    fn incoming(&self) -> (&[u32], &[u32]) {
+        match &self.transpose {
             None => (&self.offsets, &self.indices),
             Some((offsets, indices)) => (offsets, indices),
-        };
-        let at = range(offsets, node);
-        (
-            &indices[at.clone()],
-            &self.reversed[at.clone()],
-            &self.weights[at],
-        )
+        }
     }
 
     fn find_incoming(&self, node: usize, from: usize) -> Option<usize> {
-        let (offsets, indices) = match &self.incoming {
-            None => (&self.offsets, &self.indices),
-            Some((offsets, indices)) => (offsets, indices),
-        };
+        let (offsets, indices) = self.incoming();
         let at = range(offsets, node);
         let start = at.start;
         let found = indices[at].binary_search_by(|&j| (j as usize).cmp(&from));
         found.ok().map(|k| start + k)
     }
 
-    /// Copies one row in, with its reversed copies, and sums what its node needs.
+    fn bytes(&self) -> usize {
+        let words = |v: &Vec<u32>| v.capacity() * size_of::<u32>();
+        let transpose = self.transpose.as_ref();
+        words(&self.offsets)
+            + words(&self.indices)
+            + transpose.map_or(0, |(a, b)| words(a) + words(b))
+    }
+}
+
+impl<L: Lanes> Rows<L> {
+    pub(crate) fn new(graph: Graph) -> Self {
+        let count = graph.pair_count();
+        Self {
+            graph,
+            pairs: vec![L::pair(DVec3::ZERO, DVec3::ZERO); count],
+            incoming: vec![L::incoming(DVec3::ZERO, DVec3::ZERO, 0.0); count],
+        }
+    }
+
+    pub(crate) fn pair_count(&self) -> usize {
+        self.graph.pair_count()
+    }
+
+    /// Neighbours and `z_ij` of a node.
+    #[inline]
+    pub(crate) fn row(&self, node: usize) -> (&[u32], &[L::Pair]) {
+        let at = range(&self.graph.offsets, node);
+        (&self.graph.indices[at.clone()], &self.pairs[at])
+    }
+
+    /// Nodes in whose rows `node` appears, with `z_ji` and `w_ij`.
+    #[inline]
+    pub(crate) fn incoming(&self, node: usize) -> (&[u32], &[L::Incoming]) {
+        let (offsets, indices) = self.graph.incoming();
+        let at = range(offsets, node);
+        (&indices[at.clone()], &self.incoming[at])
+    }
+
+    /// Copies one row in, with its reversed copies. `whiten` gives `L⁻¹` for the row's sums and
+    /// may refuse them.
     pub(crate) fn set_row(
         &mut self,
         node: usize,
         stencils: &Stencils<'_>,
         rest: &[DVec3],
-        controlled: bool,
+        whiten: impl FnOnce(&RowSums) -> Result<DMat3, ElasticError>,
     ) -> Result<RowSums, ElasticError> {
         let not_finite = |what| ElasticError::NotFinite { what, node };
-        let own_gradient = stencils.self_gradients[node];
-        if !own_gradient.is_finite() {
+        let mut sums = RowSums {
+            consistency: DMat3::ZERO,
+            moment: DMat3::ZERO,
+            offset: DVec3::ZERO,
+            self_gradient: DVec3::ZERO,
+        };
+        if !stencils.self_gradients[node].is_finite() {
             return Err(not_finite("self gradient"));
         }
-        let mut away = DVec3::ZERO;
-        let mut consistency = DMat3::ZERO;
-        let mut moment = DMat3::ZERO;
-        for p in range(&self.offsets, node) {
-            let j = self.indices[p] as usize;
-            let g = stencils.gradients[p];
-            let w = if controlled { stencils.weights[p] } else { 0.0 };
+        let at = range(&self.graph.offsets, node);
+        let weight = |p: usize| stencils.weights.get(p).copied().unwrap_or(1.0);
+        let mut size = stencils.self_gradients[node].length();
+        let mut left = stencils.self_gradients[node];
+        for p in at.clone() {
+            let (g, w) = (stencils.gradients[p], weight(p));
             if !g.is_finite() {
                 return Err(not_finite("gradient"));
             }
             if !w.is_finite() || w < 0.0 {
                 return Err(not_finite("weight"));
             }
-            let x = rest[j] - rest[node];
-            let y = x * w;
-            away += y;
-            consistency += outer(x, g);
-            moment += outer(y, x);
-            let z = PairRow([g.x, g.y, g.z, y.x, y.y, y.z]);
-            self.pairs[p] = z;
+            let x = rest[self.graph.indices[p] as usize] - rest[node];
+            sums.consistency += outer(x, g);
+            sums.moment += outer(x * w, x);
+            size += g.length();
+            left += g;
+        }
+        if left.length() > CONSISTENCY_TOLERANCE * size {
+            let residual = left.length() / size;
+            return Err(ElasticError::InconsistentRow { node, residual });
+        }
+        let whitening = whiten(&sums)?;
+        for p in at {
+            let j = self.graph.indices[p] as usize;
+            let (g, w) = (stencils.gradients[p], weight(p));
+            let y = whitening * (rest[j] - rest[node]) * w;
+            sums.offset += y;
+            self.pairs[p] = L::pair(g, y);
+            sums.self_gradient -= L::pair_gradient(&self.pairs[p]);
             // Every pair (i, j) is an incoming pair of j: the lists are transposes.
-            if let Some(at) = self.find_incoming(j, node) {
-                self.reversed[at] = z;
-                self.weights[at] = w;
+            if let Some(at) = self.graph.find_incoming(j, node) {
+                self.incoming[at] = L::incoming(g, y, w);
             }
         }
-        Ok(RowSums {
-            own_pair: PairRow([
-                own_gradient.x,
-                own_gradient.y,
-                own_gradient.z,
-                -away.x,
-                -away.y,
-                -away.z,
-            ]),
-            consistency,
-            moment,
-        })
+        Ok(sums)
     }
 
     /// Checks that the weights of a node's pairs are the same both ways.
     pub(crate) fn check_symmetry(&self, node: usize) -> Result<(), ElasticError> {
-        for p in range(&self.offsets, node) {
-            let neighbor = self.indices[p] as usize;
-            let back = self.find_incoming(neighbor, node);
+        for p in range(&self.graph.offsets, node) {
+            let neighbor = self.graph.indices[p] as usize;
+            let back = self.graph.find_incoming(neighbor, node);
             let same = back.is_some_and(|q| {
-                let (a, b) = (self.weights[p], self.weights[q]);
-                (a - b).abs() <= 1e-12 * a.max(b)
+                let [a, b] = [p, q].map(|at| L::weight(&self.incoming[at]));
+                (a - b).abs() <= L::WEIGHT_TOLERANCE * a.max(b)
             });
             if !same {
                 return Err(ElasticError::AsymmetricPair { node, neighbor });
@@ -181,15 +208,9 @@ impl Rows {
 
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        let words = |v: &Vec<u32>| v.capacity() * size_of::<u32>();
-        words(&self.offsets)
-            + words(&self.indices)
-            + (self.pairs.capacity() + self.reversed.capacity()) * size_of::<PairRow>()
-            + self.weights.capacity() * size_of::<f64>()
-            + self
-                .incoming
-                .as_ref()
-                .map_or(0, |(a, b)| words(a) + words(b))
+        self.graph.bytes()
+            + self.pairs.capacity() * size_of::<L::Pair>()
+            + self.incoming.capacity() * size_of::<L::Incoming>()
     }
 }
 
@@ -215,10 +236,10 @@ fn transpose(offsets: &[u32], indices: &[u32]) -> (Vec<u32>, Vec<u32>) {
     (starts, sources)
 }
 
-fn first_one_way_pair(stencils: &Stencils<'_>, incoming: &(Vec<u32>, Vec<u32>)) -> ElasticError {
-    for node in 0..incoming.0.len() - 1 {
+fn first_one_way_pair(stencils: &Stencils<'_>, turned: &(Vec<u32>, Vec<u32>)) -> ElasticError {
+    for node in 0..turned.0.len() - 1 {
         let out = &stencils.indices[range(stencils.offsets, node)];
-        let back = &incoming.1[range(&incoming.0, node)];
+        let back = &turned.1[range(&turned.0, node)];
         let one_way = |from: &[u32], to: &[u32]| {
             from.iter()
                 .find(|&j| to.binary_search(j).is_err())

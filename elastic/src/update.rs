@@ -2,7 +2,7 @@
 
 use crate::bound::StiffnessCap;
 use crate::error::ElasticError;
-use crate::model::{Elastic, Stencils};
+use crate::model::{Elastic, Stencils, with_table};
 
 impl Elastic {
     /// Takes over the rows of `touched` nodes from rebuilt stencils.
@@ -27,21 +27,24 @@ impl Elastic {
         touched: &[u32],
         stencils: &Stencils<'_>,
     ) -> Result<(), ElasticError> {
-        let controlled = self.settings.zero_energy_control > 0.0;
-        stencils.check_lengths(self.node_count(), controlled);
-        assert_eq!(
-            stencils.indices.len(),
-            self.pair_count(),
-            "the graph is that of the start; severed pairs get zeros"
-        );
-        for &node in touched {
-            self.set_row(node as usize, stencils)?;
-        }
-        if controlled {
+        let body = &mut self.body;
+        stencils.check_lengths(body.node_count(), body.controlled());
+        let symmetric = body.controlled() || body.dilatation.is_some();
+        with_table!(&mut self.pairs, table => {
+            assert_eq!(
+                stencils.indices.len(),
+                table.rows.pair_count(),
+                "the graph is that of the start; severed pairs get zeros"
+            );
             for &node in touched {
-                self.rows.check_symmetry(node as usize)?;
+                body.set_row(&mut table.rows, node as usize, stencils)?;
             }
-        }
+            if symmetric {
+                for &node in touched {
+                    table.rows.check_symmetry(node as usize)?;
+                }
+            }
+        });
         Ok(())
     }
 
@@ -72,8 +75,9 @@ impl Elastic {
             } else {
                 1.0
             };
-            self.elastic_volumes[node] = self.volumes[node] * factor;
-            self.refresh_control(node);
+            let body = &mut self.body;
+            body.elastic_volumes[node] = body.volumes[node] * factor;
+            body.refresh_control(node);
         }
         lowered
     }

@@ -6,6 +6,7 @@ use testkit::derivative::directional_error;
 use testkit::tol::{assert_below, assert_within};
 
 use super::*;
+use crate::law::double_dot;
 
 fn materials() -> Vec<(&'static str, Material)> {
     vec![
@@ -17,10 +18,27 @@ fn materials() -> Vec<(&'static str, Material)> {
             Material::saint_venant_kirchhoff(3.0, 0.3).with_volume_constant(7.0),
         ),
         (
+            "neo + fibers",
+            Material::neo_hookean(3.0, 0.4).with_fiber(fiber(0.0)),
+        ),
+        (
+            "mooney + spread fibers",
+            Material::mooney_rivlin(3.0, 0.4, 0.2).with_fiber(fiber(0.2)),
+        ),
+        (
             "neo + volume",
             Material::neo_hookean(3.0, 0.2).with_volume_constant(2.0),
         ),
     ]
+}
+
+fn fiber(dispersion: f64) -> Fiber {
+    Fiber {
+        direction: DVec3::new(1.0, 2.0, 2.0),
+        stiffness: 2.0,
+        exponent: 1.5,
+        dispersion,
+    }
 }
 
 fn random_matrix(random: &mut Random, half: f64) -> DMat3 {
@@ -56,8 +74,15 @@ fn stress_and_tangent_are_derivatives() {
                 1e-2,
                 1.0,
             );
-            // The extension is twice differentiable only: no order-2 decrease across its seam.
-            let seam = (f.determinant() - 0.1).abs() < 0.02;
+            // The extension is twice differentiable only, and so are fibers where they go slack or
+            // pass their largest exponent: no order-2 decrease across such a seam.
+            let seam = (f.determinant() - 0.1).abs() < 0.02
+                || material.fiber.is_some_and(|fiber| {
+                    let along = (f * fiber.direction).length_squared() - 1.0;
+                    let kappa = fiber.dispersion;
+                    let strain = kappa * (double_dot(f, f) - 3.0) + (1.0 - 3.0 * kappa) * along;
+                    strain.abs() < 0.2 || (strain - (20.0_f64 / 1.5).sqrt()).abs() < 0.2
+                });
             assert_below(
                 &format!("{name}: tangent"),
                 error,
@@ -90,6 +115,9 @@ fn rotation_costs_nothing_and_turns_the_stress() {
 fn small_strain_moduli_are_those_asked_for() {
     let mut random = Random::new(6);
     for (name, material) in materials() {
+        if material.fiber.is_some() {
+            continue;
+        }
         let (mu, lambda) = (
             material.lame_mu(),
             material.lame_lambda() + material.volume_constant,
@@ -135,6 +163,15 @@ fn bad_parameters_are_named() {
         Material::mooney_rivlin(1.0, 0.1, 0.9),
         Material::mooney_rivlin(1.0, 0.4, -0.1),
         Material::neo_hookean(1.0, 0.3).with_volume_constant(-1.0),
+        Material::neo_hookean(1.0, 0.3).with_fiber(fiber(0.4)),
+        Material::neo_hookean(1.0, 0.3).with_fiber(Fiber {
+            direction: DVec3::ZERO,
+            ..fiber(0.0)
+        }),
+        Material::neo_hookean(1.0, 0.3).with_prony(&[PronyTerm {
+            ratio: 0.5,
+            relaxation_time: 0.0,
+        }]),
     ];
     for material in bad {
         assert!(
@@ -144,5 +181,49 @@ fn bad_parameters_are_named() {
             ),
             "{material:?}"
         );
+    }
+}
+
+/// Along the fibers the stretch of a small step meets `4 k1`, across them nothing.
+#[test]
+fn fibers_stiffen_their_direction_only() {
+    let plain = Material::neo_hookean(3.0, 0.4);
+    let fibrous = plain.with_fiber(fiber(0.0));
+    let a = DVec3::new(1.0, 2.0, 2.0) / 3.0;
+    let across = a.any_orthonormal_vector();
+    let stretch = |direction: DVec3, by: f64| {
+        let f = DMat3::IDENTITY + crate::law::outer(direction, direction) * by;
+        let pull = |m: &Material| direction.dot(m.energy_and_stress(f).1 * direction);
+        pull(&fibrous) - pull(&plain)
+    };
+    let small = 1e-5;
+    assert_within("along", stretch(a, small) / small, 4.0 * 2.0, 1e-3);
+    assert_within("slack", stretch(a, -0.1), 0.0, 0.0);
+    assert_within("across", stretch(across, 0.3), 0.0, 1e-13);
+    assert!(stretch(a, 0.4) > 2.0 * stretch(a, 0.2), "no stiffening");
+    assert!(stretch(a, 50.0).is_finite());
+}
+
+/// Uniaxial stretch with free sides, Mooney-Rivlin near incompressibility: `P = 2 (l - l^-2)
+/// (c10 + c01 / l)` (Treloar's closed form) up to the compressibility.
+#[test]
+fn mooney_rivlin_meets_the_incompressible_closed_form() {
+    let material = Material::mooney_rivlin(3.0, 0.499_999, 0.3);
+    let Law::MooneyRivlin { c10, c01, .. } = material.law else {
+        unreachable!("built as such")
+    };
+    for l in [0.6_f64, 1.5, 2.0] {
+        // Newton on the lateral stretch for a free side.
+        let mut t = l.powf(-0.5);
+        for _ in 0..50 {
+            let f = DMat3::from_diagonal(DVec3::new(l, t, t));
+            let side = material.energy_and_stress(f).1.y_axis.y;
+            let change = DMat3::from_diagonal(DVec3::new(0.0, 1.0, 1.0));
+            t -= side / material.stress_change(f, change).y_axis.y;
+        }
+        let f = DMat3::from_diagonal(DVec3::new(l, t, t));
+        let pull = material.energy_and_stress(f).1.x_axis.x;
+        let closed = 2.0 * (l - l.powi(-2)) * (c10 + c01 / l);
+        assert_within("pull", pull, closed, 1e-4 * closed.abs());
     }
 }

@@ -9,6 +9,8 @@ use testkit::tol::{assert_below, assert_within};
 
 use super::*;
 use crate::bound::StiffnessCap;
+use crate::fiber::Fiber;
+use crate::viscosity::PronyTerm;
 
 fn stencils(block: &Block) -> Stencils<'_> {
     Stencils {
@@ -27,6 +29,7 @@ fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
     };
     let settings = Settings {
         zero_energy_control: alpha,
+        ..Settings::default()
     };
     Elastic::new(
         &stencils(block),
@@ -35,6 +38,36 @@ fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
         &settings,
     )
     .expect("the test block is sound")
+}
+
+fn built(block: &Block, material: Material, settings: &Settings) -> Elastic {
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    Elastic::new(
+        &stencils(block),
+        &nodes,
+        &Materials::Uniform(material),
+        settings,
+    )
+    .expect("the test block is sound")
+}
+
+fn mean() -> Settings {
+    Settings {
+        dilatation: Dilatation::Mean,
+        ..Settings::default()
+    }
+}
+
+fn fibrous(material: Material) -> Material {
+    material.with_fiber(Fiber {
+        direction: DVec3::new(1.0, 0.5, -0.4),
+        stiffness: 800.0,
+        exponent: 1.0,
+        dispersion: 0.1,
+    })
 }
 
 fn block() -> Block {
@@ -104,6 +137,7 @@ fn forces_are_the_gradient_and_the_tangent_is_theirs() {
         Material::neo_hookean(1000.0, 0.4),
         Material::saint_venant_kirchhoff(1000.0, 0.3).with_volume_constant(300.0),
         Material::mooney_rivlin(1000.0, 0.45, 0.3),
+        fibrous(Material::neo_hookean(1000.0, 0.4)),
     ] {
         for alpha in [0.0, 0.1] {
             let mut body = model(&block, material, alpha);
@@ -229,7 +263,7 @@ fn affine_motion_leaves_inner_nodes_in_balance() {
 #[test]
 fn any_thread_count_gives_the_same_bits() {
     let block = Block::new([13, 12, 12], DVec3::splat(1.0), 0.2, 5);
-    assert!(block.node_count() > 2 * PARALLEL_NODES);
+    assert!(block.node_count() > 2 * evaluate::PARALLEL_NODES);
     let x = shaken(&block, 0.01, 1);
     let v = shaken(&block, 0.5, 2);
     let run = |threads: usize| {
@@ -267,9 +301,9 @@ fn brute_force(block: &Block, material: Material, alpha: f64, x: &[DVec3]) -> (f
         };
         for p in block.row(i) {
             let (big, w) = (block.offset(i, p), block.weights[p]);
-            grad += crate::completion::outer(u(p), block.gradients[p]);
-            moment += crate::completion::outer(big, big) * w;
-            s += crate::completion::outer(u(p), big) * w;
+            grad += crate::law::outer(u(p), block.gradients[p]);
+            moment += crate::law::outer(big, big) * w;
+            s += crate::law::outer(u(p), big) * w;
             spread += w * big.length_squared();
         }
         let (w, stress) = material.energy_and_stress(grad);
@@ -324,7 +358,7 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
         let mut moment = DMat3::ZERO;
         for p in block.row(i) {
             let x = block.offset(i, p);
-            moment += crate::completion::outer(x, x) * block.weights[p];
+            moment += crate::law::outer(x, x) * block.weights[p];
         }
         let inverse = truncated_inverse(moment);
         let mut sum = DVec3::ZERO;
@@ -343,7 +377,7 @@ fn truncated_inverse(moment: DMat3) -> DMat3 {
     let mut inverse = DMat3::ZERO;
     for (value, vector) in values.into_iter().zip(vectors) {
         if value > 1e-3 * most && value > 0.0 {
-            inverse += crate::completion::outer(vector, vector) * value.recip();
+            inverse += crate::law::outer(vector, vector) * value.recip();
         }
     }
     inverse
@@ -457,7 +491,7 @@ fn bound_is_above_the_largest_eigenvalue_and_not_far() {
         let masses: Vec<f64> = block.volumes.iter().map(|v| 1000.0 * v).collect();
         let value = largest_eigenvalue(&mut body, &masses);
         let ratio = value / body.eigenvalue_bound(&masses);
-        assert!(ratio < 1.0 && ratio > 0.1, "eigenvalue / bound = {ratio}");
+        assert!(ratio < 1.0 && ratio > 0.3, "eigenvalue / bound = {ratio}");
     }
 }
 
@@ -558,4 +592,277 @@ fn bad_input_is_named() {
         })
     ));
     build(&good).expect("the block itself is good");
+}
+
+#[test]
+fn mean_dilatation_is_an_energy_of_its_own() {
+    let (torn, touched) = torn();
+    let whole = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    for material in [
+        Material::neo_hookean(1000.0, 0.45),
+        Material::mooney_rivlin(1000.0, 0.45, 0.3).with_volume_constant(500.0),
+    ] {
+        let mut body = built(&whole, material, &mean());
+        let x = shaken(&whole, 0.01, 3);
+        check_derivatives("mean dilatation", &mut body, &x, 1e-3, 1.0);
+        body.update_rows(&touched, &stencils(&torn)).expect("fine");
+        check_derivatives("mean dilatation, torn", &mut body, &x, 1e-3, 1.0);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 1.9);
+        let turned: Vec<DVec3> = torn.positions.iter().map(|x| turn * *x).collect();
+        let mut f = vec![DVec3::ZERO; turned.len()];
+        let energy = body.forces_into(&turned, &mut f);
+        assert_within("energy of a rotation", energy, 0.0, 1e-11);
+    }
+    let block = block();
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let material = Materials::Uniform(Material::saint_venant_kirchhoff(1.0, 0.3));
+    assert!(matches!(
+        Elastic::new(&stencils(&block), &nodes, &material, &mean()),
+        Err(ElasticError::NoVolumetricPart { material: 0 })
+    ));
+}
+
+/// An affine motion has the same `J` everywhere: means change nothing.
+#[test]
+fn mean_dilatation_keeps_the_patch_test() {
+    let block = Block::new([5, 4, 4], DVec3::new(1.0, 0.8, 0.8), 0.3, 2);
+    let material = Material::neo_hookean(1.0, 0.499);
+    let a = DMat3::from_cols(
+        DVec3::new(1.1, 0.1, 0.0),
+        DVec3::new(0.0, 0.95, 0.1),
+        DVec3::new(0.05, 0.0, 1.02),
+    );
+    let x: Vec<DVec3> = block.positions.iter().map(|x| a * *x).collect();
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let mut g = f.clone();
+    let mut means = built(&block, material, &mean());
+    let mut local = model(&block, material, 0.1);
+    let e0 = means.forces_into(&x, &mut f);
+    let e1 = local.forces_into(&x, &mut g);
+    assert_within("energy", e0, e1, 1e-12 * e1);
+    for (node, (f, g)) in f.iter().zip(&g).enumerate() {
+        assert_below("force", (*f - *g).length(), 1e-10);
+        let stress = means.first_piola_kirchhoff(node);
+        assert!(stress.abs_diff_eq(local.first_piola_kirchhoff(node), 1e-9));
+    }
+}
+
+#[test]
+fn threads_do_not_change_the_bits_of_any_option() {
+    let block = Block::new([13, 12, 12], DVec3::splat(1.0), 0.2, 5);
+    let x = shaken(&block, 0.005, 1);
+    let v = shaken(&block, 0.5, 2);
+    for settings in [
+        mean(),
+        Settings {
+            precision: Precision::Single,
+            ..Settings::default()
+        },
+    ] {
+        let run = |threads: usize| {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("threads").install(|| {
+                let mut body = built(&block, Material::neo_hookean(1.0, 0.4), &settings);
+                let mut f = vec![DVec3::ZERO; x.len()];
+                let mut kv = f.clone();
+                let energy = body.forces_into(&x, &mut f);
+                body.tangent_product_into(&v, &mut kv);
+                (energy.to_bits(), f, kv)
+            })
+        };
+        assert!(run(1) == run(3), "{settings:?}");
+    }
+}
+
+/// f32 pairs agree with f64 ones to their own rounding, also far from the origin.
+#[test]
+fn single_precision_follows_double() {
+    let block = block();
+    let single = Settings {
+        precision: Precision::Single,
+        ..Settings::default()
+    };
+    let material = fibrous(Material::neo_hookean(1.0, 0.4));
+    let mut coarse = built(&block, material, &single);
+    let mut fine = model(&block, material, 0.1);
+    assert!(coarse.bytes() < fine.bytes());
+    for shift in [0.0, 1e3] {
+        let mut x = shaken(&block, 0.01, 3);
+        for x in &mut x {
+            x.y += shift;
+        }
+        let mut f = vec![DVec3::ZERO; x.len()];
+        let mut g = f.clone();
+        let e0 = coarse.forces_into(&x, &mut f);
+        let e1 = fine.forces_into(&x, &mut g);
+        let scale = g.iter().map(|g| g.length()).fold(0.0, f64::max);
+        // 1e3 away the virtual work of round-off forces on u enters the energy.
+        assert_within("energy", e0, e1, 1e-6 * e1 + 1e-6 * scale * shift);
+        for (f, g) in f.iter().zip(&g) {
+            assert_below("force", (*f - *g).length(), 2e-6 * scale);
+        }
+        coarse.tangent_product_into(&x, &mut f);
+        fine.tangent_product_into(&x, &mut g);
+        let scale = g.iter().map(|g| g.length()).fold(0.0, f64::max);
+        for (f, g) in f.iter().zip(&g) {
+            assert_below("product", (*f - *g).length(), 1e-5 * scale);
+        }
+    }
+    let energy = coarse.forces_into(&block.positions, &mut vec![DVec3::ZERO; block.node_count()]);
+    assert!(energy == 0.0, "at rest {energy}");
+}
+
+#[test]
+fn own_fiber_directions_replace_the_material_ones() {
+    let block = block();
+    let along = |direction: DVec3| {
+        Material::neo_hookean(1.0, 0.4).with_fiber(Fiber {
+            direction,
+            stiffness: 2.0,
+            exponent: 1.0,
+            dispersion: 0.0,
+        })
+    };
+    let x = shaken(&block, 0.01, 3);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let mut g = f.clone();
+    let mut turned = model(&block, along(DVec3::X), 0.1);
+    turned
+        .set_fiber_directions(&vec![DVec3::new(0.0, 2.0, 1.0); x.len()])
+        .expect("unit after normalising");
+    let mut plain = model(&block, along(DVec3::new(0.0, 2.0, 1.0)), 0.1);
+    let e0 = turned.forces_into(&x, &mut f);
+    let e1 = plain.forces_into(&x, &mut g);
+    assert_within("energy", e0, e1, 1e-14);
+    assert!(f.iter().zip(&g).all(|(f, g)| f.abs_diff_eq(*g, 1e-14)));
+    assert!(
+        turned
+            .set_fiber_directions(&vec![DVec3::ZERO; x.len()])
+            .is_err()
+    );
+}
+
+/// A stretch held after a sudden step relaxes as the series says; a step is a potential.
+#[test]
+fn held_stretch_relaxes_along_the_prony_series() {
+    let block = block();
+    let terms = [
+        PronyTerm {
+            ratio: 0.8,
+            relaxation_time: 0.5,
+        },
+        PronyTerm {
+            ratio: 0.3,
+            relaxation_time: 5.0,
+        },
+    ];
+    let plain = Material::neo_hookean(1.0, 0.4);
+    let mut body = model(&block, plain.with_prony(&terms), 0.1);
+    let mut elastic = model(&block, plain, 0.1);
+    assert!(
+        elastic.bytes() < body.bytes(),
+        "history must cost only who uses it"
+    );
+    let x: Vec<DVec3> = block
+        .positions
+        .iter()
+        .map(|x| *x * DVec3::new(1.2, 0.95, 1.0))
+        .collect();
+    let n = x.len();
+    let mut f = vec![DVec3::ZERO; n];
+    elastic.forces_into(&x, &mut f);
+    let settled = elastic.first_piola_kirchhoff(0).x_axis.x;
+    let (jump, step) = (1e-9, 0.01);
+    body.begin_viscous_step(jump);
+    body.forces_into(&x, &mut f);
+    let stress = |body: &Elastic| body.first_piola_kirchhoff(0).x_axis.x / settled;
+    assert_within("at once", stress(&body), 1.0 + 0.8 + 0.3, 1e-8);
+    body.end_viscous_step();
+    let mut time = 0.0;
+    for k in 0..300 {
+        body.begin_viscous_step(step);
+        body.forces_into(&x, &mut f);
+        body.end_viscous_step();
+        time += step;
+        if k % 50 == 0 {
+            let expected = 1.0 + 0.8 * (-time / 0.5_f64).exp() + 0.3 * (-time / 5.0_f64).exp();
+            assert_within("relaxation", stress(&body), expected, 1e-7);
+        }
+    }
+    // A checkpoint goes on with the same bits.
+    let mut copy = model(&block, plain.with_prony(&terms), 0.1);
+    copy.set_viscous_history(body.viscous_history());
+    let moved = shaken(&block, 0.01, 3);
+    let mut g = f.clone();
+    for body in [&mut body, &mut copy] {
+        body.begin_viscous_step(0.02);
+    }
+    assert!(
+        body.forces_into(&moved, &mut f).to_bits() == copy.forces_into(&moved, &mut g).to_bits()
+    );
+    assert!(f == g);
+    check_derivatives("viscous step", &mut body, &moved, 1e-3, 1e-3);
+    // Rotating the body within the step costs nothing beyond what is stored.
+    let turn = DQuat::from_axis_angle(DVec3::new(0.2, 1.0, 0.3).normalize(), 1.2);
+    let turned: Vec<DVec3> = moved.iter().map(|x| turn * *x).collect();
+    let e0 = body.forces_into(&moved, &mut f);
+    let e1 = body.forces_into(&turned, &mut g);
+    assert_within("turned energy", e0, e1, 1e-12 * e0.abs());
+    for (f, g) in f.iter().zip(&g) {
+        assert_below("turned force", (turn * *f - *g).length(), 1e-13);
+    }
+}
+
+/// The dissertation's mode: one-way neighbours, no control.
+#[test]
+fn one_way_pairs_work_without_control() {
+    let mut block = block();
+    // Take one pair away in one direction only.
+    let (i, p) = (30, block.row(30).start);
+    block.indices.remove(p);
+    block.weights.remove(p);
+    for offset in &mut block.offsets[i + 1..] {
+        *offset -= 1;
+    }
+    block.gradients = vec![DVec3::ZERO; block.indices.len()];
+    block.use_plain_gradients();
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let material = Material::saint_venant_kirchhoff(1000.0, 0.3);
+    let settings = Settings {
+        zero_energy_control: 0.0,
+        ..Settings::default()
+    };
+    let mut body = Elastic::new(
+        &Stencils {
+            weights: &[],
+            ..stencils(&block)
+        },
+        &nodes,
+        &Materials::Uniform(material),
+        &settings,
+    )
+    .expect("one-way pairs are fine without control");
+    let x = shaken(&block, 0.01, 3);
+    check_derivatives("one-way", &mut body, &x, 1e-3, 1.0);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let energy = body.forces_into(&x, &mut f);
+    let (expected, g) = brute_force(&block, material, 0.0, &x);
+    assert_within("energy", energy, expected, 1e-12 * expected);
+    assert!(f.iter().zip(&g).all(|(f, g)| f.abs_diff_eq(*g, 1e-10)));
+    let with_control = Elastic::new(
+        &stencils(&block),
+        &nodes,
+        &Materials::Uniform(material),
+        &Settings::default(),
+    );
+    assert!(matches!(
+        with_control,
+        Err(ElasticError::AsymmetricPair { .. })
+    ));
 }

@@ -1,0 +1,114 @@
+//! Time of one force evaluation against the number of nodes, with the memory-traffic bound of the
+//! same run: `cargo run --release -p phyxel-elastic --example speed [-- nodes...]`.
+#![allow(clippy::print_stdout, reason = "prints a table")]
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "sizes of a benchmark are small"
+)]
+
+use std::time::Instant;
+
+use glam::DVec3;
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use testkit::block::Block;
+
+/// Median of repeated timings in seconds, one warm-up first.
+fn median_time(budget: f64, mut work: impl FnMut()) -> f64 {
+    work();
+    let start = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < 5 || (start.elapsed().as_secs_f64() < budget && times.len() < 400) {
+        let begin = Instant::now();
+        work();
+        times.push(begin.elapsed().as_secs_f64());
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("threads").install(work)
+}
+
+fn main() {
+    let mut sizes: Vec<usize> = std::env::args()
+        .skip(1)
+        .map(|n| n.parse().expect("a node count"))
+        .collect();
+    if sizes.is_empty() {
+        sizes = vec![1_000, 6_000, 30_000, 100_000];
+    }
+    println!(
+        "Force evaluation (gradients, neo-Hookean stress, zero-energy control, forces, energy)."
+    );
+    println!("read: time to read once, front to back, as many bytes as the model holds.\n");
+    println!(
+        "| nodes | pairs/node | precision | ms, 1 thread | ms, 2 threads | ns/pair | ns/node | tangent ms | bytes/node | read ms |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for size in sizes {
+        let side = (size as f64).cbrt().round() as usize;
+        let block = Block::eighteen([side; 3], 0.1);
+        for precision in [Precision::Double, Precision::Single] {
+            row(&block, precision);
+        }
+    }
+}
+
+fn row(block: &Block, precision: Precision) {
+    let stencils = Stencils {
+        offsets: &block.offsets,
+        indices: &block.indices,
+        gradients: &block.gradients,
+        self_gradients: &block.self_gradients,
+        weights: &block.weights,
+    };
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
+    let settings = Settings {
+        precision,
+        ..Settings::default()
+    };
+    let mut body = Elastic::new(&stencils, &nodes, &material, &settings).expect("sound");
+    let x: Vec<DVec3> = block.positions.iter().map(|x| *x * 1.02).collect();
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let mut time = |threads: usize| {
+        on_threads(threads, || {
+            median_time(0.6, || {
+                std::hint::black_box(body.forces_into(&x, &mut f));
+            })
+        })
+    };
+    let (one, two) = (time(1), time(2));
+    let tangent = on_threads(1, || {
+        median_time(0.3, || body.tangent_product_into(&x, &mut f))
+    });
+    let words = vec![1.0_f64; body.bytes() / 8];
+    let read = median_time(0.2, || {
+        let mut sum = [0.0; 8];
+        for eight in words.chunks_exact(8) {
+            for k in 0..8 {
+                sum[k] += eight[k];
+            }
+        }
+        std::hint::black_box(sum);
+    });
+    println!(
+        "| {} | {:.1} | {precision:?} | {:.3} | {:.3} | {:.2} | {:.0} | {:.3} | {} | {:.3} |",
+        body.node_count(),
+        body.pair_count() as f64 / body.node_count() as f64,
+        one * 1e3,
+        two * 1e3,
+        one * 1e9 / body.pair_count() as f64,
+        one * 1e9 / body.node_count() as f64,
+        tangent * 1e3,
+        body.bytes() / body.node_count(),
+        read * 1e3
+    );
+}

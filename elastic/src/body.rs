@@ -1,0 +1,311 @@
+//! What belongs to nodes: rest state, materials, and the state last evaluated.
+
+use glam::{DMat3, DVec3};
+
+use crate::completion::{RowKind, Span, row_kind};
+use crate::dilatation::MeanDilatation;
+use crate::error::ElasticError;
+use crate::kernel::{Lanes, Move};
+use crate::law::Prepared;
+use crate::material::Material;
+use crate::model::{Settings, Stencils};
+use crate::rows::Rows;
+use crate::viscosity::Viscosity;
+
+#[derive(Debug, Clone)]
+pub(crate) struct Body {
+    pub(crate) settings: Settings,
+    pub(crate) rest: Vec<DVec3>,
+    pub(crate) volumes: Vec<f64>,
+    /// `V_i` with the stiffness cap applied.
+    pub(crate) elastic_volumes: Vec<f64>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) prepared: Vec<Prepared>,
+    /// Empty if there is one material for all.
+    pub(crate) material_of: Vec<u32>,
+    /// Fiber directions, empty if the materials' own hold.
+    pub(crate) fiber_directions: Vec<DVec3>,
+    pub(crate) viscosity: Option<Viscosity>,
+    pub(crate) dilatation: Option<MeanDilatation>,
+    /// `g_ii`.
+    pub(crate) self_gradients: Vec<DVec3>,
+    /// `sum_j y_ij`.
+    pub(crate) offsets: Vec<DVec3>,
+    /// `1 / sum_j w_ij |X_ij|²`, zero where zero-energy control is off or the row is deficient.
+    spread_inverses: Vec<f64>,
+    /// Nodes whose row is not full, rising.
+    spans: Vec<(u32, Span)>,
+    pub(crate) ranks: Vec<u8>,
+    // Computed by an evaluation.
+    pub(crate) moves: Vec<Move>,
+    pub(crate) deformation: Vec<DMat3>,
+    pub(crate) partial_energies: Vec<f64>,
+}
+
+impl Body {
+    pub(crate) fn new(
+        settings: &Settings,
+        rest: &[DVec3],
+        volumes: &[f64],
+        (materials, material_of): (Vec<Material>, Vec<u32>),
+        chunk: usize,
+    ) -> Self {
+        let n = rest.len();
+        Self {
+            settings: *settings,
+            rest: rest.to_vec(),
+            volumes: volumes.to_vec(),
+            elastic_volumes: volumes.to_vec(),
+            prepared: materials.iter().map(Prepared::new).collect(),
+            viscosity: Viscosity::new(&materials, n),
+            materials,
+            material_of,
+            fiber_directions: Vec::new(),
+            dilatation: None,
+            self_gradients: vec![DVec3::ZERO; n],
+            offsets: vec![DVec3::ZERO; n],
+            spread_inverses: vec![0.0; n],
+            spans: Vec::new(),
+            ranks: vec![3; n],
+            moves: vec![[0.0; 4]; n],
+            deformation: vec![DMat3::IDENTITY; n],
+            partial_energies: vec![0.0; n.div_ceil(chunk)],
+        }
+    }
+
+    pub(crate) fn node_count(&self) -> usize {
+        self.rest.len()
+    }
+
+    pub(crate) fn controlled(&self) -> bool {
+        self.settings.zero_energy_control > 0.0
+    }
+
+    #[inline]
+    pub(crate) fn material_index(&self, node: usize) -> usize {
+        self.material_of.get(node).map_or(0, |&m| m as usize)
+    }
+
+    pub(crate) fn material(&self, node: usize) -> &Material {
+        &self.materials[self.material_index(node)]
+    }
+
+    /// `c_i` of a node.
+    pub(crate) fn control(&self, node: usize) -> f64 {
+        self.moves[node][3]
+    }
+
+    pub(crate) fn set_displacements(&mut self, positions: &[DVec3]) {
+        for ((m, x), rest) in self.moves.iter_mut().zip(positions).zip(&self.rest) {
+            [m[0], m[1], m[2]] = (*x - *rest).to_array();
+        }
+    }
+
+    pub(crate) fn set_vectors(&mut self, vectors: &[DVec3]) {
+        for (m, v) in self.moves.iter_mut().zip(vectors) {
+            [m[0], m[1], m[2]] = v.to_array();
+        }
+    }
+
+    /// Displacement set last.
+    #[inline]
+    pub(crate) fn displacement(&self, node: usize) -> DVec3 {
+        let [x, y, z, _] = self.moves[node];
+        DVec3::new(x, y, z)
+    }
+
+    #[inline]
+    pub(crate) fn span(&self, node: usize) -> Option<&Span> {
+        if self.ranks[node] == 3 {
+            return None;
+        }
+        let found = self
+            .spans
+            .binary_search_by(|(at, _)| (*at as usize).cmp(&node));
+        found.ok().map(|k| &self.spans[k].1)
+    }
+
+    /// `F` from `sum_j u_ij ⊗ g_ij`.
+    #[inline]
+    pub(crate) fn deformation_gradient(&self, node: usize, h: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => DMat3::IDENTITY + h,
+            Some(span) => span.complete(span.projector() + h),
+        }
+    }
+
+    /// `sum_j u_ij ⊗ g_ij` back from `F`.
+    pub(crate) fn displacement_gradient(&self, node: usize, f: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => f - DMat3::IDENTITY,
+            Some(span) => (f - DMat3::IDENTITY) * span.projector(),
+        }
+    }
+
+    /// Change of `F` for a change of `sum_j u_ij ⊗ g_ij`.
+    #[inline]
+    pub(crate) fn deformation_change(&self, node: usize, f: DMat3, dh: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => dh,
+            Some(span) => span.complete_change(f, dh),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn law(&self, node: usize) -> LawAt<'_> {
+        let prepared = &self.prepared[self.material_index(node)];
+        match self.fiber_directions.get(node) {
+            None => LawAt::Shared(prepared),
+            Some(&direction) => LawAt::Turned(prepared.turned(direction)),
+        }
+    }
+
+    /// Energy density and stress of a node at `F`, without mean dilatation: law, fibers, viscosity.
+    #[inline]
+    pub(crate) fn energy_and_stress(&self, node: usize, f: DMat3) -> (f64, DMat3) {
+        let (energy, stress) = self.law(node).get().energy_and_stress(f);
+        match &self.viscosity {
+            None => (energy, stress),
+            Some(viscosity) => {
+                viscosity.energy_and_stress(node, self.material_index(node), f, energy, stress)
+            }
+        }
+    }
+
+    #[inline]
+    pub(crate) fn stress_change(&self, node: usize, f: DMat3, df: DMat3) -> DMat3 {
+        let change = self.law(node).get().stress_change(f, df);
+        match &self.viscosity {
+            None => change,
+            Some(viscosity) => viscosity.stress_change(node, self.material_index(node), df, change),
+        }
+    }
+
+    /// The part of a stress that works on what the node's row sees.
+    #[inline]
+    pub(crate) fn seen_stress(&self, node: usize, f: DMat3, stress: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => stress,
+            Some(span) => span.project(f, stress),
+        }
+    }
+
+    /// Recomputes `c_i` after its volume or row changed.
+    pub(crate) fn refresh_control(&mut self, node: usize) {
+        let mu = self.material(node).lame_mu();
+        self.moves[node][3] = self.settings.zero_energy_control
+            * mu
+            * self.elastic_volumes[node]
+            * self.spread_inverses[node];
+    }
+
+    /// Reads a row of the stencils and everything that follows from it.
+    pub(crate) fn set_row<L: Lanes>(
+        &mut self,
+        rows: &mut Rows<L>,
+        node: usize,
+        stencils: &Stencils<'_>,
+    ) -> Result<(), ElasticError> {
+        let controlled = self.controlled();
+        let mut kind = RowKind::Full;
+        let mut spread_inverse = 0.0;
+        let sums = rows.set_row(node, stencils, &self.rest, |sums| {
+            kind = row_kind(sums.consistency);
+            if let RowKind::Inconsistent(residual) = kind {
+                return Err(ElasticError::InconsistentRow { node, residual });
+            }
+            let m = sums.moment;
+            let spread = m.x_axis.x + m.y_axis.y + m.z_axis.z;
+            // Without a full row the leftover e_ij is not blind to rotations; the node is then
+            // held by the control of its neighbours.
+            let full = matches!(kind, RowKind::Full);
+            let whitening = inverse_cholesky(m).filter(|_| full && controlled);
+            spread_inverse = whitening.map_or(0.0, |_| spread.recip());
+            Ok(whitening.unwrap_or(DMat3::ZERO))
+        })?;
+        self.self_gradients[node] = sums.self_gradient;
+        self.offsets[node] = sums.offset;
+        self.spread_inverses[node] = spread_inverse;
+        self.set_span(node, &kind);
+        self.refresh_control(node);
+        Ok(())
+    }
+
+    fn set_span(&mut self, node: usize, kind: &RowKind) {
+        let at = self
+            .spans
+            .binary_search_by(|(other, _)| (*other as usize).cmp(&node));
+        if let RowKind::Deficient(span) = kind {
+            self.ranks[node] = span.rank;
+            match at {
+                Ok(at) => self.spans[at].1 = *span,
+                Err(at) => {
+                    let id = u32::try_from(node).unwrap_or(u32::MAX);
+                    self.spans.insert(at, (id, *span));
+                }
+            }
+        } else {
+            self.ranks[node] = 3;
+            if let Ok(at) = at {
+                self.spans.remove(at);
+            }
+        }
+    }
+
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        fn of<T>(v: &Vec<T>) -> usize {
+            v.capacity() * size_of::<T>()
+        }
+        of(&self.rest)
+            + of(&self.volumes)
+            + of(&self.elastic_volumes)
+            + of(&self.materials)
+            + of(&self.prepared)
+            + of(&self.material_of)
+            + of(&self.fiber_directions)
+            + self.viscosity.as_ref().map_or(0, Viscosity::bytes)
+            + self.dilatation.as_ref().map_or(0, MeanDilatation::bytes)
+            + of(&self.self_gradients)
+            + of(&self.offsets)
+            + of(&self.spread_inverses)
+            + of(&self.spans)
+            + of(&self.ranks)
+            + of(&self.moves)
+            + of(&self.deformation)
+            + of(&self.partial_energies)
+    }
+}
+
+/// A node's law: the list's, or one with the node's own fiber direction.
+pub(crate) enum LawAt<'a> {
+    Shared(&'a Prepared),
+    Turned(Prepared),
+}
+
+impl LawAt<'_> {
+    #[inline]
+    pub(crate) fn get(&self) -> &Prepared {
+        match self {
+            Self::Shared(law) => law,
+            Self::Turned(law) => law,
+        }
+    }
+}
+
+/// `L⁻¹` of `A = L Lᵀ`; `None` unless `A` is safely positive definite.
+fn inverse_cholesky(a: DMat3) -> Option<DMat3> {
+    let floor = 1e-12 * (a.x_axis.x + a.y_axis.y + a.z_axis.z);
+    let root = |pivot: f64| (pivot > floor && pivot > 0.0).then(|| pivot.sqrt());
+    let l00 = root(a.x_axis.x)?;
+    let (l10, l20) = (a.x_axis.y / l00, a.x_axis.z / l00);
+    let l11 = root(a.y_axis.y - l10 * l10)?;
+    let l21 = (a.y_axis.z - l20 * l10) / l11;
+    let l22 = root(a.z_axis.z - l20 * l20 - l21 * l21)?;
+    let l = DMat3::from_cols(
+        DVec3::new(l00, l10, l20),
+        DVec3::new(0.0, l11, l21),
+        DVec3::new(0.0, 0.0, l22),
+    );
+    Some(l.inverse())
+}

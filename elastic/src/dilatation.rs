@@ -1,0 +1,86 @@
+//! Near-incompressibility: volume ratios averaged over neighbourhoods.
+//!
+//! `J̄_i = sum_j S_ij J_j`, `E = sum_i V_i [W_dev(F_i) + U(J̄_i)]`, with `S` symmetric in the inner
+//! product of the volumes (`V_i S_ij = V_j S_ji = s_ij`, rows sum to 1), so that a constant pressure
+//! stays constant and the patch test survives. The averaging takes volume constraints away that a
+//! node-by-node law would stack up beyond the number of unknowns (volumetric locking).
+//!
+//! `s_ij = 3/4 min(V_i / n_i, V_j / n_j)` over the pairs of the graph with `n_i` the neighbours of
+//! i, the remainder on the diagonal: the share that a mean over tetrahedra gives to neighbours.
+//! Nothing is stored per pair.
+
+use glam::DMat3;
+
+use crate::kernel::Lanes;
+use crate::law::Volumetric;
+use crate::rows::Rows;
+
+/// Part of a node's mean that its neighbours hold.
+const NEIGHBOR_SHARE: f64 = 0.75;
+
+#[derive(Debug, Clone)]
+pub(crate) struct MeanDilatation {
+    /// `U` per material.
+    pub(crate) laws: Vec<Volumetric>,
+    /// `3/4 V_i / n_i`.
+    shares: Vec<f64>,
+    /// `J_i`, then the changes of `J_i`, of the state last evaluated.
+    pub(crate) ratios: Vec<f64>,
+    /// `J̄_i` of the state last evaluated.
+    pub(crate) means: Vec<f64>,
+    /// `V_i_el / V_i U'(J̄_i)`.
+    pub(crate) pressures: Vec<f64>,
+    /// Its change.
+    pub(crate) pressure_changes: Vec<f64>,
+    /// Zero-energy part between the stages of a pass.
+    pub(crate) controls: Vec<DMat3>,
+}
+
+impl MeanDilatation {
+    pub(crate) fn new<L: Lanes>(laws: Vec<Volumetric>, volumes: &[f64], rows: &Rows<L>) -> Self {
+        let n = volumes.len();
+        let share = |(node, volume): (usize, &f64)| {
+            let count = rows.row(node).0.len().max(1);
+            #[allow(
+                clippy::cast_precision_loss,
+                reason = "a node has far fewer than 2^52 neighbours"
+            )]
+            let count = count as f64;
+            NEIGHBOR_SHARE * volume / count
+        };
+        Self {
+            laws,
+            shares: volumes.iter().enumerate().map(share).collect(),
+            ratios: vec![1.0; n],
+            means: vec![1.0; n],
+            pressures: vec![0.0; n],
+            pressure_changes: vec![0.0; n],
+            controls: vec![DMat3::ZERO; n],
+        }
+    }
+
+    /// `sum_j s_ij (values_j - values_i)` over uncut pairs.
+    pub(crate) fn spread<L: Lanes>(&self, rows: &Rows<L>, node: usize, values: &[f64]) -> f64 {
+        let (indices, pairs) = rows.incoming(node);
+        let (own, share) = (values[node], self.shares[node]);
+        let mut sum = 0.0;
+        for (&j, pair) in indices.iter().zip(pairs) {
+            let j = j as usize;
+            if L::weight(pair) > 0.0 {
+                sum += share.min(self.shares[j]) * (values[j] - own);
+            }
+        }
+        sum
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = self.shares.capacity()
+            + self.ratios.capacity()
+            + self.means.capacity()
+            + self.pressures.capacity()
+            + self.pressure_changes.capacity();
+        numbers * size_of::<f64>()
+            + self.controls.capacity() * size_of::<DMat3>()
+            + self.laws.capacity() * size_of::<Volumetric>()
+    }
+}

@@ -1,0 +1,70 @@
+//! One family of fibers after Holzapfel, Gasser and Ogden.
+
+use glam::{DMat3, DVec3};
+
+use crate::law::{double_dot, outer};
+
+/// Exponent `k2 E²` beyond which the energy continues as its second-order expansion in `E`:
+/// e²⁰ is already 10⁸ times the initial stiffness, and a solver's wild trial step must stay finite.
+const LARGEST_EXPONENT: f64 = 20.0;
+
+/// Fibers that stiffen exponentially when stretched and carry nothing when slack:
+/// `W_f = k1/(2 k2) (exp(k2 <E>²) - 1)`, `E = kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1)`,
+/// `I4 = a·C a` (Holzapfel, Gasser and Ogden 2000; dispersion `kappa` of Gasser, Ogden and
+/// Holzapfel 2006), with `<E>` the positive part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fiber {
+    /// Unit direction `a` in the rest state.
+    pub direction: DVec3,
+    /// `k1` (Pa); the stiffness along the fiber at small stretch is `4 k1` for `kappa = 0`.
+    pub stiffness: f64,
+    /// `k2`, positive: how fast they stiffen.
+    pub exponent: f64,
+    /// `kappa` between 0 (all parallel) and 1/3 (every direction alike).
+    pub dispersion: f64,
+}
+
+impl Fiber {
+    /// `psi`, `psi'`, `psi''` at `E`.
+    fn response(&self, e: f64) -> [f64; 3] {
+        if e <= 0.0 {
+            return [0.0; 3];
+        }
+        let (k1, k2) = (self.stiffness, self.exponent);
+        let seam = (LARGEST_EXPONENT / k2).sqrt();
+        let at = e.min(seam);
+        let beyond = e - at;
+        let growth = (k2 * at * at).exp();
+        let psi1 = k1 * at * growth;
+        let psi2 = k1 * growth * (1.0 + 2.0 * k2 * at * at);
+        let psi = 0.5 * k1 / k2 * (k2 * at * at).exp_m1();
+        [
+            psi + beyond * (psi1 + 0.5 * psi2 * beyond),
+            psi1 + psi2 * beyond,
+            psi2,
+        ]
+    }
+
+    /// `E` and `dE/dF`.
+    fn strain(&self, f: DMat3) -> (f64, DMat3) {
+        let (kappa, along) = (self.dispersion, 1.0 - 3.0 * self.dispersion);
+        let stretched = f * self.direction;
+        let e = kappa * (double_dot(f, f) - 3.0) + along * (stretched.length_squared() - 1.0);
+        let gradient = f * (2.0 * kappa) + outer(stretched, self.direction) * (2.0 * along);
+        (e, gradient)
+    }
+
+    pub(crate) fn energy_and_stress(&self, f: DMat3) -> (f64, DMat3) {
+        let (e, gradient) = self.strain(f);
+        let [psi, psi1, _] = self.response(e);
+        (psi, gradient * psi1)
+    }
+
+    pub(crate) fn stress_change(&self, f: DMat3, df: DMat3) -> DMat3 {
+        let (e, gradient) = self.strain(f);
+        let [_, psi1, psi2] = self.response(e);
+        // The strain is quadratic in F, its gradient linear.
+        let (_, change) = self.strain(df);
+        gradient * (psi2 * double_dot(gradient, df)) + change * psi1
+    }
+}

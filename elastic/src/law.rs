@@ -1,0 +1,228 @@
+//! Energy, stress and tangent in the form in which nodes evaluate them.
+
+use glam::{DMat3, DVec3};
+
+use crate::fiber::Fiber;
+use crate::material::{Law, Material};
+
+/// Below this volume ratio the volumetric energy continues as its own second-order expansion.
+///
+/// `ln J` ends at `J = 0`. A node squeezed to a tenth of its volume is outside what a soft tissue
+/// model claims; what matters there is that energy and stress stay finite, continuous and push back.
+const EXTENSION_VOLUME_RATIO: f64 = 0.1;
+
+/// Coefficients of a material: `W = c10 (I1-3) + c01 (I2-3) + h(J) + fibers`,
+/// `h = -a ln J + b/2 ln²J (extended) + k_v/2 (J-1)²`, or Saint Venant–Kirchhoff with `mu`,
+/// `lambda` in the places of `c10`, `c01`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Prepared {
+    green: bool,
+    c10: f64,
+    c01: f64,
+    volumetric: Volumetric,
+    fiber: Option<Fiber>,
+}
+
+/// `-a ln J + b/2 ln²J (extended) + k/2 (J-1)²`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Volumetric {
+    log: f64,
+    log_squared: f64,
+    constant: f64,
+}
+
+impl Volumetric {
+    /// Value and two derivatives at `J`.
+    #[inline]
+    pub(crate) fn at(&self, j: f64) -> [f64; 3] {
+        let (a, b) = (self.log, self.log_squared);
+        let at = j.max(EXTENSION_VOLUME_RATIO);
+        let ln = at.ln();
+        let inverse = at.recip();
+        let mut h = ln * (0.5 * b * ln - a);
+        let mut h1 = (b * ln - a) * inverse;
+        let h2 = (a + b * (1.0 - ln)) * inverse * inverse;
+        let below = j - at;
+        h += below * (h1 + 0.5 * h2 * below);
+        h1 += h2 * below;
+        let off = j - 1.0;
+        let k = self.constant;
+        [h + 0.5 * k * off * off, h1 + k * off, h2 + k]
+    }
+}
+
+impl Prepared {
+    pub(crate) fn new(material: &Material) -> Self {
+        let (green, c10, c01, log, log_squared) = match material.law {
+            Law::NeoHookean {
+                lame_mu,
+                lame_lambda,
+            } => (false, 0.5 * lame_mu, 0.0, lame_mu, lame_lambda),
+            Law::SaintVenantKirchhoff {
+                lame_mu,
+                lame_lambda,
+            } => (true, lame_mu, lame_lambda, 0.0, 0.0),
+            Law::MooneyRivlin {
+                c10,
+                c01,
+                lame_lambda,
+            } => {
+                let log = 2.0 * (c10 + 2.0 * c01);
+                (false, c10, c01, log, lame_lambda - 4.0 * c01)
+            }
+        };
+        Self {
+            green,
+            c10,
+            c01,
+            volumetric: Volumetric {
+                log,
+                log_squared,
+                constant: material.volume_constant,
+            },
+            fiber: material.fiber,
+        }
+    }
+
+    /// Takes the part of the energy that resists a change of volume out, for mean dilatation.
+    pub(crate) fn split_volumetric(&mut self) -> Volumetric {
+        let Volumetric {
+            log_squared,
+            constant,
+            ..
+        } = self.volumetric;
+        self.volumetric.log_squared = 0.0;
+        self.volumetric.constant = 0.0;
+        Volumetric {
+            log: 0.0,
+            log_squared,
+            constant,
+        }
+    }
+
+    /// The same with another fiber direction.
+    pub(crate) fn turned(&self, direction: DVec3) -> Self {
+        let mut turned = *self;
+        if let Some(fiber) = &mut turned.fiber {
+            fiber.direction = direction;
+        }
+        turned
+    }
+
+    #[inline]
+    pub(crate) fn energy_and_stress(&self, f: DMat3) -> (f64, DMat3) {
+        let (mut energy, mut stress);
+        if self.green {
+            (energy, stress) = self.green_energy_and_stress(f);
+        } else {
+            let cof = cofactor(f);
+            let [h, h1, _] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
+            let i1 = double_dot(f, f);
+            energy = self.c10 * (i1 - 3.0) + h;
+            stress = f * (2.0 * self.c10) + cof * h1;
+            if self.c01 != 0.0 {
+                let c = f.transpose() * f;
+                energy += self.c01 * (0.5 * (i1 * i1 - double_dot(c, c)) - 3.0);
+                stress += (f * i1 - f * c) * (2.0 * self.c01);
+            }
+        }
+        if let Some(fiber) = &self.fiber {
+            let (more, pull) = fiber.energy_and_stress(f);
+            energy += more;
+            stress += pull;
+        }
+        (energy, stress)
+    }
+
+    fn green_energy_and_stress(&self, f: DMat3) -> (f64, DMat3) {
+        let e = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
+        let s = self.hooke(e);
+        let mut energy = 0.5 * double_dot(s, e);
+        let mut stress = f * s;
+        let k = self.volumetric.constant;
+        if k > 0.0 {
+            let cof = cofactor(f);
+            let off = f.x_axis.dot(cof.x_axis) - 1.0;
+            energy += 0.5 * k * off * off;
+            stress += cof * (k * off);
+        }
+        (energy, stress)
+    }
+
+    /// `lambda tr(E) I + 2 mu E`.
+    fn hooke(&self, e: DMat3) -> DMat3 {
+        let (mu, lambda) = (self.c10, self.c01);
+        let trace = e.x_axis.x + e.y_axis.y + e.z_axis.z;
+        e * (2.0 * mu) + DMat3::from_diagonal(DVec3::splat(lambda * trace))
+    }
+
+    pub(crate) fn stress_change(&self, f: DMat3, df: DMat3) -> DMat3 {
+        let cof = cofactor(f);
+        let j = f.x_axis.dot(cof.x_axis);
+        let mut change;
+        if self.green {
+            let e = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
+            let ftdf = f.transpose() * df;
+            let de = (ftdf + ftdf.transpose()) * 0.5;
+            change = df * self.hooke(e) + f * self.hooke(de);
+            let k = self.volumetric.constant;
+            if k > 0.0 {
+                change +=
+                    cof * (k * double_dot(cof, df)) + cofactor_change(f, df) * (k * (j - 1.0));
+            }
+        } else {
+            let [_, h1, h2] = self.volumetric.at(j);
+            change = df * (2.0 * self.c10)
+                + cof * (h2 * double_dot(cof, df))
+                + cofactor_change(f, df) * h1;
+            if self.c01 != 0.0 {
+                let c = f.transpose() * f;
+                let ftdf = f.transpose() * df;
+                let dc = ftdf + ftdf.transpose();
+                change += (f * (2.0 * double_dot(f, df)) + df * double_dot(f, f) - df * c - f * dc)
+                    * (2.0 * self.c01);
+            }
+        }
+        if let Some(fiber) = &self.fiber {
+            change += fiber.stress_change(f, df);
+        }
+        change
+    }
+}
+
+/// `A : B`.
+#[inline]
+pub(crate) fn double_dot(a: DMat3, b: DMat3) -> f64 {
+    a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
+}
+
+/// `a bᵀ`.
+#[inline]
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// `cof F = J F⁻ᵀ = dJ/dF`, also where `F` is singular.
+#[inline]
+pub(crate) fn cofactor(f: DMat3) -> DMat3 {
+    DMat3::from_cols(
+        f.y_axis.cross(f.z_axis),
+        f.z_axis.cross(f.x_axis),
+        f.x_axis.cross(f.y_axis),
+    )
+}
+
+/// `J`.
+#[inline]
+pub(crate) fn volume_ratio(f: DMat3) -> f64 {
+    f.x_axis.dot(f.y_axis.cross(f.z_axis))
+}
+
+/// Change of the cofactor for a change `dF`.
+pub(crate) fn cofactor_change(f: DMat3, df: DMat3) -> DMat3 {
+    DMat3::from_cols(
+        df.y_axis.cross(f.z_axis) + f.y_axis.cross(df.z_axis),
+        df.z_axis.cross(f.x_axis) + f.z_axis.cross(df.x_axis),
+        df.x_axis.cross(f.y_axis) + f.x_axis.cross(df.y_axis),
+    )
+}
