@@ -13,6 +13,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
 use testkit::block::Block;
+use testkit::cloud::Random;
 
 /// Median of repeated timings in seconds, one warm-up first.
 fn median_time(budget: f64, mut work: impl FnMut()) -> f64 {
@@ -76,7 +77,12 @@ fn row(block: &Block, precision: Precision) {
         ..Settings::default()
     };
     let mut body = Elastic::new(&stencils, &nodes, &material, &settings).expect("sound");
-    let x: Vec<DVec3> = block.positions.iter().map(|x| *x * 1.02).collect();
+    let mut random = Random::new(1);
+    let x: Vec<DVec3> = block
+        .positions
+        .iter()
+        .map(|x| *x * 1.02 + random.vector(0.002))
+        .collect();
     let mut f = vec![DVec3::ZERO; x.len()];
     let mut time = |threads: usize| {
         on_threads(threads, || {

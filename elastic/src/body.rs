@@ -25,6 +25,8 @@ pub(crate) struct Body {
     pub(crate) material_of: Vec<u32>,
     /// Fiber directions, empty if the materials' own hold.
     pub(crate) fiber_directions: Vec<DVec3>,
+    /// No viscosity and no fiber directions of their own.
+    pub(crate) plain: bool,
     pub(crate) viscosity: Option<Viscosity>,
     pub(crate) dilatation: Option<MeanDilatation>,
     /// `g_ii`.
@@ -51,13 +53,15 @@ impl Body {
         chunk: usize,
     ) -> Self {
         let n = rest.len();
+        let viscosity = Viscosity::new(&materials, n);
         Self {
+            plain: viscosity.is_none(),
+            viscosity,
             settings: *settings,
             rest: rest.to_vec(),
             volumes: volumes.to_vec(),
             elastic_volumes: volumes.to_vec(),
             prepared: materials.iter().map(Prepared::new).collect(),
-            viscosity: Viscosity::new(&materials, n),
             materials,
             material_of,
             fiber_directions: Vec::new(),
@@ -108,17 +112,23 @@ impl Body {
     }
 
     /// Displacement set last.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn displacement(&self, node: usize) -> DVec3 {
         let [x, y, z, _] = self.moves[node];
         DVec3::new(x, y, z)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn span(&self, node: usize) -> Option<&Span> {
         if self.ranks[node] == 3 {
-            return None;
+            None
+        } else {
+            self.find_span(node)
         }
+    }
+
+    #[cold]
+    fn find_span(&self, node: usize) -> Option<&Span> {
         let found = self
             .spans
             .binary_search_by(|(at, _)| (*at as usize).cmp(&node));
@@ -126,7 +136,7 @@ impl Body {
     }
 
     /// `F` from `sum_j u_ij ⊗ g_ij`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn deformation_gradient(&self, node: usize, h: DMat3) -> DMat3 {
         match self.span(node) {
             None => DMat3::IDENTITY + h,
@@ -143,7 +153,7 @@ impl Body {
     }
 
     /// Change of `F` for a change of `sum_j u_ij ⊗ g_ij`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn deformation_change(&self, node: usize, f: DMat3, dh: DMat3) -> DMat3 {
         match self.span(node) {
             None => dh,
@@ -161,7 +171,7 @@ impl Body {
     }
 
     /// Energy density and stress of a node at `F`, without mean dilatation: law, fibers, viscosity.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn energy_and_stress(&self, node: usize, f: DMat3) -> (f64, DMat3) {
         let (energy, stress) = self.law(node).get().energy_and_stress(f);
         match &self.viscosity {
@@ -182,12 +192,23 @@ impl Body {
     }
 
     /// The part of a stress that works on what the node's row sees.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn seen_stress(&self, node: usize, f: DMat3, stress: DMat3) -> DMat3 {
         match self.span(node) {
             None => stress,
             Some(span) => span.project(f, stress),
         }
+    }
+
+    /// True if a node's stress is its material's neo-Hookean one and nothing else.
+    #[inline(always)]
+    pub(crate) fn is_plain(&self, node: usize) -> bool {
+        self.plain && self.ranks[node] == 3 && self.law_shared(node).is_plain()
+    }
+
+    #[inline(always)]
+    pub(crate) fn law_shared(&self, node: usize) -> &Prepared {
+        &self.prepared[self.material_index(node)]
     }
 
     /// Recomputes `c_i` after its volume or row changed.

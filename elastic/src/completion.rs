@@ -44,6 +44,7 @@ impl Span {
     }
 
     /// Completes `F_x`.
+    #[cold]
     pub(crate) fn complete(&self, fx: DMat3) -> DMat3 {
         match self.rank {
             0 => DMat3::IDENTITY,
@@ -72,6 +73,7 @@ impl Span {
     }
 
     /// The part of a stress at the completed `f` that works on changes of `F_x`.
+    #[cold]
     pub(crate) fn project(&self, f: DMat3, stress: DMat3) -> DMat3 {
         let deformed = match self.rank {
             0 => DMat3::ZERO,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::body::Body;
 use crate::dilatation::MeanDilatation;
-use crate::kernel::{Lanes, split};
+use crate::kernel::Lanes;
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
 use crate::rows::Rows;
 
@@ -25,6 +25,7 @@ pub(crate) struct Table<L: Lanes> {
 ///
 /// What `work` returns is added to the node's chunk in `partial`, in the order of the nodes;
 /// outputs are disjoint: the result does not depend on the number of threads.
+#[inline(always)]
 fn each<A: Send, B: Send, C: Send>(
     parallel: bool,
     (a, b, c): (&mut [A], &mut [B], &mut [C]),
@@ -88,14 +89,22 @@ pub(crate) fn forces<L: Lanes>(
         let outputs = (matrices, &mut deformation[..], &mut *forces);
         each(parallel, outputs, &mut partial, |node, matrix, f, force| {
             let (h, s) = gather(body, rows, node);
-            *f = body.deformation_gradient(node, h);
-            let (energy, stress) = body.energy_and_stress(node, *f);
+            let (energy, stress) = if body.is_plain(node) {
+                // An isotropic law gives Pᵀ from Fᵀ: rows stay rows.
+                let turned = DMat3::IDENTITY + h;
+                *f = turned.transpose();
+                body.law_shared(node).neo_hookean(turned)
+            } else {
+                *f = body.deformation_gradient(node, h.transpose());
+                let (energy, stress) = body.energy_and_stress(node, *f);
+                (energy, body.seen_stress(node, *f, stress).transpose())
+            };
             let volume = body.elastic_volumes[node];
-            let stress = body.seen_stress(node, *f, stress) * volume;
+            let stress = stress * -volume;
             let control = s * body.control(node);
-            *matrix = L::matrix(-stress, control);
+            *matrix = L::matrix(stress, control);
             *force = own_force(body, node, stress, control);
-            volume * energy - 0.5 * double_dot(stress, h)
+            volume * energy + 0.5 * double_dot(stress, h)
         });
     }
     body.deformation = deformation;
@@ -136,14 +145,18 @@ pub(crate) fn tangent_product<L: Lanes>(
             |node, matrix, product, ()| {
                 let (dh, ds) = gather(body, rows, node);
                 let f = body.deformation[node];
-                let df = body.deformation_change(node, f, dh);
-                let change = body.stress_change(node, f, df);
-                let change = seen_change(body, node, f, dh, change, || {
-                    body.energy_and_stress(node, f).1
-                });
-                let change = change * body.elastic_volumes[node];
+                let change = if body.is_plain(node) {
+                    body.law_shared(node).neo_hookean_change(f.transpose(), dh)
+                } else {
+                    let dh = dh.transpose();
+                    let df = body.deformation_change(node, f, dh);
+                    let change = body.stress_change(node, f, df);
+                    let stress = || body.energy_and_stress(node, f).1;
+                    seen_change(body, node, f, dh, change, stress).transpose()
+                };
+                let change = change * -body.elastic_volumes[node];
                 let control = ds * body.control(node);
-                *matrix = L::matrix(-change, control);
+                *matrix = L::matrix(change, control);
                 *product = own_force(body, node, change, control);
                 0.0
             },
@@ -159,19 +172,15 @@ pub(crate) fn tangent_product<L: Lanes>(
     body.partial_energies = partial;
 }
 
-/// `sum_j u_ij ⊗ g_ij` and `sum_j u_ij ⊗ y_ij`.
-#[inline]
+/// `(sum_j u_ij ⊗ g_ij)ᵀ` and `(sum_j u_ij ⊗ y_ij)ᵀ`: the rows of the sums as columns.
+#[inline(always)]
 fn gather<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize) -> (DMat3, DMat3) {
     let (indices, pairs) = rows.row(node);
-    split(&L::gather_gradient(
-        &body.moves[node],
-        indices,
-        pairs,
-        &body.moves,
-    ))
+    L::gather_gradient(&body.moves[node], indices, pairs, &body.moves)
 }
 
-#[inline]
+/// What its neighbours give a node.
+#[inline(always)]
 fn gather_force<L: Lanes>(
     body: &Body,
     rows: &Rows<L>,
@@ -182,13 +191,19 @@ fn gather_force<L: Lanes>(
     L::gather_force(&body.moves[node], indices, incoming, &body.moves, matrices)
 }
 
-/// What a node's own row gives itself: `sum_j t_ij` without the direct part, for `stress = V P`.
-#[inline]
+/// What a node's own row gives itself, from the transposes of `-V P` and `c S`.
+#[inline(always)]
 fn own_force(body: &Body, node: usize, stress: DMat3, control: DMat3) -> DVec3 {
-    -(stress * body.self_gradients[node] + control * body.offsets[node])
+    let (g, y) = (body.self_gradients[node], body.offsets[node]);
+    let along = |p: DVec3, s: DVec3| p.dot(g) - s.dot(y);
+    DVec3::new(
+        along(stress.x_axis, control.x_axis),
+        along(stress.y_axis, control.y_axis),
+        along(stress.z_axis, control.z_axis),
+    )
 }
 
-#[inline]
+#[inline(always)]
 fn seen_change(
     body: &Body,
     node: usize,
@@ -224,7 +239,7 @@ fn mean_stress_pass<L: Lanes>(
     );
     each(parallel, outputs, partial, |node, f, control, ratio| {
         let (h, s) = gather(reader, rows, node);
-        *f = reader.deformation_gradient(node, h);
+        *f = reader.deformation_gradient(node, h.transpose());
         *control = s * reader.control(node);
         *ratio = volume_ratio(*f);
         0.0
@@ -249,12 +264,12 @@ fn mean_stress_pass<L: Lanes>(
         let (energy, stress) = reader.energy_and_stress(node, f);
         let pressure = mean_pressure(reader, &mean, rows, node);
         let stress = stress * volume + cofactor(f) * pressure;
-        let stress = reader.seen_stress(node, f, stress);
+        let stress = -reader.seen_stress(node, f, stress).transpose();
         let control = mean.controls[node];
-        *matrix = L::matrix(-stress, control);
+        *matrix = L::matrix(stress, control);
         *force = own_force(reader, node, stress, control);
         let h = reader.displacement_gradient(node, f);
-        volume * energy - 0.5 * double_dot(stress, h)
+        volume * energy + 0.5 * double_dot(stress, h.transpose())
     });
     body.dilatation = Some(mean);
 }
@@ -285,7 +300,7 @@ fn mean_change_pass<L: Lanes>(
     let outputs = (&mut changes[..], &mut ratios[..], &mut none[..]);
     each(parallel, outputs, partial, |node, dh, ratio, ()| {
         let f = reader.deformation[node];
-        *dh = gather(reader, rows, node).0;
+        *dh = gather(reader, rows, node).0.transpose();
         *ratio = double_dot(cofactor(f), reader.deformation_change(node, f, *dh));
         0.0
     });
@@ -312,8 +327,9 @@ fn mean_change_pass<L: Lanes>(
         let change = seen_change(reader, node, f, dh, change, || {
             reader.energy_and_stress(node, f).1 * volume + cof * p
         });
+        let change = -change.transpose();
         let control = gather(reader, rows, node).1 * reader.control(node);
-        *matrix = L::matrix(-change, control);
+        *matrix = L::matrix(change, control);
         *product = own_force(reader, node, change, control);
         0.0
     });

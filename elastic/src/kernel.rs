@@ -15,9 +15,6 @@ pub(crate) mod single;
 /// Displacement of a node and, in the last place, its coefficient `c_i` of zero-energy control.
 pub(crate) type Move = [f64; 4];
 
-/// `sum_j u_ij ⊗ z_ij` by rows: three columns on `g`, three on `y`.
-pub(crate) type Sums = [[f64; 6]; 3];
-
 /// How pairs and node matrices are stored, and the loops over them.
 pub(crate) trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// Relative difference up to which weights of one pair count as equal.
@@ -31,6 +28,7 @@ pub(crate) trait Lanes: Copy + Debug + Send + Sync + 'static {
 
     fn pair(gradient: DVec3, offset: DVec3) -> Self::Pair;
     fn incoming(gradient: DVec3, offset: DVec3, weight: f64) -> Self::Incoming;
+    /// From the transposes of both halves: their columns are the rows stored.
     fn matrix(on_gradient: DMat3, on_offset: DMat3) -> Self::Matrix;
     fn pair_gradient(pair: &Self::Pair) -> DVec3;
     fn pair_offset(pair: &Self::Pair) -> DVec3;
@@ -38,8 +36,13 @@ pub(crate) trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn incoming_offset(pair: &Self::Incoming) -> DVec3;
     fn weight(pair: &Self::Incoming) -> f64;
 
-    /// `sum_j u_ij ⊗ z_ij` of one node.
-    fn gather_gradient(own: &Move, indices: &[u32], pairs: &[Self::Pair], moves: &[Move]) -> Sums;
+    /// `(sum_j u_ij ⊗ g_ij)ᵀ` and `(sum_j u_ij ⊗ y_ij)ᵀ` of one node.
+    fn gather_gradient(
+        own: &Move,
+        indices: &[u32],
+        pairs: &[Self::Pair],
+        moves: &[Move],
+    ) -> (DMat3, DMat3);
 
     /// `sum_j [ M_j z_ji + (c_i + c_j) w_ij u_ij ]` of one node.
     fn gather_force(
@@ -49,25 +52,4 @@ pub(crate) trait Lanes: Copy + Debug + Send + Sync + 'static {
         moves: &[Move],
         matrices: &[Self::Matrix],
     ) -> DVec3;
-}
-
-/// `[a | b]` by rows.
-#[inline]
-pub(crate) fn side_by_side(a: DMat3, b: DMat3) -> Sums {
-    let row = |a: DVec3, b: DVec3| [a.x, a.y, a.z, b.x, b.y, b.z];
-    [
-        row(a.row(0), b.row(0)),
-        row(a.row(1), b.row(1)),
-        row(a.row(2), b.row(2)),
-    ]
-}
-
-/// The inverse of [`side_by_side`].
-#[inline]
-pub(crate) fn split(sums: &Sums) -> (DMat3, DMat3) {
-    let column = |k: usize| DVec3::new(sums[0][k], sums[1][k], sums[2][k]);
-    (
-        DMat3::from_cols(column(0), column(1), column(2)),
-        DMat3::from_cols(column(3), column(4), column(5)),
-    )
 }

@@ -16,6 +16,8 @@ const EXTENSION_VOLUME_RATIO: f64 = 0.1;
 /// `lambda` in the places of `c10`, `c01`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Prepared {
+    /// Neo-Hookean without fibers: what the passes evaluate in place.
+    plain: bool,
     green: bool,
     c10: f64,
     c01: f64,
@@ -33,21 +35,39 @@ pub(crate) struct Volumetric {
 
 impl Volumetric {
     /// Value and two derivatives at `J`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(&self, j: f64) -> [f64; 3] {
+        if j < EXTENSION_VOLUME_RATIO {
+            return self.extended(j);
+        }
+        let [h, h1, h2] = self.logarithmic(j);
+        self.with_constant(j, [h, h1, h2])
+    }
+
+    #[inline(always)]
+    fn logarithmic(&self, j: f64) -> [f64; 3] {
         let (a, b) = (self.log, self.log_squared);
-        let at = j.max(EXTENSION_VOLUME_RATIO);
-        let ln = at.ln();
-        let inverse = at.recip();
-        let mut h = ln * (0.5 * b * ln - a);
-        let mut h1 = (b * ln - a) * inverse;
-        let h2 = (a + b * (1.0 - ln)) * inverse * inverse;
-        let below = j - at;
-        h += below * (h1 + 0.5 * h2 * below);
-        h1 += h2 * below;
-        let off = j - 1.0;
-        let k = self.constant;
+        let ln = j.ln();
+        let inverse = j.recip();
+        [
+            ln * (0.5 * b * ln - a),
+            (b * ln - a) * inverse,
+            (a + b * (1.0 - ln)) * inverse * inverse,
+        ]
+    }
+
+    #[inline(always)]
+    fn with_constant(&self, j: f64, [h, h1, h2]: [f64; 3]) -> [f64; 3] {
+        let (k, off) = (self.constant, j - 1.0);
         [h + 0.5 * k * off * off, h1 + k * off, h2 + k]
+    }
+
+    #[cold]
+    fn extended(&self, j: f64) -> [f64; 3] {
+        let [h, h1, h2] = self.logarithmic(EXTENSION_VOLUME_RATIO);
+        let below = j - EXTENSION_VOLUME_RATIO;
+        let extended = [h + below * (h1 + 0.5 * h2 * below), h1 + h2 * below, h2];
+        self.with_constant(j, extended)
     }
 }
 
@@ -72,6 +92,7 @@ impl Prepared {
             }
         };
         Self {
+            plain: !green && c01 == 0.0 && material.fiber.is_none(),
             green,
             c10,
             c01,
@@ -109,19 +130,37 @@ impl Prepared {
         turned
     }
 
-    #[inline]
+    #[inline(always)]
+    pub(crate) fn is_plain(&self) -> bool {
+        self.plain
+    }
+
+    /// `c10 (I1 - 3) + h(J)` and its stress; transposes with `F`.
+    #[inline(always)]
+    pub(crate) fn neo_hookean(&self, f: DMat3) -> (f64, DMat3) {
+        let cof = cofactor(f);
+        let [h, h1, _] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
+        let energy = self.c10 * (double_dot(f, f) - 3.0) + h;
+        (energy, f * (2.0 * self.c10) + cof * h1)
+    }
+
+    /// Its tangent; transposes with `F` and `dF`.
+    #[inline(always)]
+    pub(crate) fn neo_hookean_change(&self, f: DMat3, df: DMat3) -> DMat3 {
+        let cof = cofactor(f);
+        let [_, h1, h2] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
+        df * (2.0 * self.c10) + cof * (h2 * double_dot(cof, df)) + cofactor_change(f, df) * h1
+    }
+
     pub(crate) fn energy_and_stress(&self, f: DMat3) -> (f64, DMat3) {
         let (mut energy, mut stress);
         if self.green {
             (energy, stress) = self.green_energy_and_stress(f);
         } else {
-            let cof = cofactor(f);
-            let [h, h1, _] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
-            let i1 = double_dot(f, f);
-            energy = self.c10 * (i1 - 3.0) + h;
-            stress = f * (2.0 * self.c10) + cof * h1;
+            (energy, stress) = self.neo_hookean(f);
             if self.c01 != 0.0 {
                 let c = f.transpose() * f;
+                let i1 = double_dot(f, f);
                 energy += self.c01 * (0.5 * (i1 * i1 - double_dot(c, c)) - 3.0);
                 stress += (f * i1 - f * c) * (2.0 * self.c01);
             }
@@ -157,8 +196,6 @@ impl Prepared {
     }
 
     pub(crate) fn stress_change(&self, f: DMat3, df: DMat3) -> DMat3 {
-        let cof = cofactor(f);
-        let j = f.x_axis.dot(cof.x_axis);
         let mut change;
         if self.green {
             let e = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
@@ -167,14 +204,12 @@ impl Prepared {
             change = df * self.hooke(e) + f * self.hooke(de);
             let k = self.volumetric.constant;
             if k > 0.0 {
-                change +=
-                    cof * (k * double_dot(cof, df)) + cofactor_change(f, df) * (k * (j - 1.0));
+                let cof = cofactor(f);
+                let off = f.x_axis.dot(cof.x_axis) - 1.0;
+                change += cof * (k * double_dot(cof, df)) + cofactor_change(f, df) * (k * off);
             }
         } else {
-            let [_, h1, h2] = self.volumetric.at(j);
-            change = df * (2.0 * self.c10)
-                + cof * (h2 * double_dot(cof, df))
-                + cofactor_change(f, df) * h1;
+            change = self.neo_hookean_change(f, df);
             if self.c01 != 0.0 {
                 let c = f.transpose() * f;
                 let ftdf = f.transpose() * df;

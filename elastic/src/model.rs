@@ -223,6 +223,7 @@ impl Elastic {
             unit.push(direction.try_normalize().ok_or(error)?);
         }
         self.body.fiber_directions = unit;
+        self.body.plain = false;
         Ok(())
     }
 

@@ -6,7 +6,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Lanes, Move, Sums, side_by_side};
+use super::{Lanes, Move};
 
 /// f64 storage and arithmetic.
 #[derive(Debug, Clone, Copy)]
@@ -37,9 +37,14 @@ impl Lanes for Double {
         Incoming([g.x, g.y, g.z, y.x, y.y, y.z, weight])
     }
 
-    #[inline]
+    #[inline(always)]
     fn matrix(on_gradient: DMat3, on_offset: DMat3) -> Matrix {
-        Matrix(side_by_side(on_gradient, on_offset))
+        let row = |a: DVec3, b: DVec3| [a.x, a.y, a.z, b.x, b.y, b.z];
+        Matrix([
+            row(on_gradient.x_axis, on_offset.x_axis),
+            row(on_gradient.y_axis, on_offset.y_axis),
+            row(on_gradient.z_axis, on_offset.z_axis),
+        ])
     }
 
     fn pair_gradient(pair: &Pair) -> DVec3 {
@@ -62,12 +67,25 @@ impl Lanes for Double {
         pair.0[6]
     }
 
-    #[inline]
-    fn gather_gradient(own: &Move, indices: &[u32], pairs: &[Pair], moves: &[Move]) -> Sums {
-        gradient_lanes(own, indices, pairs, moves)
+    #[inline(always)]
+    fn gather_gradient(
+        own: &Move,
+        indices: &[u32],
+        pairs: &[Pair],
+        moves: &[Move],
+    ) -> (DMat3, DMat3) {
+        let [x, y, z] = gradient_lanes(own, indices, pairs, moves);
+        let half = |k: usize| {
+            DMat3::from_cols(
+                DVec3::new(x[k], x[k + 1], x[k + 2]),
+                DVec3::new(y[k], y[k + 1], y[k + 2]),
+                DVec3::new(z[k], z[k + 1], z[k + 2]),
+            )
+        };
+        (half(0), half(3))
     }
 
-    #[inline]
+    #[inline(always)]
     fn gather_force(
         own: &Move,
         indices: &[u32],
@@ -85,7 +103,7 @@ impl Lanes for Double {
 }
 
 #[inline(never)]
-fn gradient_lanes(own: &Move, indices: &[u32], pairs: &[Pair], moves: &[Move]) -> Sums {
+fn gradient_lanes(own: &Move, indices: &[u32], pairs: &[Pair], moves: &[Move]) -> [[f64; 6]; 3] {
     let mut sum = [[0.0; 6]; 3];
     for (&j, z) in indices.iter().zip(pairs) {
         let other = &moves[j as usize];

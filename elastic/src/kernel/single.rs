@@ -14,7 +14,11 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Lanes, Move, Sums, side_by_side};
+use super::{Lanes, Move};
+
+/// Matrix entries (N m) below this are no force of anything: products with them would be
+/// subnormal, and those cost a hundred times a normal one.
+const TINY: f64 = 1e-24;
 
 /// f32 storage, f64 state.
 #[derive(Debug, Clone, Copy)]
@@ -40,16 +44,28 @@ impl Lanes for Single {
     }
 
     fn incoming(g: DVec3, y: DVec3, weight: f64) -> Eight {
-        Eight([g.x, g.y, g.z, y.x, y.y, y.z, weight, 0.0].map(|v| v as f32))
+        // Entries below f32's own rounding of the vector would only breed subnormal products.
+        let kept = |v: DVec3| {
+            let floor = 1e-12 * v.length();
+            v.to_array()
+                .map(|c| if c.abs() < floor { 0.0 } else { c as f32 })
+        };
+        let ([a, b, c], [d, e, f]) = (kept(g), kept(y));
+        Eight([a, b, c, d, e, f, weight as f32, 0.0])
     }
 
-    #[inline]
+    #[inline(always)]
     fn matrix(on_gradient: DMat3, on_offset: DMat3) -> Matrix {
-        let rows = side_by_side(on_gradient, on_offset);
-        Matrix(rows.map(|r| {
-            let [a, b, c, d, e, f] = r.map(|v| v as f32);
+        let kept = |v: f64| if v.abs() < TINY { 0.0 } else { v as f32 };
+        let row = |a: DVec3, b: DVec3| {
+            let ([a, b, c], [d, e, f]) = (a.to_array().map(kept), b.to_array().map(kept));
             [a, b, c, d, e, f, 0.0, 0.0]
-        }))
+        };
+        Matrix([
+            row(on_gradient.x_axis, on_offset.x_axis),
+            row(on_gradient.y_axis, on_offset.y_axis),
+            row(on_gradient.z_axis, on_offset.z_axis),
+        ])
     }
 
     fn pair_gradient(pair: &Eight) -> DVec3 {
@@ -72,15 +88,23 @@ impl Lanes for Single {
         pair.0[6].into()
     }
 
-    #[inline]
-    fn gather_gradient(own: &Move, indices: &[u32], pairs: &[Eight], moves: &[Move]) -> Sums {
-        gradient_lanes(own, indices, pairs, moves).map(|row| {
-            let [a, b, c, d, e, f, _, _] = row.map(f64::from);
-            [a, b, c, d, e, f]
-        })
+    #[inline(always)]
+    fn gather_gradient(
+        own: &Move,
+        indices: &[u32],
+        pairs: &[Eight],
+        moves: &[Move],
+    ) -> (DMat3, DMat3) {
+        let [x, y, z] = gradient_lanes(own, indices, pairs, moves);
+        let half = |k: usize| {
+            let column =
+                |row: &[f32; 8]| DVec3::new(row[k].into(), row[k + 1].into(), row[k + 2].into());
+            DMat3::from_cols(column(&x), column(&y), column(&z))
+        };
+        (half(0), half(3))
     }
 
-    #[inline]
+    #[inline(always)]
     fn gather_force(
         own: &Move,
         indices: &[u32],

@@ -1,0 +1,53 @@
+//! One evaluation for an instruction counter. Prints nodes and pairs; run it under
+//! `valgrind --tool=callgrind --toggle-collect='*forces_into*'` and divide.
+//!
+//! `cargo build --release -p phyxel-elastic --example instructions`, then
+//! `valgrind --tool=callgrind ... instructions [double|single]`.
+#![allow(clippy::print_stdout, reason = "prints what to divide by")]
+
+use glam::DVec3;
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use testkit::block::Block;
+use testkit::cloud::Random;
+
+fn main() {
+    let single = std::env::args().any(|a| a == "single");
+    let block = Block::eighteen([12; 3], 0.1);
+    let stencils = Stencils {
+        offsets: &block.offsets,
+        indices: &block.indices,
+        gradients: &block.gradients,
+        self_gradients: &block.self_gradients,
+        weights: &block.weights,
+    };
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let settings = Settings {
+        precision: if single {
+            Precision::Single
+        } else {
+            Precision::Double
+        },
+        ..Settings::default()
+    };
+    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
+    let mut body = Elastic::new(&stencils, &nodes, &material, &settings).expect("sound");
+    let mut random = Random::new(1);
+    let x: Vec<DVec3> = block
+        .positions
+        .iter()
+        .map(|x| *x * 1.02 + random.vector(0.002))
+        .collect();
+    let mut forces = vec![DVec3::ZERO; x.len()];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let energy = pool
+        .expect("one thread")
+        .install(|| body.forces_into(&x, &mut forces));
+    println!(
+        "{} nodes, {} pairs, energy {energy:.6e} J",
+        body.node_count(),
+        body.pair_count()
+    );
+}
