@@ -1,6 +1,7 @@
 //! Largest eigenvalue of `M⁻¹ K` and the step it allows.
 
 use crate::supports::Supports;
+use crate::vector::{add_scaled, dot, scale_by};
 use glam::DVec3;
 
 /// How long to iterate, and how much to add to the result.
@@ -240,22 +241,6 @@ fn start_vector(n: usize) -> Vec<DVec3> {
         unit - 0.5
     };
     (0..n).map(|_| DVec3::new(next(), next(), next())).collect()
-}
-
-pub(crate) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
-}
-
-fn add_scaled(a: &mut [DVec3], factor: f64, b: &[DVec3]) {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a += *b * factor;
-    }
-}
-
-fn scale_by(a: &mut [DVec3], factor: f64) {
-    for a in a {
-        *a *= factor;
-    }
 }
 
 fn orthogonalize(a: &mut [DVec3], unit: &[DVec3]) {

@@ -1,8 +1,9 @@
 //! Force laws with closed-form answers, for this crate's tests.
 
 use crate::eigenvalue::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
+use crate::law::ForceLaw;
 use crate::supports::Supports;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Masses between springs along x, both ends tied to walls: `K` is tridiagonal (2, −1) · k.
 pub(crate) struct Chain {
@@ -65,6 +66,7 @@ impl Chain {
 pub(crate) struct Network {
     pub(crate) springs: Vec<(usize, usize, f64)>,
     pub(crate) stiffness: f64,
+    at: Vec<DVec3>,
 }
 
 impl Network {
@@ -75,7 +77,11 @@ impl Network {
                 springs.push((i, j, rest[i].distance(rest[j])));
             }
         }
-        Self { springs, stiffness }
+        Self {
+            springs,
+            stiffness,
+            at: rest.to_vec(),
+        }
     }
 
     pub(crate) fn forces(&self, x: &[DVec3], f: &mut [DVec3]) -> f64 {
@@ -91,5 +97,53 @@ impl Network {
             f[j] -= pull;
         }
         energy
+    }
+}
+
+impl Network {
+    fn block(&self, i: usize, j: usize, length: f64) -> DMat3 {
+        let d = self.at[j] - self.at[i];
+        let r = d.length();
+        let (n, s) = (d / r, r - length);
+        let first = self.stiffness * s * (1.0 + 2.0 * s * s) / r;
+        let second = self.stiffness * (1.0 + 6.0 * s * s);
+        let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+        outer * (second - first) + DMat3::from_diagonal(DVec3::splat(first))
+    }
+}
+
+impl ForceLaw for Network {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.at.copy_from_slice(positions);
+        self.forces(positions, forces)
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        product.fill(DVec3::ZERO);
+        for &(i, j, length) in &self.springs {
+            let pull = self.block(i, j, length) * (vector[j] - vector[i]);
+            product[i] -= pull;
+            product[j] += pull;
+        }
+    }
+
+    fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
+        blocks.fill(DMat3::ZERO);
+        for &(i, j, length) in &self.springs {
+            let block = self.block(i, j, length);
+            blocks[i] += block;
+            blocks[j] += block;
+        }
+        true
+    }
+}
+
+impl ForceLaw for Chain {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.forces(positions, forces)
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        self.product(vector, product);
     }
 }

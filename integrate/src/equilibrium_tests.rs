@@ -1,0 +1,151 @@
+use super::*;
+use crate::path::Path;
+use crate::testing::{Chain, Network};
+use testkit::cloud::uniform;
+
+fn hung() -> (Network, Vec<DVec3>, Supports, Vec<DVec3>) {
+    let rest = uniform(20, 1.0, 11);
+    let network = Network::complete(&rest, 10.0);
+    let supports = Supports::fixed(20, &[0, 1, 2]);
+    let loads = vec![DVec3::new(0.0, 0.3, -1.5); 20];
+    (network, rest, supports, loads)
+}
+
+#[test]
+fn newton_converges_quadratically_to_round_off() {
+    let (mut network, rest, supports, loads) = hung();
+    let mut x = rest.clone();
+    let load = StaticLoad {
+        forces: &loads,
+        ..StaticLoad::default()
+    };
+    let settings = NewtonSettings {
+        tolerance: 1e-12,
+        ..NewtonSettings::default()
+    };
+    let report = solve_static(&mut network, &mut x, &supports, &load, &settings).unwrap();
+    let last = report.steps.last().unwrap();
+    assert!(last.relative_residual() < 1e-12, "{last:?}");
+    // Quadratic: r_(k+1) <= C r_k^2 / scale once below a hundredth.
+    let r: Vec<f64> = last.residuals.iter().map(|r| r / last.scale).collect();
+    let quadratic = r.windows(2).filter(|w| w[0] < 1e-2 && w[0] > 1e-7);
+    let mut seen = 0;
+    for pair in quadratic {
+        assert!(pair[1] < 60.0 * pair[0] * pair[0], "{r:?}");
+        seen += 1;
+    }
+    assert!(seen >= 1, "passed through the quadratic range: {r:?}");
+    let total: DVec3 = report.reactions.iter().map(|(_, f)| *f).sum();
+    let load: DVec3 = loads.iter().sum();
+    assert!(
+        (total + load).length() < 1e-9 * load.length(),
+        "reactions carry the load"
+    );
+}
+
+#[test]
+fn relaxation_agrees_with_newton() {
+    let (mut network, rest, supports, loads) = hung();
+    let mut x = rest.clone();
+    let load = StaticLoad {
+        forces: &loads,
+        steps: 4,
+        ..StaticLoad::default()
+    };
+    let report = solve_static(
+        &mut network,
+        &mut x,
+        &supports,
+        &load,
+        &NewtonSettings::default(),
+    )
+    .unwrap();
+    assert_eq!(report.steps.len(), 4, "load steps");
+    let mut y = rest;
+    let settings = RelaxSettings {
+        tolerance: 1e-9,
+        ..RelaxSettings::default()
+    };
+    let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
+    let relaxed = relax(law, &mut y, &[1.0; 20], &supports, &loads, 0.05, &settings).unwrap();
+    for (x, y) in x.iter().zip(&y) {
+        assert!((*x - *y).length() < 1e-7, "{x} {y}");
+    }
+    assert!(
+        (relaxed.energy - report.energy).abs() < 1e-7 * report.energy,
+        "energy"
+    );
+}
+
+#[test]
+fn driven_supports_stretch_a_chain_evenly() {
+    let mut chain = Chain::new(9, 3.0, 1.0);
+    let rest = chain.rest.clone();
+    let mut supports = Supports::free(9);
+    let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
+    supports.drive(&[8], [true, true, true], path, &rest);
+    let mut x = rest.clone();
+    let load = StaticLoad {
+        times: [0.0, 1.0],
+        ..StaticLoad::default()
+    };
+    let settings = NewtonSettings {
+        tolerance: 1e-12,
+        ..NewtonSettings::default()
+    };
+    let report = solve_static(&mut chain, &mut x, &supports, &load, &settings).unwrap();
+    for (i, (x, rest)) in x.iter().zip(&rest).enumerate() {
+        let share = f64::from(u32::try_from(i + 1).unwrap()) / 9.0;
+        assert!(
+            (*x - *rest - DVec3::X * share).length() < 1e-11,
+            "node {i}: {x}"
+        );
+    }
+    // Nine springs in a row pull back, the one behind the end pushes.
+    let force = report.reactions[0].1.x;
+    assert!((force - (3.0 / 9.0 + 3.0)).abs() < 1e-10, "{force}");
+}
+
+#[test]
+fn errors_say_what_is_missing() {
+    let mut network = Network::complete(&uniform(4, 1.0, 2), 1.0);
+    let mut x = uniform(4, 1.0, 2);
+    x[3] = x[2];
+    let free = Supports::free(4);
+    let error = solve_static(
+        &mut network,
+        &mut x,
+        &free,
+        &StaticLoad::default(),
+        &NewtonSettings::default(),
+    );
+    assert!(
+        matches!(error, Err(SolveError::NotFinite { .. })),
+        "{error:?}"
+    );
+    let mut x = uniform(4, 1.0, 2);
+    let loads = [DVec3::X; 4];
+    let load = StaticLoad {
+        forces: &loads,
+        ..StaticLoad::default()
+    };
+    let settings = NewtonSettings {
+        iterations: 3,
+        ..NewtonSettings::default()
+    };
+    let error = solve_static(&mut network, &mut x, &free, &load, &settings).unwrap_err();
+    assert!(error.to_string().contains("supports"), "{error}");
+    let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
+    let mut y = uniform(4, 1.0, 2);
+    let settings = RelaxSettings {
+        evaluations: 20,
+        ..RelaxSettings::default()
+    };
+    let error = relax(law, &mut y, &[1.0; 4], &free, &loads, 0.1, &settings);
+    assert!(
+        matches!(error, Err(SolveError::TooManyIterations { .. })),
+        "{error:?}"
+    );
+    let error = relax(law, &mut y, &[1.0; 4], &free, &loads, 0.0, &settings);
+    assert_eq!(error, Err(SolveError::BadStep { step: 0.0 }), "step");
+}
