@@ -102,12 +102,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..RenderSettings::default()
     });
     let view = SplatView {
+        surfels: tissue.surfels(),
         splats: &splats,
         colors: &colors,
-        materials: &tissue.surfels().materials,
-        texture_points: &tissue.surfels().positions,
         clips: tissue.clips(),
-        radii: &tissue.surfels().radii,
     };
     let tools = Mesh::scalpel(
         DVec3::new(0.0, 0.0, 0.05),

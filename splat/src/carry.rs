@@ -17,6 +17,11 @@ pub struct Splats {
     pub axes_v: Vec<DVec3>,
     /// Outward unit normals.
     pub normals: Vec<DVec3>,
+    /// Change of the normal from the centre to the end of the first axis (Aras 2014, eq. (51):
+    /// a linear field of normals over the disk).
+    pub bends_u: Vec<DVec3>,
+    /// Change of the normal from the centre to the end of the second axis.
+    pub bends_v: Vec<DVec3>,
 }
 
 impl Splats {
@@ -30,15 +35,26 @@ impl Splats {
             out.axes_u.push(t0 * surfels.radii[i]);
             out.axes_v.push(t1 * surfels.radii[i]);
             out.normals.push(surfels.normals[i]);
+            let [a, b] = bends(surfels.shapes[i], t0, t1);
+            out.bends_u.push(a * surfels.radii[i]);
+            out.bends_v.push(b * surfels.radii[i]);
         }
         out
     }
 }
 
+/// Change of the rest normal per metre along the two tangents.
+#[inline]
+fn bends(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
+    [t0 * shape.x + t1 * shape.y, t0 * shape.y + t1 * shape.z]
+}
+
 /// Carries surfels by their nodes' positions and deformation gradients.
 ///
 /// `x = Σ w_i (x_i + F_i (X - X_i))`; the disk's axes are `r F t` with `F = Σ w_i F_i`, and the
-/// normal is their cross product, i.e. `cof(F) N` normalised. This replaces Aras 2014, eq. (59)
+/// normal is their cross product, i.e. `cof(F) N` normalised. The linear field of normals over the disk is carried by the same
+/// cofactor: where Aras 2014 calls Phong splatting (eq. (51)) unfit for bodies that deform, this
+/// keeps it at the price of two products. This replaces Aras 2014, eq. (59)
 /// (`x = X + Σ w_i u_i / Σ w_i`, in print without its sum), which drags surfels behind in a
 /// rotation and leaves normals where they were.
 ///
@@ -76,15 +92,18 @@ pub fn carry_into(
     splats.axes_u.resize(n, DVec3::ZERO);
     splats.axes_v.resize(n, DVec3::ZERO);
     splats.normals.resize(n, DVec3::ZERO);
+    splats.bends_u.resize(n, DVec3::ZERO);
+    splats.bends_v.resize(n, DVec3::ZERO);
     splats
         .positions
         .par_iter_mut()
         .zip(&mut splats.axes_u)
         .zip(&mut splats.axes_v)
         .zip(&mut splats.normals)
+        .zip(splats.bends_u.par_iter_mut().zip(&mut splats.bends_v))
         .enumerate()
         .with_min_len(256)
-        .for_each(|(i, (((x, u), v), normal))| {
+        .for_each(|(i, ((((x, u), v), normal), (bend_u, bend_v)))| {
             let rest = surfels.positions[i];
             let (row, weights) = binding.row(i);
             let mut at = DVec3::ZERO;
@@ -99,8 +118,24 @@ pub fn carry_into(
             let (t0, t1) = Surfels::tangents(rest_normal);
             let (a, b) = (f * t0, f * t1);
             *x = at;
-            *normal = a.cross(b).try_normalize().unwrap_or(rest_normal);
             let radius = surfels.radii[i];
+            let raw = a.cross(b);
+            let length = raw.length();
+            if length > 0.0 {
+                let cofactor = DMat3::from_cols(
+                    f.y_axis.cross(f.z_axis),
+                    f.z_axis.cross(f.x_axis),
+                    f.x_axis.cross(f.y_axis),
+                );
+                *normal = raw / length;
+                let [p, q] = bends(surfels.shapes[i], t0, t1);
+                *bend_u = cofactor * p * (radius / length);
+                *bend_v = cofactor * q * (radius / length);
+            } else {
+                *normal = rest_normal;
+                *bend_u = DVec3::ZERO;
+                *bend_v = DVec3::ZERO;
+            }
             *u = a.clamp_length_max(max_stretch) * radius;
             *v = b.clamp_length_max(max_stretch) * radius;
         });

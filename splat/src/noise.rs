@@ -28,6 +28,43 @@ fn gradient(hash: u32, d: Vec3) -> f32 {
     a + b
 }
 
+/// Slope of a lattice gradient: the vector whose product with d [`gradient`] gives.
+#[inline]
+fn slope(hash: u32) -> Vec3 {
+    let a = if hash & 4 == 0 { 1.0 } else { -1.0 };
+    let b = if hash & 8 == 0 { 1.0 } else { -1.0 };
+    match hash & 3 {
+        0 => Vec3::new(a, b, 0.0),
+        1 => Vec3::new(0.0, a, b),
+        _ => Vec3::new(b, 0.0, a),
+    }
+}
+
+/// About the gradient of [`gradient_noise`]: the lattice gradients, smoothly interpolated. Cheaper
+/// than the gradient and as continuous; what a relief needs.
+#[must_use]
+pub fn slope_noise(p: Vec3) -> Vec3 {
+    let floor = p.floor();
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "saturates; noise far outside need not vary"
+    )]
+    let (x, y, z) = (floor.x as i32, floor.y as i32, floor.z as i32);
+    let f = p - floor;
+    let s = f * f * (Vec3::splat(3.0) - 2.0 * f);
+    let corner = |dx: i32, dy: i32, dz: i32| {
+        slope(hash(
+            x.wrapping_add(dx),
+            y.wrapping_add(dy),
+            z.wrapping_add(dz),
+        ))
+    };
+    let edge = |dy: i32, dz: i32| corner(0, dy, dz).lerp(corner(1, dy, dz), s.x);
+    let near = edge(0, 0).lerp(edge(1, 0), s.y);
+    let far = edge(0, 1).lerp(edge(1, 1), s.y);
+    near.lerp(far, s.z)
+}
+
 /// Gradient noise at a point, lattice cell 1: smooth, mean 0, within about ±1.
 ///
 /// Zero at lattice points, twice continuously differentiable, same everywhere and always.

@@ -4,7 +4,7 @@ use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, single};
 use crate::clip::Clip;
 use crate::scene::{DrawMode, SplatView};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec4};
 use rayon::prelude::*;
 
 /// Side of a tile (samples).
@@ -34,8 +34,10 @@ pub(crate) struct Projected {
     pub(crate) tolerance: f32,
     /// Squared inverse radius of the screen filter, 0 without.
     pub(crate) filter: f32,
-    /// Unit normal in camera axes (right, up, towards the viewer).
-    pub(crate) normal: Vec3,
+    /// Unit normal in camera axes (right, up, towards the viewer), and 1.
+    pub(crate) normal: Vec4,
+    /// Change of the normal along the two disk coordinates, and 0.
+    pub(crate) bend: [Vec4; 2],
     /// Samples covered: x0, y0, x1, y1, half-open.
     pub(crate) bounds: [i32; 4],
     pub(crate) splat: u32,
@@ -81,12 +83,13 @@ pub(crate) struct Raster {
 /// Projects and bins all splats.
 pub(crate) fn project(view: &SplatView<'_>, camera: &Camera, raster: &Raster) -> Vec<Chunk> {
     let n = view.splats.positions.len();
+    let axes = camera.axes();
     (0..n.div_ceil(CHUNK))
         .into_par_iter()
         .map(|c| {
             let mut chunk = Chunk::default();
             for i in c * CHUNK..((c + 1) * CHUNK).min(n) {
-                project_one(view, camera, raster, i, &mut chunk);
+                project_one(view, camera, &axes, raster, i, &mut chunk);
             }
             bin(&mut chunk, raster.tiles);
             chunk
@@ -97,22 +100,27 @@ pub(crate) fn project(view: &SplatView<'_>, camera: &Camera, raster: &Raster) ->
 fn project_one(
     view: &SplatView<'_>,
     camera: &Camera,
+    axes: &DMat3,
     raster: &Raster,
     i: usize,
     chunk: &mut Chunk,
 ) {
     let splats = view.splats;
-    let axes = camera.axes();
-    let c = axes * (splats.positions[i] - camera.eye);
-    let normal = axes * splats.normals[i];
+    let (arm, normal) = (splats.positions[i] - camera.eye, splats.normals[i]);
     let toward = match camera.lens {
-        Lens::Perspective { .. } => normal.dot(c),
-        Lens::Orthographic { .. } => normal.z,
+        Lens::Perspective { .. } => normal.dot(arm),
+        Lens::Orthographic { .. } => normal.dot(camera.forward),
     };
     // Seen from behind (and NaN).
-    if toward >= 0.0 || toward.is_nan() || c.z <= 0.0 {
+    if toward >= 0.0 || toward.is_nan() {
         return;
     }
+    let axes = *axes;
+    let c = axes * arm;
+    if c.z <= 0.0 {
+        return;
+    }
+    let normal = axes * normal;
     let (mut u, mut v) = (axes * splats.axes_u[i], axes * splats.axes_v[i]);
     let size = u.length().max(v.length());
     let height = crate::cast::real(raster.height);
@@ -157,13 +165,20 @@ fn project_one(
         Lens::Perspective { .. } => raster.tolerance * size / (c.z * c.z),
         Lens::Orthographic { .. } => raster.tolerance * size,
     });
-    out.normal = Vec3::new(single(normal.x), single(-normal.y), single(-normal.z));
+    let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
+    out.normal = lit(normal, 1.0);
+    if !aligned {
+        out.bend = [
+            lit(axes * splats.bends_u[i], 0.0),
+            lit(axes * splats.bends_v[i], 0.0),
+        ];
+    }
     out.splat = count(i);
     let first = count(chunk.walls.len());
     if let Some(clip) = view.clips.get(i).and_then(Option::as_ref)
         && !aligned
     {
-        add_walls(clip, view.radii[i], scale, &mut chunk.walls);
+        add_walls(clip, view.surfels.radii[i], scale, &mut chunk.walls);
     }
     out.walls = [first, count(chunk.walls.len())];
     chunk.splats.push(out);
@@ -182,7 +197,8 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
         slope: [0.0; 2],
         tolerance: 0.0,
         filter: 0.0,
-        normal: Vec3::ZERO,
+        normal: Vec4::ZERO,
+        bend: [Vec4::ZERO; 2],
         bounds: [0; 4],
         splat: 0,
         walls: [0; 2],

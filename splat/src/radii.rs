@@ -23,6 +23,8 @@ const CELL_NEIGHBORS: usize = 16;
 const OVERLAP: f64 = 1.15;
 /// Neighbours whose normals are farther apart than this lie on another face (cosine).
 const FACE_COSINE: f64 = 0.5;
+/// Neighbours within 40° belong to the same smooth face (cosine).
+const SAME_FACE: f64 = 0.766;
 
 /// The smallest radii for which disks leave no hole on a plane: the circumradius of each surfel's
 /// Voronoi cell among its 16 nearest neighbours, in its tangent plane, times 1.15 so that the
@@ -95,6 +97,51 @@ fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize
     }
     let squared = cell.iter().map(|p| p.length_squared()).fold(0.0, f64::max);
     squared.sqrt().min(h)
+}
+
+/// Shape operators by least squares: the symmetric 2×2 matrix that best maps the tangent offsets of
+/// the eight nearest neighbours on the same face to the change of their normals; one entry per
+/// surfel, as [`Surfels::shapes`]. Zero where neighbours do not span the plane.
+///
+/// # Panics
+/// If the slices differ in length.
+#[must_use]
+pub fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVec3> {
+    assert_eq!(positions.len(), normals.len(), "one normal per position");
+    let tree = point_tree(positions);
+    (0..positions.len())
+        .into_par_iter()
+        .map(|i| {
+            let (x, n) = (positions[i], normals[i]);
+            let (t0, t1) = Surfels::tangents(n);
+            // Normal equations of xx, xy, yy.
+            let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+            let mut right = DVec3::ZERO;
+            for p in tree.nearest_neighbor_iter(x.to_array()).take(9) {
+                let j = index(p.data);
+                if normals[j].dot(n) <= SAME_FACE {
+                    continue;
+                }
+                let (d, e) = (positions[j] - x, normals[j] - n);
+                let (u, v) = (d.dot(t0), d.dot(t1));
+                let (a, b) = (e.dot(t0), e.dot(t1));
+                uu += u * u;
+                uv += u * v;
+                vv += v * v;
+                right += DVec3::new(u * a, v * a + u * b, v * b);
+            }
+            let matrix = glam::DMat3::from_cols(
+                DVec3::new(uu, uv, 0.0),
+                DVec3::new(uv, uu + vv, uv),
+                DVec3::new(0.0, uv, vv),
+            );
+            let scale = uu + vv;
+            if matrix.determinant() <= 1e-6 * scale * scale * scale {
+                return DVec3::ZERO;
+            }
+            matrix.inverse() * right
+        })
+        .collect()
 }
 
 /// Keeps the part of a convex polygon with `p · direction <= offset`.

@@ -2,21 +2,35 @@
 
 use crate::cast::index;
 use crate::project::{Chunk, Projected, TILE, Wall};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// Samples of a tile.
 const AREA: usize = TILE * TILE;
 /// Weight that even the border of a disk has, so that any covered sample gets a colour.
 const LEAST_WEIGHT: f32 = 1e-4;
+/// 0, 1, 2, ...
+#[allow(clippy::cast_precision_loss, reason = "32 values")]
+const RAMP: [f32; TILE] = {
+    let mut ramp = [0.0; TILE];
+    let mut i = 0;
+    while i < TILE {
+        ramp[i] = i as f32;
+        i += 1;
+    }
+    ramp
+};
 
-/// Sums of one tile, per sample.
+/// Weighted sums of one sample: normal and weight, colour and specular, texture point and relief.
+pub(crate) type Sums = [Vec4; 3];
+
+/// One tile in the making, per sample.
 #[derive(Debug)]
 pub(crate) struct TileBuffers {
     /// Nearness of what is seen; minus infinity: nothing.
     pub(crate) near: Vec<f32>,
-    pub(crate) weight: Vec<f32>,
-    /// Weighted normal (3), colour (3), texture point (3), specular, relief.
-    pub(crate) sums: [Vec<f32>; 11],
+    /// Nearness that splats must reach to blend; infinite where a triangle is seen.
+    limit: Vec<f32>,
+    pub(crate) sums: Vec<Sums>,
     /// Triangle seen, plus 1; 0: none.
     pub(crate) triangle: Vec<u32>,
 }
@@ -25,19 +39,16 @@ impl TileBuffers {
     pub(crate) fn new() -> Self {
         Self {
             near: vec![f32::NEG_INFINITY; AREA],
-            weight: vec![0.0; AREA],
-            sums: std::array::from_fn(|_| vec![0.0; AREA]),
+            limit: vec![f32::NEG_INFINITY; AREA],
+            sums: vec![[Vec4::ZERO; 3]; AREA],
             triangle: vec![0; AREA],
         }
     }
 
     pub(crate) fn clear(&mut self) {
         self.near.fill(f32::NEG_INFINITY);
-        self.weight.fill(0.0);
         self.triangle.fill(0);
-        for s in &mut self.sums {
-            s.fill(0.0);
-        }
+        self.sums.fill([Vec4::ZERO; 3]);
     }
 }
 
@@ -45,6 +56,8 @@ impl TileBuffers {
 pub(crate) struct Ink {
     pub(crate) color: Vec3,
     pub(crate) point: Vec3,
+    /// Change of the texture point along the two disk coordinates.
+    pub(crate) along: [Vec3; 2],
     pub(crate) specular: f32,
     pub(crate) relief: f32,
 }
@@ -72,55 +85,61 @@ fn window(bounds: [i32; 4], origin: [i32; 2]) -> [usize; 4] {
     ]
 }
 
-/// A row of fragments: squared disk radius over 1 where outside, and nearness.
+/// A row of fragments of one splat: disk coordinates, their squared length (over 1: outside) and
+/// nearness.
 struct Row {
+    s: [f32; TILE],
+    t: [f32; TILE],
     squared: [f32; TILE],
     near: [f32; TILE],
+    weight: [f32; TILE],
 }
 
-#[allow(
-    clippy::cast_precision_loss,
-    reason = "sample coordinates are far below 2^24"
-)]
-#[inline]
-fn fragments(
-    p: &Projected,
-    walls: &[Wall],
-    origin: [i32; 2],
-    y: usize,
-    x: [usize; 2],
-    row: &mut Row,
-) {
-    let dy = origin[1] as f32 + y as f32 + 0.5 - p.y;
-    let dx0 = origin[0] as f32 + 0.5 - p.x;
-    let (s0, t0) = (p.s[1] * dy, p.t[1] * dy);
-    let w0 = 1.0 + p.w[1] * dy;
-    let n0 = p.near + p.slope[1] * dy;
-    for i in x[0]..x[1] {
-        let dx = dx0 + i as f32;
-        let (s, t) = (s0 + p.s[0] * dx, t0 + p.t[0] * dx);
-        let w = w0 + p.w[0] * dx;
-        row.squared[i] = (s * s + t * t) / (w * w);
-        row.near[i] = n0 + p.slope[0] * dx;
-    }
-    if p.filter > 0.0 {
-        for i in x[0]..x[1] {
-            let dx = dx0 + i as f32;
-            let flat = (dx * dx + dy * dy) * p.filter;
-            if flat < row.squared[i] {
-                row.squared[i] = flat;
-                row.near[i] = p.near;
+impl Row {
+    const EMPTY: Self = Self {
+        s: [0.0; TILE],
+        t: [0.0; TILE],
+        squared: [0.0; TILE],
+        near: [0.0; TILE],
+        weight: [0.0; TILE],
+    };
+
+    /// Fills the first `n` fragments; (dx, dy) is the first sample's offset from the centre.
+    #[inline]
+    fn fill(&mut self, p: &Projected, walls: &[Wall], dx: f32, dy: f32, n: usize) {
+        let (s0, t0) = (p.s[0] * dx + p.s[1] * dy, p.t[0] * dx + p.t[1] * dy);
+        let w0 = 1.0 + p.w[0] * dx + p.w[1] * dy;
+        let n0 = p.near + p.slope[0] * dx + p.slope[1] * dy;
+        let (ss, ts) = (&mut self.s[..n], &mut self.t[..n]);
+        let (squares, nears) = (&mut self.squared[..n], &mut self.near[..n]);
+        for i in 0..n {
+            let x = RAMP[i];
+            let inverse = 1.0 / (w0 + p.w[0] * x);
+            let (s, t) = ((s0 + p.s[0] * x) * inverse, (t0 + p.t[0] * x) * inverse);
+            ss[i] = s;
+            ts[i] = t;
+            squares[i] = s * s + t * t;
+            nears[i] = n0 + p.slope[0] * x;
+        }
+        if p.filter > 0.0 {
+            for i in 0..n {
+                let x = dx + RAMP[i];
+                let flat = (x * x + dy * dy) * p.filter;
+                if flat < squares[i] {
+                    // The centre stands for the whole of a disk too thin to be sampled.
+                    squares[i] = flat;
+                    nears[i] = p.near;
+                    ss[i] = 0.0;
+                    ts[i] = 0.0;
+                }
             }
         }
-    }
-    for wall in walls {
-        for i in x[0]..x[1] {
-            let dx = dx0 + i as f32;
-            let w = w0 + p.w[0] * dx;
-            let (s, t) = ((s0 + p.s[0] * dx) / w, (t0 + p.t[0] * dx) / w);
-            let f = |l: &[f32; 3]| l[0] + l[1] * s + l[2] * t;
-            if f(&wall[0]) >= 0.0 && f(&wall[1]) >= 0.0 && f(&wall[2]) < 0.0 {
-                row.squared[i] = f32::INFINITY;
+        for wall in walls {
+            for i in 0..n {
+                let f = |l: &[f32; 3]| l[0] + l[1] * ss[i] + l[2] * ts[i];
+                if f(&wall[0]) >= 0.0 && f(&wall[1]) >= 0.0 && f(&wall[2]) < 0.0 {
+                    squares[i] = f32::INFINITY;
+                }
             }
         }
     }
@@ -139,9 +158,9 @@ pub(crate) fn draw_triangles(
     for (id, t) in triangles {
         let [x0, y0, x1, y1] = window(t.bounds, origin);
         for y in y0..y1 {
-            let py = (origin[1] as f32) + y as f32 + 0.5;
+            let py = (origin[1] as f32) + RAMP[y] + 0.5;
             for x in x0..x1 {
-                let px = (origin[0] as f32) + x as f32 + 0.5;
+                let px = (origin[0] as f32) + RAMP[x] + 0.5;
                 let at = |l: &[f32; 3]| l[0] + l[1] * px + l[2] * py;
                 let inside = t.edges.iter().all(|e| at(e) >= 0.0);
                 let near = at(&t.near);
@@ -155,10 +174,6 @@ pub(crate) fn draw_triangles(
     }
 }
 
-#[allow(
-    clippy::needless_range_loop,
-    reason = "several rows are walked in step"
-)]
 /// First pass: nearness of the nearest surface. Second pass: blending of what is near to it.
 pub(crate) fn draw_splats(
     chunks: &[Chunk],
@@ -167,81 +182,102 @@ pub(crate) fn draw_splats(
     ink: &dyn Fn(u32) -> Ink,
     tile: &mut TileBuffers,
 ) {
-    let mut row = Row {
-        squared: [0.0; TILE],
-        near: [0.0; TILE],
-    };
+    let mut row = Row::EMPTY;
+    let has_triangles = tile.triangle.iter().any(|&t| t != 0);
+    if has_triangles {
+        tile.limit.copy_from_slice(&tile.near);
+    }
     for chunk in chunks {
         for p in chunk.in_tile(tile_index) {
-            let [x0, y0, x1, y1] = window(p.bounds, origin);
             let walls = &chunk.walls[index(p.walls[0])..index(p.walls[1])];
-            for y in y0..y1 {
-                fragments(p, walls, origin, y, [x0, x1], &mut row);
-                let near = &mut tile.near[y * TILE..(y + 1) * TILE];
-                for i in x0..x1 {
-                    let nearer = row.squared[i] <= 1.0 && row.near[i] > near[i];
-                    near[i] = if nearer { row.near[i] } else { near[i] };
-                    if nearer {
-                        tile.triangle[y * TILE + i] = 0;
-                    }
+            for_rows(p, origin, |from, n, dx, dy| {
+                row.fill(p, walls, dx, dy, n);
+                let seen = &mut tile.near[from..from + n];
+                for ((z, &q), &near) in seen.iter_mut().zip(&row.squared).zip(&row.near) {
+                    *z = if q <= 1.0 && near > *z { near } else { *z };
                 }
-            }
+            });
         }
     }
-    let mut weight = [0.0_f32; TILE];
+    if has_triangles {
+        for ((limit, &near), triangle) in tile
+            .limit
+            .iter_mut()
+            .zip(&tile.near)
+            .zip(&mut tile.triangle)
+        {
+            if near > *limit {
+                *triangle = 0;
+            }
+            *limit = if *triangle == 0 { near } else { f32::INFINITY };
+        }
+    } else {
+        tile.limit.copy_from_slice(&tile.near);
+    }
     for chunk in chunks {
         for p in chunk.in_tile(tile_index) {
-            let [x0, y0, x1, y1] = window(p.bounds, origin);
             let walls = &chunk.walls[index(p.walls[0])..index(p.walls[1])];
-            let mut loaded: Option<[f32; 11]> = None;
-            for y in y0..y1 {
-                fragments(p, walls, origin, y, [x0, x1], &mut row);
-                let at = y * TILE;
-                let mut most = 0.0_f32;
-                for i in x0..x1 {
-                    let fall = 1.0 - row.squared[i];
-                    let seen = fall >= 0.0
-                        && row.near[i] + p.tolerance >= tile.near[at + i]
-                        && tile.triangle[at + i] == 0;
-                    weight[i] = if seen {
-                        fall * fall + LEAST_WEIGHT
-                    } else {
-                        0.0
-                    };
-                    most = most.max(weight[i]);
+            let mut loaded: Option<[Vec4; 4]> = None;
+            for_rows(p, origin, |from, n, dx, dy| {
+                row.fill(p, walls, dx, dy, n);
+                if !weigh(&mut row, &tile.limit[from..from + n], p.tolerance) {
+                    return;
                 }
-                if most <= 0.0 {
-                    continue;
-                }
-                let values = loaded.get_or_insert_with(|| {
+                let [color, point, along_s, along_t] = *loaded.get_or_insert_with(|| {
                     let ink = ink(p.splat);
-                    let (n, c, q) = (p.normal, ink.color, ink.point);
                     [
-                        n.x,
-                        n.y,
-                        n.z,
-                        c.x,
-                        c.y,
-                        c.z,
-                        q.x,
-                        q.y,
-                        q.z,
-                        ink.specular,
-                        ink.relief,
+                        ink.color.extend(ink.specular),
+                        ink.point.extend(ink.relief),
+                        ink.along[0].extend(0.0),
+                        ink.along[1].extend(0.0),
                     ]
                 });
-                for (w, sum) in weight[x0..x1]
-                    .iter()
-                    .zip(&mut tile.weight[at + x0..at + x1])
-                {
-                    *sum += w;
-                }
-                for (value, sums) in values.iter().zip(&mut tile.sums) {
-                    for (w, sum) in weight[x0..x1].iter().zip(&mut sums[at + x0..at + x1]) {
-                        *sum += w * value;
+                for (i, sums) in tile.sums[from..from + n].iter_mut().enumerate() {
+                    let w = row.weight[i];
+                    if w > 0.0 {
+                        let normal = p.normal + p.bend[0] * row.s[i] + p.bend[1] * row.t[i];
+                        sums[0] += normal * w;
+                        sums[1] += color * w;
+                        sums[2] += (point + along_s * row.s[i] + along_t * row.t[i]) * w;
                     }
                 }
-            }
+            });
         }
+    }
+}
+
+/// Blend weights of a row; false if all are zero.
+#[inline]
+fn weigh(row: &mut Row, limit: &[f32], tolerance: f32) -> bool {
+    let mut any = false;
+    let fragments = row.weight.iter_mut().zip(&row.squared).zip(&row.near);
+    for (((w, &q), &near), &limit) in fragments.zip(limit) {
+        let seen = q <= 1.0 && near + tolerance >= limit;
+        let fall = 1.0 - q;
+        *w = if seen {
+            fall * fall + LEAST_WEIGHT
+        } else {
+            0.0
+        };
+        any |= seen;
+    }
+    any
+}
+
+/// Calls `f(first sample of the tile, samples, dx, dy)` for every row of a splat in the tile.
+#[allow(
+    clippy::cast_precision_loss,
+    reason = "sample coordinates are far below 2^24"
+)]
+#[inline]
+fn for_rows(p: &Projected, origin: [i32; 2], mut f: impl FnMut(usize, usize, f32, f32)) {
+    let [x0, y0, x1, y1] = window(p.bounds, origin);
+    if x0 >= x1 {
+        return;
+    }
+    let dx = origin[0] as f32 - p.x + (RAMP[x0] + 0.5);
+    for y in y0..y1 {
+        let dy = origin[1] as f32 - p.y + (RAMP[y] + 0.5);
+        f(y * TILE + x0, x1 - x0, dx, dy);
     }
 }

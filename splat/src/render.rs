@@ -4,11 +4,12 @@ use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
 use crate::project::{Raster, TILE, project};
-use crate::raster::{Ink, ScreenTriangle, TileBuffers, draw_splats, draw_triangles};
+use crate::raster::{Ink, ScreenTriangle, Sums, TileBuffers, draw_splats, draw_triangles};
 use crate::scene::{Background, DrawMode, Lighting, SplatView, Surface};
 use crate::shade::{Point, Rig, Transfer, relief, tone};
+use crate::surfels::Surfels;
 use crate::tool::Mesh;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// What the image is like.
@@ -104,11 +105,9 @@ impl Renderer {
         let n = view.splats.positions.len();
         assert!(
             view.colors.len() == n
-                && view.materials.len() == n
-                && view.texture_points.len() == n
-                && view.radii.len() == n
+                && view.surfels.len() == n
                 && (view.clips.is_empty() || view.clips.len() == n),
-            "one colour, material, texture point, radius and clip per splat"
+            "one surfel, colour and clip per splat"
         );
         let ss = index(self.settings.samples);
         let (w, h) = (
@@ -129,10 +128,14 @@ impl Renderer {
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
         let ink = |splat: u32| {
             let i = index(splat);
-            let s = self.surface(view.materials[i]);
+            let s = self.surface(view.surfels.materials[i]);
+            let cells = f64::from(s.relief_frequency);
+            let (t0, t1) = Surfels::tangents(view.surfels.normals[i]);
+            let radius = view.surfels.radii[i] * cells;
             Ink {
                 color: view.colors[i],
-                point: (view.texture_points[i] * f64::from(s.relief_frequency)).as_vec3(),
+                point: (view.surfels.positions[i] * cells).as_vec3(),
+                along: [(t0 * radius).as_vec3(), (t1 * radius).as_vec3()],
                 specular: s.specular,
                 relief: s.relief,
             }
@@ -178,7 +181,6 @@ impl Renderer {
         pixels.color.resize(side * side, [0; 4]);
         pixels.depth.resize(side * side, f32::INFINITY);
         let height = index(self.settings.height) * ss;
-        let share = 1.0 / (single(real(ss * ss)));
         for py in 0..side {
             let rows = single(real(origin[1] + py * ss)) / single(real(height));
             let background = self
@@ -187,22 +189,17 @@ impl Renderer {
                 .top
                 .lerp(self.settings.background.bottom, rows.min(1.0));
             for px in 0..side {
-                let mut sum = Vec3::ZERO;
-                let mut nearest = f32::NEG_INFINITY;
-                for sy in py * ss..(py + 1) * ss {
-                    for sx in px * ss..(px + 1) * ss {
-                        let k = sy * TILE + sx;
-                        let near = buffers.near[k];
-                        if near == f32::NEG_INFINITY {
-                            sum += background;
-                            continue;
-                        }
-                        nearest = nearest.max(near);
-                        let at = [origin[0] + sx, origin[1] + sy];
-                        sum += tone(self.sample(buffers, k, at, lit, meshes, camera, rig));
-                    }
-                }
-                let [r, g, b] = self.transfer.encode(sum * share);
+                let (sum, nearest) = self.pixel(
+                    buffers,
+                    [px, py],
+                    origin,
+                    background,
+                    lit,
+                    meshes,
+                    camera,
+                    rig,
+                );
+                let [r, g, b] = self.transfer.encode(sum);
                 pixels.color[py * side + px] = [r, g, b, 255];
                 pixels.depth[py * side + px] = match camera.lens {
                     _ if nearest == f32::NEG_INFINITY => f32::INFINITY,
@@ -213,46 +210,76 @@ impl Renderer {
         }
     }
 
-    /// Linear colour of one covered sample.
-    #[allow(clippy::too_many_arguments, reason = "one sample's inputs")]
-    fn sample(
+    /// Colour of a pixel, averaged over its samples, and the nearest sample's nearness.
+    ///
+    /// Samples of one smooth surface are averaged before they are lit, others lit one by one.
+    #[allow(clippy::too_many_arguments, reason = "one pixel's inputs")]
+    fn pixel(
         &self,
         buffers: &TileBuffers,
-        k: usize,
-        at: [usize; 2],
+        pixel: [usize; 2],
+        origin: [usize; 2],
+        background: Vec3,
         lit: &[LitTriangle],
         meshes: &[Mesh],
         camera: &Camera,
         rig: &Rig,
-    ) -> Vec3 {
+    ) -> (Vec3, f32) {
+        let ss = index(self.settings.samples);
+        let mut nearest = f32::NEG_INFINITY;
+        let mut sum = Vec3::ZERO;
+        let mut alike = true;
+        let mut mean = [Vec4::ZERO; 3];
+        let mut splatted = 0.0;
+        let corner = [pixel[0] * ss, pixel[1] * ss];
+        let at = [origin[0] + corner[0], origin[1] + corner[1]];
         let view = view_direction(camera, at, &self.settings);
-        if let Some(id) = buffers.triangle[k].checked_sub(1) {
-            let t = &lit[index(id)];
-            let mesh = &meshes[t.mesh];
-            let normal = (t.normals[0] + t.normals[1] + t.normals[2]).normalize_or(view);
-            let normal = if normal.dot(view) < 0.0 {
-                -normal
-            } else {
-                normal
-            };
-            return rig.shade(&Point {
-                normal,
-                view,
-                color: mesh.color,
-                specular: mesh.specular,
-                shininess: mesh.shininess,
-                softness: 0.0,
-            });
+        for sample in 0..ss * ss {
+            let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
+            let near = buffers.near[k];
+            if near == f32::NEG_INFINITY {
+                sum += background;
+                continue;
+            }
+            nearest = nearest.max(near);
+            if let Some(id) = buffers.triangle[k].checked_sub(1) {
+                sum += tone(lit_triangle(&lit[index(id)], meshes, view, rig));
+                continue;
+            }
+            let s = &buffers.sums[k];
+            let per = 1.0 / s[0].w;
+            if splatted > 0.0 {
+                alike &= s[0].truncate().dot(mean[0].truncate()) * per > 0.9 * splatted;
+            }
+            for (m, s) in mean.iter_mut().zip(s) {
+                *m += *s * per;
+            }
+            splatted += 1.0;
         }
-        let per = 1.0 / buffers.weight[k];
-        let s = |i: usize| buffers.sums[i][k] * per;
-        let normal = Vec3::new(s(0), s(1), s(2)).normalize_or(view);
-        let normal = relief(normal, Vec3::new(s(6), s(7), s(8)), s(10));
+        if splatted > 0.0 && alike {
+            sum += tone(self.light(&mean, view, rig)) * splatted;
+        } else if splatted > 0.0 {
+            for sample in 0..ss * ss {
+                let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
+                if buffers.near[k] > f32::NEG_INFINITY && buffers.triangle[k] == 0 {
+                    sum += tone(self.light(&buffers.sums[k], view, rig));
+                }
+            }
+        }
+        (sum / single(real(ss * ss)), nearest)
+    }
+
+    /// Normalises sums and lights them.
+    #[inline]
+    fn light(&self, sums: &Sums, view: Vec3, rig: &Rig) -> Vec3 {
+        let per = 1.0 / sums[0].w;
+        let (color, point) = (sums[1] * per, sums[2] * per);
+        let normal = sums[0].truncate().normalize_or(view);
         rig.shade(&Point {
-            normal,
+            normal: relief(normal, point.truncate(), point.w),
             view,
-            color: Vec3::new(s(3), s(4), s(5)),
-            specular: s(9),
+            color: color.truncate(),
+            specular: color.w,
             shininess: self.settings.surfaces.first().map_or(50.0, |s| s.shininess),
             softness: 0.5,
         })
@@ -284,6 +311,24 @@ impl Renderer {
             depth,
         }
     }
+}
+
+/// Linear colour of a point on a tool.
+fn lit_triangle(t: &LitTriangle, meshes: &[Mesh], view: Vec3, rig: &Rig) -> Vec3 {
+    let mesh = &meshes[t.mesh];
+    let normal = (t.normals[0] + t.normals[1] + t.normals[2]).normalize_or(view);
+    rig.shade(&Point {
+        normal: if normal.dot(view) < 0.0 {
+            -normal
+        } else {
+            normal
+        },
+        view,
+        color: mesh.color,
+        specular: mesh.specular,
+        shininess: mesh.shininess,
+        softness: 0.0,
+    })
 }
 
 /// Unit vector from a sample to the viewer, camera axes (right, up, towards the viewer).

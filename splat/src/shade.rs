@@ -1,6 +1,6 @@
 //! Light and the way to the screen.
 
-use crate::noise::gradient_noise;
+use crate::noise::slope_noise;
 use crate::scene::Lighting;
 use glam::Vec3;
 
@@ -63,25 +63,22 @@ impl Rig {
     }
 }
 
-/// `base^exponent` for base in 0..1, through the usual identity; 0 for 0.
+/// About `base^exponent` for base in 0..1: the fourth power of the rational function of Schlick 1994
+/// (\"A fast alternative to Phong's specular model\") for a quarter of the exponent, whose tail falls
+/// off fast enough.
 #[inline]
 fn power(base: f32, exponent: f32) -> f32 {
-    if base <= 0.0 {
-        return 0.0;
-    }
-    (base.ln() * exponent).exp()
+    let n = 0.25 * exponent;
+    let x = base / (n - n * base + base);
+    (x * x) * (x * x)
 }
 
-/// Tilts a normal by the slope of noise at `at` (in cells).
+/// Tilts a normal by the slope of noise at `at` (in cells); normal and slope in the same axes.
 pub(crate) fn relief(normal: Vec3, at: Vec3, amount: f32) -> Vec3 {
     if amount <= 0.0 {
         return normal;
     }
-    let tilt = Vec3::new(
-        gradient_noise(at),
-        gradient_noise(at + Vec3::new(19.1, 7.7, 3.3)),
-        gradient_noise(at + Vec3::new(5.9, 31.3, 13.7)),
-    );
+    let tilt = slope_noise(at);
     (normal + (tilt - normal * tilt.dot(normal)) * amount).normalize_or(normal)
 }
 

@@ -14,6 +14,10 @@ pub struct Surfels {
     pub areas: Vec<f64>,
     /// Radius of the disk (m).
     pub radii: Vec<f64>,
+    /// Shape operator in the tangents of [`Surfels::tangents`] (1/m): the normal at tangent offset
+    /// d is about `n + [xx xy; xy yy] d`, stored as (xx, xy, yy). Half its trace is the mean
+    /// curvature, positive where the surface bulges outwards.
+    pub shapes: Vec<DVec3>,
     /// Material id, an index into the surfaces that the renderer knows.
     pub materials: Vec<u8>,
 }
@@ -59,12 +63,13 @@ impl Surfels {
         Ok(out)
     }
 
-    /// Appends one surfel; `normal` is taken as it is.
+    /// Appends one flat surfel; `normal` is taken as it is.
     pub fn push(&mut self, position: DVec3, normal: DVec3, area: f64, radius: f64, material: u8) {
         self.positions.push(position);
         self.normals.push(normal);
         self.areas.push(area);
         self.radii.push(radius);
+        self.shapes.push(DVec3::ZERO);
         self.materials.push(material);
     }
 

@@ -34,11 +34,11 @@ impl TissueTexture {
     #[must_use]
     pub fn liver(size: f64) -> Self {
         Self {
-            capsule: Vec3::new(0.235, 0.050, 0.032),
-            capsule_dark: Vec3::new(0.125, 0.022, 0.018),
-            parenchyma: Vec3::new(0.52, 0.125, 0.095),
-            parenchyma_dark: Vec3::new(0.34, 0.055, 0.045),
-            vessel: Vec3::new(0.085, 0.006, 0.010),
+            capsule: Vec3::new(0.150, 0.026, 0.016),
+            capsule_dark: Vec3::new(0.070, 0.010, 0.008),
+            parenchyma: Vec3::new(0.42, 0.085, 0.065),
+            parenchyma_dark: Vec3::new(0.24, 0.032, 0.026),
+            vessel: Vec3::new(0.06, 0.004, 0.008),
             patch: 0.12 * size,
         }
     }
@@ -86,13 +86,13 @@ impl TissueTexture {
             Surface {
                 specular: 0.42,
                 shininess: 70.0,
-                relief: 0.10,
-                relief_frequency: 5.0 * per_metre,
+                relief: 0.05,
+                relief_frequency: 6.0 * per_metre,
             },
             Surface {
                 specular: 0.30,
                 shininess: 35.0,
-                relief: 0.22,
+                relief: 0.16,
                 relief_frequency: 14.0 * per_metre,
             },
         ]

@@ -5,7 +5,7 @@ use crate::carry::{Splats, carry_into};
 use crate::cast::{count, index};
 use crate::clip::{Clip, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
 use crate::error::SurfelError;
-use crate::radii::{RadiusRule, covering_radii};
+use crate::radii::{RadiusRule, covering_radii, shape_operators};
 use crate::rim::{self, SkinDisk};
 use crate::skin::CutSampler;
 use crate::surfels::Surfels;
@@ -120,6 +120,7 @@ impl Tissue {
             RadiusRule::Constant(r) => surfels.radii.fill(r),
         }
         surfels.materials.fill(CAPSULE);
+        surfels.shapes = shape_operators(&surfels.positions, &surfels.normals);
         let area: f64 = areas.iter().sum();
         let density = settings
             .skin_density
@@ -325,6 +326,7 @@ impl Tissue {
                 }
                 let double = count(self.surfels.len());
                 self.push_surfel(x, n, self.surfels.areas[i], r, self.surfels.materials[i]);
+                self.surfels.shapes[index(double)] = self.surfels.shapes[i];
                 self.clips.push(Some(Box::new(clip)));
                 self.doubles.entry(surfel).or_default().push(double);
                 family.push(double);

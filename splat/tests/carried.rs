@@ -1,5 +1,7 @@
 //! Surfels follow their nodes: exactly for affine maps, and only their own piece after a cut.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use glam::{DAffine3, DMat3, DVec3};
 use phyxel_splat::{Splats, Tissue, TissueSettings};
 use proptest::prelude::*;
