@@ -1,9 +1,11 @@
 #![doc = include_str!("../README.md")]
 
+mod comparators;
 mod cuts;
 mod error;
 mod face;
 mod factors;
+mod grid;
 mod index;
 mod node_grid;
 mod obstacle;
@@ -12,10 +14,15 @@ mod planar;
 mod predicate;
 mod rule;
 
+pub use comparators::{
+    polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,
+    triangle_solid_angle,
+};
 pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::CutError;
 pub use face::NearestCut;
 pub use factors::{FactorError, FactorSettings, PairFactors, Touched};
+pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 pub use index::Bounds;
 pub use obstacle::{Bend, Obstacle};
 pub use pieces::{Pieces, connected_pieces};

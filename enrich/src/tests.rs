@@ -1,8 +1,14 @@
 //! Cases of every shape, oracles that share nothing with the code under test, and properties.
 
-#![allow(clippy::cast_possible_truncation, reason = "counts of tests are small")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::float_cmp,
+    reason = "counts of tests are small; factors of 0 and 1 are exact"
+)]
 
+mod dissertation;
 mod growth;
+mod hard;
 mod planar_cases;
 mod shapes;
 mod slow;

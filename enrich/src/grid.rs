@@ -1,0 +1,226 @@
+//! The dissertation's enrichment grid (Aras 2014, chapter 3 and section 5.6): one per cut.
+
+mod factors;
+mod frame;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub use factors::{GridForm, grid_pair_factors};
+pub use frame::GridError;
+
+use crate::index::Bounds;
+use frame::Frame;
+
+/// How fine the lattice is and how far it reaches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridSettings {
+    /// Distance of the lattice points (m).
+    pub spacing: f64,
+    /// Margin of the lattice round the cut (m); at least the support radius, or nodes that the cut
+    /// weakens are not reached.
+    pub inflate: f64,
+    /// Most lattice points that are taken.
+    pub most_points: usize,
+}
+
+impl GridSettings {
+    /// Half the node spacing, and a margin of three spacings.
+    #[must_use]
+    pub fn for_spacing(spacing: f64) -> Self {
+        Self {
+            spacing: 0.5 * spacing,
+            inflate: 3.0 * spacing,
+            most_points: 20_000_000,
+        }
+    }
+}
+
+/// Enrichment of one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Enrichment {
+    /// Piece of the cut that the point belongs to: segment, or pair of triangles between two captures.
+    pub region: u32,
+    /// Signed distance along the normal of that piece (m), eq. (44).
+    pub s: f64,
+    /// Distance to the end of the cut in the common frame (m): `d1⁺` of eq. (43) in the plane, `d2⁺`
+    /// of eq. (47) in space; 0 beside the cut.
+    pub d_plus: f64,
+    /// Distance (m): d2 of eq. (34), d3 of eqs. (47) and (64).
+    pub distance: f64,
+    /// `φ = s / d`, eqs. (37) and (48), in −1..=1. On the cut itself, where the text has 0/0, it is 1.
+    pub phi: f64,
+}
+
+/// The enrichment grid of one cut, in the plane or in space.
+///
+/// Right for a nearly flat strip. It is refused where its construction cannot be right, see
+/// [`GridError`]; where it is not refused it still weakens pairs ahead of the tip and lets cut pairs
+/// know each other again as the cut grows and the common frame turns. [`PairFactors`](crate::PairFactors)
+/// has neither fault; this is here to compare with, and for pictures of the level sets.
+///
+/// # Examples
+/// ```
+/// use glam::{DVec2, DVec3};
+/// use phyxel_enrich::{EnrichmentGrid, GridSettings};
+///
+/// let cut = [DVec2::ZERO, DVec2::new(1.0, 0.0)];
+/// let grid = EnrichmentGrid::from_polyline(&cut, &GridSettings::for_spacing(0.1))?;
+/// let ahead = grid.evaluate(DVec3::new(1.3, 0.4, 0.0));
+/// assert!((ahead.phi - 0.8).abs() < 1e-15 && (ahead.distance - 0.5).abs() < 1e-15);
+/// # Ok::<(), phyxel_enrich::GridError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct EnrichmentGrid {
+    frame: Frame,
+    origin: DVec3,
+    spacing: f64,
+    size: [usize; 3],
+    values: Vec<Enrichment>,
+}
+
+impl EnrichmentGrid {
+    /// The grid of a cut in the plane, a polyline in the order of the blade's motion (m).
+    ///
+    /// # Errors
+    /// See [`GridError`].
+    pub fn from_polyline(
+        points: &[glam::DVec2],
+        settings: &GridSettings,
+    ) -> Result<Self, GridError> {
+        Self::build(Frame::planar(points)?, settings)
+    }
+
+    /// The grid of a cut in space: end points of the blade's edge at each capture (m).
+    ///
+    /// # Errors
+    /// See [`GridError`].
+    pub fn from_blades(blades: &[[DVec3; 2]], settings: &GridSettings) -> Result<Self, GridError> {
+        Self::build(Frame::spatial(blades)?, settings)
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "the number of lattice points is limited before the cast"
+    )]
+    fn build(frame: Frame, settings: &GridSettings) -> Result<Self, GridError> {
+        let mut bounds: Bounds = frame.bounds().grown(settings.inflate.max(0.0));
+        if frame.is_planar() {
+            bounds.low.z = 0.0;
+            bounds.high.z = 0.0;
+        }
+        let counts = ((bounds.high - bounds.low) / settings.spacing).ceil() + DVec3::ONE;
+        let points = counts.x * counts.y * counts.z;
+        // A spacing of zero or NaN gives a count that is not finite.
+        if !points.is_finite() || points > settings.most_points as f64 {
+            return Err(GridError::TooLarge {
+                points,
+                limit: settings.most_points,
+            });
+        }
+        let size = counts.to_array().map(|c| c as usize);
+        let mut grid = Self {
+            frame,
+            origin: bounds.low,
+            spacing: settings.spacing,
+            size,
+            values: Vec::new(),
+        };
+        grid.values = (0..size[0] * size[1] * size[2])
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|k| grid.frame.evaluate(grid.lattice_point(k)))
+            .collect();
+        Ok(grid)
+    }
+
+    /// Enrichment at any point by the formulas themselves, without the lattice.
+    #[must_use]
+    pub fn evaluate(&self, point: DVec3) -> Enrichment {
+        self.frame.evaluate(point)
+    }
+
+    /// Enrichment of the lattice point nearest to `point`, as the dissertation looks it up; none
+    /// outside of the lattice.
+    #[must_use]
+    pub fn look_up(&self, point: DVec3) -> Option<Enrichment> {
+        self.index_of(point).map(|k| self.values[k])
+    }
+
+    /// Places in the lattice of the nodes' nearest points, once for all look-ups (section 5.6).
+    #[must_use]
+    pub fn linear_indices(&self, positions: &[DVec3]) -> Vec<Option<usize>> {
+        positions.iter().map(|&p| self.index_of(p)).collect()
+    }
+
+    /// Nodes nearer to the cut than their support radius, by looking up d3 (eq. (64), fig. 66).
+    ///
+    /// # Panics
+    /// If there is not one radius per position.
+    #[must_use]
+    pub fn touched_nodes(&self, positions: &[DVec3], support_radius: &[f64]) -> Vec<u32> {
+        assert_eq!(
+            positions.len(),
+            support_radius.len(),
+            "one support radius per node"
+        );
+        (0..)
+            .zip(positions.iter().zip(support_radius))
+            .filter(|&(_, (&p, &radius))| self.look_up(p).is_some_and(|e| e.distance < radius))
+            .map(|(node, _)| node)
+            .collect()
+    }
+
+    /// Number of lattice points along x, y, z; one along z in the plane.
+    #[must_use]
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// Values on the lattice, x fastest.
+    #[must_use]
+    pub fn values(&self) -> &[Enrichment] {
+        &self.values
+    }
+
+    /// Position of a lattice point (m).
+    #[must_use]
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "lattice counts are far below 2^53"
+    )]
+    pub fn lattice_point(&self, k: usize) -> DVec3 {
+        let (x, rest) = (k % self.size[0], k / self.size[0]);
+        let (y, z) = (rest % self.size[1], rest / self.size[1]);
+        self.origin + self.spacing * DVec3::new(x as f64, y as f64, z as f64)
+    }
+
+    /// Bytes held on the heap, about.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.values.capacity() * size_of::<Enrichment>()
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "checked to lie in the lattice before the cast"
+    )]
+    fn index_of(&self, point: DVec3) -> Option<usize> {
+        let mut at = ((point - self.origin) / self.spacing).round();
+        if self.frame.is_planar() {
+            at.z = 0.0;
+        }
+        let mut index = 0;
+        for (k, c) in at.to_array().into_iter().enumerate().rev() {
+            if !(c >= 0.0 && c < self.size[k] as f64) {
+                return None;
+            }
+            index = index * self.size[k] + c as usize;
+        }
+        Some(index)
+    }
+}

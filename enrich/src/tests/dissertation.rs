@@ -1,0 +1,308 @@
+//! The dissertation's way: figures 23 and 28 in numbers, refusals, and what it does wrong.
+
+use glam::{DVec2, DVec3};
+use testkit::cloud::Random;
+use testkit::tol::{assert_below, assert_within};
+
+use super::shapes::{plane, space};
+use super::slow::Cloud;
+use crate::{
+    CutSettings, Cuts, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors,
+    polyline_angle, product_of_segments, triangle_solid_angle,
+};
+
+fn through() -> Vec<DVec2> {
+    [[-0.3, 0.35], [0.3, 0.55], [0.65, 0.45], [1.3, 0.7]]
+        .map(DVec2::from)
+        .to_vec()
+}
+
+fn refined(line: &[DVec2], parts: u32) -> Vec<DVec2> {
+    let mut fine = vec![line[0]];
+    for w in line.windows(2) {
+        fine.extend((1..=parts).map(|k| w[0].lerp(w[1], f64::from(k) / f64::from(parts))));
+    }
+    fine
+}
+
+/// Mean of a field over the nodes above and below the through cut.
+fn sides(line: &[DVec2], field: impl Fn(DVec2) -> f64) -> [f64; 2] {
+    let cloud = Cloud::lattice(48, 1, 0.0, 1.5);
+    let (mut sums, mut counts) = ([0.0; 2], [0.0; 2]);
+    for p in cloud.x.iter().map(|p| p.truncate()) {
+        let k = line.windows(2).position(|w| p.x <= w[1].x).unwrap();
+        let above = (line[k + 1] - line[k]).perp_dot(p - line[k]) > 0.0;
+        sums[usize::from(!above)] += field(p);
+        counts[usize::from(!above)] += 1.0;
+    }
+    [sums[0] / counts[0], sums[1] / counts[1]]
+}
+
+#[test]
+fn figures_23_and_28_product_is_wrong_and_falls_with_subdivision_grid_is_right() {
+    let line = through();
+    let settings = GridSettings {
+        spacing: 0.02,
+        inflate: 0.1,
+        most_points: 1 << 20,
+    };
+    // Means over the correct side and over the other one. The study's figures for its own cloud are
+    // 0.611 and 0.084 on the correct side, and 1 and 0 for the grid.
+    let [three, other] = sides(&line, |p| product_of_segments(&line, p));
+    assert_within("product, 3 segments", three, 0.611, 0.04);
+    assert_below("product, other side", other, 0.01);
+    let fine = refined(&line, 4);
+    let [twelve, _] = sides(&fine, |p| product_of_segments(&fine, p));
+    assert_within("product, 12 segments", twelve, 0.084, 0.03);
+    for cut in [&line, &fine] {
+        let grid = EnrichmentGrid::from_polyline(cut, &settings).unwrap();
+        let [right, wrong] = sides(cut, |p| 0.5 * (1.0 + grid.evaluate(p.extend(0.0)).phi));
+        assert_within("grid, correct side", right, 1.0, 1e-3);
+        assert_below("grid, other side", wrong, 1e-3);
+    }
+}
+
+#[test]
+fn grid_of_one_segment_is_the_closed_form_in_the_plane_and_in_space() {
+    let settings = GridSettings::for_spacing(0.1);
+    let line = [DVec2::new(0.2, 0.1), DVec2::new(0.9, 0.6)];
+    let planar = EnrichmentGrid::from_polyline(&line, &settings).unwrap();
+    let blade = |p: DVec2| [p.extend(-0.5), p.extend(0.5)];
+    let spatial = EnrichmentGrid::from_blades(&line.map(blade), &settings).unwrap();
+    let mut random = Random::new(2);
+    for _ in 0..500 {
+        let p = random.vector(1.5);
+        let expected = crate::segment_enrichment(line, p.truncate());
+        let found = planar.evaluate(p);
+        assert_within("phi in the plane", found.phi, expected, 1e-13);
+        assert_within("phi = s / d", found.phi * found.distance, found.s, 1e-13);
+        if p.z.abs() < 0.5 {
+            // Upright blade: the normal points to the other side.
+            assert_within(
+                "phi in space",
+                spatial.evaluate(p).phi.abs(),
+                expected.abs(),
+                1e-12,
+            );
+        }
+        // The lattice holds the formula's value at the nearest of its points.
+        if let Some(near) = spatial.look_up(p) {
+            let k = (0..spatial.values().len())
+                .min_by(|&a, &b| {
+                    let d = |k| spatial.lattice_point(k).distance_squared(p);
+                    d(a).total_cmp(&d(b))
+                })
+                .unwrap();
+            assert_eq!(near, spatial.evaluate(spatial.lattice_point(k)));
+        }
+    }
+}
+
+#[test]
+fn grid_refuses_what_it_cannot_do() {
+    let settings = GridSettings::for_spacing(1.0 / 24.0);
+    let mut refused = Vec::new();
+    for (name, lines, _) in plane() {
+        for line in &lines {
+            if EnrichmentGrid::from_polyline(
+                line,
+                &GridSettings {
+                    most_points: 1 << 30,
+                    ..settings
+                },
+            )
+            .is_err()
+            {
+                refused.push(name);
+            }
+        }
+    }
+    for wanted in [
+        "wide U-turn",
+        "thin U-turn",
+        "closed circle",
+        "spiral of two turns",
+        "retraced path",
+        "repeated points",
+        "closed square",
+    ] {
+        assert!(refused.contains(&wanted), "{wanted}");
+    }
+    for fine in [
+        "straight, 6 segments",
+        "figure 23, inside",
+        "figure 23, through",
+        "T-crossing",
+        "ends inside",
+    ] {
+        assert!(!refused.contains(&fine), "{fine}");
+    }
+    let refusal = |name: &str| {
+        let all = space();
+        let (_, strokes, _) = all.iter().find(|(n, _, _)| n.starts_with(name)).unwrap();
+        let blades: Vec<[DVec3; 2]> = strokes[0].iter().map(|b| [b[0], b[b.len() - 1]]).collect();
+        EnrichmentGrid::from_blades(&blades, &settings).err()
+    };
+    assert!(matches!(
+        refusal("closed circle"),
+        Some(GridError::NoCommonFrame { .. })
+    ));
+    assert!(matches!(
+        refusal("twist of 360"),
+        Some(GridError::NoCommonFrame { .. })
+    ));
+    assert!(matches!(
+        refusal("fold flat back"),
+        Some(GridError::NoCommonFrame { .. })
+    ));
+    // The helicoid's mean normal is fine; its projection covers itself.
+    assert!(matches!(
+        refusal("helicoid"),
+        Some(GridError::OverlappingProjection { .. })
+    ));
+    assert_eq!(refusal("half depth"), None);
+    assert_eq!(refusal("straight"), None);
+    let nan = [DVec2::NAN, DVec2::ONE];
+    let line = [DVec2::ZERO, DVec2::ONE];
+    let of = |line: &[DVec2], settings| EnrichmentGrid::from_polyline(line, &settings).err();
+    assert_eq!(of(&nan, settings), Some(GridError::NotFinite { point: 0 }));
+    assert_eq!(
+        of(&line[..1], settings),
+        Some(GridError::TooFewPoints { found: 1 })
+    );
+    let fine = GridSettings {
+        spacing: 1e-9,
+        ..settings
+    };
+    assert!(matches!(of(&line, fine), Some(GridError::TooLarge { .. })));
+    let nothing = GridSettings {
+        spacing: 0.0,
+        ..settings
+    };
+    assert!(matches!(
+        of(&line, nothing),
+        Some(GridError::TooLarge { .. })
+    ));
+    // A region whose own middle the separators give away: the blade swings about a point between.
+    let swing: Vec<[DVec3; 2]> = (0..=6)
+        .map(|k| {
+            let (sin, cos) = (0.9 * f64::from(k)).sin_cos();
+            [
+                DVec3::new(0.1 * cos, 0.1 * sin, 0.0),
+                DVec3::new(cos, sin, 0.0),
+            ]
+        })
+        .collect();
+    assert!(matches!(
+        EnrichmentGrid::from_blades(&swing, &settings).err(),
+        Some(GridError::AmbiguousRegion { .. } | GridError::OverlappingProjection { .. })
+    ));
+}
+
+#[test]
+fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
+    let cloud = Cloud::lattice(24, 1, 0.25, 2.5);
+    let support = vec![cloud.reach; cloud.x.len()];
+    let settings = GridSettings {
+        spacing: 1.0 / 96.0,
+        inflate: 0.3,
+        most_points: 1 << 22,
+    };
+    let of = |line: &[DVec2], form| {
+        let grid = EnrichmentGrid::from_polyline(line, &settings).unwrap();
+        grid_pair_factors(
+            &[grid],
+            &cloud.x,
+            &cloud.offsets,
+            &cloud.indices,
+            &support,
+            form,
+        )
+    };
+    let line = [DVec2::new(-0.3, 0.503), DVec2::new(1.3, 0.503)];
+    let across = |i: usize, j: usize| (cloud.x[i].y > 0.503) != (cloud.x[j].y > 0.503);
+    // Nodes nearer to the cut than half a lattice cell may be looked up on the other side.
+    let clear = |i: usize| (cloud.x[i].y - 0.503).abs() > 0.5 / 96.0;
+    for form in [
+        GridForm::OneSided,
+        GridForm::OneSidedMean,
+        GridForm::Product,
+    ] {
+        let factors = of(&line, form);
+        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+            if clear(i) && clear(j) {
+                let expected = if across(i, j) { 0.0 } else { 1.0 };
+                assert_within("through cut", factors[pair], expected, 1e-12);
+            }
+        }
+    }
+    let factors = of(&[line[0], DVec2::new(0.5, 0.503)], GridForm::OneSided);
+    let over_cut = cloud
+        .pairs()
+        .iter()
+        .zip(&factors)
+        .filter(|((i, j), f)| !across(*i, *j) && **f < 0.8)
+        .count();
+    assert!(over_cut >= 10, "{over_cut}");
+    // Touched nodes by d3.
+    let grid = EnrichmentGrid::from_polyline(&line, &settings).unwrap();
+    for (i, p) in cloud.x.iter().enumerate() {
+        let distance = (p.y - 0.503).abs();
+        let touched = grid.touched_nodes(&[*p], &[0.1]) == [0];
+        if (distance - 0.1).abs() > 0.01 {
+            assert_eq!(touched, distance < 0.1, "{i}");
+        }
+    }
+}
+
+#[test]
+fn solid_angle_has_its_closed_forms() {
+    // Disc seen from its axis, 2 pi (1 - z / sqrt(z^2 + a^2)).
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1e-3));
+    let ring: Vec<DVec3> = (0..400)
+        .map(|k| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 400.0).sin_cos();
+            DVec3::new(cos, sin, 0.0)
+        })
+        .collect();
+    for k in 0..400 {
+        let corners = [DVec3::ZERO, ring[k], ring[(k + 1) % 400]];
+        cuts.add_surface(&corners, &[[0, 1, 2]]).unwrap();
+    }
+    for z in [0.1, 0.5, 2.0] {
+        let expected = std::f64::consts::TAU * (1.0 - z / (z * z + 1.0_f64).sqrt());
+        assert_within("disc", cuts.solid_angle(DVec3::Z * z), expected, 2e-4);
+        assert_within("below", cuts.solid_angle(DVec3::Z * -z), -expected, 2e-4);
+    }
+    let jump = cuts.solid_angle(DVec3::new(0.3, 0.2, 1e-9))
+        - cuts.solid_angle(DVec3::new(0.3, 0.2, -1e-9));
+    assert_within("jump", jump, 4.0 * std::f64::consts::PI, 1e-6);
+    // Closed surface: 4 pi inside, 0 outside.
+    let c = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let total = |p: DVec3| -> f64 {
+        [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+            .iter()
+            .map(|f: &[usize; 3]| triangle_solid_angle(f.map(|k| c[k]), p))
+            .sum()
+    };
+    assert_within(
+        "inside",
+        total(DVec3::splat(0.2)),
+        -4.0 * std::f64::consts::PI,
+        1e-12,
+    );
+    assert_within("outside", total(DVec3::splat(0.6)), 0.0, 1e-12);
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]].map(DVec2::from);
+    assert_within(
+        "turn",
+        polyline_angle(&square, DVec2::splat(0.4)),
+        std::f64::consts::TAU,
+        1e-12,
+    );
+    assert_within(
+        "no turn",
+        polyline_angle(&square, DVec2::splat(1.4)),
+        0.0,
+        1e-12,
+    );
+}

@@ -1,0 +1,291 @@
+//! Degenerate and extreme cuts.
+
+use glam::DVec3;
+use proptest::prelude::*;
+use testkit::cloud::Random;
+use testkit::strategies::vector;
+
+use super::slow::{Cloud, inside};
+use super::space_cases::{cut, factors, fresh};
+use crate::{CutError, CutSettings, Cuts, Dropped, PairFactors, connected_pieces};
+
+fn blade(y: f64, x: f64) -> Vec<DVec3> {
+    vec![DVec3::new(x, y, -0.3), DVec3::new(x, y, 1.3)]
+}
+
+fn cloud() -> Cloud {
+    Cloud::lattice(12, 12, 0.25, 2.2)
+}
+
+fn settings(cloud: &Cloud) -> CutSettings {
+    CutSettings {
+        weld_tolerance: 0.05 * cloud.reach,
+        index_cell: cloud.reach,
+    }
+}
+
+#[test]
+fn bad_captures_are_refused_and_change_nothing() {
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(0.1));
+    let stroke = cuts.start(&blade(0.5, 0.0)).unwrap();
+    cuts.append(stroke, &blade(0.5, 0.3)).unwrap();
+    let bad = [DVec3::ZERO, DVec3::new(0.0, f64::NAN, 1.0)];
+    assert!(matches!(
+        cuts.append(stroke, &bad),
+        Err(CutError::NotFinite { point: 1, .. })
+    ));
+    assert_eq!(
+        cuts.append(stroke, &bad[..1]),
+        Err(CutError::TooFewPoints { found: 1 })
+    );
+    assert!(matches!(cuts.start(&bad), Err(CutError::NotFinite { .. })));
+    assert_eq!(
+        cuts.append(5, &blade(0.5, 0.6)),
+        Err(CutError::UnknownStroke {
+            stroke: 5,
+            started: 1
+        })
+    );
+    let out = CutError::VertexOutOfRange {
+        triangle: 0,
+        vertex: 7,
+        vertices: 2,
+    };
+    assert_eq!(
+        cuts.add_surface(&bad[..1].repeat(2), &[[0, 1, 7]]),
+        Err(out)
+    );
+    assert_eq!(cuts.triangle_count(), 2);
+    assert_eq!(cuts.append(stroke, &blade(0.5, 0.6)), Ok(2..4));
+    cuts.end(stroke).unwrap();
+    assert_eq!(cuts.end(stroke), Err(CutError::StrokeEnded { stroke }));
+    assert_eq!(
+        cuts.append(stroke, &blade(0.5, 0.9)),
+        Err(CutError::StrokeEnded { stroke })
+    );
+    assert_eq!(cuts.strokes(), (1, false));
+}
+
+#[test]
+fn pen_lifted_and_put_back() {
+    let cloud = cloud();
+    // Two coplanar strips with a gap between them: below the tolerance it closes, above it is open.
+    for (gap, parts) in [(0.02, 2), (0.04, 2), (0.5, 1)] {
+        let gap = gap * cloud.reach;
+        let strokes = vec![
+            vec![blade(0.503, -0.3), blade(0.503, 0.5)],
+            vec![blade(0.503, 0.5 + gap), blade(0.503, 1.3)],
+        ];
+        let cuts = cut(&strokes, &settings(&cloud));
+        let pieces = connected_pieces(&cloud.offsets, &cloud.indices, &factors(&cloud, &cuts));
+        assert_eq!(pieces.sizes.len(), parts, "gap {gap}: {:?}", pieces.sizes);
+    }
+}
+
+#[test]
+fn blade_that_stands_still_or_trembles_makes_nothing() {
+    let cloud = cloud();
+    let mut cuts = Cuts::new(&settings(&cloud));
+    let mut random = Random::new(4);
+    let stroke = cuts.start(&blade(0.5, 0.3)).unwrap();
+    for _ in 0..1000 {
+        let tremor = random.vector(0.3 * 0.05 * cloud.reach);
+        let points: Vec<DVec3> = blade(0.5, 0.3).iter().map(|&p| p + tremor).collect();
+        assert_eq!(cuts.append(stroke, &points).unwrap(), 0..0);
+    }
+    let dropped = Dropped {
+        zero_area: 2000,
+        duplicate: 0,
+    };
+    assert_eq!(cuts.dropped(), dropped);
+}
+
+#[test]
+fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
+    let cloud = cloud();
+    let mut fine = Cuts::new(&CutSettings {
+        weld_tolerance: 0.0,
+        index_cell: cloud.reach,
+    });
+    let stroke = fine.start(&blade(0.503, -0.3)).unwrap();
+    let mut grown = fresh(&cloud);
+    for k in 1..=1000 {
+        let new = fine
+            .append(stroke, &blade(0.503, -0.3 + 1.6e-3 * f64::from(k)))
+            .unwrap();
+        grown.update(&fine, new, &inside);
+    }
+    assert_eq!(fine.triangle_count(), 2000);
+    let mut huge = Cuts::new(&settings(&cloud));
+    let far = [
+        DVec3::new(-1e5, 0.503, -1e5),
+        DVec3::new(1e5, 0.503, -1e5),
+        DVec3::new(0.0, 0.503, 1e5),
+    ];
+    huge.add_surface(&far, &[[0, 1, 2]]).unwrap();
+    let once = factors(&cloud, &huge);
+    assert_eq!(grown.factors(), once);
+    assert_eq!(
+        connected_pieces(&cloud.offsets, &cloud.indices, &once)
+            .sizes
+            .len(),
+        2
+    );
+}
+
+#[test]
+fn dice_leave_no_pair_between_cubes() {
+    let cloud = cloud();
+    let mut strokes = Vec::new();
+    for c in [0.27, 0.503, 0.73] {
+        let quad = |a: [f64; 3], b: [f64; 3], d: [f64; 3], e: [f64; 3]| {
+            vec![
+                vec![DVec3::from(a), DVec3::from(b)],
+                vec![DVec3::from(d), DVec3::from(e)],
+            ]
+        };
+        let (l, h) = (-0.2, 1.2);
+        strokes.push(quad([c, l, l], [c, l, h], [c, h, l], [c, h, h]));
+        strokes.push(quad([l, c, l], [l, c, h], [h, c, l], [h, c, h]));
+        strokes.push(quad([l, l, c], [l, h, c], [h, l, c], [h, h, c]));
+    }
+    let cuts = cut(&strokes, &settings(&cloud));
+    let found = factors(&cloud, &cuts);
+    let cube = |p: DVec3| {
+        p.to_array()
+            .map(|v| [0.27, 0.503, 0.73].iter().filter(|c| v > **c).count())
+    };
+    for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+        let same = cube(cloud.x[i]) == cube(cloud.x[j]);
+        assert_eq!(found[pair], if same { 1.0 } else { 0.0 });
+    }
+}
+
+#[test]
+fn cut_through_an_edge_and_a_vertex_of_the_node_lattice() {
+    // Nodes on a lattice of whole numbers; the plane x + y = 8 runs through nodes, pair middles and
+    // along pairs. No pair between x + y < 8 and x + y > 8 survives, every node has one side.
+    let x: Vec<DVec3> = testkit::cloud::lattice([9, 9, 5], 1.0, 0.0, 1);
+    let cloud = Cloud::joined(x, 2.3);
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let at = |x: f64, z: f64| DVec3::new(x, 8.0 - x, z);
+    // Triangles with corners on nodes and edges along pairs.
+    let stroke = cuts
+        .start(&[at(-3.0, -2.0), at(-3.0, 2.0), at(-3.0, 7.0)])
+        .unwrap();
+    for x in [0.0, 2.0, 3.0, 4.5, 8.0, 12.0] {
+        cuts.append(stroke, &[at(x, -2.0), at(x, 2.0), at(x, 7.0)])
+            .unwrap();
+    }
+    let everywhere = |_: DVec3| true;
+    let mut factors = fresh(&cloud);
+    factors.update(&cuts, 0..cuts.triangle_count(), &everywhere);
+    // Tie rule: nodes on the plane belong to the side of larger x, that of x + y > 8.
+    let upper = |p: DVec3| p.x + p.y >= 8.0;
+    for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+        let same = upper(cloud.x[i]) == upper(cloud.x[j]);
+        assert_eq!(
+            factors.factors()[pair],
+            if same { 1.0 } else { 0.0 },
+            "{i} {j}"
+        );
+    }
+    let on = cuts.nearest(DVec3::new(4.0, 4.0, 1.0), 1.0).unwrap();
+    let upper = cuts.nearest(DVec3::new(5.0, 4.0, 1.0), 1.0).unwrap();
+    assert_eq!(on.side, upper.side);
+    assert!(on.distance < 1e-12);
+}
+
+#[test]
+fn restored_factors_go_on_as_the_run_did() {
+    let cloud = cloud();
+    let mut cuts = Cuts::new(&settings(&cloud));
+    let stroke = cuts.start(&blade(0.503, -0.3)).unwrap();
+    let first = cuts.append(stroke, &blade(0.52, 0.4)).unwrap();
+    let mut run = fresh(&cloud);
+    run.update(&cuts, first, &inside);
+    let mut resumed = fresh(&cloud);
+    resumed.restore(run.factors()).unwrap();
+    assert_eq!(resumed.crossed_count(), run.crossed_count());
+    let second = cuts.append(stroke, &blade(0.49, 0.8)).unwrap();
+    let touched = run.update(&cuts, second.clone(), &inside);
+    assert_eq!(resumed.update(&cuts, second, &inside), touched);
+    assert_eq!(resumed.factors(), run.factors());
+    let mut broken = run.factors().to_vec();
+    broken[3] = f64::NAN;
+    assert_eq!(resumed.restore(&broken).unwrap_err().pair, 3);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let cloud = cloud();
+    let cuts = cut(
+        &vec![vec![blade(0.45, -0.3), blade(0.55, 0.6), blade(0.4, 0.9)]],
+        &settings(&cloud),
+    );
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let one = pool.install(|| factors(&cloud, &cuts));
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(4)
+        .build()
+        .unwrap();
+    assert_eq!(pool.install(|| factors(&cloud, &cuts)), one);
+}
+
+/// A random strip that wanders through the unit cube.
+fn strip() -> impl Strategy<Value = Vec<Vec<DVec3>>> {
+    let blade = (vector(0.6), vector(0.5)).prop_map(|(at, arm)| {
+        let at = at + DVec3::splat(0.5);
+        vec![at - arm, at + arm]
+    });
+    proptest::collection::vec(blade, 2..6)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_strips_keep_the_promises(strip in strip(), seed in 0_u64..1000) {
+        let x: Vec<DVec3> = testkit::cloud::uniform(250, 0.5, seed)
+            .into_iter().map(|p| p + DVec3::splat(0.5)).collect();
+        let cloud = Cloud::joined(x, 0.3);
+        let cuts = cut(&vec![strip], &CutSettings { weld_tolerance: 1e-9, index_cell: 0.2 });
+        let found = factors(&cloud, &cuts);
+        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+            let f = found[pair];
+            let (a, b) = (cloud.x[i], cloud.x[j]);
+            prop_assert!((0.0..=1.0).contains(&f));
+            let crossed = (0..cuts.triangle_count()).any(|t| super::slow::cross3(a, b, cuts.triangle(t)));
+            prop_assert_eq!(crossed, f < 1.0);
+            let back = cloud.pairs().iter().position(|&p| p == (j, i)).filter(|_| pair % 97 == 0);
+            if let Some(back) = back {
+                prop_assert_eq!(found[back].to_bits(), f.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn factors_do_not_depend_on_place_direction_and_size(
+        turn in testkit::strategies::rotation(), shift in vector(3.0), scale in testkit::strategies::scale()
+    ) {
+        let cloud = cloud();
+        let strokes = vec![vec![blade(0.45, -0.3), blade(0.55, 0.6), blade(0.4, 0.9)]];
+        let reference = factors(&cloud, &cut(&strokes, &settings(&cloud)));
+        let place = |p: DVec3| scale * (turn * p + shift);
+        let back = |p: DVec3| turn.inverse() * (p / scale - shift);
+        let moved: Vec<DVec3> = cloud.x.iter().map(|&p| place(p)).collect();
+        let moved_strokes: Vec<Vec<Vec<DVec3>>> = strokes.iter()
+            .map(|s| s.iter().map(|b| b.iter().map(|&p| place(p)).collect()).collect()).collect();
+        let cuts = cut(&moved_strokes, &CutSettings {
+            weld_tolerance: 0.05 * cloud.reach * scale, index_cell: cloud.reach * scale });
+        let reach = vec![cloud.reach * scale; moved.len()];
+        let mut found = PairFactors::with_reach(&moved, &cloud.offsets, &cloud.indices, reach, crate::Rule::Detour);
+        found.update(&cuts, 0..cuts.triangle_count(), &|p| inside(back(p)));
+        for (pair, (a, b)) in reference.iter().zip(found.factors()).enumerate() {
+            prop_assert!((a - b).abs() < 1e-9, "pair {}: {} and {}", pair, a, b);
+        }
+    }
+}
