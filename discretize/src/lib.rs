@@ -1,1 +1,30 @@
 #![doc = include_str!("../README.md")]
+
+mod error;
+mod hierarchy;
+mod lattice;
+mod liver;
+mod mesh;
+mod oracle;
+mod order;
+mod quality;
+mod sampling;
+mod solid;
+mod stencil;
+mod stuffing;
+mod sums;
+mod surfels;
+
+pub use error::{RepairError, SampleError};
+pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
+pub use mesh::{Bounds, Mesh};
+pub use order::{NodeOrder, space_filling_order};
+pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
+pub use sampling::{
+    SampleSettings, Sampling, SamplingReport, Target, sample_tetrahedra, surface_mesh,
+};
+pub use solid::{LevelSet, Shape, Solid};
+pub use sums::{
+    boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
+};
+pub use surfels::{Surfels, sample_surfels};

@@ -1,0 +1,158 @@
+//! The errors of the crate, one enum per family of operations.
+
+use glam::DVec3;
+
+/// Why a surface cannot be made the boundary of a solid.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RepairError {
+    /// No triangle at all, or none left after the degenerate ones were dropped.
+    #[error(
+        "the mesh has no usable triangle ({dropped} degenerate or duplicate ones were dropped)"
+    )]
+    Empty {
+        /// Triangles dropped.
+        dropped: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} has a coordinate that is not a finite number")]
+    NotFinite {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A coordinate is so large or the body so small that its volume leaves the range of numbers.
+    #[error("the box diagonal {diagonal:e} is outside 1e-90 to 1e90: change the length unit")]
+    Scale {
+        /// Diagonal of the bounding box.
+        diagonal: f64,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} names vertex {vertex}, but there are only {vertex_count}")]
+    IndexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The index it holds.
+        vertex: u32,
+        /// Number of vertices.
+        vertex_count: usize,
+    },
+    /// The surface has a hole that is not small against the body.
+    #[error(
+        "the surface is open: {holes} hole(s), the largest {perimeter:.4e} round near \
+         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}); only holes up to {limit:.4e} round are closed: \
+         close it in a mesh editor or raise RepairSettings::largest_hole", near_x = near.x,
+        near_y = near.y, near_z = near.z
+    )]
+    Open {
+        /// Number of holes.
+        holes: usize,
+        /// Length round the largest.
+        perimeter: f64,
+        /// A point on its rim.
+        near: DVec3,
+        /// The longest perimeter that is closed.
+        limit: f64,
+    },
+    /// Triangles meet so that no consistent inside exists.
+    #[error(
+        "{edges} edge(s) where more triangles arrive than leave, the first near \
+         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}): the surface bounds no solid there",
+        near_x = near.x, near_y = near.y, near_z = near.z
+    )]
+    Unbalanced {
+        /// Number of such edges.
+        edges: usize,
+        /// Middle of the first.
+        near: DVec3,
+    },
+    /// The closed surface contains no volume.
+    #[error("the closed surface contains no volume ({volume:e} against an area of {area:e})")]
+    NoVolume {
+        /// Signed volume.
+        volume: f64,
+        /// Area.
+        area: f64,
+    },
+}
+
+/// Why a body cannot be sampled as asked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SampleError {
+    /// The spacing is not a positive number.
+    #[error("spacing {spacing} is not a positive finite number")]
+    Spacing {
+        /// The spacing asked for.
+        spacing: f64,
+    },
+    /// Too few nodes asked for to make tetrahedra.
+    #[error("{nodes} nodes are too few: ask for at least {least}")]
+    TooFewNodes {
+        /// Nodes asked for.
+        nodes: usize,
+        /// The least accepted.
+        least: usize,
+    },
+    /// The lattice for this spacing is larger than the limit.
+    #[error(
+        "spacing {spacing:.4e} needs {cells:.3e} lattice cells, the limit is {limit:.3e}: \
+         use a larger spacing"
+    )]
+    TooFine {
+        /// The spacing.
+        spacing: f64,
+        /// Cells it needs.
+        cells: f64,
+        /// Most cells allowed.
+        limit: f64,
+    },
+    /// The body fell between the lattice points.
+    #[error(
+        "the body is thinner than the spacing {spacing:.4e} everywhere, no tetrahedron fits: \
+         use {advice:.4e} or less"
+    )]
+    Vanished {
+        /// The spacing.
+        spacing: f64,
+        /// A spacing that has a chance.
+        advice: f64,
+    },
+    /// Whole parts of the body fell between the lattice points.
+    #[error(
+        "{parts} of {of} parts vanish at spacing {spacing:.4e}, the first near \
+         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}): use {advice:.4e} or less, or remove the part",
+        near_x = near.x, near_y = near.y, near_z = near.z
+    )]
+    LostParts {
+        /// Parts without a node.
+        parts: usize,
+        /// Parts of the input.
+        of: usize,
+        /// The spacing.
+        spacing: f64,
+        /// A point of the first lost part.
+        near: DVec3,
+        /// A spacing that has a chance.
+        advice: f64,
+    },
+    /// The function is NaN somewhere.
+    #[error("the shape's function is not a number at ({}, {}, {})", at.x, at.y, at.z)]
+    NotANumber {
+        /// Where.
+        at: DVec3,
+    },
+    /// The shape reaches beyond the bounds given with it.
+    #[error("the shape is not inside its bounds: its function is negative at ({}, {}, {})", at.x, at.y, at.z)]
+    OutsideBounds {
+        /// A point inside the shape and on or beyond the bounds.
+        at: DVec3,
+    },
+    /// The wanted node count cannot be met.
+    #[error("{wanted} nodes wanted, the nearest sampling has {reached}")]
+    NodeCount {
+        /// Nodes asked for.
+        wanted: usize,
+        /// Nodes of the nearest sampling found.
+        reached: usize,
+    },
+}

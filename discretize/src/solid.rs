@@ -1,0 +1,288 @@
+//! Bodies: shapes given by a function, and repaired meshes, behind one set of questions.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::hierarchy::Hierarchy;
+use crate::liver::liver;
+use crate::mesh::{Bounds, Mesh};
+
+/// Shapes without a file, centred at the origin unless said otherwise (m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Shape {
+    /// Axis-aligned box.
+    Box {
+        /// Half of each edge length.
+        half_extents: DVec3,
+    },
+    /// Axis-aligned ellipsoid.
+    Ellipsoid {
+        /// Semi-axes.
+        semi_axes: DVec3,
+    },
+    /// Cylinder with round ends along z.
+    Capsule {
+        /// Half the distance between the centres of the ends.
+        half_length: f64,
+        /// Radius.
+        radius: f64,
+    },
+    /// Hollow cylinder along z with flat ends.
+    Tube {
+        /// Half the length.
+        half_length: f64,
+        /// Outer radius.
+        outer_radius: f64,
+        /// Inner radius.
+        inner_radius: f64,
+    },
+    /// A liver of 1.2 litres, 17 cm wide: x to the patient's left, y to the head, z to the front.
+    Liver,
+}
+
+impl Shape {
+    /// Level-set value: zero on the surface, negative inside. Exact signed distance for box,
+    /// capsule and tube; for ellipsoid and liver only of the size of a distance near the surface.
+    #[must_use]
+    pub fn value(&self, p: DVec3) -> f64 {
+        match *self {
+            Self::Box { half_extents } => {
+                let q = p.abs() - half_extents;
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            Self::Ellipsoid { semi_axes } => {
+                ((p / semi_axes).length() - 1.0) * semi_axes.min_element()
+            }
+            Self::Capsule {
+                half_length,
+                radius,
+            } => {
+                let z = p.z.clamp(-half_length, half_length);
+                (p - DVec3::new(0.0, 0.0, z)).length() - radius
+            }
+            Self::Tube {
+                half_length,
+                outer_radius,
+                inner_radius,
+            } => {
+                let middle = 0.5 * (outer_radius + inner_radius);
+                let half_wall = 0.5 * (outer_radius - inner_radius);
+                let radial = (p.truncate().length() - middle).abs() - half_wall;
+                let axial = p.z.abs() - half_length;
+                radial.max(0.0).hypot(axial.max(0.0)) + radial.max(axial).min(0.0)
+            }
+            Self::Liver => liver(p),
+        }
+    }
+
+    /// Box around the shape.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let half = match *self {
+            Self::Box { half_extents } => half_extents,
+            Self::Ellipsoid { semi_axes } => semi_axes,
+            Self::Capsule {
+                half_length,
+                radius,
+            } => DVec3::new(radius, radius, half_length + radius),
+            Self::Tube {
+                half_length,
+                outer_radius,
+                ..
+            } => DVec3::new(outer_radius, outer_radius, half_length),
+            Self::Liver => DVec3::new(0.092, 0.078, 0.068),
+        };
+        Bounds {
+            min: -half,
+            max: half,
+        }
+    }
+}
+
+/// The function of an implicit body, negative inside.
+pub type LevelSet = Arc<dyn Fn(DVec3) -> f64 + Send + Sync>;
+
+/// A body that can be asked what is inside: a shape or a repaired mesh.
+#[derive(Clone)]
+pub struct Solid {
+    kind: Kind,
+    bounds: Bounds,
+    /// The surface is the box itself: a lattice that fits it exactly is worth having.
+    is_box: bool,
+}
+
+#[derive(Clone)]
+enum Kind {
+    Implicit(LevelSet),
+    Mesh(Arc<MeshBody>),
+}
+
+struct MeshBody {
+    mesh: Mesh,
+    hierarchy: Hierarchy,
+}
+
+impl fmt::Debug for Solid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = match &self.kind {
+            Kind::Implicit(_) => "implicit".to_owned(),
+            Kind::Mesh(body) => format!("mesh of {} triangles", body.mesh.triangles.len()),
+        };
+        f.debug_struct("Solid")
+            .field("kind", &kind)
+            .field("bounds", &self.bounds)
+            .finish()
+    }
+}
+
+impl From<Shape> for Solid {
+    fn from(shape: Shape) -> Self {
+        Self {
+            is_box: matches!(shape, Shape::Box { .. }),
+            ..Self::implicit(shape.bounds(), move |p| shape.value(p))
+        }
+    }
+}
+
+impl Solid {
+    /// Body where `function` is negative; `bounds` must contain it.
+    #[must_use]
+    pub fn implicit(
+        bounds: Bounds,
+        function: impl Fn(DVec3) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            kind: Kind::Implicit(Arc::new(function)),
+            bounds,
+            is_box: false,
+        }
+    }
+
+    /// Body inside a surface: winding number above one half. Repair the mesh first
+    /// ([`crate::repair`]).
+    ///
+    /// # Panics
+    /// If a triangle names a vertex out of range.
+    #[must_use]
+    pub fn from_mesh(mesh: Mesh) -> Self {
+        let bounds = mesh.bounds();
+        let hierarchy = Hierarchy::new(&mesh);
+        Self {
+            kind: Kind::Mesh(Arc::new(MeshBody { mesh, hierarchy })),
+            bounds,
+            is_box: false,
+        }
+    }
+
+    pub(crate) fn is_box(&self) -> bool {
+        self.is_box
+    }
+
+    /// Box around the body.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The surface the body was made from; `None` for an implicit one
+    /// (see [`crate::surface_mesh`]).
+    #[must_use]
+    pub fn mesh(&self) -> Option<&Mesh> {
+        match &self.kind {
+            Kind::Implicit(_) => None,
+            Kind::Mesh(body) => Some(&body.mesh),
+        }
+    }
+
+    /// The hierarchy over [`Solid::mesh`].
+    #[must_use]
+    pub fn hierarchy(&self) -> Option<&Hierarchy> {
+        match &self.kind {
+            Kind::Implicit(_) => None,
+            Kind::Mesh(body) => Some(&body.hierarchy),
+        }
+    }
+
+    /// Whether `p` is inside.
+    #[must_use]
+    pub fn contains(&self, p: DVec3) -> bool {
+        match &self.kind {
+            Kind::Implicit(function) => function(p) < 0.0,
+            Kind::Mesh(body) => body.hierarchy.winding_number(p) > 0.5,
+        }
+    }
+
+    /// Distance to the surface, negative inside. For implicit bodies the function's value, which
+    /// is a distance only if the function is one.
+    #[must_use]
+    pub fn signed_distance(&self, p: DVec3) -> f64 {
+        match &self.kind {
+            Kind::Implicit(function) => function(p),
+            Kind::Mesh(body) => {
+                let distance = body
+                    .hierarchy
+                    .closest(p)
+                    .map_or(f64::INFINITY, |c| c.distance_squared.sqrt());
+                if body.hierarchy.winding_number(p) > 0.5 {
+                    -distance
+                } else {
+                    distance
+                }
+            }
+        }
+    }
+
+    /// Outward unit normal at a surface point: the function's gradient by central differences
+    /// (step 1e-5 of the box's diagonal, error of its square), or the normal of the closest
+    /// triangle. Zero where the gradient vanishes.
+    #[must_use]
+    pub fn normal(&self, p: DVec3) -> DVec3 {
+        match &self.kind {
+            Kind::Implicit(_) => self.gradient(p).normalize_or_zero(),
+            Kind::Mesh(body) => body.hierarchy.closest(p).map_or(DVec3::ZERO, |c| {
+                body.mesh
+                    .area_vector(c.triangle as usize)
+                    .normalize_or_zero()
+            }),
+        }
+    }
+
+    /// Moves a point near the surface onto it: Newton along the gradient for implicit bodies, the
+    /// closest point for meshes.
+    #[must_use]
+    pub fn project(&self, p: DVec3) -> DVec3 {
+        match &self.kind {
+            Kind::Implicit(function) => {
+                let mut at = p;
+                for _ in 0..6 {
+                    let value = function(at);
+                    let gradient = self.gradient(at);
+                    let slope_squared = gradient.length_squared();
+                    if value == 0.0 || slope_squared == 0.0 {
+                        break;
+                    }
+                    let step = gradient * (value / slope_squared);
+                    at -= step;
+                    if step.length() < 1e-14 * self.bounds.diagonal() {
+                        break;
+                    }
+                }
+                at
+            }
+            Kind::Mesh(body) => body.hierarchy.closest(p).map_or(p, |c| c.point),
+        }
+    }
+
+    /// Gradient of the implicit function by central differences; zero for meshes.
+    fn gradient(&self, p: DVec3) -> DVec3 {
+        let Kind::Implicit(function) = &self.kind else {
+            return DVec3::ZERO;
+        };
+        let step = 1e-5 * self.bounds.diagonal();
+        let along = |axis: DVec3| function(p + step * axis) - function(p - step * axis);
+        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)) / (2.0 * step)
+    }
+}

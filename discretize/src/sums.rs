@@ -1,0 +1,120 @@
+//! Volumes, boundary vectors, edges and boundary of tetrahedra.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::{area_vector, index};
+
+/// Signed volume of a tetrahedron, positive if d lies where the right-hand thumb of a, b, c points.
+#[must_use]
+pub fn tetrahedron_volume([a, b, c, d]: [DVec3; 4]) -> f64 {
+    (b - a).cross(c - a).dot(d - a) / 6.0
+}
+
+/// Nodal volumes `V_i = sum of V_T / 4` over the tetrahedra at i.
+///
+/// # Panics
+/// If a tetrahedron names a node out of range.
+#[must_use]
+pub fn nodal_volumes(positions: &[DVec3], tetrahedra: &[[u32; 4]]) -> Vec<f64> {
+    let mut volumes = vec![0.0; positions.len()];
+    for tetrahedron in tetrahedra {
+        let quarter = 0.25 * tetrahedron_volume(tetrahedron.map(|v| positions[v as usize]));
+        for &v in tetrahedron {
+            volumes[v as usize] += quarter;
+        }
+    }
+    volumes
+}
+
+/// Nodal boundary vectors `b_i = sum of n_t A_t / 3` over the surface triangles at i (outward);
+/// zero inside. `sum b_i = 0` and `sum b_i (x) X_i = V I` by the divergence theorem.
+///
+/// # Panics
+/// If a triangle names a node out of range.
+#[must_use]
+pub fn nodal_boundary_vectors(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut vectors = vec![DVec3::ZERO; positions.len()];
+    for triangle in triangles {
+        let third = area_vector(triangle.map(|v| positions[v as usize])) / 3.0;
+        for &v in triangle {
+            vectors[v as usize] += third;
+        }
+    }
+    vectors
+}
+
+/// Faces of positive tetrahedra that only one of them has, outward, sorted by their corners.
+/// `candidate` may rule out nodes that lie on no such face (return true where not known).
+#[must_use]
+pub fn boundary_triangles(
+    tetrahedra: &[[u32; 4]],
+    candidate: impl Fn(u32) -> bool + Sync,
+) -> Vec<[u32; 3]> {
+    let mut faces: Vec<([u32; 3], [u32; 3])> = tetrahedra
+        .par_iter()
+        .flat_map_iter(|&[a, b, c, d]| [[b, c, d], [a, d, c], [a, b, d], [a, c, b]])
+        .filter(|face| face.iter().all(|v| candidate(*v)))
+        .map(|face| {
+            let mut key = face;
+            key.sort_unstable();
+            (key, face)
+        })
+        .collect();
+    faces.par_sort_unstable();
+    let mut out = Vec::new();
+    for group in faces.chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, face)] = group {
+            out.push(*face);
+        }
+    }
+    out
+}
+
+/// The graph of tetrahedra's edges as symmetric CSR without self entries: `offsets`
+/// (`node_count + 1`) and `indices`, rows sorted.
+///
+/// # Panics
+/// If a tetrahedron names a node out of range, or more than `u32::MAX` pairs arise.
+#[must_use]
+pub fn tetrahedra_edges(node_count: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
+    // Every tetrahedron writes its three neighbours into the rows of its corners; rows are then
+    // sorted and made unique.
+    let mut start = vec![0_usize; node_count + 1];
+    for &v in tetrahedra.iter().flatten() {
+        assert!(
+            (v as usize) < node_count,
+            "tetrahedron names node {v} of {node_count}"
+        );
+        start[v as usize + 1] += 3;
+    }
+    for i in 0..node_count {
+        start[i + 1] += start[i];
+    }
+    let mut fill = start.clone();
+    let mut raw = vec![0_u32; start[node_count]];
+    for t in tetrahedra {
+        for a in 0..4 {
+            let row = t[a] as usize;
+            for b in 1..4 {
+                raw[fill[row]] = t[(a + b) % 4];
+                fill[row] += 1;
+            }
+        }
+    }
+    let mut offsets = Vec::with_capacity(node_count + 1);
+    let mut indices = Vec::with_capacity(raw.len() / 4);
+    offsets.push(0);
+    for i in 0..node_count {
+        let row = &mut raw[start[i]..start[i + 1]];
+        row.sort_unstable();
+        let begin = indices.len();
+        for &j in row.iter() {
+            if indices.len() == begin || indices.last() != Some(&j) {
+                indices.push(j);
+            }
+        }
+        offsets.push(index(indices.len()));
+    }
+    (offsets, indices)
+}

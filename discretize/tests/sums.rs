@@ -1,0 +1,203 @@
+//! Sums, places and quality of samplings of shapes, under rigid motions and scales.
+#![allow(
+    clippy::missing_assert_message,
+    reason = "a failing test names its line"
+)]
+
+use glam::{DMat3, DQuat, DVec3};
+use phyxel_discretize::{
+    Bounds, SampleSettings, Sampling, Shape, Solid, Target, sample_tetrahedra, surface_mesh,
+    tetrahedra_edges,
+};
+use proptest::prelude::*;
+use testkit::strategies::{rotation, scale, vector};
+use testkit::tol::{assert_below, assert_relative};
+
+fn nodes(solid: &Solid, count: usize) -> Sampling {
+    let settings = SampleSettings {
+        target: Target::NodeCount(count),
+        ..SampleSettings::default()
+    };
+    sample_tetrahedra(solid, &settings).expect("a whole body of some thickness")
+}
+
+/// Volumes positive and complete, boundary vectors closed, `sum b (x) X = V I`.
+fn check_sums(s: &Sampling) {
+    assert!(s.volumes.iter().all(|v| *v > 0.0));
+    let volume: f64 = s.volumes.iter().sum();
+    assert_relative("volume", volume, s.report.volume, 0.0, 1e-12);
+    let closed: DVec3 = s.boundary_vectors.iter().sum();
+    assert_below("sum of b", closed.length(), 1e-10 * s.report.area);
+    let middle = s.positions[0];
+    let mut moment = DMat3::ZERO;
+    for (b, x) in s.boundary_vectors.iter().zip(&s.positions) {
+        let x = *x - middle;
+        moment += DMat3::from_cols(*b * x.x, *b * x.y, *b * x.z);
+    }
+    let error = (moment - DMat3::from_diagonal(DVec3::splat(volume))).to_cols_array();
+    for e in error {
+        assert_below("sum of b (x) X - V I", e.abs(), 1e-10 * volume);
+    }
+}
+
+fn shapes() -> Vec<Shape> {
+    vec![
+        Shape::Box {
+            half_extents: DVec3::new(0.1, 0.13, 0.5),
+        },
+        Shape::Ellipsoid {
+            semi_axes: DVec3::new(1.0, 0.6, 0.8),
+        },
+        Shape::Capsule {
+            half_length: 1.0,
+            radius: 0.4,
+        },
+        Shape::Tube {
+            half_length: 1.0,
+            outer_radius: 0.5,
+            inner_radius: 0.25,
+        },
+        Shape::Liver,
+    ]
+}
+
+#[test]
+fn every_shape_at_three_counts() {
+    for shape in shapes() {
+        for count in [300, 2000, 6000] {
+            let s = nodes(&shape.into(), count);
+            check_sums(&s);
+            let n = s.positions.len();
+            assert!(n.abs_diff(count) * 20 <= count, "{shape:?}: {n} of {count}");
+            assert_eq!(s.report.quality.inverted, 0);
+            assert!(
+                s.report.quality.smallest_dihedral > 10.7,
+                "{shape:?} {count}: {}",
+                s.report
+            );
+            assert_eq!(s.report.pieces, 1);
+            let size = shape.bounds().diagonal();
+            for p in &s.positions {
+                assert_below("node outside", shape.value(*p), 1e-12 * size);
+            }
+            let mut on_surface = vec![false; n];
+            for v in s.surface_triangles.iter().flatten() {
+                on_surface[*v as usize] = true;
+            }
+            for (p, on) in s.positions.iter().zip(&on_surface) {
+                if *on {
+                    assert_below("surface node off", shape.value(*p).abs(), 1e-11 * size);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_box_is_filled_exactly() {
+    let half_extents = DVec3::new(0.1, 0.13, 0.5);
+    let s = nodes(&Shape::Box { half_extents }.into(), 2000);
+    let volume = 8.0 * half_extents.element_product();
+    assert_relative("volume", s.report.volume, volume, 0.0, 1e-12);
+    assert!(s.report.quality.smallest_dihedral > 40.0);
+}
+
+#[test]
+fn volumes_converge_to_closed_forms() {
+    let ellipsoid = Shape::Ellipsoid {
+        semi_axes: DVec3::new(1.0, 0.6, 0.8),
+    };
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * 0.48;
+    let error = |n| (nodes(&ellipsoid.into(), n).report.volume / exact - 1.0).abs();
+    let (coarse, fine) = (error(1000), error(8000));
+    assert!(coarse < 0.02, "{coarse}");
+    // Second order in the spacing: eight times the nodes, a quarter of the error.
+    assert!(fine < 0.35 * coarse, "{coarse} {fine}");
+}
+
+#[test]
+fn the_liver_is_a_liver() {
+    let mesh = surface_mesh(&Shape::Liver.into(), 0.003).unwrap();
+    let size = mesh.bounds().size();
+    assert!(
+        (1.1e-3..1.6e-3).contains(&mesh.volume()),
+        "{}",
+        mesh.volume()
+    );
+    assert!((0.14..0.18).contains(&size.x), "{size}");
+    assert!(Shape::Liver.bounds().min.cmplt(mesh.bounds().min).all());
+    assert!(Shape::Liver.bounds().max.cmpgt(mesh.bounds().max).all());
+}
+
+#[test]
+fn edges_are_symmetric_sorted_and_complete() {
+    let s = nodes(&Shape::Liver.into(), 600);
+    let (offsets, indices) = tetrahedra_edges(s.positions.len(), &s.tetrahedra);
+    let row = |i: u32| &indices[offsets[i as usize] as usize..offsets[i as usize + 1] as usize];
+    let mut expected = std::collections::BTreeSet::new();
+    for t in &s.tetrahedra {
+        for a in t {
+            for b in t {
+                if a != b {
+                    expected.insert((*a, *b));
+                }
+            }
+        }
+    }
+    let n = u32::try_from(s.positions.len()).unwrap();
+    let found: Vec<(u32, u32)> = (0..n)
+        .flat_map(|i| row(i).iter().map(move |j| (i, *j)))
+        .collect();
+    assert!(found.iter().eq(expected.iter()));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let run = |threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap()
+            .install(|| nodes(&Shape::Liver.into(), 2000))
+    };
+    assert_eq!(run(1), run(3));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn random_blobs_in_any_frame_and_scale(
+        turn in rotation(), size in scale(), shift in vector(1.0), bump in vector(1.0), radius in 0.3..0.9_f64,
+    ) {
+        check_blob(turn, size, shift, bump, radius);
+    }
+}
+
+/// Two overlapping balls, turned, moved and scaled.
+fn check_blob(turn: DQuat, size: f64, shift: DVec3, bump: DVec3, radius: f64) {
+    let place = move |p: DVec3| turn.inverse() * (p / size - shift);
+    let value = move |p: DVec3| {
+        let p = place(p);
+        size * (p.length() - 1.0).min((p - bump).length() - radius)
+    };
+    let reach = size * 2.8;
+    let bounds = Bounds {
+        min: size * shift - reach,
+        max: size * shift + reach,
+    };
+    let solid = Solid::implicit(bounds, value);
+    let settings = SampleSettings {
+        target: Target::Spacing(0.22 * size),
+        ..SampleSettings::default()
+    };
+    let s = sample_tetrahedra(&solid, &settings).expect("a blob of many cells");
+    check_sums(&s);
+    let q = s.report.quality;
+    assert!(q.smallest_dihedral > 10.7, "{q:?}");
+    assert_eq!(q.inverted, 0);
+    assert!((q.mean_edge / (0.22 * size) - 1.0).abs() < 0.1, "{q:?}");
+    assert!(q.shortest_edge > 0.2 * q.mean_edge, "{q:?}");
+    for p in &s.positions {
+        assert_below("node outside", value(*p), 1e-11 * reach);
+    }
+}
