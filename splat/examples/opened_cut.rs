@@ -5,8 +5,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_splat::{
-    Camera, Mesh, RenderSettings, Renderer, SplatView, Splats, Tissue, TissueSettings,
-    TissueTexture,
+    Camera, Mesh, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture,
 };
 use std::time::Instant;
 
@@ -101,12 +100,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         surfaces: texture.surfaces(),
         ..RenderSettings::default()
     });
-    let view = SplatView {
-        surfels: tissue.surfels(),
-        splats: &splats,
-        colors: &colors,
-        clips: tissue.clips(),
-    };
+    let view = tissue.view(&splats, &colors);
     let tools = Mesh::scalpel(
         DVec3::new(0.0, 0.0, 0.05),
         DVec3::new(0.0, 0.035, 0.062),

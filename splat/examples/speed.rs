@@ -5,7 +5,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_splat::{
-    Camera, RenderSettings, Renderer, SplatView, Splats, Tissue, TissueSettings, TissueTexture,
+    Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture,
 };
 use std::time::Instant;
 
@@ -60,12 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("carry: {carry:.2} ms");
     let texture = TissueTexture::liver(0.2);
     let colors = texture.colors(tissue.surfels());
-    let view = SplatView {
-        surfels: tissue.surfels(),
-        splats: &splats,
-        colors: &colors,
-        clips: tissue.clips(),
-    };
+    let view = tissue.view(&splats, &colors);
     let half = DVec3::splat(0.1);
     let camera = Camera::framing(
         -half,

@@ -6,7 +6,9 @@ use crate::surfels::Surfels;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-/// Surfels in the deformed frame, ready to draw; one entry per surfel in every array.
+/// Surfels in the deformed frame, ready to draw; one entry per surfel in every array. The fields of
+/// normals (`bends_*`) and the rest axes (`rest_*`) may be left empty: flat disks, a texture constant
+/// over each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Splats {
     /// Centres (m).
@@ -22,9 +24,25 @@ pub struct Splats {
     pub bends_u: Vec<DVec3>,
     /// Change of the normal from the centre to the end of the second axis.
     pub bends_v: Vec<DVec3>,
+    /// First axis in the rest frame (m): how texture coordinates vary over the disk.
+    pub rest_u: Vec<DVec3>,
+    /// Second axis in the rest frame (m).
+    pub rest_v: Vec<DVec3>,
 }
 
 impl Splats {
+    /// Appends all of another body's splats.
+    pub fn extend(&mut self, other: &Self) {
+        self.positions.extend(&other.positions);
+        self.axes_u.extend(&other.axes_u);
+        self.axes_v.extend(&other.axes_v);
+        self.normals.extend(&other.normals);
+        self.bends_u.extend(&other.bends_u);
+        self.bends_v.extend(&other.bends_v);
+        self.rest_u.extend(&other.rest_u);
+        self.rest_v.extend(&other.rest_v);
+    }
+
     /// The undeformed surfels.
     #[must_use]
     pub fn at_rest(surfels: &Surfels) -> Self {
@@ -38,6 +56,8 @@ impl Splats {
             let [a, b] = bends(surfels.shapes[i], t0, t1);
             out.bends_u.push(a * surfels.radii[i]);
             out.bends_v.push(b * surfels.radii[i]);
+            out.rest_u.push(t0 * surfels.radii[i]);
+            out.rest_v.push(t1 * surfels.radii[i]);
         }
         out
     }
@@ -94,6 +114,8 @@ pub fn carry_into(
     splats.normals.resize(n, DVec3::ZERO);
     splats.bends_u.resize(n, DVec3::ZERO);
     splats.bends_v.resize(n, DVec3::ZERO);
+    splats.rest_u.resize(n, DVec3::ZERO);
+    splats.rest_v.resize(n, DVec3::ZERO);
     splats
         .positions
         .par_iter_mut()
@@ -101,42 +123,46 @@ pub fn carry_into(
         .zip(&mut splats.axes_v)
         .zip(&mut splats.normals)
         .zip(splats.bends_u.par_iter_mut().zip(&mut splats.bends_v))
+        .zip(splats.rest_u.par_iter_mut().zip(&mut splats.rest_v))
         .enumerate()
         .with_min_len(256)
-        .for_each(|(i, ((((x, u), v), normal), (bend_u, bend_v)))| {
-            let rest = surfels.positions[i];
-            let (row, weights) = binding.row(i);
-            let mut at = DVec3::ZERO;
-            let mut f = DMat3::ZERO;
-            for (&node, &w) in row.iter().zip(weights) {
-                let node = index(node);
-                let g = gradients[node];
-                at += (nodes[node] + g * (rest - rest_nodes[node])) * w;
-                f += g * w;
-            }
-            let rest_normal = surfels.normals[i];
-            let (t0, t1) = Surfels::tangents(rest_normal);
-            let (a, b) = (f * t0, f * t1);
-            *x = at;
-            let radius = surfels.radii[i];
-            let raw = a.cross(b);
-            let length = raw.length();
-            if length > 0.0 {
-                let cofactor = DMat3::from_cols(
-                    f.y_axis.cross(f.z_axis),
-                    f.z_axis.cross(f.x_axis),
-                    f.x_axis.cross(f.y_axis),
-                );
-                *normal = raw / length;
-                let [p, q] = bends(surfels.shapes[i], t0, t1);
-                *bend_u = cofactor * p * (radius / length);
-                *bend_v = cofactor * q * (radius / length);
-            } else {
-                *normal = rest_normal;
-                *bend_u = DVec3::ZERO;
-                *bend_v = DVec3::ZERO;
-            }
-            *u = a.clamp_length_max(max_stretch) * radius;
-            *v = b.clamp_length_max(max_stretch) * radius;
-        });
+        .for_each(
+            |(i, (((((x, u), v), normal), (bend_u, bend_v)), (rest_u, rest_v)))| {
+                let rest = surfels.positions[i];
+                let (row, weights) = binding.row(i);
+                let mut at = DVec3::ZERO;
+                let mut f = DMat3::ZERO;
+                for (&node, &w) in row.iter().zip(weights) {
+                    let node = index(node);
+                    let g = gradients[node];
+                    at += (nodes[node] + g * (rest - rest_nodes[node])) * w;
+                    f += g * w;
+                }
+                let rest_normal = surfels.normals[i];
+                let (t0, t1) = Surfels::tangents(rest_normal);
+                let (a, b) = (f * t0, f * t1);
+                *x = at;
+                let radius = surfels.radii[i];
+                let raw = a.cross(b);
+                let length = raw.length();
+                if length > 0.0 {
+                    let cofactor = DMat3::from_cols(
+                        f.y_axis.cross(f.z_axis),
+                        f.z_axis.cross(f.x_axis),
+                        f.x_axis.cross(f.y_axis),
+                    );
+                    *normal = raw / length;
+                    let [p, q] = bends(surfels.shapes[i], t0, t1);
+                    *bend_u = cofactor * p * (radius / length);
+                    *bend_v = cofactor * q * (radius / length);
+                } else {
+                    *normal = rest_normal;
+                    *bend_u = DVec3::ZERO;
+                    *bend_v = DVec3::ZERO;
+                }
+                (*rest_u, *rest_v) = (t0 * radius, t1 * radius);
+                *u = a.clamp_length_max(max_stretch) * radius;
+                *v = b.clamp_length_max(max_stretch) * radius;
+            },
+        );
 }

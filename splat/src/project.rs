@@ -168,17 +168,15 @@ fn project_one(
     let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
     out.normal = lit(normal, 1.0);
     if !aligned {
-        out.bend = [
-            lit(axes * splats.bends_u[i], 0.0),
-            lit(axes * splats.bends_v[i], 0.0),
-        ];
+        let bend = |field: &[DVec3]| field.get(i).map_or(Vec4::ZERO, |&b| lit(axes * b, 0.0));
+        out.bend = [bend(&splats.bends_u), bend(&splats.bends_v)];
     }
     out.splat = count(i);
     let first = count(chunk.walls.len());
     if let Some(clip) = view.clips.get(i).and_then(Option::as_ref)
         && !aligned
     {
-        add_walls(clip, view.surfels.radii[i], scale, &mut chunk.walls);
+        add_walls(clip, view.radii[i], scale, &mut chunk.walls);
     }
     out.walls = [first, count(chunk.walls.len())];
     chunk.splats.push(out);

@@ -1,4 +1,8 @@
 //! One tile: visibility and blending of splats and triangles.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "rows of several arrays are walked in step"
+)]
 
 use crate::cast::index;
 use crate::project::{Chunk, Projected, TILE, Wall};

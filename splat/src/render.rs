@@ -7,7 +7,6 @@ use crate::project::{Raster, TILE, project};
 use crate::raster::{Ink, ScreenTriangle, Sums, TileBuffers, draw_splats, draw_triangles};
 use crate::scene::{Background, DrawMode, Lighting, SplatView, Surface};
 use crate::shade::{Point, Rig, Transfer, relief, tone};
-use crate::surfels::Surfels;
 use crate::tool::Mesh;
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -105,9 +104,11 @@ impl Renderer {
         let n = view.splats.positions.len();
         assert!(
             view.colors.len() == n
-                && view.surfels.len() == n
+                && view.materials.len() == n
+                && view.texture_points.len() == n
+                && view.radii.len() == n
                 && (view.clips.is_empty() || view.clips.len() == n),
-            "one surfel, colour and clip per splat"
+            "one colour, material, texture point, radius and clip per splat"
         );
         let ss = index(self.settings.samples);
         let (w, h) = (
@@ -128,14 +129,14 @@ impl Renderer {
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
         let ink = |splat: u32| {
             let i = index(splat);
-            let s = self.surface(view.surfels.materials[i]);
+            let s = self.surface(view.materials[i]);
             let cells = f64::from(s.relief_frequency);
-            let (t0, t1) = Surfels::tangents(view.surfels.normals[i]);
-            let radius = view.surfels.radii[i] * cells;
+            let along =
+                |axes: &[DVec3]| (axes.get(i).copied().unwrap_or_default() * cells).as_vec3();
             Ink {
                 color: view.colors[i],
-                point: (view.surfels.positions[i] * cells).as_vec3(),
-                along: [(t0 * radius).as_vec3(), (t1 * radius).as_vec3()],
+                point: (view.texture_points[i] * cells).as_vec3(),
+                along: [along(&view.splats.rest_u), along(&view.splats.rest_v)],
                 specular: s.specular,
                 relief: s.relief,
             }

@@ -2,8 +2,7 @@
 
 use crate::carry::Splats;
 use crate::clip::Clip;
-use crate::surfels::Surfels;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// How splats are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -110,12 +109,16 @@ impl Default for Background {
 /// Splats and what belongs to them; all slices have one entry per splat.
 #[derive(Debug, Clone, Copy)]
 pub struct SplatView<'a> {
-    /// The surfels in the rest frame: materials, radii, coordinates of texture.
-    pub surfels: &'a Surfels,
     /// Carried disks.
     pub splats: &'a Splats,
     /// Linear colour per splat.
     pub colors: &'a [Vec3],
+    /// Material id per splat, an index into [`crate::RenderSettings::surfaces`].
+    pub materials: &'a [u8],
+    /// Rest positions (m): the coordinates of the fine relief.
+    pub texture_points: &'a [DVec3],
     /// What bounds each disk; empty: nothing bounds any.
     pub clips: &'a [Option<Box<Clip>>],
+    /// Rest radii (m), the unit of the clips.
+    pub radii: &'a [f64],
 }

@@ -7,10 +7,11 @@ use crate::clip::{Clip, nearest_on_segment, nearest_on_triangle, wall_of_triangl
 use crate::error::SurfelError;
 use crate::radii::{RadiusRule, covering_radii, shape_operators};
 use crate::rim::{self, SkinDisk};
+use crate::scene::SplatView;
 use crate::skin::CutSampler;
 use crate::surfels::Surfels;
 use crate::texture::{CAPSULE, PARENCHYMA};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
 use std::collections::HashMap;
@@ -195,6 +196,19 @@ impl Tissue {
             self.settings.max_stretch,
             splats,
         );
+    }
+
+    /// What the renderer needs: carried splats and one linear colour per surfel.
+    #[must_use]
+    pub fn view<'a>(&'a self, splats: &'a Splats, colors: &'a [Vec3]) -> SplatView<'a> {
+        SplatView {
+            splats,
+            colors,
+            materials: &self.surfels.materials,
+            texture_points: &self.surfels.positions,
+            clips: &self.clips,
+            radii: &self.surfels.radii,
+        }
     }
 
     /// Takes in new triangles of a cut (rest frame): new skin on both sides, disks split and
