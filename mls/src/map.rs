@@ -16,8 +16,12 @@ use glam::DVec3;
 use crate::error::{CloudError, MapError};
 use crate::kernel::Kernel;
 use crate::neighborhoods::Neighborhoods;
-use crate::search::{PointTree, positive};
+use crate::search::{BallTree, positive};
 pub use frame::{MapFrame, MapKind, MaterialPoint};
+
+/// Connection to the start node is followed through nodes whose support, enlarged by this factor,
+/// holds the point: paths round a notch count if they stay this near.
+const REACH: f64 = 1.5;
 
 /// How [`MapFrame::to_material`] searches.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,10 +56,10 @@ impl Default for MapSettings {
 pub struct MaterialMap {
     rest_positions: Vec<DVec3>,
     support_radii: Vec<f64>,
-    largest_radius: f64,
     neighborhoods: Neighborhoods,
     severed: Vec<bool>,
-    tree: PointTree,
+    /// Supports enlarged by [`REACH`].
+    supports: BallTree,
     settings: MapSettings,
 }
 
@@ -93,10 +97,11 @@ impl MaterialMap {
         if rest_positions.is_empty() {
             return Err(MapError::Empty);
         }
-        let mut largest_radius: f64 = 0.0;
         for &radius in support_radii {
             positive("a support radius", radius)?;
-            largest_radius = largest_radius.max(radius);
+        }
+        if let Some(point) = rest_positions.iter().position(|x| !x.is_finite()) {
+            return Err(CloudError::NotFinite { point }.into());
         }
         if settings.fallback_nodes == 0 {
             return Err(CloudError::NoNeighbors.into());
@@ -104,10 +109,9 @@ impl MaterialMap {
         Ok(Self {
             rest_positions: rest_positions.to_vec(),
             support_radii: support_radii.to_vec(),
-            largest_radius,
             neighborhoods: neighborhoods.clone(),
             severed: vec![false; neighborhoods.pair_count()],
-            tree: PointTree::new(rest_positions)?,
+            supports: BallTree::new(rest_positions, support_radii.iter().map(|h| h * REACH)),
             settings: *settings,
         })
     }

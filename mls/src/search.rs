@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use rstar::RTree;
-use rstar::primitives::GeomWithData;
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
 
 use crate::error::CloudError;
 use crate::neighborhoods::Neighborhoods;
@@ -73,6 +73,35 @@ impl PointTree {
         self.tree
             .locate_within_distance(at.to_array(), radius * radius)
             .map(|entry| entry.data)
+    }
+}
+
+/// Balls around points, found by the box they touch.
+#[derive(Debug, Clone)]
+pub(crate) struct BallTree {
+    tree: RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>,
+}
+
+impl BallTree {
+    /// Loads balls whose centres have been checked to be finite, radii positive.
+    pub(crate) fn new(centres: &[DVec3], radii: impl Iterator<Item = f64>) -> Self {
+        let balls = (0_u32..)
+            .zip(centres.iter().zip(radii))
+            .map(|(index, (&x, r))| {
+                let corners = [x - r, x + r].map(|corner| corner.to_array());
+                GeomWithData::new(Rectangle::from_corners(corners[0], corners[1]), index)
+            });
+        Self {
+            tree: RTree::bulk_load(balls.collect()),
+        }
+    }
+
+    /// Balls whose boxes touch the box of half width `half` at a point, in no particular order.
+    pub(crate) fn near(&self, at: DVec3, half: f64) -> impl Iterator<Item = u32> + '_ {
+        let corners = [at - half, at + half].map(|corner| corner.to_array());
+        self.tree
+            .locate_in_envelope_intersecting(AABB::from_corners(corners[0], corners[1]))
+            .map(|ball| ball.data)
     }
 }
 

@@ -10,6 +10,9 @@ use crate::symmetric::outer;
 /// Sum of weights below which a point counts as outside all supports.
 const LEAST_WEIGHT: f64 = 1e-9;
 
+/// Distance, in support radii of the start node, over which one set of nodes serves.
+const SLACK: f64 = 0.25;
+
 /// How a material point was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapKind {
@@ -134,48 +137,54 @@ impl MapFrame<'_> {
             material.is_finite(),
             "the asked material point must be finite"
         );
-        let candidates = self.connected(material, start_node);
+        let candidates = self.connected(material, 0.0, start_node);
         Some(self.forward(material, &candidates)?.position)
     }
 
-    /// Nodes whose supports hold `material` and that the start node reaches over pairs that are not
-    /// severed, inside a ball that holds all of them. Rising.
-    pub(super) fn connected(&self, material: DVec3, start: u32) -> Vec<u32> {
+    /// Nodes whose supports hold a point within `slack` of `material` and that the start node
+    /// reaches over pairs that are not severed, through nodes near the point. Rising.
+    pub(super) fn connected(&self, material: DVec3, slack: f64, start: u32) -> Vec<u32> {
         let map = self.map;
-        let mut candidates: Vec<u32> = map.tree.within(material, map.largest_radius).collect();
-        candidates.sort_unstable();
-        let covers = |&node: &u32| {
-            let h = map.support_radii[node as usize];
-            (material - map.rest_positions[node as usize]).length_squared() < h * h
+        let mut near: Vec<u32> = map.supports.near(material, slack).collect();
+        near.sort_unstable();
+        let covers = |node: u32| {
+            let reach = map.support_radii[node as usize] + slack;
+            (material - map.rest_positions[node as usize]).length_squared() < reach * reach
         };
-        let begin = map.rest_positions[start as usize];
-        let reach = map.largest_radius.max((begin - material).length());
-        let mut ball: Vec<u32> = map.tree.within(material, reach * 1.5).collect();
-        ball.sort_unstable();
-        let mut reached = vec![false; ball.len()];
-        let mut stack = Vec::with_capacity(ball.len());
-        if let Ok(place) = ball.binary_search(&start) {
+        let wanted: Vec<bool> = near.iter().map(|&node| covers(node)).collect();
+        let mut missing = wanted.iter().filter(|&&w| w).count();
+        let mut reached = vec![false; near.len()];
+        let mut queue = Vec::with_capacity(near.len());
+        let mut next = 0;
+        if let Ok(place) = near.binary_search(&start) {
             reached[place] = true;
-            stack.push(start);
+            missing -= usize::from(wanted[place]);
+            queue.push(start);
         }
-        while let Some(node) = stack.pop() {
-            for pair in map.neighborhoods.pairs(node as usize) {
+        // Near nodes come first, so the walk ends early where nothing is severed.
+        while next < queue.len() && missing > 0 {
+            let node = queue[next] as usize;
+            next += 1;
+            for pair in map.neighborhoods.pairs(node) {
                 if map.severed[pair] {
                     continue;
                 }
-                let next = map.neighborhoods.indices()[pair];
-                if let Ok(place) = ball.binary_search(&next)
+                let other = map.neighborhoods.indices()[pair];
+                if let Ok(place) = near.binary_search(&other)
                     && !reached[place]
                 {
                     reached[place] = true;
-                    stack.push(next);
+                    missing -= usize::from(wanted[place]);
+                    queue.push(other);
                 }
             }
         }
-        candidates.retain(|node| {
-            covers(node) && ball.binary_search(node).is_ok_and(|place| reached[place])
-        });
-        candidates
+        let mut keep = wanted
+            .iter()
+            .zip(&reached)
+            .map(|(&wanted, &reached)| wanted && reached);
+        near.retain(|_| keep.next().unwrap_or(false));
+        near
     }
 
     /// Forward map and its Jacobian over some nodes; `None` if their weights vanish.
@@ -192,6 +201,9 @@ impl MapFrame<'_> {
             let from = material - map.rest_positions[i];
             let r = from.length();
             let w = map.settings.kernel.value(r / h);
+            if w <= 0.0 {
+                continue;
+            }
             if !w.is_finite() {
                 // On the node of a singular weight that node alone speaks.
                 return Some(Forward {
@@ -228,14 +240,22 @@ impl MapFrame<'_> {
         let map = self.map;
         let bound = map.settings.tolerance * map.support_radii[start as usize];
         let mut material = self.affine(world, start)?;
-        let mut forward = self.forward(material, &self.connected(material, start))?;
+        // One set of nodes serves all iterates that stay near its centre.
+        let slack = SLACK * map.support_radii[start as usize];
+        let mut centre = material;
+        let mut nodes = self.connected(centre, slack, start);
+        let mut forward = self.forward(material, &nodes)?;
         for iterations in 1..=map.settings.iteration_limit {
             let residual = forward.position - world;
             let step = invert(&forward.jacobian)? * residual;
             let mut share = 1.0;
             let next = loop {
                 let trial = material - step * share;
-                let found = self.forward(trial, &self.connected(trial, start));
+                if (trial - centre).length_squared() > slack * slack {
+                    centre = trial;
+                    nodes = self.connected(centre, slack, start);
+                }
+                let found = self.forward(trial, &nodes);
                 let better = found.filter(|f| {
                     let left = (f.position - world).length();
                     left <= residual.length() || step.length() * share <= bound
@@ -273,7 +293,7 @@ impl MapFrame<'_> {
     /// position.
     fn shepard(&self, world: DVec3, start: u32) -> DVec3 {
         let start_rest = self.map.rest_positions[start as usize];
-        let connected = self.connected(start_rest, start);
+        let connected = self.connected(start_rest, 0.0, start);
         let mut near: Vec<(f64, u32)> = connected
             .iter()
             .map(|&node| {

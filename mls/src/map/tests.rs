@@ -91,9 +91,8 @@ fn newton_returns_the_material_point_of_every_deformation() {
         let mut most = 0;
         for _ in 0..600 {
             let material = DVec3::splat(0.5) + random.vector(0.42);
-            let mut near: Vec<(f64, u32)> = Vec::new();
-            body.map.tree.nearest_into(material, 1, None, &mut near);
-            let world = frame.to_world(material, near[0].1).unwrap();
+            let start = frame.nearest_node(motion(material));
+            let world = frame.to_world(material, start).unwrap();
             let found = frame.to_material(world);
             let MapKind::Newton { iterations } = found.kind else {
                 panic!("{name}: fallback at {material}");
@@ -121,7 +120,7 @@ fn jacobian_is_the_derivative_of_the_forward_map() {
     let frame = body.map.frame(&moved, &gradients).unwrap();
     let x = DVec3::new(0.41, 0.53, 0.47);
     let d = DVec3::new(0.3, -0.7, 0.5);
-    let nodes = frame.connected(x, frame.nearest_node(motion(x)));
+    let nodes = frame.connected(x, 0.01, frame.nearest_node(motion(x)));
     let slope = (frame.forward(x, &nodes).unwrap().jacobian * d).dot(DVec3::ONE);
     let along = |t: f64| {
         frame
@@ -207,4 +206,53 @@ fn bad_input_is_named() {
         body.map.frame(&body.points, &gradients),
         Err(MapError::DeformationGradient { node: 4 })
     ));
+}
+
+/// The walk that ends early and serves several iterates finds what a plain search of all nodes does.
+#[test]
+fn connected_nodes_equal_the_plain_search() {
+    let body = body();
+    let side = |x: DVec3| x.x < 0.4;
+    let mut factors = vec![1.0; body.graph.pair_count()];
+    for i in 0..body.points.len() {
+        for pair in body.graph.pairs(i) {
+            let j = body.graph.indices()[pair] as usize;
+            // A cut that ends in the middle of the body.
+            let below = body.points[i].y < 0.5 && body.points[j].y < 0.5;
+            if below && side(body.points[i]) != side(body.points[j]) {
+                factors[pair] = 0.0;
+            }
+        }
+    }
+    let all: Vec<u32> = (0..u32::try_from(body.points.len()).unwrap()).collect();
+    let mut map = body.map.clone();
+    map.update_rows(&factors, &all);
+    let gradients = vec![DMat3::IDENTITY; body.points.len()];
+    let frame = map.frame(&body.points, &gradients).unwrap();
+    let mut random = cloud::Random::new(2);
+    for _ in 0..60 {
+        let x = DVec3::splat(0.5) + random.vector(0.45);
+        let start = frame.nearest_node(x);
+        let holds = |node: u32, factor: f64| {
+            let h = map.support_radii[node as usize] * factor;
+            (x - body.points[node as usize]).abs().max_element() <= h
+        };
+        let mut reached = vec![start];
+        let mut next = 0;
+        while next < reached.len() {
+            let node = reached[next] as usize;
+            next += 1;
+            for pair in body.graph.pairs(node) {
+                let other = body.graph.indices()[pair];
+                if factors[pair] > 0.0 && holds(other, REACH) && !reached.contains(&other) {
+                    reached.push(other);
+                }
+            }
+        }
+        reached.retain(|&node| {
+            (x - body.points[node as usize]).length() < map.support_radii[node as usize]
+        });
+        reached.sort_unstable();
+        assert_eq!(frame.connected(x, 0.0, start), reached);
+    }
 }
