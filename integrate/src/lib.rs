@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod audit;
+mod contact;
 mod eigenvalue;
 mod equilibrium;
 mod error;
@@ -11,12 +12,16 @@ mod linear;
 mod motion;
 mod newton;
 mod path;
+mod shape;
 mod supports;
+mod surface;
 #[cfg(test)]
 mod testing;
+mod tool;
 mod vector;
 
 pub use audit::{Audit, Warning};
+pub use contact::{Contact, ContactForce, ContactPoint, ContactSettings, Pressed, penalty};
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
 };
@@ -28,4 +33,7 @@ pub use law::ForceLaw;
 pub use motion::{Frame, Motion, MotionSettings, Scheme, State};
 pub use newton::{NewtonReport, NewtonSettings, SolveError};
 pub use path::{Ease, Path, PathError};
+pub use shape::{Distance, Pose, Shape};
 pub use supports::{Support, Supports};
+pub use surface::{ContactSurface, SurfaceError};
+pub use tool::{Drive, Tool};

@@ -1,0 +1,331 @@
+use super::*;
+use crate::equilibrium::{StaticLoad, solve_static};
+use crate::motion::{Motion, MotionSettings};
+use crate::newton::NewtonSettings;
+use crate::path::Path;
+use crate::supports::Supports;
+use crate::testing::Network;
+use crate::tool::{Drive, Tool};
+use glam::DQuat;
+use proptest::prelude::*;
+use testkit::cloud::{Random, uniform};
+use testkit::derivative::directional_error;
+
+/// A square of 3 × 3 nodes in z = 0, 1 apart, as eight triangles.
+fn patch() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let x = (0..9_u32)
+        .map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0))
+        .collect();
+    let mut triangles = Vec::new();
+    for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let a = 3 * j + i;
+        triangles.push([a, a + 1, a + 4]);
+        triangles.push([a, a + 4, a + 3]);
+    }
+    (x, triangles)
+}
+
+fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
+    let (x, triangles) = patch();
+    let surface = ContactSurface::from_triangles(&triangles, &x, 4).unwrap();
+    (
+        Contact::new(
+            surface,
+            ContactSettings {
+                penalty: 50.0,
+                friction,
+            },
+        ),
+        x,
+    )
+}
+
+fn shapes() -> [Shape; 4] {
+    [
+        Shape::Sphere { radius: 1.2 },
+        Shape::Plane,
+        Shape::Capsule {
+            half_length: 0.5,
+            radius: 0.8,
+        },
+        Shape::Box {
+            half: DVec3::new(0.7, 0.9, 0.6),
+        },
+    ]
+}
+
+fn random_case(seed: u64) -> (Contact, Vec<DVec3>, Shape, Pose) {
+    let mut random = Random::new(seed);
+    let (contact, x) = contact(0.0);
+    let x: Vec<DVec3> = x.iter().map(|x| *x + random.vector(0.2)).collect();
+    let shape = shapes()[usize::try_from(seed % 4).unwrap()];
+    let axis = random.vector(1.0).normalize();
+    let rotation = DQuat::from_axis_angle(axis, random.range(0.0, 3.0));
+    let position = DVec3::new(1.0, 1.0, 0.5) + random.vector(0.4);
+    (contact, x, shape, Pose { position, rotation })
+}
+
+#[test]
+fn pressure_on_a_flat_punch_is_exact() {
+    let (mut contact, x) = contact(0.0);
+    // The half space z > -0.1 presses the whole patch down by 0.1.
+    let pose = Pose {
+        position: DVec3::new(0.0, 0.0, -0.1),
+        rotation: DQuat::from_rotation_x(std::f64::consts::PI),
+    };
+    let mut f = vec![DVec3::ZERO; 9];
+    let sum = contact.add_forces(&Shape::Plane, &pose, &x, &mut f);
+    assert!(
+        (sum.force - DVec3::Z * (4.0 * 50.0 * 0.1)).length() < 1e-12,
+        "{sum:?}"
+    );
+    assert!(
+        (sum.energy - 0.5 * 4.0 * 50.0 * 0.01).abs() < 1e-12,
+        "{sum:?}"
+    );
+    assert!((sum.area - 4.0).abs() < 1e-12, "whole area");
+    // A third of each adjacent triangle: the middle node has six of area 1/2.
+    assert!((f[4].z + 50.0 * 0.1).abs() < 1e-12, "{}", f[4]);
+    assert!((penalty(2.0, 0.5) - 120.0).abs() < 1e-12, "30 E / h");
+}
+
+#[test]
+fn culling_changes_nothing() {
+    // Zero multipliers switch culling off.
+    for seed in 0..40 {
+        let (mut culled, x, shape, pose) = random_case(seed);
+        let mut brute = culled.clone();
+        brute.multipliers = vec![0.0; brute.surface.point_count()];
+        let (mut a, mut b) = (vec![DVec3::ZERO; 9], vec![DVec3::ZERO; 9]);
+        let sum = culled.add_forces(&shape, &pose, &x, &mut a);
+        assert_eq!(sum, brute.add_forces(&shape, &pose, &x, &mut b), "sums");
+        assert_eq!(a, b, "forces");
+    }
+}
+
+#[test]
+fn nodes_and_surfels_press_as_their_points() {
+    let (x, _) = patch();
+    let nodes = ContactSurface::from_nodes(&[0, 4], &[0.5, 2.0], 9).unwrap();
+    let surfels =
+        ContactSurface::from_surfels(&[0, 1, 3], &[0, 4, 4], &[1.0, 0.25, 0.75], &[0.5, 2.0], 9)
+            .unwrap();
+    let shape = Shape::Sphere { radius: 2.0 };
+    let pose = Pose::at(DVec3::new(0.5, 0.5, 1.0));
+    let settings = ContactSettings {
+        penalty: 3.0,
+        friction: 0.0,
+    };
+    let run = |surface: ContactSurface| {
+        let mut f = vec![DVec3::ZERO; 9];
+        let sum = Contact::new(surface, settings).add_forces(&shape, &pose, &x, &mut f);
+        (sum, f)
+    };
+    let (a, fa) = run(nodes);
+    let (b, fb) = run(surfels);
+    assert!(
+        (a.force - b.force).length() < 1e-12 && (fa[4] - fb[4]).length() < 1e-12,
+        "same"
+    );
+    assert!(a.force.z > 0.0 && (a.area - 2.5).abs() < 1e-12, "{a:?}");
+}
+
+#[test]
+fn friction_sticks_below_the_limit_and_slides_at_it() {
+    let (mut contact, x) = contact(0.4);
+    let mut pose = Pose {
+        position: DVec3::new(0.0, 0.0, -0.1),
+        rotation: DQuat::from_rotation_x(std::f64::consts::PI),
+    };
+    let mut run = |shift: f64| {
+        pose.position.x = shift;
+        let mut f = vec![DVec3::ZERO; 9];
+        let mut sum = contact.add_forces(&Shape::Plane, &pose, &x, &mut f);
+        contact.add_friction(&pose, &mut f, &mut sum);
+        let total: DVec3 = f.iter().sum();
+        assert!((total + sum.force).length() < 1e-12, "action and reaction");
+        sum.force
+    };
+    let normal = 4.0 * 50.0 * 0.1;
+    assert!(run(0.0).x.abs() < 1e-12, "first touch");
+    let stuck = run(0.01);
+    assert!(
+        (stuck.x + 4.0 * 50.0 * 0.01).abs() < 1e-12,
+        "stick: {stuck}"
+    );
+    let slid = run(1.0);
+    assert!((slid.x + 0.4 * normal).abs() < 1e-12, "slide: {slid}");
+    let back = run(1.0 - 0.04);
+    assert!(
+        back.x.abs() < 1e-12,
+        "the spring is let go by as much as it was stretched: {back}"
+    );
+    assert!((back.z - normal).abs() < 1e-12, "normal force stays");
+}
+
+#[test]
+fn augmentation_removes_the_penetration() {
+    let (mut contact, rest) = contact(0.0);
+    let mut network = Network::complete(&rest, 4.0);
+    let supports = Supports::fixed(9, &[0, 2, 6, 8]);
+    let shape = Shape::Sphere { radius: 1.5 };
+    let pose = Pose::at(DVec3::new(1.0, 1.0, 1.5 - 0.2));
+    let mut x = rest.clone();
+    // A flat net has no stiffness across its plane: begin with it pushed down.
+    for (i, x) in x.iter_mut().enumerate() {
+        if ![0, 2, 6, 8].contains(&i) {
+            x.z -= 0.15;
+        }
+    }
+    let mut left = Vec::new();
+    let mut forces = Vec::new();
+    for _ in 0..6 {
+        let mut law = Pressed::new(&mut network, &mut contact, shape, pose);
+        solve_static(
+            &mut law,
+            &mut x,
+            &supports,
+            &StaticLoad::default(),
+            &NewtonSettings::default(),
+        )
+        .unwrap();
+        forces.push(law.tool_forces[0].force.z);
+        left.push(contact.augment(&shape, &pose));
+    }
+    assert!(left[5] < 0.15 * left[0], "{left:?}");
+    assert!(
+        forces[5] > forces[0],
+        "a stiff contact presses harder: {forces:?}"
+    );
+    contact.reset();
+    assert!(contact.multipliers.is_empty(), "plain penalty again");
+}
+
+#[test]
+fn tool_and_body_keep_their_momentum_and_energy() {
+    let (mut contact, rest) = contact(0.0);
+    let mut law = Network::complete(&rest, 30.0);
+    let drive = Drive::Force {
+        mass: 3.0,
+        force: DVec3::ZERO,
+        damping: 0.0,
+    };
+    let pose = Pose::at(DVec3::new(1.1, 0.9, 0.65));
+    let mut tool = Tool::new(Shape::Sphere { radius: 0.6 }, pose, drive);
+    tool.velocity = DVec3::new(0.1, 0.0, -1.0);
+    let start = tool.velocity * 3.0;
+    let kinetic = tool.kinetic();
+    let settings = MotionSettings::default();
+    let mut motion = Motion::new(&rest, &[1.0; 9], Supports::free(9), settings).unwrap();
+    let mut touched = 0.0_f64;
+    for _ in 0..1000 {
+        let press = &mut |time: f64, step: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
+            tool.press(&mut contact, time, step, x, f);
+        };
+        motion
+            .step_with(2e-3, |x, f| law.forces_into(x, f), press)
+            .unwrap();
+        touched = touched.max(tool.contact.force.length());
+    }
+    assert!(touched > 1.0, "they met");
+    let momentum = motion.audit().momentum + tool.velocity * 3.0;
+    assert!((momentum - start).length() < 1e-12, "{momentum} {start}");
+    let audit = motion.audit();
+    let total = audit.kinetic + audit.elastic + tool.kinetic() + tool.contact.energy;
+    assert!((total / kinetic - 1.0).abs() < 1e-4, "{total} {kinetic}");
+    assert!(audit.balance().abs() < 1e-4 * kinetic, "{audit:?}");
+    let tool_balance = tool.kinetic() - kinetic - tool.contact_work - tool.load_work;
+    assert!(
+        (tool_balance + tool.dissipated).abs() < 1e-4 * kinetic,
+        "{tool:?}"
+    );
+}
+
+#[test]
+fn a_driven_tool_follows_its_path_and_its_work_arrives() {
+    let (mut contact, rest) = contact(0.0);
+    let mut law = Network::complete(&rest, 30.0);
+    let path = Path::ramp(0.0, 1.0, DVec3::new(0.0, 0.0, -0.5)).unwrap();
+    let origin = DVec3::new(1.0, 1.0, 0.65);
+    let shape = Shape::Capsule {
+        half_length: 0.3,
+        radius: 0.3,
+    };
+    let mut tool = Tool::new(shape, Pose::at(origin), Drive::Path { origin, path });
+    let supports = Supports::fixed(9, &[0, 2, 6, 8]);
+    let settings = MotionSettings::default();
+    let mut motion = Motion::new(&rest, &[1.0; 9], supports, settings).unwrap();
+    let press = &mut |time: f64, step: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
+        tool.press(&mut contact, time, step, x, f);
+    };
+    motion
+        .advance_with(2.0, 2e-3, |x, f| law.forces_into(x, f), press)
+        .unwrap();
+    assert!(
+        (tool.pose.position - origin + DVec3::Z * 0.5).length() < 1e-15,
+        "path"
+    );
+    // What the tool gave is in the body or in the contact.
+    let given = -tool.contact_work;
+    let arrived = motion.audit().applied_work + tool.contact.energy;
+    assert!(
+        given > 0.01 && (given - arrived).abs() < 1e-3 * given,
+        "{given} {arrived}"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn contact_never_pulls_and_balances(seed in 0_u64..10_000) {
+        let (mut contact, x, shape, pose) = random_case(seed);
+        for _ in 0..2 {
+            let mut f = vec![DVec3::ZERO; 9];
+            let sum = contact.add_forces(&shape, &pose, &x, &mut f);
+            for point in contact.points() {
+                prop_assert!(point.pressure > 0.0 && point.area > 0.0);
+            }
+            let total: DVec3 = f.iter().sum();
+            prop_assert!((total + sum.force).length() < 1e-11);
+            let moment: DVec3 =
+                x.iter().zip(&f).map(|(x, f)| (*x - pose.position).cross(*f)).sum();
+            prop_assert!((moment + sum.torque).length() < 1e-11);
+            contact.augment(&shape, &pose);
+        }
+    }
+
+    #[test]
+    fn forces_are_the_gradient_and_the_tangent_their_derivative(seed in 0_u64..10_000) {
+        let (mut contact, x, shape, pose) = random_case(seed);
+        // A box's inside has kinks where the nearest face changes.
+        prop_assume!(!matches!(shape, Shape::Box { .. }));
+        let d = uniform(9, 1.0, seed + 1);
+        let at = |t: f64| -> Vec<DVec3> { x.iter().zip(&d).map(|(x, d)| *x + *d * t).collect() };
+        let mut f = vec![DVec3::ZERO; 9];
+        contact.add_forces(&shape, &pose, &x, &mut f);
+        let mut kd = vec![DVec3::ZERO; 9];
+        contact.add_tangent_product(&d, &mut kd);
+        let mut blocks = vec![DMat3::ZERO; 9];
+        contact.add_blocks(&mut blocks);
+        let mut unit = vec![DVec3::ZERO; 9];
+        unit[4] = DVec3::new(0.3, -0.2, 0.9);
+        let mut column = vec![DVec3::ZERO; 9];
+        contact.add_tangent_product(&unit, &mut column);
+        prop_assert!((blocks[4] * unit[4] - column[4]).length() < 1e-10);
+        let slope: f64 = f.iter().zip(&d).map(|(f, d)| f.dot(*d)).sum();
+        let energy = |t: f64| {
+            let mut f = vec![DVec3::ZERO; 9];
+            contact.clone().add_forces(&shape, &pose, &at(t), &mut f).energy
+        };
+        prop_assert!(directional_error(energy, -slope, 1e-3, 1.0) < 1e-6);
+        let second: f64 = kd.iter().zip(&d).map(|(k, d)| k.dot(*d)).sum();
+        let force = |t: f64| {
+            let mut f = vec![DVec3::ZERO; 9];
+            contact.clone().add_forces(&shape, &pose, &at(t), &mut f);
+            -f.iter().zip(&d).map(|(f, d)| f.dot(*d)).sum::<f64>()
+        };
+        // Points entering or leaving contact are kinks of the force: a small step avoids most.
+        prop_assert!(directional_error(force, second, 1e-5, 1.0) < 1e-3);
+    }
+}

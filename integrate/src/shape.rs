@@ -1,0 +1,237 @@
+//! Rigid shapes by signed distance, with normal and curvature.
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// A rigid shape in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Shape {
+    /// A ball about the origin.
+    Sphere {
+        /// Radius (m).
+        radius: f64,
+    },
+    /// The half space `z < 0`.
+    Plane,
+    /// All points within `radius` of the segment from `-half_length` to `half_length` along z.
+    Capsule {
+        /// Half the length of the segment (m).
+        half_length: f64,
+        /// Radius (m).
+        radius: f64,
+    },
+    /// The box from `-half` to `half`.
+    Box {
+        /// Half the edge lengths (m).
+        half: DVec3,
+    },
+}
+
+/// Where a shape is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Pose {
+    /// Position of the shape's origin (m).
+    pub position: DVec3,
+    /// Turns the shape's frame into the world's; of unit length.
+    pub rotation: DQuat,
+}
+
+impl Pose {
+    /// A pose without rotation.
+    #[must_use]
+    pub fn at(position: DVec3) -> Self {
+        Self {
+            position,
+            rotation: DQuat::IDENTITY,
+        }
+    }
+}
+
+/// Signed distance with its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Distance {
+    /// Distance (m), negative inside.
+    pub value: f64,
+    /// Its gradient: the outward normal of the shape, of unit length.
+    pub normal: DVec3,
+    /// Its second derivatives (1/m).
+    pub curvature: DMat3,
+}
+
+impl Shape {
+    /// Signed distance of a world point (m) from the shape at a pose.
+    ///
+    /// On the centre of a sphere, the axis of a capsule or the middle planes of a box the normal is
+    /// not unique; a fixed one is given.
+    #[must_use]
+    pub fn distance(&self, pose: &Pose, point: DVec3) -> Distance {
+        let local = pose.rotation.inverse() * (point - pose.position);
+        let found = self.local_distance(local);
+        let turn = DMat3::from_quat(pose.rotation);
+        Distance {
+            value: found.value,
+            normal: turn * found.normal,
+            curvature: turn * found.curvature * turn.transpose(),
+        }
+    }
+
+    /// Only the signed distance (m), for deciding what is near.
+    #[must_use]
+    pub fn distance_value(&self, pose: &Pose, point: DVec3) -> f64 {
+        self.local_distance(pose.rotation.inverse() * (point - pose.position))
+            .value
+    }
+
+    fn local_distance(&self, x: DVec3) -> Distance {
+        match *self {
+            Self::Sphere { radius } => round(x, radius, DMat3::IDENTITY),
+            Self::Plane => flat(x.z, DVec3::Z),
+            Self::Capsule {
+                half_length,
+                radius,
+            } => {
+                let along = x.z.clamp(-half_length, half_length);
+                let on_side = along.abs() < half_length;
+                // On the side the surface is straight along z.
+                let across = if on_side {
+                    DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0))
+                } else {
+                    DMat3::IDENTITY
+                };
+                round(x - DVec3::Z * along, radius, across)
+            }
+            Self::Box { half } => {
+                let q = x.abs() - half;
+                let sign = DVec3::new(1.0, 1.0, 1.0).copysign(x);
+                if q.max_element() <= 0.0 {
+                    let face = if q.x >= q.y && q.x >= q.z {
+                        DVec3::X
+                    } else if q.y >= q.z {
+                        DVec3::Y
+                    } else {
+                        DVec3::Z
+                    };
+                    return flat(q.max_element(), face * sign);
+                }
+                let outside = q.max(DVec3::ZERO);
+                let value = outside.length();
+                let normal = outside / value * sign;
+                // Curved about an edge or corner, along the axes that lie outside.
+                let axes = DVec3::select(q.cmpgt(DVec3::ZERO), DVec3::ONE, DVec3::ZERO);
+                let curvature = (DMat3::from_diagonal(axes) - outer(normal)) * value.recip();
+                Distance {
+                    value,
+                    normal,
+                    curvature,
+                }
+            }
+        }
+    }
+}
+
+fn flat(value: f64, normal: DVec3) -> Distance {
+    Distance {
+        value,
+        normal,
+        curvature: DMat3::ZERO,
+    }
+}
+
+/// Distance from a ball or cylinder whose centre line is at the origin; `across` projects on the
+/// curved directions.
+fn round(from_centre: DVec3, radius: f64, across: DMat3) -> Distance {
+    let length = from_centre.length();
+    if length == 0.0 {
+        return flat(-radius, DVec3::X);
+    }
+    let normal = from_centre / length;
+    Distance {
+        value: length - radius,
+        normal,
+        curvature: (across - outer(normal)) * length.recip(),
+    }
+}
+
+pub(crate) fn outer(n: DVec3) -> DMat3 {
+    DMat3::from_cols(n * n.x, n * n.y, n * n.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use testkit::strategies::{rotation, vector};
+
+    const SHAPES: [Shape; 4] = [
+        Shape::Sphere { radius: 0.7 },
+        Shape::Plane,
+        Shape::Capsule {
+            half_length: 0.6,
+            radius: 0.3,
+        },
+        Shape::Box {
+            half: DVec3::new(0.5, 0.8, 0.3),
+        },
+    ];
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn normal_and_curvature_are_derivatives(
+            shape in 0_usize..4,
+            position in vector(1.0),
+            rotation in rotation(),
+            offset in vector(1.5),
+            direction in vector(1.0),
+        ) {
+            let shape = SHAPES[shape];
+            let pose = Pose { position, rotation };
+            let at = |t: f64| shape.distance(&pose, position + offset + direction * t);
+            let here = at(0.0);
+            prop_assume!(offset.length() > 0.05);
+            let t = 1e-5;
+            let (a, b) = (at(-t), at(t));
+            // Kinks (edges of the box's inside, ends of the capsule) are left out.
+            prop_assume!((a.curvature - b.curvature).abs().to_cols_array().iter().sum::<f64>() < 1e-2);
+            prop_assume!((a.normal - b.normal).length() < 1e-2);
+            let slope = (b.value - a.value) / (2.0 * t);
+            prop_assert!((slope - here.normal.dot(direction)).abs() < 1e-6, "{shape:?} {slope}");
+            let turn = (b.normal - a.normal) / (2.0 * t);
+            prop_assert!((turn - here.curvature * direction).length() < 1e-3, "{shape:?} {turn}");
+            prop_assert!((here.normal.length() - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn distances_of_known_points() {
+        let pose = Pose::at(DVec3::Z);
+        let value = |shape: Shape, x: DVec3| shape.distance_value(&pose, x);
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
+        assert!(close(value(SHAPES[0], DVec3::Z * 3.0), 1.3), "sphere");
+        assert!(
+            close(value(SHAPES[1], DVec3::new(5.0, 1.0, 0.5)), -0.5),
+            "plane"
+        );
+        assert!(
+            close(value(SHAPES[2], DVec3::new(1.0, 0.0, 1.2)), 0.7),
+            "capsule's side"
+        );
+        assert!(
+            close(value(SHAPES[2], DVec3::Z * 2.0), 0.1),
+            "capsule's end"
+        );
+        assert!(
+            close(value(SHAPES[3], DVec3::new(0.0, 0.7, 1.0)), -0.1),
+            "inside box"
+        );
+        let corner = DVec3::new(0.5, 0.8, 1.3) + DVec3::ONE;
+        assert!(
+            close(value(SHAPES[3], corner), 3.0_f64.sqrt()),
+            "box's corner"
+        );
+        assert!(value(SHAPES[0], DVec3::Z) < 0.0, "centre");
+    }
+}

@@ -1,0 +1,247 @@
+//! Points of a body's surface that can touch a tool, bound to its nodes.
+
+use glam::DVec3;
+
+/// Why a surface cannot be made.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// A node index is too large.
+    #[error("point or triangle {item} names node {node}, but there are {node_count}")]
+    NoSuchNode {
+        /// Index of the triangle, node entry or surfel.
+        item: usize,
+        /// The node it names.
+        node: u32,
+        /// How many nodes there are.
+        node_count: usize,
+    },
+    /// A triangle has no area, or an area given is not positive and finite.
+    #[error("point or triangle {item} has area {area} m², which must be positive and finite")]
+    BadArea {
+        /// Index of the triangle, node entry or surfel.
+        item: usize,
+        /// Its area (m²).
+        area: f64,
+    },
+    /// Weights of a surfel are negative or do not sum to 1.
+    #[error("weights of surfel {item} must not be negative and must sum to 1")]
+    BadWeights {
+        /// Index of the surfel.
+        item: usize,
+    },
+}
+
+/// Quadrature points on the surface of a body. Points of one group hang on the same nodes.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ContactSurface {
+    pub(crate) groups: Vec<Group>,
+    pub(crate) nodes: Vec<u32>,
+    pub(crate) areas: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
+}
+
+/// Ranges of one group in the surface's arrays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Group {
+    pub(crate) nodes: [u32; 2],
+    pub(crate) points: [u32; 2],
+    pub(crate) weights: u32,
+}
+
+impl ContactSurface {
+    /// Triangles with linear interpolation, each cut into `divisions²` equal ones with a point at the
+    /// centre of each. 4 (16 points) is enough for contact radii of two spacings; 6 was used for the
+    /// reference values.
+    ///
+    /// # Errors
+    /// [`SurfaceError`] if a node is missing or a triangle has no area.
+    ///
+    /// # Panics
+    /// If `divisions` is 0.
+    pub fn from_triangles(
+        triangles: &[[u32; 3]],
+        rest_positions: &[DVec3],
+        divisions: u32,
+    ) -> Result<Self, SurfaceError> {
+        assert!(divisions > 0, "at least one point per triangle");
+        let mut points = Vec::new();
+        let n = f64::from(divisions);
+        for i in 0..divisions {
+            for j in 0..divisions - i {
+                let (a, b) = (f64::from(i) / n, f64::from(j) / n);
+                points.push((a + 1.0 / (3.0 * n), b + 1.0 / (3.0 * n)));
+                if i + j + 1 < divisions {
+                    points.push((a + 2.0 / (3.0 * n), b + 2.0 / (3.0 * n)));
+                }
+            }
+        }
+        let mut surface = Self::default();
+        for (item, triangle) in triangles.iter().enumerate() {
+            check_nodes(item, triangle, rest_positions.len())?;
+            let [a, b, c] = triangle.map(|node| rest_positions[node as usize]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            check_area(item, area)?;
+            let weights = points.iter().flat_map(|(s, t)| [1.0 - s - t, *s, *t]);
+            surface.push(triangle, weights, area / (n * n), points.len());
+        }
+        Ok(surface)
+    }
+
+    /// Nodes with their tributary areas (m²): a third of the adjacent triangles' each. Softer than
+    /// triangles by 3 to 17 % in force at some thousand nodes, and cheaper.
+    ///
+    /// # Errors
+    /// [`SurfaceError`] if a node is missing or an area not positive.
+    ///
+    /// # Panics
+    /// If there is not one area per entry.
+    pub fn from_nodes(
+        nodes: &[u32],
+        areas: &[f64],
+        node_count: usize,
+    ) -> Result<Self, SurfaceError> {
+        assert_eq!(areas.len(), nodes.len(), "one area per node");
+        let mut surface = Self::default();
+        for (item, (&node, &area)) in nodes.iter().zip(areas).enumerate() {
+            check_nodes(item, &[node], node_count)?;
+            check_area(item, area)?;
+            surface.push(&[node], [1.0], area, 1);
+        }
+        Ok(surface)
+    }
+
+    /// Surfels with area (m²) that hang on nodes by weights (CSR: `offsets` is one longer than
+    /// `areas`).
+    ///
+    /// # Errors
+    /// [`SurfaceError`] if a node is missing, an area not positive, or weights are no weights.
+    ///
+    /// # Panics
+    /// If the CSR arrays do not fit each other.
+    pub fn from_surfels(
+        offsets: &[u32],
+        nodes: &[u32],
+        weights: &[f64],
+        areas: &[f64],
+        node_count: usize,
+    ) -> Result<Self, SurfaceError> {
+        assert_eq!(
+            offsets.len(),
+            areas.len() + 1,
+            "offsets one longer than areas"
+        );
+        assert_eq!(nodes.len(), weights.len(), "one weight per binding");
+        let mut surface = Self::default();
+        for (item, &area) in areas.iter().enumerate() {
+            let range = offsets[item] as usize..offsets[item + 1] as usize;
+            let row = &nodes[range.clone()];
+            let weights = &weights[range];
+            check_nodes(item, row, node_count)?;
+            check_area(item, area)?;
+            let sum: f64 = weights.iter().sum();
+            let sound = weights.iter().all(|w| *w >= 0.0) && (sum - 1.0).abs() < 1e-9;
+            if !sound {
+                return Err(SurfaceError::BadWeights { item });
+            }
+            surface.push(row, weights.iter().copied(), area, 1);
+        }
+        Ok(surface)
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn point_count(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// Sum of all areas (m²).
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+
+    fn push(
+        &mut self,
+        nodes: &[u32],
+        weights: impl IntoIterator<Item = f64>,
+        area: f64,
+        points: usize,
+    ) {
+        let begin = [index(self.nodes.len()), index(self.areas.len())];
+        let first_weight = index(self.weights.len());
+        self.nodes.extend_from_slice(nodes);
+        self.weights.extend(weights);
+        self.areas.resize(self.areas.len() + points, area);
+        self.groups.push(Group {
+            nodes: [begin[0], index(self.nodes.len())],
+            points: [begin[1], index(self.areas.len())],
+            weights: first_weight,
+        });
+    }
+}
+
+fn index(count: usize) -> u32 {
+    u32::try_from(count).expect("fewer than 2^32 quadrature points and weights")
+}
+
+fn check_nodes(item: usize, nodes: &[u32], node_count: usize) -> Result<(), SurfaceError> {
+    match nodes.iter().find(|node| **node as usize >= node_count) {
+        Some(&node) => Err(SurfaceError::NoSuchNode {
+            item,
+            node,
+            node_count,
+        }),
+        None => Ok(()),
+    }
+}
+
+fn check_area(item: usize, area: f64) -> Result<(), SurfaceError> {
+    if area.is_finite() && area > 0.0 {
+        Ok(())
+    } else {
+        Err(SurfaceError::BadArea { item, area })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_integrate_linear_functions_exactly() {
+        let x = [DVec3::ZERO, DVec3::X * 2.0, DVec3::new(0.3, 1.5, 0.2)];
+        for divisions in 1..7 {
+            let surface = ContactSurface::from_triangles(&[[0, 1, 2]], &x, divisions).unwrap();
+            let count = (divisions * divisions) as usize;
+            assert_eq!(surface.point_count(), count, "points");
+            let area = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).length();
+            assert!((surface.area() - area).abs() < 1e-14, "area");
+            for k in 0..3 {
+                let mean: f64 = surface.weights.iter().skip(k).step_by(3).sum();
+                let points = f64::from(divisions * divisions);
+                assert!(
+                    (mean / points - 1.0 / 3.0).abs() < 1e-14,
+                    "mean of weight {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let x = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
+        let error = ContactSurface::from_triangles(&[[0, 1, 2]], &x, 2).unwrap_err();
+        assert_eq!(error, SurfaceError::BadArea { item: 0, area: 0.0 }, "flat");
+        let error = ContactSurface::from_triangles(&[[0, 1, 3]], &x, 2).unwrap_err();
+        let SurfaceError::NoSuchNode { node: 3, .. } = error else {
+            panic!("{error}");
+        };
+        let error = ContactSurface::from_nodes(&[0], &[f64::NAN], 3).unwrap_err();
+        assert!(error.to_string().contains("area"), "{error}");
+        let error = ContactSurface::from_surfels(&[0, 2], &[0, 1], &[0.5, 0.6], &[1.0], 3);
+        assert_eq!(error, Err(SurfaceError::BadWeights { item: 0 }), "weights");
+    }
+}
