@@ -3,3 +3,5 @@
     clippy::missing_assert_message,
     reason = "a failing test names its line; messages are given where the values are not in sight"
 )]
+
+mod organ_stencils;
