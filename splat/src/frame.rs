@@ -1,6 +1,7 @@
 //! Finished images, PNG and animated PNG.
 
 use crate::error::ImageError;
+use glam::Vec3;
 use std::io::Write;
 
 /// An image: 8-bit sRGB with alpha, rows from top to bottom, and the depth it was drawn with.
@@ -15,6 +16,9 @@ pub struct Frame {
     /// Distance along the view (m) of what is seen, infinite on the background; row-major. The
     /// nearest of a pixel's samples.
     pub depth: Vec<f32>,
+    /// Unit normals that the splats were lit with, relief left out, camera axes (right, up, towards
+    /// the viewer); zero elsewhere. Empty unless [`crate::RenderSettings::keep_normals`] is set.
+    pub normals: Vec<Vec3>,
 }
 
 impl Frame {

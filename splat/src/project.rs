@@ -41,6 +41,8 @@ pub(crate) struct Projected {
     /// Samples covered: x0, y0, x1, y1, half-open.
     pub(crate) bounds: [i32; 4],
     pub(crate) splat: u32,
+    /// Covers the whole square `|s|, |t| <= 1` instead of the disk.
+    pub(crate) square: bool,
     /// Range of walls in the chunk.
     pub(crate) walls: [u32; 2],
 }
@@ -171,6 +173,11 @@ fn project_one(
         let bend = |field: &[DVec3]| field.get(i).map_or(Vec4::ZERO, |&b| lit(axes * b, 0.0));
         out.bend = [bend(&splats.bends_u), bend(&splats.bends_v)];
     }
+    if aligned {
+        // Nothing is blended: the nearest wins.
+        out.tolerance = 0.0;
+        out.square = raster.mode == DrawMode::Squares;
+    }
     out.splat = count(i);
     let first = count(chunk.walls.len());
     if let Some(clip) = view.clips.get(i).and_then(Option::as_ref)
@@ -199,6 +206,7 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
         bend: [Vec4::ZERO; 2],
         bounds: [0; 4],
         splat: 0,
+        square: false,
         walls: [0; 2],
     };
     match camera.lens {

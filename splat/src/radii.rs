@@ -2,8 +2,9 @@
 
 use crate::binding::{NodeTree, point_tree};
 use crate::cast::{index, real};
+use crate::eigen::symmetric_eigen;
 use crate::surfels::Surfels;
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 /// How radii are chosen.
@@ -14,6 +15,125 @@ pub enum RadiusRule {
     Covering,
     /// The same radius everywhere (m).
     Constant(f64),
+    /// A measure of the neighbourhood mapped linearly to a range of radii (Aras 2014, 4.5).
+    Mapped {
+        /// What is measured.
+        measure: Measure,
+        /// Nearest neighbours that are looked at.
+        neighbors: usize,
+        /// Smallest radius (m).
+        least: f64,
+        /// Largest radius (m).
+        most: f64,
+    },
+}
+
+/// What a neighbourhood says about detail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// Mean distance to the neighbours (m), Aras 2014, eq. (52): dense means detailed.
+    Density,
+    /// Curvature from the height over the fitted plane (1/m), Aras 2014, eqs (53)-(56).
+    Curvature,
+    /// Surface variation (1), smallest eigenvalue of the neighbours' covariance over their sum,
+    /// Aras 2014, eq. (57); 0 for a plane, 1/3 for a ball of points.
+    Variation,
+}
+
+impl RadiusRule {
+    /// Radii (m) of all surfels.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    #[must_use]
+    pub fn radii(&self, positions: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+        match *self {
+            Self::Covering => {
+                let all: Vec<u32> = (0..crate::cast::count(positions.len())).collect();
+                covering_radii(positions, normals, &all)
+            }
+            Self::Constant(radius) => vec![radius; positions.len()],
+            Self::Mapped {
+                measure,
+                neighbors,
+                least,
+                most,
+            } => {
+                let values = measures(positions, measure, neighbors);
+                mapped_radii(&values, measure, least, most)
+            }
+        }
+    }
+}
+
+/// Measures every point's neighbourhood, see [`Measure`].
+#[must_use]
+pub fn measures(positions: &[DVec3], measure: Measure, neighbors: usize) -> Vec<f64> {
+    let tree = point_tree(positions);
+    positions
+        .par_iter()
+        .enumerate()
+        .map(|(i, &x)| {
+            let near: Vec<DVec3> = tree
+                .nearest_neighbor_iter(x.to_array())
+                .map(|p| index(p.data))
+                .filter(|&j| j != i)
+                .take(neighbors)
+                .map(|j| positions[j])
+                .collect();
+            measure_of(x, &near, measure)
+        })
+        .collect()
+}
+
+fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
+    if near.is_empty() {
+        return 0.0;
+    }
+    let share = 1.0 / real(near.len());
+    let mean = near.iter().map(|p| p.distance(x)).sum::<f64>() * share;
+    if measure == Measure::Density {
+        return mean;
+    }
+    let centroid = near.iter().sum::<DVec3>() * share;
+    let covariance = near.iter().fold(DMat3::ZERO, |sum, &p| {
+        let d = p - centroid;
+        sum + DMat3::from_cols(d * d.x, d * d.y, d * d.z) * share
+    });
+    let (values, vectors) = symmetric_eigen(covariance);
+    match measure {
+        Measure::Density => mean,
+        Measure::Curvature if mean > 0.0 => {
+            2.0 * vectors.x_axis.dot(x - centroid).abs() / (mean * mean)
+        }
+        Measure::Variation if values.element_sum() > 0.0 => {
+            values.x.max(0.0) / values.element_sum()
+        }
+        Measure::Curvature | Measure::Variation => 0.0,
+    }
+}
+
+/// Maps measures linearly to radii: the smallest density distance, or the largest curvature or
+/// variation, gets `least` (m), the other end `most` (m). Equal measures all get `most`.
+#[must_use]
+pub fn mapped_radii(values: &[f64], measure: Measure, least: f64, most: f64) -> Vec<f64> {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let span = high - low;
+    values
+        .iter()
+        .map(|&value| {
+            let rise = if span > 0.0 {
+                (value - low) / span
+            } else {
+                0.0
+            };
+            match measure {
+                Measure::Density if span > 0.0 => least + (most - least) * rise,
+                _ => most - (most - least) * rise,
+            }
+        })
+        .collect()
 }
 
 /// Surfels whose cells the tangent-plane Voronoi construction looks at.
@@ -130,7 +250,7 @@ pub fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVec3> {
                 vv += v * v;
                 right += DVec3::new(u * a, v * a + u * b, v * b);
             }
-            let matrix = glam::DMat3::from_cols(
+            let matrix = DMat3::from_cols(
                 DVec3::new(uu, uv, 0.0),
                 DVec3::new(uv, uu + vv, uv),
                 DVec3::new(0.0, uv, vv),

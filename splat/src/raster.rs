@@ -125,6 +125,11 @@ impl Row {
             squares[i] = s * s + t * t;
             nears[i] = n0 + p.slope[0] * x;
         }
+        if p.square {
+            for i in 0..n {
+                squares[i] = (ss[i] * ss[i]).max(ts[i] * ts[i]);
+            }
+        }
         if p.filter > 0.0 {
             for i in 0..n {
                 let x = dx + RAMP[i];
@@ -247,6 +252,43 @@ pub(crate) fn draw_splats(
                 }
             });
         }
+    }
+}
+
+/// Single pass: splats over each other from back to front, opacity by eq. (50) of Aras 2014, each
+/// splat in the one colour `paint` gives it. The sums hold colour times opacity and opacity.
+pub(crate) fn blend_splats(
+    chunks: &[Chunk],
+    tile_index: usize,
+    origin: [i32; 2],
+    paint: &dyn Fn(&Projected) -> Vec3,
+    tile: &mut TileBuffers,
+) {
+    let mut row = Row::EMPTY;
+    let mut order: Vec<(&Projected, &[Wall])> = Vec::new();
+    for chunk in chunks {
+        order.extend(
+            chunk
+                .in_tile(tile_index)
+                .map(|p| (p, &chunk.walls[index(p.walls[0])..index(p.walls[1])])),
+        );
+    }
+    order.sort_by(|a, b| a.0.near.total_cmp(&b.0.near));
+    tile.limit.copy_from_slice(&tile.near);
+    for (p, walls) in order {
+        let color = paint(p).extend(1.0);
+        for_rows(p, origin, |from, n, dx, dy| {
+            row.fill(p, walls, dx, dy, n);
+            for i in 0..n {
+                let k = from + i;
+                if row.squared[i] < 1.0 && row.near[i] > tile.limit[k] {
+                    let opacity = (std::f32::consts::FRAC_PI_2 * row.squared[i].sqrt()).cos();
+                    let sum = &mut tile.sums[k][1];
+                    *sum = color * opacity + *sum * (1.0 - opacity);
+                    tile.near[k] = tile.near[k].max(row.near[i]);
+                }
+            }
+        });
     }
 }
 

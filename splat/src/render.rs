@@ -3,8 +3,10 @@
 use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
-use crate::project::{Raster, TILE, project};
-use crate::raster::{Ink, ScreenTriangle, Sums, TileBuffers, draw_splats, draw_triangles};
+use crate::project::{Projected, Raster, TILE, project};
+use crate::raster::{
+    Ink, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
+};
 use crate::scene::{Background, DrawMode, Lighting, SplatView, Surface};
 use crate::shade::{Point, Rig, Transfer, relief, tone};
 use crate::tool::Mesh;
@@ -30,6 +32,8 @@ pub struct RenderSettings {
     pub lighting: Lighting,
     /// Background.
     pub background: Background,
+    /// Give the frame its normals too (three-pass mode).
+    pub keep_normals: bool,
 }
 
 impl Default for RenderSettings {
@@ -43,6 +47,7 @@ impl Default for RenderSettings {
             surfaces: vec![Surface::default()],
             lighting: Lighting::default(),
             background: Background::default(),
+            keep_normals: false,
         }
     }
 }
@@ -60,6 +65,7 @@ pub struct Renderer {
 struct TilePixels {
     color: Vec<[u8; 4]>,
     depth: Vec<f32>,
+    normals: Vec<Vec3>,
 }
 
 /// A triangle in the camera frame, for lighting.
@@ -148,13 +154,41 @@ impl Renderer {
                 let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
                 buffers.clear();
                 draw_triangles(&triangles[tile], from, buffers);
-                draw_splats(&chunks, tile, from, &ink, buffers);
+                if raster.mode == DrawMode::SinglePass {
+                    let paint = |p: &Projected| self.paint(p, &ink(p.splat), camera, &rig);
+                    blend_splats(&chunks, tile, from, &paint, buffers);
+                } else {
+                    draw_splats(&chunks, tile, from, &ink, buffers);
+                }
                 self.finish(buffers, &lit, meshes, camera, origin, &rig, pixels);
             },
         );
         let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
         self.tiles = tiles;
         frame
+    }
+
+    /// The one colour of a splat that is lit as a whole.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "on the screen"
+    )]
+    fn paint(&self, p: &Projected, ink: &Ink, camera: &Camera, rig: &Rig) -> Vec3 {
+        let at = [p.x.max(0.0) as usize, p.y.max(0.0) as usize];
+        let view = view_direction(camera, at, &self.settings);
+        tone(rig.shade(&Point {
+            normal: p.normal.truncate(),
+            view,
+            color: ink.color,
+            specular: ink.specular,
+            shininess: self.shininess(),
+            softness: 0.5,
+        }))
+    }
+
+    fn shininess(&self) -> f32 {
+        self.settings.surfaces.first().map_or(50.0, |s| s.shininess)
     }
 
     fn surface(&self, material: u8) -> Surface {
@@ -182,6 +216,18 @@ impl Renderer {
         pixels.color.resize(side * side, [0; 4]);
         pixels.depth.resize(side * side, f32::INFINITY);
         let height = index(self.settings.height) * ss;
+        if self.settings.keep_normals {
+            pixels.normals.clear();
+            for k in 0..side * side {
+                let mut sum = Vec3::ZERO;
+                for sample in 0..ss * ss {
+                    let (y, x) = (k / side * ss + sample / ss, k % side * ss + sample % ss);
+                    let sums = buffers.sums[y * TILE + x][0];
+                    sum += sums.truncate().normalize_or_zero();
+                }
+                pixels.normals.push(sum.normalize_or_zero());
+            }
+        }
         for py in 0..side {
             let rows = single(real(origin[1] + py * ss)) / single(real(height));
             let background = self
@@ -243,6 +289,15 @@ impl Renderer {
                 continue;
             }
             nearest = nearest.max(near);
+            if self.settings.mode == DrawMode::SinglePass {
+                let over = buffers.sums[k][1];
+                let under = match buffers.triangle[k].checked_sub(1) {
+                    Some(id) => tone(lit_triangle(&lit[index(id)], meshes, view, rig)),
+                    None => background,
+                };
+                sum += over.truncate() + under * (1.0 - over.w);
+                continue;
+            }
             if let Some(id) = buffers.triangle[k].checked_sub(1) {
                 sum += tone(lit_triangle(&lit[index(id)], meshes, view, rig));
                 continue;
@@ -281,7 +336,7 @@ impl Renderer {
             view,
             color: color.truncate(),
             specular: color.w,
-            shininess: self.settings.surfaces.first().map_or(50.0, |s| s.shininess),
+            shininess: self.shininess(),
             softness: 0.5,
         })
     }
@@ -305,11 +360,21 @@ impl Renderer {
                     depths[from..to].copy_from_slice(&tile.depth[row]);
                 }
             });
+        let mut normals = Vec::new();
+        if self.settings.keep_normals {
+            normals.resize(w * h, Vec3::ZERO);
+            for (k, normal) in normals.iter_mut().enumerate() {
+                let (x, y) = (k % w, k / w);
+                let tile = &tiles[y / side * tiles_per_row + x / side];
+                *normal = tile.normals[y % side * side + x % side];
+            }
+        }
         Frame {
             width: self.settings.width,
             height: self.settings.height,
             pixels,
             depth,
+            normals,
         }
     }
 }

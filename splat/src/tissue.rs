@@ -5,7 +5,7 @@ use crate::carry::{Splats, carry_into};
 use crate::cast::{count, index};
 use crate::clip::{Clip, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
 use crate::error::SurfelError;
-use crate::radii::{RadiusRule, covering_radii, shape_operators};
+use crate::radii::{RadiusRule, shape_operators};
 use crate::rim::{self, SkinDisk};
 use crate::scene::SplatView;
 use crate::skin::CutSampler;
@@ -87,8 +87,8 @@ const NUDGE: f64 = 0.05;
 const MAX_DOUBLES: usize = 7;
 /// A cut this parallel to a disk (cosine of normals) does not bound it.
 const PARALLEL: f64 = 0.9;
-/// Radius of new skin in units of its spacing; the sampler's holes stay below 0.95 spacings.
-const SKIN_RADIUS: f64 = 1.1;
+/// Radius of new skin in units of its spacing; the sampler's holes stay below 1.25 spacings.
+const SKIN_RADIUS: f64 = 1.3;
 
 impl Tissue {
     /// Binds surface samples to the nodes of an uncut body.
@@ -113,13 +113,7 @@ impl Tissue {
         if let Some(node) = rest_nodes.iter().position(|x| !x.is_finite()) {
             return Err(SurfelError::BadNode { node });
         }
-        let all: Vec<u32> = (0..count(n)).collect();
-        match settings.radius {
-            RadiusRule::Covering => {
-                surfels.radii = covering_radii(&surfels.positions, &surfels.normals, &all);
-            }
-            RadiusRule::Constant(r) => surfels.radii.fill(r),
-        }
+        surfels.radii = settings.radius.radii(&surfels.positions, &surfels.normals);
         surfels.materials.fill(CAPSULE);
         surfels.shapes = shape_operators(&surfels.positions, &surfels.normals);
         let area: f64 = areas.iter().sum();

@@ -1,0 +1,269 @@
+//! Pictures against exact ones: no holes, true silhouettes, crisp rims; same bits on any thread
+//! count.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "pixel counts are small"
+)]
+
+mod oracle;
+
+use glam::{DMat3, DVec3, Vec3};
+use oracle::{Shape, compare};
+use phyxel_splat::{
+    Camera, DrawMode, Frame, Lens, Mesh, RenderSettings, Renderer, Splats, Tissue, TissueSettings,
+};
+
+fn settings(mode: DrawMode, samples: u32) -> RenderSettings {
+    RenderSettings {
+        width: 320,
+        height: 240,
+        samples,
+        mode,
+        keep_normals: true,
+        ..RenderSettings::default()
+    }
+}
+
+fn draw(tissue: &Tissue, splats: &Splats, camera: &Camera, settings: RenderSettings) -> Frame {
+    let colors = vec![Vec3::splat(0.4); splats.positions.len()];
+    Renderer::new(settings).draw(&tissue.view(splats, &colors), &[], camera)
+}
+
+fn cameras(low: DVec3, high: DVec3) -> Vec<Camera> {
+    let mut out = Vec::new();
+    for direction in [
+        DVec3::new(-0.5, -0.7, -1.0),
+        DVec3::new(0.9, -0.3, 0.4),
+        DVec3::new(0.05, -1.0, -0.02),
+    ] {
+        out.push(Camera::framing(low, high, direction, DVec3::Y, 4.0 / 3.0));
+        out.push(Camera::framing_orthographic(
+            low,
+            high,
+            direction,
+            DVec3::Y,
+            4.0 / 3.0,
+        ));
+    }
+    out
+}
+
+#[test]
+fn default_radii_leave_no_hole_and_no_stray() {
+    let low = DVec3::splat(-1.0);
+    for shape in Shape::ALL {
+        let (x, n, a) = shape.samples(5_000);
+        let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
+        let splats = Splats::at_rest(tissue.surfels());
+        for (i, camera) in cameras(low, -low).iter().enumerate() {
+            let frame = draw(&tissue, &splats, camera, settings(DrawMode::ThreePass, 1));
+            let d = compare(shape, camera, &frame);
+            let what = format!("{shape:?}, camera {i}: {d:?}");
+            assert!(d.inside > 5_000, "{what}");
+            assert_eq!((d.holes, d.strays), (0, 0), "{what}");
+            assert!(d.depth < 0.03 && d.normal < 1.0, "{what}");
+        }
+    }
+}
+
+/// Two halves of a block, the right one moved by `gap`.
+fn opened_block(clip: bool, gap: f64) -> (Tissue, Splats) {
+    let at = 0.113;
+    let (x, n, a) = Shape::Block.samples(6_000);
+    let mut nodes = Vec::new();
+    for i in 0..10 * 8 * 8 {
+        let k = DVec3::new(f64::from(i % 10), f64::from(i / 10 % 8), f64::from(i / 80));
+        nodes.push((k - DVec3::new(4.5, 3.5, 3.5)) * 0.18);
+    }
+    let settings = TissueSettings {
+        clip,
+        ..TissueSettings::default()
+    };
+    let mut tissue = Tissue::new(&x, &n, &a, &nodes, &settings).unwrap();
+    // The blade passes in seven strips.
+    for strip in 0..7 {
+        let z = |k: i32| -1.05 + 0.3 * f64::from(k);
+        let corner = |y: f64, z: f64| DVec3::new(at, y, z);
+        let (p, q) = (corner(-1.0, z(strip)), corner(1.0, z(strip)));
+        let (r, s) = (corner(-1.0, z(strip + 1)), corner(1.0, z(strip + 1)));
+        let crosses = |a: DVec3, b: DVec3| {
+            let t = (at - a.x) / (b.x - a.x);
+            (a.x < at) != (b.x < at) && a.lerp(b, t).z < z(strip + 1)
+        };
+        let inside = |p: DVec3| Shape::Block.distance(p) < 0.0;
+        tissue
+            .cut(&[[p, q, r], [r, q, s]], &inside, &crosses)
+            .unwrap();
+    }
+    let shift = |p: &DVec3| if p.x < at { *p } else { *p + DVec3::X * gap };
+    let moved: Vec<DVec3> = nodes.iter().map(shift).collect();
+    let mut splats = Splats::default();
+    tissue.carry_into(&moved, &vec![DMat3::IDENTITY; nodes.len()], &mut splats);
+    (tissue, splats)
+}
+
+/// Distance to the two halves of [`opened_block`].
+fn halves(p: DVec3, gap: f64) -> f64 {
+    let half = |low: f64, high: f64, p: DVec3| {
+        let centre = DVec3::X * (0.5 * (low + high));
+        let q = (p - centre).abs() - DVec3::new(0.5 * (high - low), 0.6, 0.7);
+        q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+    };
+    half(-0.8, 0.113, p).min(half(0.113 + gap, 0.8 + gap, p))
+}
+
+/// Pixels nearer than anything exact within 1.5 pixels, and pixels missing inside.
+fn strays_and_holes(frame: &Frame, camera: &Camera, gap: f64) -> (usize, usize) {
+    let (w, h) = (frame.width as usize, frame.height as usize);
+    let Lens::Perspective { focal } = camera.lens else {
+        panic!("a perspective camera is expected");
+    };
+    // Twice as fine as the frame.
+    let wide = 2 * w;
+    let mut exact = vec![f64::INFINITY; 4 * w * h];
+    for (k, depth) in exact.iter_mut().enumerate() {
+        let f = 2.0 * focal * h as f64;
+        let px = (k % wide) as f64 + 0.5 - w as f64;
+        let py = h as f64 - (k / wide) as f64 - 0.5;
+        let ray = (camera.forward + camera.right * (px / f) + camera.up * (py / f)).normalize();
+        let mut t = 0.0;
+        for _ in 0..400 {
+            let d = halves(camera.eye + ray * t, gap);
+            t += d;
+            if d < 1e-7 {
+                *depth = (ray * t).dot(camera.forward);
+                break;
+            }
+            if t > 50.0 {
+                break;
+            }
+        }
+    }
+    let (mut strays, mut holes) = (0, 0);
+    for y in 1..h - 1 {
+        for x in 1..w - 1 {
+            // All exact samples within 1.5 pixels of the pixel's centre.
+            let mut around = Vec::new();
+            for v in (2 * y).saturating_sub(2)..(2 * y + 4).min(2 * h) {
+                for u in (2 * x).saturating_sub(2)..(2 * x + 4).min(wide) {
+                    let (du, dv) = (
+                        u as f64 - 2.0 * x as f64 - 0.5,
+                        v as f64 - 2.0 * y as f64 - 0.5,
+                    );
+                    if du.hypot(dv) <= 3.0 {
+                        around.push(exact[v * wide + u]);
+                    }
+                }
+            }
+            let nearest = around.iter().copied().fold(f64::INFINITY, f64::min);
+            let farthest = around.iter().copied().fold(0.0, f64::max);
+            let depth = f64::from(frame.depth[y * w + x]);
+            strays += usize::from(depth < nearest - 0.02);
+            holes += usize::from(depth > farthest + 0.02);
+        }
+    }
+    (strays, holes)
+}
+
+#[test]
+fn rim_of_a_straight_cut_is_crisp_only_with_clipping() {
+    let gap = 0.25;
+    let low = DVec3::new(-0.8, -0.6, -0.7);
+    let high = DVec3::new(0.8 + gap, 0.6, 0.7);
+    let (clipped, clipped_splats) = opened_block(true, gap);
+    let (plain, plain_splats) = opened_block(false, gap);
+    let mut bristles = 0;
+    for direction in [
+        DVec3::new(-0.5, -0.7, -1.0),
+        DVec3::new(0.3, -0.9, -0.4),
+        DVec3::new(0.0, -1.0, -0.3),
+        DVec3::new(-0.8, -0.4, -0.5),
+        DVec3::new(0.6, 0.5, -0.9),
+    ] {
+        let camera = Camera::framing(low, high, direction, DVec3::Y, 4.0 / 3.0);
+        let frame = draw(
+            &clipped,
+            &clipped_splats,
+            &camera,
+            settings(DrawMode::ThreePass, 1),
+        );
+        let found = strays_and_holes(&frame, &camera, gap);
+        assert_eq!(found, (0, 0), "strays and holes from {direction}");
+        let frame = draw(
+            &plain,
+            &plain_splats,
+            &camera,
+            settings(DrawMode::ThreePass, 1),
+        );
+        bristles += strays_and_holes(&frame, &camera, gap).0;
+    }
+    assert!(
+        bristles > 100,
+        "without clipping disks stick out, found {bristles} pixels"
+    );
+}
+
+#[test]
+fn same_bits_at_any_thread_count() {
+    let (tissue, splats) = opened_block(true, 0.2);
+    let low = DVec3::splat(-1.0);
+    let camera = cameras(low, -low)[0];
+    let tool = [Mesh::capsule(
+        DVec3::new(0.1, 0.2, 0.0),
+        DVec3::new(0.4, 1.5, 0.6),
+        0.08,
+    )];
+    let colors = vec![Vec3::new(0.5, 0.2, 0.1); splats.positions.len()];
+    for mode in [
+        DrawMode::ThreePass,
+        DrawMode::Squares,
+        DrawMode::Disks,
+        DrawMode::SinglePass,
+    ] {
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let (tissue, splats) = opened_block(true, 0.2);
+                Renderer::new(settings(mode, 2)).draw(
+                    &tissue.view(&splats, &colors),
+                    &tool,
+                    &camera,
+                )
+            })
+        };
+        let frame = with(1);
+        assert_eq!(frame, with(4), "{mode:?}");
+        let again =
+            Renderer::new(settings(mode, 2)).draw(&tissue.view(&splats, &colors), &tool, &camera);
+        assert_eq!(frame, again, "{mode:?}");
+        let covered = frame.depth.iter().filter(|d| d.is_finite()).count();
+        assert!(covered > 10_000, "{mode:?} covers {covered} pixels");
+    }
+}
+
+#[test]
+fn tools_hide_and_are_hidden() {
+    let (tissue, splats) = opened_block(true, 0.0);
+    let low = DVec3::splat(-1.0);
+    let camera = Camera::framing_orthographic(low, -low, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
+    let colors = vec![Vec3::ZERO; splats.positions.len()];
+    let mut renderer = Renderer::new(settings(DrawMode::ThreePass, 1));
+    let view = tissue.view(&splats, &colors);
+    let centre = 120 * 320 + 160;
+    let eye_z = camera.eye.z;
+    let mut depth_with = |z: f64| {
+        let at = DVec3::new(0.0, 0.0, z);
+        let frame = renderer.draw(&view, &[Mesh::capsule(at, at, 0.1)], &camera);
+        eye_z - f64::from(frame.depth[centre])
+    };
+    // A ball in front, half sunk, and inside the block, whose face is at z = 0.7.
+    assert!((depth_with(1.0) - 1.1).abs() < 0.01);
+    assert!((depth_with(0.7) - 0.8).abs() < 0.01);
+    assert!((depth_with(0.0) - 0.7).abs() < 0.01);
+}

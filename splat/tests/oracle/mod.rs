@@ -1,0 +1,243 @@
+//! Exact pictures of a sphere, a torus and a box: where rays meet them, and surfels on them.
+#![allow(unreachable_pub, reason = "shared by a test and an example")]
+
+use glam::DVec3;
+use phyxel_splat::{Camera, Frame, Lens};
+use std::f64::consts::{PI, TAU};
+
+/// Surfel positions, normals and areas.
+pub type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
+
+/// A body whose surface is known exactly.
+#[derive(Debug, Clone, Copy)]
+pub enum Shape {
+    /// Radius 1.
+    Sphere,
+    /// Radius 1, sampled 40 times more densely at one pole than at the other.
+    UnevenSphere,
+    /// Axis y, radii 0.7 and 0.3.
+    Torus,
+    /// Half-widths 0.8, 0.6, 0.7.
+    Block,
+}
+
+const MAJOR: f64 = 0.7;
+const MINOR: f64 = 0.3;
+const HALF: DVec3 = DVec3::new(0.8, 0.6, 0.7);
+
+impl Shape {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Sphere, Self::UnevenSphere, Self::Torus, Self::Block];
+
+    /// Exact signed distance.
+    pub fn distance(self, p: DVec3) -> f64 {
+        match self {
+            Self::Sphere | Self::UnevenSphere => p.length() - 1.0,
+            Self::Torus => (p.x.hypot(p.z) - MAJOR).hypot(p.y) - MINOR,
+            Self::Block => {
+                let q = p.abs() - HALF;
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+        }
+    }
+
+    /// Outward normal at a surface point.
+    pub fn normal(self, p: DVec3) -> DVec3 {
+        match self {
+            Self::Sphere | Self::UnevenSphere => p.normalize(),
+            Self::Torus => {
+                let ring = DVec3::new(p.x, 0.0, p.z).normalize() * MAJOR;
+                (p - ring).normalize()
+            }
+            Self::Block => {
+                let q = p.abs() - HALF;
+                if q.x >= q.y && q.x >= q.z {
+                    DVec3::X * p.x.signum()
+                } else if q.y >= q.z {
+                    DVec3::Y * p.y.signum()
+                } else {
+                    DVec3::Z * p.z.signum()
+                }
+            }
+        }
+    }
+
+    /// Distance along a ray to the surface: sphere tracing by the exact distance, to 1e-9.
+    pub fn hit(self, from: DVec3, direction: DVec3) -> Option<f64> {
+        let mut t = 0.0;
+        for _ in 0..2000 {
+            let d = self.distance(from + direction * t);
+            if d < 1e-9 {
+                return Some(t);
+            }
+            t += d;
+            if t > 1e3 {
+                return None;
+            }
+        }
+        Some(t)
+    }
+
+    /// About `n` evenly spread surfels.
+    pub fn samples(self, n: u32) -> Samples {
+        let mut out: Samples = (vec![], vec![], vec![]);
+        let golden = 2.399_963_229_728_653;
+        match self {
+            Self::Sphere => {
+                for i in 0..n {
+                    let y = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
+                    let turn = f64::from(i) * golden;
+                    let ring = (1.0 - y * y).sqrt();
+                    out.0
+                        .push(DVec3::new(ring * turn.cos(), y, ring * turn.sin()));
+                    out.2.push(4.0 * PI / f64::from(n));
+                }
+            }
+            Self::UnevenSphere => {
+                // Density falls as 1 / (0.05 + 1.95 t) along y; a golden spiral keeps cells round.
+                for i in 0..n {
+                    let t = (f64::from(i) + 0.5) / f64::from(n);
+                    let y = 1.0 - 2.0 * (0.05 * t + 0.975 * t * t) / 1.025;
+                    let turn = f64::from(i) * golden;
+                    let ring = (1.0 - y * y).sqrt();
+                    out.0
+                        .push(DVec3::new(ring * turn.cos(), y, ring * turn.sin()));
+                    out.2
+                        .push(4.0 * PI * (0.05 + 1.95 * t) / 1.025 / f64::from(n));
+                }
+            }
+            Self::Torus => {
+                // Rank-1 lattice in two angles, the small one stretched to even area.
+                for i in 0..n {
+                    let u = (f64::from(i) + 0.5) / f64::from(n);
+                    let v = (f64::from(i) * 0.618_033_988_749_895).fract();
+                    let mut a = TAU * u;
+                    for _ in 0..20 {
+                        let f = MAJOR * a + MINOR * a.sin() - MAJOR * TAU * u;
+                        a -= f / (MAJOR + MINOR * a.cos());
+                    }
+                    let b = TAU * v;
+                    let ring = MAJOR + MINOR * a.cos();
+                    out.0
+                        .push(DVec3::new(ring * b.cos(), MINOR * a.sin(), ring * b.sin()));
+                    out.2.push(TAU * TAU * MAJOR * MINOR / f64::from(n));
+                }
+            }
+            Self::Block => {
+                let area = 8.0 * (HALF.x * HALF.y + HALF.y * HALF.z + HALF.z * HALF.x);
+                let spacing = (area / f64::from(n)).sqrt();
+                let count = |w: f64| (2.0 * w / spacing).round().max(1.0) as i32;
+                for axis in 0..3 {
+                    let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let (np, nq) = (count(HALF[p]), count(HALF[q]));
+                    for sign in [-1.0, 1.0] {
+                        for k in 0..np * nq {
+                            let mut x = DVec3::ZERO;
+                            x[axis] = HALF[axis] * sign;
+                            x[p] =
+                                HALF[p] * (2.0 * (f64::from(k % np) + 0.5) / f64::from(np) - 1.0);
+                            x[q] =
+                                HALF[q] * (2.0 * (f64::from(k / np) + 0.5) / f64::from(nq) - 1.0);
+                            out.0.push(x);
+                            out.2.push(4.0 * HALF[p] * HALF[q] / f64::from(np * nq));
+                        }
+                    }
+                }
+            }
+        }
+        out.1 = out.0.iter().map(|&p| self.normal(p)).collect();
+        out
+    }
+}
+
+/// How far a picture is from the exact one.
+#[derive(Debug, Clone, Copy)]
+pub struct Difference {
+    /// Background pixels more than one pixel inside the exact silhouette.
+    pub holes: usize,
+    /// Covered pixels more than one pixel outside the exact silhouette.
+    pub strays: usize,
+    /// Root mean square depth error over pixels both cover.
+    pub depth: f64,
+    /// Mean angle between normals (degrees), likewise; pixels within two of an edge left out.
+    pub normal: f64,
+    /// Pixels inside the exact silhouette.
+    pub inside: usize,
+}
+
+/// Compares a frame with the exact picture.
+pub fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Difference {
+    let (w, h) = (frame.width as usize, frame.height as usize);
+    let mut exact = vec![None; w * h];
+    for y in 0..h {
+        for x in 0..w {
+            let (px, py) = (
+                x as f64 + 0.5 - 0.5 * w as f64,
+                0.5 * h as f64 - y as f64 - 0.5,
+            );
+            let (from, direction) = match camera.lens {
+                Lens::Perspective { focal } => {
+                    let f = focal * h as f64;
+                    let d = camera.forward + camera.right * (px / f) + camera.up * (py / f);
+                    (camera.eye, d)
+                }
+                Lens::Orthographic { height } => {
+                    let s = height / h as f64;
+                    (
+                        camera.eye + camera.right * (px * s) + camera.up * (py * s),
+                        camera.forward,
+                    )
+                }
+            };
+            let along = direction.normalize();
+            exact[y * w + x] = shape.hit(from, along).map(|t| {
+                let at = from + along * t;
+                ((at - camera.eye).dot(camera.forward), shape.normal(at))
+            });
+        }
+    }
+    let near = |x: usize, y: usize, r: usize, want: bool| {
+        (y.saturating_sub(r)..(y + r + 1).min(h)).any(|v| {
+            (x.saturating_sub(r)..(x + r + 1).min(w)).any(|u| exact[v * w + u].is_some() == want)
+        })
+    };
+    // A fold of the surface in front of itself is an edge too.
+    let folded = |x: usize, y: usize| {
+        let around = (y.saturating_sub(2)..(y + 3).min(h))
+            .flat_map(|v| (x.saturating_sub(2)..(x + 3).min(w)).map(move |u| v * w + u));
+        let depths = around.filter_map(|k| exact[k].map(|e| e.0));
+        let (low, high) = depths.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
+        high - low > 0.2
+    };
+    let mut out = Difference {
+        holes: 0,
+        strays: 0,
+        depth: 0.0,
+        normal: 0.0,
+        inside: 0,
+    };
+    let (mut depths, mut normals) = (0, 0);
+    for y in 0..h {
+        for x in 0..w {
+            let k = y * w + x;
+            let covered = frame.depth[k].is_finite();
+            out.inside += usize::from(exact[k].is_some());
+            match exact[k] {
+                Some(_) if !covered && !near(x, y, 1, false) => out.holes += 1,
+                None if covered && !near(x, y, 1, true) => out.strays += 1,
+                Some((depth, normal)) if covered && !near(x, y, 2, false) && !folded(x, y) => {
+                    out.depth += (f64::from(frame.depth[k]) - depth).powi(2);
+                    depths += 1;
+                    let n = frame.normals[k].as_dvec3();
+                    let n = camera.right * n.x + camera.up * n.y - camera.forward * n.z;
+                    out.normal += n.dot(normal).clamp(-1.0, 1.0).acos().to_degrees();
+                    normals += 1;
+                }
+                _ => {}
+            }
+        }
+    }
+    out.depth = (out.depth / f64::from(depths.max(1))).sqrt();
+    out.normal /= f64::from(normals.max(1));
+    out
+}

@@ -1,0 +1,209 @@
+//! Samples on cuts, radii rules, images.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
+
+use glam::{DVec3, Vec3};
+use phyxel_splat::{
+    Animation, ColorScale, CutSampler, Frame, ImageError, Measure, Overlay, RadiusRule,
+    mapped_radii, measures, triangle_area,
+};
+use proptest::prelude::*;
+use testkit::strategies;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn count_is_density_times_area_for_any_triangle(
+        corners in prop::array::uniform3(strategies::vector(1.0)),
+        scale in strategies::scale(),
+        wanted in 50.0..400.0_f64,
+    ) {
+        let triangle = corners.map(|p| p * scale);
+        let area = triangle_area(&triangle);
+        prop_assume!(area > 1e-6 * scale * scale);
+        let mut sampler = CutSampler::new(wanted / area);
+        let points = sampler.points(&[triangle]);
+        let count = points.len() as f64;
+        prop_assert!((count - wanted).abs() <= 1.0, "{count} of {wanted}");
+        // In the plane and inside.
+        let [a, b, c] = triangle;
+        let normal = (b - a).cross(c - a).normalize();
+        for p in points {
+            prop_assert!((p - a).dot(normal).abs() <= 1e-9 * scale);
+            for (s, e) in [(a, b), (b, c), (c, a)] {
+                let out = (e - s).cross(p - s).dot(normal);
+                prop_assert!(out >= -1e-9 * scale * scale);
+            }
+        }
+    }
+
+    #[test]
+    fn strips_that_arrive_one_by_one_keep_the_count(strips in 1_u32..40, wanted in 100.0..900.0_f64) {
+        let mut sampler = CutSampler::new(wanted);
+        let mut points = Vec::new();
+        for k in 0..strips {
+            let [x0, x1] = [k, k + 1].map(|i| f64::from(i) / f64::from(strips));
+            let [a, b] = [DVec3::new(x0, 0.0, 0.0), DVec3::new(x0, 1.0, 0.0)];
+            let [c, d] = [DVec3::new(x1, 0.0, 0.0), DVec3::new(x1, 1.0, 0.0)];
+            points.extend(sampler.points(&[[a, b, c], [c, b, d]]));
+        }
+        prop_assert!((points.len() as f64 - wanted).abs() <= 1.0 + 1e-9);
+        // Spacing: the largest hole stays below what a skin disk covers, no two samples meet.
+        let spacing = sampler.spacing();
+        let mut hole: f64 = 0.0;
+        for i in 0..60 {
+            for j in 0..60 {
+                let q = DVec3::new(f64::from(i) + 0.5, f64::from(j) + 0.5, 0.0) / 60.0;
+                let near = points.iter().map(|p| p.distance(q)).fold(f64::INFINITY, f64::min);
+                hole = hole.max(near);
+            }
+        }
+        prop_assert!(hole <= 1.25 * spacing, "hole {} spacings", hole / spacing);
+        let mut least = f64::INFINITY;
+        for (i, p) in points.iter().enumerate() {
+            for q in &points[..i] {
+                least = least.min(p.distance(*q));
+            }
+        }
+        prop_assert!(least >= 0.3 * spacing, "pair {} spacings apart", least / spacing);
+    }
+}
+
+#[test]
+fn degenerate_triangles_give_no_sample() {
+    let mut sampler = CutSampler::new(1e6);
+    let flat = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
+    assert!(sampler.points(&[flat, [DVec3::ONE; 3]]).is_empty());
+}
+
+#[test]
+fn measures_are_the_dissertations() {
+    // A cross of four neighbours around a point raised by d: eqs (52)-(57) by hand.
+    let d = 0.1;
+    let mut points = vec![DVec3::new(0.0, 0.0, d)];
+    for p in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y] {
+        points.push(p);
+    }
+    let mean = (1.0_f64 + d * d).sqrt();
+    assert!((measures(&points, Measure::Density, 4)[0] - mean).abs() < 1e-15);
+    let curvature = measures(&points, Measure::Curvature, 4)[0];
+    assert!((curvature - 2.0 * d / (mean * mean)).abs() < 1e-14);
+    assert!(measures(&points, Measure::Variation, 4)[0].abs() < 1e-15);
+    // Six points of an octahedron around the first vary equally in all directions.
+    let ball: Vec<DVec3> = [
+        DVec3::ZERO,
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        -DVec3::X,
+        -DVec3::Y,
+        -DVec3::Z,
+    ]
+    .into();
+    assert!((measures(&ball, Measure::Variation, 6)[0] - 1.0 / 3.0).abs() < 1e-14);
+    // Ends of the range; detail gets the small radius.
+    assert_eq!(
+        mapped_radii(&[1.0, 2.0, 3.0], Measure::Density, 0.5, 1.5),
+        [0.5, 1.0, 1.5]
+    );
+    assert_eq!(
+        mapped_radii(&[1.0, 2.0, 3.0], Measure::Curvature, 0.5, 1.5),
+        [1.5, 1.0, 0.5]
+    );
+    assert_eq!(
+        mapped_radii(&[2.0, 2.0], Measure::Variation, 0.5, 1.5),
+        [1.5, 1.5]
+    );
+}
+
+#[test]
+fn covering_disks_cover_a_lattice_exactly() {
+    // On a square lattice the cell is a square: circumradius h / sqrt(2), times the overlap 1.15.
+    let mut x = Vec::new();
+    for i in 0..400 {
+        x.push(DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0));
+    }
+    let radii = RadiusRule::Covering.radii(&x, &vec![DVec3::Z; 400]);
+    let expected = 1.15 * 0.5_f64.sqrt();
+    for i in [210, 189, 150] {
+        assert!((radii[i] - expected).abs() < 1e-12, "{}", radii[i]);
+    }
+}
+
+fn blank(width: u32, height: u32) -> Frame {
+    let n = (width * height) as usize;
+    Frame {
+        width,
+        height,
+        pixels: vec![[0, 0, 0, 255]; n],
+        depth: vec![f32::INFINITY; n],
+        normals: Vec::new(),
+    }
+}
+
+#[test]
+fn images_read_back() {
+    let mut frame = blank(320, 200);
+    let scale = ColorScale::of(&[0.0, f64::NAN, 2.5]);
+    Overlay::new(&mut frame).legend(&scale, "curvature");
+    assert!(
+        frame.pixels.iter().any(|p| p[0] > 200 && p[2] < 100),
+        "the bar's bright end"
+    );
+    let mut file = Vec::new();
+    frame.write_png(&mut file).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&file))
+        .read_info()
+        .unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    assert_eq!(pixels, frame.pixels.as_flattened());
+
+    let mut file = Vec::new();
+    let mut animation = Animation::new(&mut file, 320, 200, 2, 25).unwrap();
+    animation.add(&frame).unwrap();
+    let odd = animation.add(&blank(2, 2)).unwrap_err();
+    assert!(
+        matches!(odd, ImageError::FrameSize { frame: 1, .. }),
+        "{odd}"
+    );
+    animation.add(&blank(320, 200)).unwrap();
+    let more = animation.add(&frame).unwrap_err();
+    assert!(
+        matches!(
+            more,
+            ImageError::FrameCount {
+                added: 3,
+                announced: 2
+            }
+        ),
+        "{more}"
+    );
+    animation.finish().unwrap();
+    let reader = png::Decoder::new(std::io::Cursor::new(&file))
+        .read_info()
+        .unwrap();
+    assert_eq!(reader.info().animation_control.unwrap().num_frames, 2);
+    let short = Animation::new(Vec::new(), 4, 4, 2, 25)
+        .unwrap()
+        .finish()
+        .unwrap_err();
+    assert!(
+        matches!(short, ImageError::FrameCount { added: 0, .. }),
+        "{short}"
+    );
+}
+
+#[test]
+fn scales_map_ends_and_outside() {
+    let scale = ColorScale {
+        low: -1.0,
+        high: 3.0,
+    };
+    assert_eq!(scale.color(-5.0), scale.color(-1.0));
+    assert_eq!(scale.color(9.0), scale.color(3.0));
+    assert_ne!(scale.color(-1.0), scale.color(3.0));
+    let grey: Vec3 = scale.color(f64::NAN);
+    assert!((grey.x - grey.y).abs() < 1e-6);
+}
