@@ -1,3 +1,169 @@
-//! Criterion benches of `phyxel-elastic`.
+//! Criterion benches of `phyxel-elastic`: `cargo bench -p benches --bench elastic`.
+//!
+//! Bodies are lattices along a Morton curve with 18 neighbours inside; throughput is counted in
+//! directed pairs, so `ns/pair` compares across sizes.
 
-fn main() {}
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::DVec3;
+use phyxel_elastic::{
+    Dilatation, Elastic, Fiber, Material, Materials, Nodes, Precision, PronyTerm, Settings,
+    Stencils, StiffnessCap,
+};
+use testkit::block::Block;
+use testkit::cloud::Random;
+
+fn stencils(block: &Block) -> Stencils<'_> {
+    Stencils {
+        offsets: &block.offsets,
+        indices: &block.indices,
+        gradients: &block.gradients,
+        self_gradients: &block.self_gradients,
+        weights: &block.weights,
+    }
+}
+
+fn elastic(block: &Block, material: Material, settings: &Settings) -> Elastic {
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let materials = Materials::Uniform(material);
+    Elastic::new(&stencils(block), &nodes, &materials, settings).expect("a sound lattice")
+}
+
+/// Stretched by 2 % and shaken, so that no product is zero by symmetry.
+fn deformed(block: &Block) -> Vec<DVec3> {
+    let mut random = Random::new(1);
+    block
+        .positions
+        .iter()
+        .map(|x| *x * 1.02 + random.vector(0.002))
+        .collect()
+}
+
+fn pairs(body: &Elastic) -> Throughput {
+    Throughput::Elements(body.pair_count() as u64)
+}
+
+/// One thread and the sizes 1e3 to 1e6 in both precisions; all threads at the larger ones.
+fn sizes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("forces");
+    group.sample_size(10);
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread");
+    for side in [10, 18, 46, 100] {
+        let block = Block::eighteen([side; 3], 0.1);
+        let x = deformed(&block);
+        let mut f = vec![DVec3::ZERO; x.len()];
+        for precision in [Precision::Double, Precision::Single] {
+            let settings = Settings {
+                precision,
+                ..Settings::default()
+            };
+            let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
+            group.throughput(pairs(&body));
+            let name = format!("{precision:?}");
+            group.bench_function(BenchmarkId::new(&name, x.len()), |b| {
+                one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
+            });
+            if side > 10 {
+                group.bench_function(BenchmarkId::new(name + ", all threads", x.len()), |b| {
+                    b.iter(|| body.forces_into(&x, &mut f));
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+/// Every law and option at 5,832 nodes on one thread.
+fn laws(c: &mut Criterion) {
+    let mut group = c.benchmark_group("laws");
+    group.sample_size(20);
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread");
+    let block = Block::eighteen([18; 3], 0.1);
+    let x = deformed(&block);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let neo = Material::neo_hookean(1e4, 0.4);
+    let fiber = Fiber {
+        direction: DVec3::X,
+        stiffness: 1e4,
+        exponent: 1.0,
+        dispersion: 0.1,
+    };
+    let term = PronyTerm {
+        ratio: 0.5,
+        relaxation_time: 0.1,
+    };
+    let plain = Settings::default();
+    let mean = Settings {
+        dilatation: Dilatation::Mean,
+        ..plain
+    };
+    let free = Settings {
+        zero_energy_control: 0.0,
+        ..plain
+    };
+    let cases = [
+        ("neo-Hookean", neo, plain),
+        ("neo-Hookean, no control", neo, free),
+        ("neo-Hookean, mean dilatation", neo, mean),
+        (
+            "Saint Venant-Kirchhoff",
+            Material::saint_venant_kirchhoff(1e4, 0.4),
+            plain,
+        ),
+        (
+            "Mooney-Rivlin",
+            Material::mooney_rivlin(1e4, 0.4, 0.3),
+            plain,
+        ),
+        ("fibers", neo.with_fiber(fiber), plain),
+        ("Prony series", neo.with_prony(&[term]), plain),
+    ];
+    for (name, material, settings) in cases {
+        let mut body = elastic(&block, material, &settings);
+        body.begin_viscous_step(1e-3);
+        group.throughput(pairs(&body));
+        group.bench_function(BenchmarkId::new("forces", name), |b| {
+            one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
+        });
+        group.bench_function(BenchmarkId::new("tangent product", name), |b| {
+            one.install(|| b.iter(|| body.tangent_product_into(&x, &mut f)));
+        });
+    }
+    group.finish();
+}
+
+/// What is done once, or once per cut.
+fn setup(c: &mut Criterion) {
+    let mut group = c.benchmark_group("set-up");
+    group.sample_size(10);
+    let block = Block::eighteen([18; 3], 0.1);
+    let material = Material::neo_hookean(1e4, 0.4);
+    group.bench_function("new", |b| {
+        b.iter(|| elastic(&block, material, &Settings::default()));
+    });
+    let mut body = elastic(&block, material, &Settings::default());
+    let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
+    group.bench_function("eigenvalue bound", |b| {
+        b.iter(|| body.eigenvalue_bound(&masses));
+    });
+    let touched: Vec<u32> = (0..100).collect();
+    group.bench_function("update 100 rows", |b| {
+        b.iter(|| body.update_rows(&touched, &stencils(&block)));
+    });
+    let cap = StiffnessCap::new(&body, &masses);
+    group.bench_function("cap 100 nodes", |b| {
+        b.iter(|| body.cap_stiffness(&cap, &touched, 0.5));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, sizes, laws, setup);
+criterion_main!(benches);

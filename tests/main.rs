@@ -5,3 +5,4 @@
 )]
 
 mod organ_stencils;
+mod elastic_accuracy;

@@ -5,9 +5,10 @@
 //! stays constant and the patch test survives. The averaging takes volume constraints away that a
 //! node-by-node law would stack up beyond the number of unknowns (volumetric locking).
 //!
-//! `s_ij = 3/4 min(V_i / n_i, V_j / n_j)` over the pairs of the graph with `n_i` the neighbours of
-//! i, the remainder on the diagonal: the share that a mean over tetrahedra gives to neighbours.
-//! Nothing is stored per pair.
+//! `s_ij = min(V_i / n_i, V_j / n_j)` over the uncut pairs of the graph with `n_i` the neighbours of
+//! i, the remainder of `V_i` on the diagonal. It needs no tetrahedra and stores nothing per pair, and
+//! on the edges of tetrahedra it does as well as a mean over them (clamped cube at nu 0.49 and 0.499:
+//! 2.2 and 5.3 % too stiff, against 7.4 and 9.5 % without; three quarters of it leaves 3.6 %).
 
 use glam::DMat3;
 
@@ -15,14 +16,11 @@ use crate::kernel::Lanes;
 use crate::law::Volumetric;
 use crate::rows::Rows;
 
-/// Part of a node's mean that its neighbours hold.
-const NEIGHBOR_SHARE: f64 = 0.75;
-
 #[derive(Debug, Clone)]
 pub(crate) struct MeanDilatation {
     /// `U` per material.
     pub(crate) laws: Vec<Volumetric>,
-    /// `3/4 V_i / n_i`.
+    /// `V_i / n_i`.
     shares: Vec<f64>,
     /// `J_i`, then the changes of `J_i`, of the state last evaluated.
     pub(crate) ratios: Vec<f64>,
@@ -46,7 +44,7 @@ impl MeanDilatation {
                 reason = "a node has far fewer than 2^52 neighbours"
             )]
             let count = count as f64;
-            NEIGHBOR_SHARE * volume / count
+            volume / count
         };
         Self {
             laws,

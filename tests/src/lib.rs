@@ -9,5 +9,6 @@ pub mod block;
 pub mod cloud;
 pub mod derivative;
 pub mod kuhn;
+pub mod statics;
 pub mod strategies;
 pub mod tol;

@@ -866,3 +866,40 @@ fn one_way_pairs_work_without_control() {
         Err(ElasticError::AsymmetricPair { .. })
     ));
 }
+
+/// What the README states: bytes per node and pair, and nothing for what is not used.
+#[test]
+fn memory_is_what_the_readme_states() {
+    let block = Block::new([9, 9, 9], DVec3::ONE, 0.0, 1);
+    let (n, pairs) = (block.node_count(), block.indices.len());
+    let plain = Material::neo_hookean(1.0, 0.4);
+    let single = Settings {
+        precision: Precision::Single,
+        ..Settings::default()
+    };
+    // Offsets, one material, one partial energy per chunk.
+    let fixed = 1024;
+    let within = |what: &str, bytes: usize, stated: usize| {
+        assert!(
+            (stated..stated + fixed).contains(&bytes),
+            "{what}: {bytes} bytes, stated {stated}"
+        );
+    };
+    let double = built(&block, plain, &Settings::default()).bytes();
+    within("f64", double, 349 * n + 108 * pairs);
+    let f32_bytes = built(&block, plain, &single).bytes();
+    within("f32", f32_bytes, 301 * n + 68 * pairs);
+    let means = built(&block, plain, &mean()).bytes();
+    within("mean dilatation", means - double, 112 * n);
+    let term = PronyTerm {
+        ratio: 1.0,
+        relaxation_time: 1.0,
+    };
+    let viscous = built(&block, plain.with_prony(&[term]), &Settings::default()).bytes();
+    within("one Prony term", viscous - double, 144 * n);
+    let fibrous = built(&block, fibrous(plain), &Settings::default()).bytes();
+    assert_eq!(
+        fibrous, double,
+        "fibers of a material take nothing per node"
+    );
+}
