@@ -75,7 +75,7 @@ fn main() {
         let mut worst = [0.0_f64; 5];
         let (mut steps, mut failed, mut alone) = (0, 0, 0);
         for _ in 0..600 {
-            let material = DVec3::splat(0.5) + random.vector(0.42);
+            let material = DVec3::splat(0.5) + random.vector(0.46);
             let start = frame.nearest_node(motion(material));
             // The world point that eq. (61) itself gives, so that only the solver is judged.
             let world = frame

@@ -11,6 +11,7 @@
 //! with μ from one symmetric positive semidefinite system per cloud, see [`solve`].
 
 mod coarse;
+mod pieces;
 mod solve;
 mod stroke;
 #[cfg(test)]
@@ -32,7 +33,7 @@ pub struct ConservativeSettings {
     /// Eigenvalues of a moment matrix below `rank_tolerance · λ_max` count as zero.
     pub rank_tolerance: f64,
     /// The solve ends when `|Σ_i V_i g_ij − b_j|` is below `tolerance` times the largest `|b_j|`
-    /// for every node.
+    /// (of a node's face, `V^(2/3)`, where all b are zero) for every node.
     pub tolerance: f64,
     /// Most iterations of one solve.
     pub iteration_limit: usize,

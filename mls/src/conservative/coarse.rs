@@ -257,12 +257,16 @@ impl CoarseSpace {
         }
         let m = places.len();
         let mut matrix = vec![0.0; m * m];
-        for (&w, values) in weights.iter().zip(others.chunks(box_size)) {
+        for (&w, values) in weights.iter().zip(others.chunks_mut(box_size)) {
+            // The places rise, so closing the gaps in place overwrites nothing still needed.
+            for (to, &from) in places.iter().enumerate() {
+                values[to] = values[from];
+            }
             let weight = w * operator.scale[node];
-            for (i, &a) in places.iter().enumerate() {
-                let e = values[a] * weight;
-                for (slot, &b) in matrix[i * m..=i * m + i].iter_mut().zip(&places) {
-                    *slot += e * values[b];
+            for (i, row) in matrix.chunks_exact_mut(m).enumerate() {
+                let e = values[i] * weight;
+                for (slot, value) in row[..=i].iter_mut().zip(&values[..=i]) {
+                    *slot += e * value;
                 }
             }
         }

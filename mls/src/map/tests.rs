@@ -90,7 +90,7 @@ fn newton_returns_the_material_point_of_every_deformation() {
         let frame = body.map.frame(&moved, &gradients).unwrap();
         let mut most = 0;
         for _ in 0..600 {
-            let material = DVec3::splat(0.5) + random.vector(0.42);
+            let material = DVec3::splat(0.5) + random.vector(0.46);
             let start = frame.nearest_node(motion(material));
             let world = frame.to_world(material, start).unwrap();
             let found = frame.to_material(world);
