@@ -13,7 +13,7 @@ pub fn triangle_area(&[a, b, c]: &[DVec3; 3]) -> f64 {
 /// Step of the two-dimensional low-discrepancy sequence R2 (inverse powers of the plastic number).
 const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 /// Candidates per sample that is kept.
-const CANDIDATES: usize = 6;
+const CANDIDATES: usize = 10;
 /// Samples chosen from one pool of candidates: bounds the quadratic cost of choosing.
 const POOL: usize = 48;
 
@@ -22,7 +22,7 @@ const POOL: usize = 48;
 /// Replaces the algorithm of Aras 2014, fig. 63 (which repeats a coordinate, counts by area over
 /// edge length, divides by zero at one step and samples shared edges twice). The number of samples
 /// after any number of triangles is `floor(density · area)` exactly: the remainder is carried. Each
-/// batch draws six times as many candidates from a low-discrepancy sequence and keeps those
+/// batch draws ten times as many candidates from a low-discrepancy sequence and keeps those
 /// farthest from all samples so far, so spacing is even across strips that arrive one by one.
 #[derive(Debug, Clone)]
 pub struct CutSampler {

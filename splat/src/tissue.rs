@@ -87,7 +87,7 @@ const NUDGE: f64 = 0.05;
 const MAX_DOUBLES: usize = 7;
 /// A cut this parallel to a disk (cosine of normals) does not bound it.
 const PARALLEL: f64 = 0.9;
-/// Radius of new skin in units of its spacing; the sampler's holes stay below 1.25 spacings.
+/// Radius of new skin in units of its spacing; the sampler's holes stay below that.
 const SKIN_RADIUS: f64 = 1.3;
 
 impl Tissue {
