@@ -2,24 +2,33 @@
 
 mod error;
 mod hierarchy;
+mod intersections;
 mod lattice;
 mod liver;
 mod mesh;
 mod oracle;
 mod order;
 mod quality;
+mod read;
+mod repair;
 mod sampling;
 mod solid;
 mod stencil;
 mod stuffing;
 mod sums;
 mod surfels;
+mod topology;
 
 pub use error::{RepairError, SampleError};
 pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
+pub use intersections::self_intersections;
 pub use mesh::{Bounds, Mesh};
 pub use order::{NodeOrder, space_filling_order};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
+pub use read::{
+    Format, MeshFile, Place, ReadError, ReadErrorKind, parse_mesh, read_mesh, read_point_cloud,
+};
+pub use repair::{MeshReport, RepairSettings, repair};
 pub use sampling::{
     SampleSettings, Sampling, SamplingReport, Target, sample_tetrahedra, surface_mesh,
 };

@@ -1,0 +1,106 @@
+//! Reads, repairs and samples meshes, and prints one table row per mesh and spacing.
+//!
+//! `cargo run --release -p phyxel-discretize --example quality -- FILE...`; for a file of
+//! tetrahedra the row of the tetrahedra as they come is printed first.
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
+use std::path::Path;
+use std::time::Instant;
+
+use phyxel_discretize::{
+    RepairSettings, SampleSettings, Solid, Target, TetrahedraQuality, read_mesh, repair,
+    sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
+};
+
+fn row(name: &str, nodes: usize, tets: usize, q: &TetrahedraQuality, error: f64, seconds: f64) {
+    println!(
+        "| {name} | {nodes} | {tets} | {:.1} | {:.1} | {:.2} | {:.2} | {:+.2} % | {:.0} ms |",
+        q.smallest_dihedral,
+        q.largest_dihedral,
+        q.shortest_edge / q.mean_edge,
+        q.smallest_height / q.mean_edge,
+        100.0 * error,
+        1e3 * seconds,
+    );
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    println!(
+        "| mesh | nodes | tets | min dihedral | max dihedral | shortest/mean edge | min height/mean edge | volume error | time |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    for file in std::env::args().skip(1) {
+        let path = Path::new(&file);
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let start = Instant::now();
+        let read = read_mesh(path)?;
+        let read_seconds = start.elapsed().as_secs_f64();
+        if !read.tetrahedra.is_empty() {
+            let q = tetrahedra_quality(&read.mesh.vertices, &read.tetrahedra);
+            let label = format!("{name} (own tetrahedra)");
+            row(
+                &label,
+                read.mesh.vertices.len(),
+                read.tetrahedra.len(),
+                &q,
+                0.0,
+                read_seconds,
+            );
+            let volume: f64 = read
+                .tetrahedra
+                .iter()
+                .map(|t| tetrahedron_volume(t.map(|v| read.mesh.vertices[v as usize])))
+                .sum();
+            eprintln_report(&format!("{name}: volume of its tetrahedra {volume:.8e}"));
+        }
+        let start = Instant::now();
+        let (mesh, report) = match repair(&read.mesh, &RepairSettings::default()) {
+            Ok(repaired) => repaired,
+            Err(error) => {
+                println!("| {name} | refused: {error} |");
+                continue;
+            }
+        };
+        eprintln_report(&format!(
+            "{name}: read {read_seconds:.3} s, inspected {:.3} s\n{report}",
+            start.elapsed().as_secs_f64()
+        ));
+        let solid = Solid::from_mesh(mesh);
+        for count in [1000, 6000, 30_000] {
+            let settings = SampleSettings {
+                target: Target::NodeCount(count),
+                ..SampleSettings::default()
+            };
+            let start = Instant::now();
+            match sample_tetrahedra(&solid, &settings) {
+                Ok(s) => {
+                    let seconds = start.elapsed().as_secs_f64();
+                    let error = s.report.volume_error.unwrap_or(f64::NAN);
+                    row(
+                        &name,
+                        s.positions.len(),
+                        s.tetrahedra.len(),
+                        &s.report.quality,
+                        error,
+                        seconds,
+                    );
+                    eprintln_report(&s.report.to_string());
+                }
+                Err(error) => println!("| {name} | {count}: {error} |"),
+            }
+        }
+    }
+    Ok(())
+}
+
+#[allow(
+    clippy::print_stderr,
+    reason = "the table goes to stdout, reports beside it"
+)]
+fn eprintln_report(text: &str) {
+    eprintln!("{text}\n");
+}

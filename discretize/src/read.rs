@@ -1,0 +1,402 @@
+//! Reading surface and tetrahedra files. Content decides the format, not the name.
+//!
+//! The readers are small and of our own because every error has to name line or byte, and because
+//! no allocation may follow a count in a header that the file's length does not justify.
+
+mod gmsh;
+mod obj;
+mod off;
+mod ply;
+mod stl;
+mod text;
+mod vtk;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::mesh::Mesh;
+use crate::sums::{boundary_triangles, tetrahedron_volume};
+use crate::surfels::Surfels;
+use text::Text;
+
+/// File formats that are recognised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// STL as text.
+    StlAscii,
+    /// STL, binary.
+    StlBinary,
+    /// PLY (text, binary of both byte orders).
+    Ply,
+    /// Object File Format.
+    Off,
+    /// VTK legacy (text or binary): polydata or tetrahedra.
+    Vtk,
+    /// Gmsh MSH 1, 2.2 or 4.1 as text.
+    Gmsh,
+}
+
+/// What a file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshFile {
+    /// The format found.
+    pub format: Format,
+    /// Surface: the triangles of the file (polygons cut into fans), or the boundary of its
+    /// tetrahedra if there are any. Vertices as in the file, used or not.
+    pub mesh: Mesh,
+    /// Tetrahedra over the same vertices, turned to positive volume.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// Polygons of more than three corners that were cut into triangles.
+    pub polygons: usize,
+}
+
+/// Where in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// Line, counted from 1.
+    Line(usize),
+    /// Byte, counted from 0.
+    Byte(usize),
+}
+
+/// Why a file could not be read, with file and place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReadError {
+    /// The file; empty when bytes were read.
+    pub path: PathBuf,
+    /// Where.
+    pub place: Place,
+    /// What.
+    pub kind: ReadErrorKind,
+}
+
+/// Why a file could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadErrorKind {
+    /// The operating system refused.
+    #[error("cannot read the file: {0}")]
+    Io(std::io::ErrorKind),
+    /// No format matches the content.
+    #[error("not a mesh in a known format (OBJ, STL, PLY, OFF, VTK legacy, Gmsh text)")]
+    UnknownFormat,
+    /// A variant that is not read.
+    #[error("{what} are not read: {fix}")]
+    Unsupported {
+        /// What was met.
+        what: &'static str,
+        /// What to do.
+        fix: &'static str,
+    },
+    /// The file ends too early.
+    #[error("the file ends where {expected} should follow")]
+    Truncated {
+        /// What should follow.
+        expected: &'static str,
+    },
+    /// Something else stands there.
+    #[error("expected {expected}, found `{found}`")]
+    Unexpected {
+        /// What should stand there.
+        expected: &'static str,
+        /// The first bytes found.
+        found: String,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("a coordinate is not a finite number")]
+    NotFinite,
+    /// A face names a vertex that does not exist.
+    #[error("vertex {index} does not exist, the file has {count}")]
+    IndexOutOfRange {
+        /// The index as written.
+        index: i64,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A count in a header is larger than the file can hold.
+    #[error("the header promises {count} {what}, more than the file can hold")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// The count.
+        count: u64,
+    },
+    /// No vertices or no faces.
+    #[error("the file has no {what}")]
+    Nothing {
+        /// What is missing.
+        what: &'static str,
+    },
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.path.as_os_str().is_empty() {
+            write!(f, "{}: ", self.path.display())?;
+        }
+        match self.place {
+            Place::File => {}
+            Place::Line(line) => write!(f, "line {line}: ")?,
+            Place::Byte(byte) => write!(f, "byte {byte}: ")?,
+        }
+        self.kind.fmt(f)
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+/// A failure inside one reader; the path is added by [`read_mesh`].
+pub(crate) struct Failure {
+    place: Place,
+    kind: ReadErrorKind,
+}
+
+/// What a reader collects.
+#[derive(Default)]
+struct Raw {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    tetrahedra: Vec<[u32; 4]>,
+    polygons: usize,
+}
+
+impl Raw {
+    /// Adds a polygon as a fan; fewer than three corners are no face and dropped.
+    fn polygon(&mut self, corners: &[u32]) {
+        if corners.len() > 3 {
+            self.polygons += 1;
+        }
+        for pair in corners.windows(2).skip(1) {
+            self.triangles.push([corners[0], pair[0], pair[1]]);
+        }
+    }
+}
+
+/// Checks an index of a face against the number of vertices.
+fn vertex_index(value: i64, count: usize, place: Place) -> Result<u32, Failure> {
+    match u32::try_from(value) {
+        Ok(v) if (v as usize) < count => Ok(v),
+        _ => Err(Failure {
+            place,
+            kind: ReadErrorKind::IndexOutOfRange {
+                index: value,
+                count,
+            },
+        }),
+    }
+}
+
+/// Checks a coordinate.
+fn point(coordinates: [f64; 3], place: Place) -> Result<DVec3, Failure> {
+    let p = DVec3::from_array(coordinates);
+    if p.is_finite() {
+        Ok(p)
+    } else {
+        Err(Failure {
+            place,
+            kind: ReadErrorKind::NotFinite,
+        })
+    }
+}
+
+/// Reads a mesh file.
+///
+/// # Errors
+/// [`ReadError`] with the file, the line or byte and the reason.
+pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
+    let bytes = read_bytes(path)?;
+    parse_mesh(&bytes).map_err(|error| ReadError {
+        path: path.to_owned(),
+        ..error
+    })
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    std::fs::read(path).map_err(|error| ReadError {
+        path: path.to_owned(),
+        place: Place::File,
+        kind: ReadErrorKind::Io(error.kind()),
+    })
+}
+
+/// Reads a mesh from the bytes of a file.
+///
+/// # Errors
+/// [`ReadError`] without a path.
+pub fn parse_mesh(bytes: &[u8]) -> Result<MeshFile, ReadError> {
+    parse(bytes).map_err(|failure| ReadError {
+        path: PathBuf::new(),
+        place: failure.place,
+        kind: failure.kind,
+    })
+}
+
+fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let format = detect(bytes)?;
+    let mut raw = match format {
+        Format::Obj => obj::parse(bytes),
+        Format::StlAscii => stl::parse_ascii(bytes),
+        Format::StlBinary => stl::parse_binary(bytes),
+        Format::Ply => ply::parse(bytes),
+        Format::Off => off::parse(bytes),
+        Format::Vtk => vtk::parse(bytes),
+        Format::Gmsh => gmsh::parse(bytes),
+    }?;
+    let nothing = |what| Failure {
+        place: Place::File,
+        kind: ReadErrorKind::Nothing { what },
+    };
+    if raw.vertices.is_empty() {
+        return Err(nothing("vertices"));
+    }
+    if u32::try_from(
+        raw.vertices
+            .len()
+            .max(raw.triangles.len())
+            .saturating_mul(4),
+    )
+    .is_err()
+    {
+        return Err(Failure {
+            place: Place::File,
+            kind: ReadErrorKind::Unsupported {
+                what: "meshes of more than a billion vertices",
+                fix: "simplify the mesh",
+            },
+        });
+    }
+    if !raw.tetrahedra.is_empty() {
+        for t in &mut raw.tetrahedra {
+            if tetrahedron_volume(t.map(|v| raw.vertices[v as usize])) < 0.0 {
+                t.swap(2, 3);
+            }
+        }
+        raw.triangles = boundary_triangles(&raw.tetrahedra, |_| true);
+    }
+    if raw.triangles.is_empty() {
+        return Err(nothing("faces"));
+    }
+    Ok(MeshFile {
+        format,
+        mesh: Mesh {
+            vertices: raw.vertices,
+            triangles: raw.triangles,
+        },
+        tetrahedra: raw.tetrahedra,
+        polygons: raw.polygons,
+    })
+}
+
+/// Recognises a format by its first bytes; a binary STL by its length.
+fn detect(bytes: &[u8]) -> Result<Format, Failure> {
+    let unknown = Failure {
+        place: Place::File,
+        kind: ReadErrorKind::UnknownFormat,
+    };
+    let start = bytes
+        .iter()
+        .position(|b| !b.is_ascii_whitespace())
+        .unwrap_or(0);
+    let body = &bytes[start..];
+    let line: &[u8] = body
+        .split(|b| matches!(b, b'\n' | b'\r'))
+        .next()
+        .unwrap_or(body);
+    let starts =
+        |word: &[u8]| line.len() >= word.len() && line[..word.len()].eq_ignore_ascii_case(word);
+    if line.trim_ascii_end() == b"ply" {
+        return Ok(Format::Ply);
+    }
+    if starts(b"# vtk DataFile") {
+        return Ok(Format::Vtk);
+    }
+    if starts(b"$MeshFormat") || starts(b"$NOD") || starts(b"$Comments") || starts(b"$Phys") {
+        return Ok(Format::Gmsh);
+    }
+    if starts(b"<?xml") || starts(b"<VTKFile") {
+        return Err(Failure {
+            place: Place::File,
+            kind: ReadErrorKind::Unsupported {
+                what: "XML files",
+                fix: "write legacy VTK (.vtk) or PLY instead",
+            },
+        });
+    }
+    if stl::is_binary(bytes) {
+        return Ok(Format::StlBinary);
+    }
+    if starts(b"solid") {
+        return Ok(Format::StlAscii);
+    }
+    let mut text = Text::new(body);
+    let mut lines = 0;
+    while let Some(mut words) = text.line() {
+        match words.next() {
+            None => continue,
+            Some(word) if off::is_keyword(word) => return Ok(Format::Off),
+            Some(b"v" | b"vn" | b"vt" | b"vp") => return Ok(Format::Obj),
+            Some(b"f" | b"o" | b"g" | b"s" | b"l" | b"mtllib" | b"usemtl") => {}
+            Some(word) if word.starts_with(b"#") => {}
+            Some(_) => return Err(unknown),
+        }
+        lines += 1;
+        if lines > 10_000 {
+            break;
+        }
+    }
+    Err(unknown)
+}
+
+/// Reads a point cloud with normals: `x y z nx ny nz` per line, `#` comments. Areas are 0: the file
+/// has none (see [`Surfels::areas`]). Normals are made unit length.
+///
+/// # Errors
+/// [`ReadError`] with the file, the line and the reason.
+pub fn read_point_cloud(path: &Path) -> Result<Surfels, ReadError> {
+    let bytes = read_bytes(path)?;
+    parse_cloud(&bytes).map_err(|failure| ReadError {
+        path: path.to_owned(),
+        place: failure.place,
+        kind: failure.kind,
+    })
+}
+
+fn parse_cloud(bytes: &[u8]) -> Result<Surfels, Failure> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut text = Text::new(bytes);
+    let mut surfels = Surfels::default();
+    while let Some(mut words) = text.line() {
+        let place = words.place();
+        let Some(first) = words.next() else { continue };
+        if first.starts_with(b"#") {
+            continue;
+        }
+        let mut values = [text::float(first, place)?, 0.0, 0.0, 0.0, 0.0, 0.0];
+        for value in &mut values[1..] {
+            *value = words.float("six numbers: x y z nx ny nz")?;
+        }
+        let [x, y, z, nx, ny, nz] = values;
+        surfels.positions.push(point([x, y, z], place)?);
+        let normal = point([nx, ny, nz], place)?;
+        surfels.normals.push(normal.try_normalize().ok_or(Failure {
+            place,
+            kind: ReadErrorKind::NotFinite,
+        })?);
+    }
+    if surfels.positions.is_empty() {
+        return Err(Failure {
+            place: Place::File,
+            kind: ReadErrorKind::Nothing { what: "points" },
+        });
+    }
+    surfels.areas = vec![0.0; surfels.positions.len()];
+    Ok(surfels)
+}

@@ -1,0 +1,67 @@
+//! Object File Format.
+
+use super::text::{Text, check_count, unexpected};
+use super::{Failure, Raw, point, vertex_index};
+
+/// Whether a word opens an OFF file, with its optional prefixes for colours, normals and texture.
+pub(super) fn is_keyword(word: &[u8]) -> bool {
+    word.strip_suffix(b"OFF")
+        .is_some_and(|prefix| matches!(prefix, b"" | b"C" | b"N" | b"CN" | b"ST" | b"STC" | b"STN"))
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+    let mut raw = Raw::default();
+    let mut text = Text::new(bytes);
+    let mut words = text.full_line("`OFF`")?;
+    let keyword = words.next().unwrap_or_default();
+    if !is_keyword(keyword) {
+        return Err(unexpected("`OFF`", keyword, words.place()));
+    }
+    let mut counts = Vec::new();
+    loop {
+        let place = words.place();
+        for word in words.by_ref().take_while(|w| !w.starts_with(b"#")) {
+            if word.eq_ignore_ascii_case(b"BINARY") {
+                return Err(Failure {
+                    place,
+                    kind: super::ReadErrorKind::Unsupported {
+                        what: "binary OFF files",
+                        fix: "write OFF as text",
+                    },
+                });
+            }
+            counts.push(super::text::integer(word, place, "a count")?);
+        }
+        if counts.len() >= 2 {
+            break;
+        }
+        words = text.full_line("the counts of vertices and faces")?;
+    }
+    let left = text.rest().len();
+    let vertices = check_count(counts[0], "vertices", 6, left, text.place())?;
+    let faces = check_count(counts[1], "faces", 2, left, text.place())?;
+    raw.vertices.reserve(vertices);
+    for _ in 0..vertices {
+        let mut words = text.full_line("a vertex")?;
+        let place = words.place();
+        let mut xyz = [0.0; 3];
+        for x in &mut xyz {
+            *x = words.float("three coordinates")?;
+        }
+        raw.vertices.push(point(xyz, place)?);
+    }
+    let mut corners = Vec::new();
+    for _ in 0..faces {
+        let mut words = text.full_line("a face")?;
+        let place = words.place();
+        let size = words.integer("the number of corners")?;
+        let size = check_count(size, "corners", 1, text.rest().len() + bytes.len(), place)?;
+        corners.clear();
+        for _ in 0..size {
+            let v = words.integer("a vertex number")?;
+            corners.push(vertex_index(v, vertices, place)?);
+        }
+        raw.polygon(&corners);
+    }
+    Ok(raw)
+}

@@ -1,0 +1,268 @@
+//! PLY: text and binary of both byte orders; vertices' x, y, z and faces' index lists.
+
+use super::text::{Text, check_count, unexpected};
+use super::{Failure, Place, Raw, ReadErrorKind, point, vertex_index};
+
+#[derive(Clone, Copy, PartialEq)]
+enum Encoding {
+    Ascii,
+    Little,
+    Big,
+}
+
+#[derive(Clone, Copy)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn parse(word: &[u8]) -> Option<Self> {
+        Some(match word {
+            b"char" | b"int8" => Self::I8,
+            b"uchar" | b"uint8" => Self::U8,
+            b"short" | b"int16" => Self::I16,
+            b"ushort" | b"uint16" => Self::U16,
+            b"int" | b"int32" => Self::I32,
+            b"uint" | b"uint32" => Self::U32,
+            b"float" | b"float32" => Self::F32,
+            b"double" | b"float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+struct Property {
+    /// Type of the count, for lists.
+    list: Option<Scalar>,
+    value: Scalar,
+    role: Role,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Coordinate(usize),
+    Corners,
+    Other,
+}
+
+struct Element {
+    role: ElementRole,
+    count: i64,
+    place: Place,
+    properties: Vec<Property>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum ElementRole {
+    Vertex,
+    Face,
+    Other,
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+    let mut text = Text::new(bytes);
+    let (encoding, elements) = header(&mut text)?;
+    let mut source = Source { text, encoding };
+    let mut raw = Raw::default();
+    for element in &elements {
+        read_element(element, &mut source, &mut raw)?;
+    }
+    Ok(raw)
+}
+
+fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Failure> {
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
+    text.full_line("`ply`")?;
+    loop {
+        let Some(mut words) = text.line() else {
+            return Err(text.truncated("`end_header`"));
+        };
+        let place = words.place();
+        match words.next() {
+            Some(b"format") => {
+                let word = words.next().unwrap_or_default();
+                encoding = Some(match word {
+                    b"ascii" => Encoding::Ascii,
+                    b"binary_little_endian" => Encoding::Little,
+                    b"binary_big_endian" => Encoding::Big,
+                    _ => return Err(unexpected("a PLY format", word, place)),
+                });
+            }
+            Some(b"element") => {
+                let role = match words.next() {
+                    Some(b"vertex") => ElementRole::Vertex,
+                    Some(b"face") => ElementRole::Face,
+                    _ => ElementRole::Other,
+                };
+                elements.push(Element {
+                    role,
+                    count: words.integer("a count")?,
+                    place,
+                    properties: Vec::new(),
+                });
+            }
+            Some(b"property") => {
+                let property = property(&mut words)?;
+                match elements.last_mut() {
+                    Some(element) => element.properties.push(property),
+                    None => return Err(unexpected("`element` first", b"property", place)),
+                }
+            }
+            Some(b"end_header") => break,
+            Some(b"comment" | b"obj_info") | None => {}
+            Some(other) => return Err(unexpected("a PLY header line", other, place)),
+        }
+    }
+    let encoding = encoding.ok_or_else(|| text.truncated("a format line"))?;
+    Ok((encoding, elements))
+}
+
+fn property(words: &mut super::text::Words<'_>) -> Result<Property, Failure> {
+    let place = words.place();
+    let scalar = |word: Option<&[u8]>| {
+        let word = word.unwrap_or_default();
+        Scalar::parse(word).ok_or_else(|| unexpected("a PLY type", word, place))
+    };
+    let first = words.next();
+    let list = if first == Some(b"list") {
+        Some(scalar(words.next())?)
+    } else {
+        None
+    };
+    let value = if list.is_some() {
+        scalar(words.next())?
+    } else {
+        scalar(first)?
+    };
+    let role = match (words.next(), list.is_some()) {
+        (Some(b"x"), false) => Role::Coordinate(0),
+        (Some(b"y"), false) => Role::Coordinate(1),
+        (Some(b"z"), false) => Role::Coordinate(2),
+        (Some(b"vertex_indices" | b"vertex_index"), true) => Role::Corners,
+        _ => Role::Other,
+    };
+    Ok(Property { list, value, role })
+}
+
+/// The values after the header.
+struct Source<'a> {
+    text: Text<'a>,
+    encoding: Encoding,
+}
+
+impl Source<'_> {
+    fn place(&self) -> Place {
+        match self.encoding {
+            Encoding::Ascii => self.text.place(),
+            _ => Place::Byte(self.text.offset()),
+        }
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "indices written as floats are rounded down and then checked"
+    )]
+    fn integer(&mut self, kind: Scalar) -> Result<i64, Failure> {
+        if self.encoding == Encoding::Ascii && !matches!(kind, Scalar::F32 | Scalar::F64) {
+            self.text.integer("an integer")
+        } else {
+            Ok(self.float(kind)? as i64)
+        }
+    }
+
+    fn float(&mut self, kind: Scalar) -> Result<f64, Failure> {
+        if self.encoding == Encoding::Ascii {
+            return self.text.float("a value");
+        }
+        let size = kind.size();
+        let mut bytes = [0; 8];
+        match self.text.rest().get(..size) {
+            Some(found) => bytes[..size].copy_from_slice(found),
+            None => {
+                return Err(Failure {
+                    place: self.place(),
+                    kind: ReadErrorKind::Truncated {
+                        expected: "a value",
+                    },
+                });
+            }
+        }
+        self.text.skip(size);
+        if self.encoding == Encoding::Big {
+            bytes[..size].reverse();
+        }
+        let [a, b, c, d, ..] = bytes;
+        Ok(match kind {
+            Scalar::I8 => f64::from(i8::from_le_bytes([a])),
+            Scalar::U8 => f64::from(a),
+            Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
+            Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
+            Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+            Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+            Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+            Scalar::F64 => f64::from_le_bytes(bytes),
+        })
+    }
+}
+
+fn read_element(element: &Element, source: &mut Source<'_>, raw: &mut Raw) -> Result<(), Failure> {
+    let least = match source.encoding {
+        Encoding::Ascii => 2 * element.properties.len(),
+        _ => element
+            .properties
+            .iter()
+            .map(|p| p.list.unwrap_or(p.value).size())
+            .sum(),
+    };
+    let left = source.text.rest().len();
+    let count = check_count(element.count, "elements", least, left, element.place)?;
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    let mut corners = Vec::new();
+    for _ in 0..count {
+        let place = source.place();
+        let mut xyz = [f64::NAN; 3];
+        for property in &element.properties {
+            if let Some(list) = property.list {
+                let size = source.integer(list)?;
+                let left = source.text.rest().len();
+                let size = check_count(size, "list entries", 1, left, place)?;
+                corners.clear();
+                for _ in 0..size {
+                    let v = source.integer(property.value)?;
+                    if property.role == Role::Corners && element.role == ElementRole::Face {
+                        corners.push(vertex_index(v, raw.vertices.len(), place)?);
+                    }
+                }
+                raw.polygon(&corners);
+            } else {
+                let value = source.float(property.value)?;
+                if let Role::Coordinate(axis) = property.role {
+                    xyz[axis] = value;
+                }
+            }
+        }
+        if element.role == ElementRole::Vertex {
+            raw.vertices.push(point(xyz, place)?);
+        }
+    }
+    Ok(())
+}

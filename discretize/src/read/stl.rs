@@ -1,0 +1,81 @@
+//! STL: triangles without shared corners, as text or binary.
+
+use super::text::{Text, unexpected};
+use super::{Failure, Place, Raw, ReadErrorKind, point};
+use crate::mesh::index;
+
+const HEADER: usize = 84;
+const FACET: usize = 50;
+
+/// A binary STL has exactly the length its count says; text never starts like that by chance.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    let Some(count) = bytes.get(80..HEADER).and_then(|b| b.try_into().ok()) else {
+        return false;
+    };
+    let facets = u32::from_le_bytes(count) as usize;
+    let exact = facets
+        .checked_mul(FACET)
+        .and_then(|n| n.checked_add(HEADER))
+        .is_some_and(|n| n == bytes.len());
+    // A file cut short still shows bytes that no text has. Formats with a magic word were told
+    // apart before.
+    exact || bytes[..HEADER].contains(&0)
+}
+
+pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, Failure> {
+    let mut raw = Raw::default();
+    let count = u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]);
+    let facets = bytes[HEADER..].chunks_exact(FACET);
+    if facets.len() < count as usize {
+        return Err(Failure {
+            place: Place::Byte(80),
+            kind: ReadErrorKind::Count {
+                what: "triangles",
+                count: u64::from(count),
+            },
+        });
+    }
+    for (f, facet) in facets.take(count as usize).enumerate() {
+        let first = index(raw.vertices.len());
+        for corner in 1..4 {
+            let at = 12 * corner;
+            let mut xyz = [0.0; 3];
+            for (x, bytes) in xyz.iter_mut().zip(facet[at..at + 12].chunks_exact(4)) {
+                *x = f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+            }
+            let place = Place::Byte(HEADER + f * FACET + at);
+            raw.vertices.push(point(xyz, place)?);
+        }
+        raw.triangles.push([first, first + 1, first + 2]);
+    }
+    Ok(raw)
+}
+
+pub(super) fn parse_ascii(bytes: &[u8]) -> Result<Raw, Failure> {
+    let mut raw = Raw::default();
+    let mut text = Text::new(bytes);
+    let mut corners = 0;
+    while let Some(mut words) = text.line() {
+        let place = words.place();
+        let Some(word) = words.next() else { continue };
+        if word.eq_ignore_ascii_case(b"vertex") {
+            let mut xyz = [0.0; 3];
+            for x in &mut xyz {
+                *x = words.float("three coordinates")?;
+            }
+            raw.vertices.push(point(xyz, place)?);
+            corners += 1;
+        } else if word.eq_ignore_ascii_case(b"endfacet") {
+            if corners != 3 {
+                return Err(unexpected("three vertices before", word, place));
+            }
+            let end = index(raw.vertices.len());
+            raw.triangles.push([end - 3, end - 2, end - 1]);
+            corners = 0;
+        }
+    }
+    if corners != 0 {
+        return Err(text.truncated("`endfacet`"));
+    }
+    Ok(raw)
+}

@@ -1,0 +1,220 @@
+//! Lines and words of a text file with their places.
+
+use super::{Failure, Place, ReadErrorKind};
+
+/// Bytes shown of an unexpected word.
+const SHOWN: usize = 24;
+
+/// A text file read line by line or word by word; lines end with LF, CR LF or CR.
+pub(super) struct Text<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+/// The words of one line.
+pub(super) struct Words<'a> {
+    rest: &'a [u8],
+    line: usize,
+}
+
+impl<'a> Text<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes,
+            at: 0,
+            line: 1,
+        }
+    }
+
+    /// Bytes not yet read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    pub(super) fn offset(&self) -> usize {
+        self.at
+    }
+
+    pub(super) fn skip(&mut self, bytes: usize) {
+        self.at = (self.at + bytes).min(self.bytes.len());
+    }
+
+    pub(super) fn place(&self) -> Place {
+        Place::Line(self.line)
+    }
+
+    /// The next line; `None` at the end.
+    pub(super) fn line(&mut self) -> Option<Words<'a>> {
+        let rest = self.rest();
+        if rest.is_empty() {
+            return None;
+        }
+        let end = rest
+            .iter()
+            .position(|b| matches!(b, b'\n' | b'\r'))
+            .unwrap_or(rest.len());
+        let words = Words {
+            rest: &rest[..end],
+            line: self.line,
+        };
+        let pair = rest.get(end) == Some(&b'\r') && rest.get(end + 1) == Some(&b'\n');
+        self.skip(end + 1 + usize::from(pair));
+        self.line += 1;
+        Some(words)
+    }
+
+    /// The next line with a word on it that is no comment.
+    pub(super) fn full_line(&mut self, expected: &'static str) -> Result<Words<'a>, Failure> {
+        while let Some(words) = self.line() {
+            if words.peek().is_some_and(|word| !word.starts_with(b"#")) {
+                return Ok(words);
+            }
+        }
+        Err(self.truncated(expected))
+    }
+
+    /// The next word, over line ends; `None` at the end.
+    pub(super) fn word(&mut self) -> Option<&'a [u8]> {
+        while let Some(&byte) = self.bytes.get(self.at) {
+            if !byte.is_ascii_whitespace() {
+                break;
+            }
+            let pair = byte == b'\r' && self.bytes.get(self.at + 1) == Some(&b'\n');
+            self.line += usize::from(byte == b'\n' || (byte == b'\r' && !pair));
+            self.at += 1;
+        }
+        let rest = self.rest();
+        let end = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        self.at += end;
+        (end > 0).then(|| &rest[..end])
+    }
+
+    pub(super) fn need(&mut self, expected: &'static str) -> Result<&'a [u8], Failure> {
+        self.word().ok_or_else(|| self.truncated(expected))
+    }
+
+    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, Failure> {
+        let word = self.need(expected)?;
+        float(word, self.place())
+    }
+
+    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, Failure> {
+        let word = self.need(expected)?;
+        integer(word, self.place(), expected)
+    }
+
+    /// A count of things that take at least `least` bytes each of what follows.
+    pub(super) fn count(&mut self, what: &'static str, least: usize) -> Result<usize, Failure> {
+        let value = self.integer(what)?;
+        check_count(value, what, least, self.rest().len(), self.place())
+    }
+
+    pub(super) fn truncated(&self, expected: &'static str) -> Failure {
+        Failure {
+            place: self.place(),
+            kind: ReadErrorKind::Truncated { expected },
+        }
+    }
+}
+
+impl<'a> Words<'a> {
+    pub(super) fn place(&self) -> Place {
+        Place::Line(self.line)
+    }
+
+    fn peek(&self) -> Option<&'a [u8]> {
+        let rest = self.rest.trim_ascii_start();
+        let end = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        (end > 0).then(|| &rest[..end])
+    }
+
+    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, Failure> {
+        let place = self.place();
+        let word = self.next().ok_or(Failure {
+            place,
+            kind: ReadErrorKind::Truncated { expected },
+        })?;
+        float(word, place)
+    }
+
+    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, Failure> {
+        let place = self.place();
+        let word = self.next().ok_or(Failure {
+            place,
+            kind: ReadErrorKind::Truncated { expected },
+        })?;
+        integer(word, place, expected)
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let word = self.peek()?;
+        let skipped = self.rest.len() - self.rest.trim_ascii_start().len();
+        self.rest = &self.rest[skipped + word.len()..];
+        Some(word)
+    }
+}
+
+pub(super) fn unexpected(expected: &'static str, found: &[u8], place: Place) -> Failure {
+    let shown = String::from_utf8_lossy(&found[..found.len().min(SHOWN)]).into_owned();
+    Failure {
+        place,
+        kind: ReadErrorKind::Unexpected {
+            expected,
+            found: shown,
+        },
+    }
+}
+
+/// A finite number.
+pub(super) fn float(word: &[u8], place: Place) -> Result<f64, Failure> {
+    let value: f64 = std::str::from_utf8(word)
+        .ok()
+        .and_then(|w| w.parse().ok())
+        .ok_or_else(|| unexpected("a number", word, place))?;
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Failure {
+            place,
+            kind: ReadErrorKind::NotFinite,
+        })
+    }
+}
+
+pub(super) fn integer(word: &[u8], place: Place, expected: &'static str) -> Result<i64, Failure> {
+    std::str::from_utf8(word)
+        .ok()
+        .and_then(|w| w.parse().ok())
+        .ok_or_else(|| unexpected(expected, word, place))
+}
+
+/// A count that the bytes left can justify.
+pub(super) fn check_count(
+    value: i64,
+    what: &'static str,
+    least: usize,
+    left: usize,
+    place: Place,
+) -> Result<usize, Failure> {
+    match usize::try_from(value) {
+        Ok(count) if count.saturating_mul(least.max(1)) <= left.saturating_add(1) => Ok(count),
+        _ => Err(Failure {
+            place,
+            kind: ReadErrorKind::Count {
+                what,
+                count: value.unsigned_abs(),
+            },
+        }),
+    }
+}

@@ -1,0 +1,564 @@
+//! Real meshes against their published figures, and mutated files.
+//!
+//! The real meshes are not part of the repository: the tests that need them read the folder named
+//! by the environment variable `PHYXEL_MESHES` and say so when it is not set.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use phyxel_discretize::{
+    Mesh, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target,
+    parse_mesh, read_mesh, read_point_cloud, repair, sample_tetrahedra, surface_mesh,
+};
+use testkit::cloud::Random;
+use testkit::tol::{assert_below, assert_relative};
+
+fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("PHYXEL_MESHES").map(PathBuf::from);
+    #[allow(clippy::print_stderr, reason = "a skipped test says so")]
+    if folder.is_none() {
+        eprintln!("skipped: set PHYXEL_MESHES to the folder of test meshes");
+    }
+    folder
+}
+
+/// Name, vertices used, triangles, parts, signed volume, area, self-intersecting triangles.
+#[allow(clippy::type_complexity, reason = "a table")]
+const FIGURES: [(&str, usize, usize, usize, f64, f64, Option<usize>); 12] = [
+    ("liver.obj", 139, 274, 1, 36.568518, 79.881526, Some(0)),
+    (
+        "liver-smooth.obj",
+        2194,
+        4384,
+        1,
+        39.267352,
+        78.582824,
+        Some(8),
+    ),
+    ("liver.msh", 140, 276, 1, 36.560851, 80.156897, None),
+    ("liver2.msh", 432, 860, 1, 1.1250922, 6.4475898, None),
+    ("liver.vtk", 5008, 10000, 4, -1477212.9, 83435.953, Some(0)),
+    (
+        "aneurysm3D_1.off",
+        7095,
+        14186,
+        1,
+        1378.7859,
+        1011.8042,
+        Some(0),
+    ),
+    (
+        "raptor_8kp.obj",
+        8818,
+        17632,
+        1,
+        27.750212,
+        102.71049,
+        Some(74),
+    ),
+    (
+        "gallbladder_visual.stl",
+        7352,
+        14700,
+        1,
+        36277.946,
+        7321.3013,
+        Some(0),
+    ),
+    (
+        "gallbladder_volumetric.vtk",
+        366,
+        728,
+        1,
+        34122.545,
+        6940.7724,
+        None,
+    ),
+    (
+        "tissue_volume.msh",
+        448,
+        892,
+        1,
+        0.00011520248,
+        0.03264025,
+        None,
+    ),
+    (
+        "small_intestine_100k.vtk",
+        50002,
+        100000,
+        1,
+        1056228.7,
+        218977.7,
+        Some(0),
+    ),
+    ("spot.ply", 2930, 5856, 1, 0.71825879, 5.7095188, Some(0)),
+];
+
+#[test]
+fn real_meshes_have_their_published_figures() {
+    let Some(folder) = folder() else { return };
+    for (name, vertices, triangles, parts, volume, area, crossing) in FIGURES {
+        let file = read_mesh(&folder.join(name)).expect(name);
+        let settings = RepairSettings {
+            smallest_part: 0.0,
+            ..RepairSettings::default()
+        };
+        let (_, report) = repair(&file.mesh, &settings).expect(name);
+        assert_eq!(report.kept, (vertices, triangles), "{name}");
+        assert_eq!(report.parts, parts, "{name}");
+        assert_eq!(report.genus, Some(0), "{name}");
+        assert_relative(name, report.given_volume, volume, 0.0, 1e-6);
+        assert_relative(name, report.volume, volume.abs(), 0.0, 1e-6);
+        assert_relative(name, report.area, area, 0.0, 1e-6);
+        if crossing.is_some() {
+            assert_eq!(report.self_intersecting, crossing, "{name}");
+        }
+    }
+}
+
+#[test]
+fn real_meshes_sample_well_at_three_spacings() {
+    let Some(folder) = folder() else { return };
+    for (name, ..) in FIGURES {
+        let file = read_mesh(&folder.join(name)).expect(name);
+        let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
+        let solid = Solid::from_mesh(mesh);
+        for count in [1000, 3000, 10_000] {
+            let s = sample(&solid, count).expect(name);
+            let q = s.report.quality;
+            assert!(q.smallest_dihedral > 8.0, "{name} {count}: {}", s.report);
+            assert_eq!(q.inverted, 0, "{name}");
+            assert!(s.positions.len().abs_diff(count) * 20 <= count, "{name}");
+            assert!(s.volumes.iter().all(|v| *v > 0.0), "{name}");
+            let closed: DVec3 = s.boundary_vectors.iter().sum();
+            assert_below(name, closed.length(), 1e-10 * s.report.area);
+        }
+    }
+}
+
+#[test]
+fn a_point_cloud_with_normals_is_read_as_it_is() {
+    let Some(folder) = folder() else { return };
+    let cloud = read_point_cloud(&folder.join("kitten.xyz")).unwrap();
+    assert_eq!(cloud.positions.len(), 5210);
+    for n in &cloud.normals {
+        assert_relative("normal", n.length(), 1.0, 0.0, 1e-12);
+    }
+}
+
+fn sample(solid: &Solid, count: usize) -> Result<phyxel_discretize::Sampling, SampleError> {
+    let settings = SampleSettings {
+        target: Target::NodeCount(count),
+        ..SampleSettings::default()
+    };
+    sample_tetrahedra(solid, &settings)
+}
+
+/// A small body in every format.
+fn specimens() -> Vec<(&'static str, Vec<u8>)> {
+    let obj = "# cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+        f 4 3 2 1\nf 5/1 6/1 7/1 8/1\nf 1//2 2//2 6//2 5//2\nf -6 -5 -1 -2\nf 2 3 7 6\nf 1 5 8 4\n";
+    let off = "OFF\n# cube\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n\
+        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 2 3 7 6\n4 1 2 6 5\n4 0 4 7 3\n";
+    let ply = "ply\nformat ascii 1.0\ncomment cube\nelement vertex 8\nproperty float x\n\
+        property float y\nproperty float z\nelement face 6\nproperty list uchar int vertex_indices\n\
+        end_header\n";
+    let rest = off.split_once("8 6 0\n").unwrap().1;
+    let vtk = format!(
+        "# vtk DataFile Version 3.0\ncube\nASCII\nDATASET POLYDATA\nPOINTS 8 float\n{}",
+        rest.replacen("4 3 2 1 0", "POLYGONS 6 30\n4 3 2 1 0", 1)
+    );
+    let msh1 = "$NOD\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n45 0 0 1\n$ENDNOD\n$ELM\n2\n\
+        1 2 1 1 3 10 20 30\n2 4 1 1 4 10 20 30 45\n$ENDELM\n";
+    let msh2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n\
+        $EndNodes\n$Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n";
+    let msh4 = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n\
+        1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";
+    let tets = "# vtk DataFile Version 2.0\ntet\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n\
+        0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+    let tets5 = "# vtk DataFile Version 5.1\ntet\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n\
+        0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n\
+        0 1 2 3\nCELL_TYPES 1\n10\n";
+    let mut all = vec![
+        ("obj", obj.as_bytes().to_vec()),
+        ("off", off.as_bytes().to_vec()),
+        ("ply", (ply.to_owned() + rest).into_bytes()),
+        ("vtk", vtk.into_bytes()),
+        ("msh1", msh1.as_bytes().to_vec()),
+        ("msh2", msh2.as_bytes().to_vec()),
+        ("msh4", msh4.as_bytes().to_vec()),
+        ("vtk tets", tets.as_bytes().to_vec()),
+        ("vtk tets 5", tets5.as_bytes().to_vec()),
+    ];
+    let cube = parse_mesh(obj.as_bytes()).unwrap().mesh;
+    let mut text = "solid cube\n".to_owned();
+    let mut binary = vec![b's'; 80];
+    binary.extend(12_u32.to_le_bytes());
+    for t in 0..12 {
+        text += "facet normal 0 0 0\n outer loop\n";
+        binary.extend([0; 12]);
+        for p in cube.corners(t) {
+            text += &format!("  vertex {} {} {}\n", p.x, p.y, p.z);
+            for x in p.to_array() {
+                #[allow(clippy::cast_possible_truncation, reason = "0 or 1")]
+                binary.extend((x as f32).to_le_bytes());
+            }
+        }
+        text += " endloop\nendfacet\n";
+        binary.extend([0; 2]);
+    }
+    all.push(("stl", (text + "endsolid cube\n").into_bytes()));
+    all.push(("binary stl", binary));
+    for big in [false, true] {
+        let word = if big {
+            "binary_big_endian"
+        } else {
+            "binary_little_endian"
+        };
+        let mut bytes = ply.replace("ascii", word).into_bytes();
+        let mut vtk =
+            b"# vtk DataFile Version 3.0\ncube\nBINARY\nDATASET POLYDATA\nPOINTS 8 float\n"
+                .to_vec();
+        for p in &cube.vertices {
+            for x in p.to_array() {
+                #[allow(clippy::cast_possible_truncation, reason = "0 or 1")]
+                let x = x as f32;
+                bytes.extend(if big {
+                    x.to_be_bytes()
+                } else {
+                    x.to_le_bytes()
+                });
+                vtk.extend(x.to_be_bytes());
+            }
+        }
+        vtk.extend(b"\nPOLYGONS 12 48\n");
+        let mut faces = bytes.clone();
+        for t in &cube.triangles {
+            faces.push(3);
+            vtk.extend(3_u32.to_be_bytes());
+            for v in t {
+                faces.extend(if big {
+                    v.to_be_bytes()
+                } else {
+                    v.to_le_bytes()
+                });
+                vtk.extend(v.to_be_bytes());
+            }
+        }
+        let count = b"element face 6";
+        let at = faces.windows(count.len()).position(|w| w == count).unwrap();
+        faces.splice(at..at + count.len(), b"element face 12".iter().copied());
+        all.push((word, faces));
+        all.push(("binary vtk", vtk));
+    }
+    all
+}
+
+#[test]
+fn every_format_gives_the_same_cube() {
+    for (name, bytes) in specimens() {
+        let file = parse_mesh(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let (mesh, report) = repair(&file.mesh, &RepairSettings::default())
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let exact = if file.tetrahedra.is_empty() {
+            1.0
+        } else {
+            1.0 / 6.0
+        };
+        assert_relative(name, mesh.volume(), exact, 0.0, 1e-12);
+        assert_eq!(report.turned_triangles + report.turned_parts, 0, "{name}");
+        // Byte order mark and other line ends change nothing in text.
+        if bytes.is_ascii() && !bytes.contains(&0) {
+            let text = String::from_utf8(bytes).unwrap();
+            for other in [
+                format!("\u{feff}{text}"),
+                text.replace('\n', "\r\n"),
+                text.replace('\n', "\r"),
+                text.replacen('\n', "\r\n", 3),
+            ] {
+                assert_eq!(
+                    parse_mesh(other.as_bytes()).unwrap().mesh,
+                    file.mesh,
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+/// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
+/// what still reads can be repaired or is refused.
+#[test]
+fn mutated_files_never_panic() {
+    let mut random = Random::new(7);
+    let mut pick = |n: usize| usize::try_from(random.bits() % n.max(1) as u64).unwrap();
+    let words: [&[u8]; 9] = [
+        b"4294967295",
+        b"-1",
+        b"99999999999999999999",
+        b"nan",
+        b"inf",
+        b"1e400",
+        b"0",
+        b"\r",
+        b"\xff",
+    ];
+    let (mut read, mut refused) = (0, 0);
+    for (name, bytes) in specimens() {
+        for round in 0..500 {
+            let mut mutant = bytes.clone();
+            for _ in 0..=pick(4) {
+                let at = pick(mutant.len());
+                match (round + pick(5)) % 5 {
+                    0 => mutant.truncate(at.max(1)),
+                    1 => mutant[at] ^= 1 << pick(8),
+                    2 => mutant[at] = u8::try_from(pick(256)).unwrap(),
+                    3 => {
+                        // Replaces a word, most often a number.
+                        let start = mutant[..at].iter().rposition(u8::is_ascii_whitespace);
+                        let start = start.map_or(0, |s| s + 1);
+                        let length = mutant[start..].iter().position(u8::is_ascii_whitespace);
+                        let end = start + length.unwrap_or(mutant.len() - start);
+                        mutant.splice(start..end, words[pick(9)].iter().copied());
+                    }
+                    _ => {
+                        let end = (at + pick(40)).min(mutant.len());
+                        let piece = mutant[at..end].to_vec();
+                        let to = pick(mutant.len());
+                        mutant.splice(to..to, piece);
+                    }
+                }
+                if mutant.is_empty() {
+                    mutant.push(b'v');
+                }
+            }
+            match parse_mesh(&mutant) {
+                Ok(file) => {
+                    read += 1;
+                    let held = file.mesh.vertices.len() + file.mesh.triangles.len();
+                    assert!(held <= 2 * mutant.len() + 8, "{name}: {held}");
+                    let _ = repair(&file.mesh, &RepairSettings::default());
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert!(!error.to_string().is_empty());
+                }
+            }
+        }
+    }
+    assert!(
+        read > 500 && refused > 2000,
+        "{read} read, {refused} refused"
+    );
+}
+
+fn cube() -> Mesh {
+    parse_mesh(&specimens()[0].1).unwrap().mesh
+}
+
+#[test]
+fn errors_name_line_or_byte() {
+    let error = |text: &str| parse_mesh(text.as_bytes()).unwrap_err().to_string();
+    assert_eq!(
+        error("v 0 0 0\nv 1 x 0\n"),
+        "line 2: expected a number, found `x`"
+    );
+    assert_eq!(
+        error("v 0 0 0\nf 1 2 3\n"),
+        "line 2: vertex 1 does not exist, the file has 1"
+    );
+    assert!(error("v 0 0 0\nv nan 0 0\n").starts_with("line 2: a coordinate"));
+    assert!(error("OFF\n4000000000 1 0\n0 0 0\n").contains("more than the file can hold"));
+    assert!(error("hello").contains("known format"));
+    let missing = read_mesh(&PathBuf::from("no/such/mesh.obj")).unwrap_err();
+    assert!(
+        missing
+            .to_string()
+            .starts_with("no/such/mesh.obj: cannot read")
+    );
+}
+
+#[test]
+fn repair_turns_welds_drops_and_closes() {
+    let settings = RepairSettings::default();
+    // Inside out, and one triangle turned.
+    let mut mesh = cube();
+    mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    mesh.triangles[3].swap(0, 1);
+    let (fixed, report) = repair(&mesh, &settings).unwrap();
+    assert_eq!((report.turned_parts, report.turned_triangles), (1, 1));
+    assert_relative("volume", fixed.volume(), 1.0, 0.0, 1e-12);
+    // Triangle soup with a duplicate and a degenerate one.
+    let mut soup = Mesh::default();
+    for t in 0..12 {
+        let first = u32::try_from(soup.vertices.len()).unwrap();
+        soup.vertices.extend(mesh.corners(t));
+        soup.triangles.push([first, first + 1, first + 2]);
+    }
+    soup.triangles.extend([soup.triangles[0], [4, 4, 5]]);
+    let (fixed, report) = repair(&soup, &settings).unwrap();
+    assert_eq!(
+        (report.duplicate_triangles, report.degenerate_triangles),
+        (1, 1)
+    );
+    assert_eq!((report.welded_vertices, fixed.vertices.len()), (28, 8));
+    assert_eq!(report.genus, Some(0));
+    // A small hole in a fine sphere is closed, a missing side of a cube is not.
+    let ball = Shape::Ellipsoid {
+        semi_axes: DVec3::ONE,
+    };
+    let mut sphere = surface_mesh(&ball.into(), 0.1).unwrap();
+    let whole = sphere.volume();
+    sphere.triangles.drain(100..103);
+    let (fixed, report) = repair(&sphere, &settings).unwrap();
+    assert!(report.closed_holes > 0 && report.largest_hole > 0.0);
+    assert_relative("volume", fixed.volume(), whole, 0.0, 1e-2);
+    let mut open = cube();
+    open.triangles.truncate(10);
+    match repair(&open, &settings) {
+        Err(RepairError::Open {
+            holes, perimeter, ..
+        }) => {
+            assert_eq!(holes, 1);
+            assert_relative("perimeter", perimeter, 4.0, 0.0, 1e-12);
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn repair_refuses_what_is_no_solid() {
+    let settings = RepairSettings::default();
+    let nothing = repair(&Mesh::default(), &settings);
+    assert_eq!(nothing, Err(RepairError::Empty { dropped: 0 }));
+    let mut nan = cube();
+    nan.vertices[2].x = f64::NAN;
+    assert_eq!(
+        repair(&nan, &settings),
+        Err(RepairError::NotFinite { vertex: 2 })
+    );
+    let mut range = cube();
+    range.triangles[1][0] = 8;
+    assert!(matches!(
+        repair(&range, &settings),
+        Err(RepairError::IndexOutOfRange { vertex: 8, .. })
+    ));
+    let mut point = cube();
+    point.vertices.fill(DVec3::ONE);
+    assert!(matches!(
+        repair(&point, &settings),
+        Err(RepairError::Scale { .. })
+    ));
+    let mut flat = cube();
+    flat.vertices.iter_mut().for_each(|v| v.z = 0.0);
+    assert!(repair(&flat, &settings).is_err());
+    // Three sheets on one edge.
+    let mut fin = cube();
+    fin.vertices.push(DVec3::new(0.5, -0.01, -0.01));
+    fin.triangles.push([0, 1, 8]);
+    let odd = repair(
+        &fin,
+        &RepairSettings {
+            largest_hole: 10.0,
+            ..settings
+        },
+    );
+    assert!(odd.is_err(), "{odd:?}");
+}
+
+/// A ball in a hollow ball in a cube: winding numbers and parts.
+#[test]
+fn nested_parts_and_cavities() {
+    let ball = |radius: f64| {
+        let shape = Shape::Ellipsoid {
+            semi_axes: DVec3::splat(radius),
+        };
+        surface_mesh(&shape.into(), 0.3 * radius).unwrap()
+    };
+    let join = |parts: &[(Mesh, bool)]| {
+        let mut all = Mesh::default();
+        for (mesh, inward) in parts {
+            let first = u32::try_from(all.vertices.len()).unwrap();
+            all.vertices.extend(&mesh.vertices);
+            all.triangles.extend(mesh.triangles.iter().map(|t| {
+                let [a, b, c] = t.map(|v| v + first);
+                if *inward { [a, c, b] } else { [a, b, c] }
+            }));
+        }
+        all
+    };
+    let nested = join(&[(ball(1.0), false), (ball(0.7), true), (ball(0.3), false)]);
+    // All turned: the repair turns the whole nest back.
+    let mut turned = nested.clone();
+    turned.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    for mesh in [nested, turned] {
+        let (mesh, report) = repair(&mesh, &RepairSettings::default()).unwrap();
+        assert_eq!((report.parts, report.cavities), (3, 1));
+        let solid = Solid::from_mesh(mesh);
+        for (x, inside) in [(0.0, true), (0.5, false), (0.85, true), (1.2, false)] {
+            assert_eq!(solid.contains(DVec3::new(x, 0.01, 0.02)), inside, "{x}");
+        }
+        let s = sample(&solid, 8000).unwrap();
+        assert_eq!(s.report.pieces, 2);
+        assert_eq!(s.report.lost_cavities, 0);
+    }
+}
+
+#[test]
+fn thin_and_lost_parts_are_refused_or_told() {
+    let at = |spacing| SampleSettings {
+        target: Target::Spacing(spacing),
+        ..SampleSettings::default()
+    };
+    let plate = Shape::Ellipsoid {
+        semi_axes: DVec3::new(1.0, 1.0, 0.01),
+    };
+    let mesh = surface_mesh(&plate.into(), 0.02).unwrap();
+    let solid = Solid::from_mesh(mesh);
+    // Between lattice planes: vanishes or is told.
+    match sample_tetrahedra(&solid, &at(0.3)) {
+        Err(SampleError::Vanished { .. } | SampleError::LostParts { .. }) => {}
+        Ok(s) => assert!(s.report.missed > 0.0 || s.report.volume_error.unwrap().abs() > 0.1),
+        Err(other) => panic!("{other}"),
+    }
+    let mut two = surface_mesh(
+        &Shape::Ellipsoid {
+            semi_axes: DVec3::ONE,
+        }
+        .into(),
+        0.2,
+    )
+    .unwrap();
+    let small = Shape::Ellipsoid {
+        semi_axes: DVec3::splat(0.02),
+    };
+    let small = surface_mesh(&small.into(), 0.01).unwrap();
+    let first = u32::try_from(two.vertices.len()).unwrap();
+    two.vertices.extend(
+        small
+            .vertices
+            .iter()
+            .map(|v| *v + DVec3::new(1.53, 0.37, 0.41)),
+    );
+    two.triangles
+        .extend(small.triangles.iter().map(|t| t.map(|v| v + first)));
+    let solid = Solid::from_mesh(two);
+    match sample_tetrahedra(&solid, &at(0.25)) {
+        Err(SampleError::LostParts { parts, of, .. }) => assert_eq!((parts, of), (1, 2)),
+        other => panic!("{other:?}"),
+    }
+    let bad = sample_tetrahedra(&solid, &at(-1.0));
+    assert!(matches!(bad, Err(SampleError::Spacing { .. })));
+    let fine = sample_tetrahedra(&solid, &at(1e-9));
+    assert!(matches!(fine, Err(SampleError::TooFine { .. })));
+    assert!(matches!(
+        sample(&solid, 3),
+        Err(SampleError::TooFewNodes { .. })
+    ));
+}
