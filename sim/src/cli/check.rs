@@ -19,8 +19,11 @@ pub(super) struct CheckArguments {
 /// Validates a scene and prints it with all defaults written out.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     let overrides = arguments.overrides.parse()?;
-    let scene = Source::of(Some(&arguments.scene))?.scene(&overrides)?;
+    let (scene, note) = Source::of(Some(&arguments.scene))?.scene(&overrides)?;
     let mut out = io::stdout().lock();
+    if let Some(note) = note {
+        writeln!(out, "{note}")?;
+    }
     writeln!(
         out,
         "{}: {} bodies, {} supports, {} cuts, {} s",

@@ -39,7 +39,10 @@ pub(super) struct RunFlags {
 /// Runs the scene that `argument` names, or the first embedded one.
 pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliError> {
     let overrides = flags.overrides.parse()?;
-    let scene = Source::of(argument)?.scene(&overrides)?;
+    let (scene, note) = Source::of(argument)?.scene(&overrides)?;
+    if let Some(note) = note.filter(|_| !flags.quiet) {
+        writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
+    }
     let options = RunOptions {
         out: flags
             .out

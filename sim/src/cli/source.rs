@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::scene::{EMBEDDED, Override, Scene, SceneError};
+use phyxel_discretize::{ReadError, RepairError, RepairSettings, read_mesh, repair};
+
+use crate::scene::{EMBEDDED, MeshExtent, Override, Scene, UnitGuess};
 
 use super::CliError;
 
@@ -18,6 +20,10 @@ pub(super) enum SourceError {
         MESH_EXTENSIONS.map(|extension| format!(".{extension}")).join(", ")
     )]
     Extension { file: PathBuf },
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
+    #[error("{}: {problem}", file.display())]
+    Solid { file: PathBuf, problem: RepairError },
 }
 
 /// What an argument names.
@@ -55,15 +61,51 @@ impl Source {
         }
     }
 
-    /// The scene, changed and validated.
-    pub(super) fn scene(&self, overrides: &[Override]) -> Result<Scene, CliError> {
+    /// The scene, changed and validated, and what a person should know about how it was made.
+    pub(super) fn scene(
+        &self,
+        overrides: &[Override],
+    ) -> Result<(Scene, Option<String>), CliError> {
         match self {
-            Self::Embedded(name) => Ok(Scene::embedded(name, overrides)?),
-            Self::File(file) => Ok(Scene::load(file, overrides)?),
-            Self::Mesh(file) => Err(CliError::Scene(SceneError::Read {
-                file: file.clone(),
-                source: std::io::ErrorKind::Unsupported.into(),
-            })),
+            Self::Embedded(name) => Ok((Scene::embedded(name, overrides)?, None)),
+            Self::File(file) => Ok((Scene::load(file, overrides)?, None)),
+            Self::Mesh(file) => {
+                let (scene, note) = mesh_scene(file, overrides)?;
+                Ok((scene, Some(note)))
+            }
         }
     }
+}
+
+/// The default scene of a mesh, and how its unit was understood.
+fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), CliError> {
+    let read = read_mesh(file).map_err(SourceError::Mesh)?;
+    let settings = RepairSettings {
+        // The run looks for them itself.
+        find_self_intersections: false,
+        ..RepairSettings::default()
+    };
+    let (_, report) = repair(&read.mesh, &settings).map_err(|problem| SourceError::Solid {
+        file: file.to_owned(),
+        problem,
+    })?;
+    let extent = MeshExtent {
+        min: report.min,
+        max: report.max,
+    };
+    let (scene, unit) = Scene::for_mesh(file, &extent, overrides)?;
+    let note = match unit {
+        UnitGuess::Metres => format!("{}: taken to be in metres", file.display()),
+        UnitGuess::Millimetres => format!(
+            "{}: taken to be in millimetres; to change it: --set bodies[0].shape.scale=..",
+            file.display()
+        ),
+        UnitGuess::Scaled { scale, longest } => format!(
+            "{}: {:.4} units long, which no organ is in metres: scaled by {scale:.4e} to {longest} m; \
+             to change it: --set bodies[0].shape.scale=..",
+            file.display(),
+            longest / scale
+        ),
+    };
+    Ok((scene, note))
 }

@@ -22,7 +22,9 @@ pub struct MeshExtent {
 pub enum UnitGuess {
     /// The size is that of a body in metres.
     Metres,
-    /// The size would be absurd in metres: scaled so that the longest side is as long as an organ.
+    /// The size is that of a body in millimetres, as scanners and their tools write it.
+    Millimetres,
+    /// The size fits neither: scaled so that the longest side is as long as an organ.
     Scaled {
         /// Metres per unit of the file.
         scale: f64,
@@ -37,6 +39,7 @@ impl UnitGuess {
     pub const fn scale(&self) -> f64 {
         match *self {
             Self::Metres => 1.0,
+            Self::Millimetres => 1e-3,
             Self::Scaled { scale, .. } => scale,
         }
     }
@@ -44,7 +47,7 @@ impl UnitGuess {
 
 /// Longest side (m) that a mesh without a stated unit is given.
 const ORGAN_LENGTH: f64 = 0.15;
-/// Longest sides (m) that are taken as metres: from a gallstone to a trunk.
+/// Longest sides (m) that a body may have: from a gallstone to a trunk.
 const PLAUSIBLE_LENGTH: std::ops::RangeInclusive<f64> = 0.01..=1.0;
 
 /// Guesses the unit of a mesh from its longest side.
@@ -53,6 +56,8 @@ pub fn guess_unit(extent: &MeshExtent) -> UnitGuess {
     let longest = (extent.max - extent.min).max_element();
     if PLAUSIBLE_LENGTH.contains(&longest) {
         UnitGuess::Metres
+    } else if PLAUSIBLE_LENGTH.contains(&(longest * UnitGuess::Millimetres.scale())) {
+        UnitGuess::Millimetres
     } else {
         UnitGuess::Scaled {
             scale: ORGAN_LENGTH / longest,

@@ -310,7 +310,8 @@ fn a_mesh_of_absurd_size_is_scaled_to_an_organ() {
         max: DVec3::new(longest, longest / 2.0, longest / 3.0),
     };
     assert_eq!(guess_unit(&extent(0.12)), UnitGuess::Metres);
-    for longest in [6.48, 90.0, 1e-3] {
+    assert_eq!(guess_unit(&extent(90.0)), UnitGuess::Millimetres);
+    for longest in [6.48, 4e3, 1e-3] {
         let unit = guess_unit(&extent(longest));
         assert!((unit.scale() * longest - 0.15).abs() < 1e-15, "{unit:?}");
     }

@@ -52,6 +52,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(value_cases());
     cases.extend(override_cases());
     cases.extend(file_cases());
+    cases.extend(mesh_cases());
     cases
 }
 
@@ -237,4 +238,43 @@ fn file_cases() -> Vec<Case> {
             &["run", "liver", "--out", "results/deeper/still"],
         ),
     ]
+}
+
+/// A tetrahedron as OBJ; `vertex` stands for its first vertex and `face` for its last face.
+fn tetrahedron(vertex: &str, face: &str) -> String {
+    format!("v {vertex}\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n{face}\n")
+}
+
+/// Bad meshes.
+fn mesh_cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    let meshes = [
+        ("empty mesh", String::new()),
+        ("mesh without faces", "v 0 0 0\nv 1 0 0\n".to_owned()),
+        ("open mesh", tetrahedron("0 0 0", "")),
+        ("vertex is no number", tetrahedron("nan 0 0", "f 2 3 4")),
+        ("missing vertex", tetrahedron("0 0 0", "f 2 3 5")),
+        ("truncated mesh", tetrahedron("0 0 0", "f 2 3")),
+        (
+            "flat mesh",
+            tetrahedron("0 0 0", "f 2 3 4").replace("0 0 1", "1 1 0"),
+        ),
+    ];
+    for (name, mesh) in meshes {
+        cases.push(given(
+            name,
+            &[("organ.obj", &mesh)],
+            &["run", "organ.obj", "--out", "results/here"],
+        ));
+    }
+    let mut stl = vec![0_u8; 80];
+    stl.extend(1000_u32.to_le_bytes());
+    stl.extend([0_u8; 70]);
+    cases.push(Case {
+        name: "truncated binary mesh".to_owned(),
+        files: vec![("organ.stl".to_owned(), stl)],
+        arguments: strings(&["run", "organ.stl", "--out", "results/here"]),
+    });
+    cases.push(given("missing mesh", &[], &["run", "organ.obj"]));
+    cases
 }
