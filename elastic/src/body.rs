@@ -99,9 +99,10 @@ impl Body {
         self.moves[node][3]
     }
 
-    pub(crate) fn set_displacements(&mut self, positions: &[DVec3]) {
+    pub(crate) fn set_displacements(&mut self, positions: &[DVec3], least: f64) {
         for ((m, x), rest) in self.moves.iter_mut().zip(positions).zip(&self.rest) {
-            [m[0], m[1], m[2]] = (*x - *rest).to_array();
+            let u = (*x - *rest).to_array();
+            [m[0], m[1], m[2]] = u.map(|u| if u.abs() < least { 0.0 } else { u });
         }
     }
 

@@ -77,7 +77,7 @@ pub(crate) fn forces<L: Lanes>(
     forces: &mut [DVec3],
 ) -> f64 {
     let parallel = parallel(body);
-    body.set_displacements(positions);
+    body.set_displacements(positions, L::LEAST_DISPLACEMENT);
     let mut deformation = std::mem::take(&mut body.deformation);
     let mut partial = std::mem::take(&mut body.partial_energies);
     partial.fill(0.0);

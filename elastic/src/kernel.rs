@@ -19,6 +19,8 @@ pub(crate) type Move = [f64; 4];
 pub(crate) trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// Relative difference up to which weights of one pair count as equal.
     const WEIGHT_TOLERANCE: f64;
+    /// Displacements (m) below this count as none.
+    const LEAST_DISPLACEMENT: f64;
     /// `z_ij` in a row.
     type Pair: Copy + Debug + Send + Sync;
     /// `z_ji` and `w_ij` in the reversed copy.

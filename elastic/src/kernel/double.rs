@@ -25,6 +25,7 @@ pub(crate) struct Matrix([[f64; 6]; 3]);
 
 impl Lanes for Double {
     const WEIGHT_TOLERANCE: f64 = 1e-12;
+    const LEAST_DISPLACEMENT: f64 = 0.0;
     type Pair = Pair;
     type Incoming = Incoming;
     type Matrix = Matrix;

@@ -16,10 +16,6 @@ use glam::{DMat3, DVec3};
 
 use super::{Lanes, Move};
 
-/// Matrix entries (N m) below this are no force of anything: products with them would be
-/// subnormal, and those cost a hundred times a normal one.
-const TINY: f64 = 1e-24;
-
 /// f32 storage, f64 state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Single;
@@ -35,6 +31,9 @@ pub(crate) struct Matrix([[f32; 8]; 3]);
 
 impl Lanes for Single {
     const WEIGHT_TOLERANCE: f64 = 1e-6;
+    /// Smaller ones, as ahead of a wave, would breed subnormal products, which cost a hundred
+    /// times a normal one.
+    const LEAST_DISPLACEMENT: f64 = 1e-20;
     type Pair = Eight;
     type Incoming = Eight;
     type Matrix = Matrix;
@@ -56,11 +55,7 @@ impl Lanes for Single {
 
     #[inline(always)]
     fn matrix(on_gradient: DMat3, on_offset: DMat3) -> Matrix {
-        let kept = |v: f64| if v.abs() < TINY { 0.0 } else { v as f32 };
-        let row = |a: DVec3, b: DVec3| {
-            let ([a, b, c], [d, e, f]) = (a.to_array().map(kept), b.to_array().map(kept));
-            [a, b, c, d, e, f, 0.0, 0.0]
-        };
+        let row = |a: DVec3, b: DVec3| [a.x, a.y, a.z, b.x, b.y, b.z, 0.0, 0.0].map(|v| v as f32);
         Matrix([
             row(on_gradient.x_axis, on_offset.x_axis),
             row(on_gradient.y_axis, on_offset.y_axis),
