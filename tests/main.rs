@@ -4,5 +4,5 @@
     reason = "a failing test names its line; messages are given where the values are not in sight"
 )]
 
-mod organ_stencils;
 mod elastic_accuracy;
+mod organ_stencils;

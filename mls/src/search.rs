@@ -12,6 +12,10 @@ use crate::parallel::{ROWS_PER_TASK, to_u32};
 /// A point of the tree with its index.
 type Entry = GeomWithData<[f64; 3], u32>;
 
+/// Share by which the guessed ball is larger than that of the query before: small enough to hold few
+/// points in vain, large enough that neighbouring queries seldom find too few.
+const GUESS_MARGIN: f64 = 1.15;
+
 /// Points of a cloud in an R*-tree; every answer is ordered by distance, then by index.
 #[derive(Debug, Clone)]
 pub(crate) struct PointTree {
@@ -66,6 +70,43 @@ impl PointTree {
         }
         out.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         out.truncate(count);
+    }
+
+    /// [`PointTree::nearest_into`] with a guess of the distance of the last one, taken from the
+    /// query before and replaced by what this one found.
+    ///
+    /// Points within a ball come faster out of the tree than points in order of distance; where the
+    /// ball holds too few, the ordered search answers. The answer does not depend on the guess.
+    fn nearest_guessed_into(
+        &self,
+        at: DVec3,
+        count: usize,
+        skip: u32,
+        guess: &mut f64,
+        out: &mut Vec<(f64, u32)>,
+    ) {
+        out.clear();
+        let center = at.to_array();
+        if *guess > 0.0 {
+            let found = self.tree.locate_within_distance(center, *guess * *guess);
+            out.extend(found.filter(|entry| entry.data != skip).map(|entry| {
+                let squared = (DVec3::from_array(*entry.geom()) - at).length_squared();
+                (squared, entry.data)
+            }));
+        }
+        if out.len() < count {
+            self.nearest_into(at, count, Some(skip), out);
+        } else {
+            let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            if out.len() > count {
+                out.select_nth_unstable_by(count - 1, order);
+                out.truncate(count);
+            }
+            out.sort_unstable_by(order);
+        }
+        if out.len() == count {
+            *guess = GUESS_MARGIN * out[count - 1].0.sqrt();
+        }
     }
 
     /// Indices of all points with `|x − at| ≤ radius`, in no particular order.
@@ -159,32 +200,35 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
         .par_iter()
         .enumerate()
         .with_min_len(ROWS_PER_TASK)
-        .map_init(Vec::new, |buffer, (node, &at)| {
-            let wanted = settings.nearest.max(settings.limit.unwrap_or(0));
-            tree.nearest_into(at, wanted, Some(to_u32(node)), buffer);
-            let nearest = &buffer[..settings.nearest.min(buffer.len())];
-            let sum: f64 = nearest.iter().map(|&(squared, _)| squared.sqrt()).sum();
-            let mean = if nearest.is_empty() {
-                0.0
-            } else {
-                sum / nearest.len() as f64
-            };
-            let radius = settings.scale * mean;
-            let mut row: Vec<u32> = match settings.limit {
-                Some(limit) => buffer
-                    .iter()
-                    .take(limit)
-                    .filter(|&&(squared, _)| squared <= radius * radius)
-                    .map(|&(_, index)| index)
-                    .collect(),
-                None => tree
-                    .within(at, radius)
-                    .filter(|&index| index as usize != node)
-                    .collect(),
-            };
-            row.sort_unstable();
-            (row, radius, mean)
-        })
+        .map_init(
+            || (Vec::new(), 0.0),
+            |(buffer, guess), (node, &at)| {
+                let wanted = settings.nearest.max(settings.limit.unwrap_or(0));
+                tree.nearest_guessed_into(at, wanted, to_u32(node), guess, buffer);
+                let nearest = &buffer[..settings.nearest.min(buffer.len())];
+                let sum: f64 = nearest.iter().map(|&(squared, _)| squared.sqrt()).sum();
+                let mean = if nearest.is_empty() {
+                    0.0
+                } else {
+                    sum / nearest.len() as f64
+                };
+                let radius = settings.scale * mean;
+                let mut row: Vec<u32> = match settings.limit {
+                    Some(limit) => buffer
+                        .iter()
+                        .take(limit)
+                        .filter(|&&(squared, _)| squared <= radius * radius)
+                        .map(|&(_, index)| index)
+                        .collect(),
+                    None => tree
+                        .within(at, radius)
+                        .filter(|&index| index as usize != node)
+                        .collect(),
+                };
+                row.sort_unstable();
+                (row, radius, mean)
+            },
+        )
         .collect();
     let mut rows = Vec::with_capacity(found.len());
     let mut support_radii = Vec::with_capacity(found.len());
