@@ -6,3 +6,9 @@
 
 mod elastic_accuracy;
 mod organ_stencils;
+/// Elastic blocks as force laws, for the tests of `phyxel-integrate` with `phyxel-elastic`.
+mod integrate_bodies;
+/// Waves, energy, stability, impact.
+mod integrate_dynamics;
+/// Indentation against finite elements and Hertz.
+mod integrate_indentation;

@@ -13,6 +13,10 @@ const CHUNK: usize = 1024;
 /// Below this many nodes a loop over them takes less time than waking threads (20 µs).
 const PARALLEL_FROM: usize = 16 * CHUNK;
 
+/// Steps in a row with the balance off before anything is said. An unstable step multiplies energies
+/// by some power of its excess each time, so this is far from overflow.
+const PATIENCE: u32 = 10;
+
 /// A closure that adds forces from outside (N): `(time after the step, step, positions, velocities,
 /// forces)`. Velocities are those of the half step under velocity Verlet.
 pub type Applied<'a> = dyn FnMut(f64, f64, &[DVec3], &[DVec3], &mut [DVec3]) + 'a;
@@ -497,6 +501,12 @@ impl Motion {
         let scale = audit.scale();
         let balance = audit.balance().abs();
         if balance <= self.settings.warn_balance * scale {
+            self.state.suspicion = 0;
+            return Ok(());
+        }
+        // A force that sets in suddenly kicks before it works: wait whether the balance stays off.
+        self.state.suspicion += 1;
+        if self.state.suspicion < PATIENCE {
             return Ok(());
         }
         // Below 1e-9 body sizes a step, energies are round-off.

@@ -73,6 +73,8 @@ pub struct State {
     pub audit: Audit,
     /// Energy (J) that is subtracted from the loads' potential, so that their work starts at 0.
     pub load_origin: f64,
+    /// Steps in a row after which the balance was off.
+    pub suspicion: u32,
     /// Where the current frame begins and ends, if it is not finished.
     pub frame: Option<Frame>,
 }
@@ -210,6 +212,7 @@ impl Motion {
                 viscous: Vec::new(),
                 audit: Audit::default(),
                 load_origin: 0.0,
+                suspicion: 0,
                 frame: None,
             },
             next_forces: vec![DVec3::ZERO; n],

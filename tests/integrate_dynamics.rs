@@ -1,0 +1,341 @@
+//! `phyxel-integrate` moving `phyxel-elastic` bodies: waves in a bar, energy over many steps, the limit
+//! of the explicit step, a dropped sphere, implicit against explicit.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    reason = "helpers of tests fail by panicking, print what was measured, and count in small numbers"
+)]
+
+use crate::integrate_bodies::{Body, Solid, lattice};
+use glam::DVec3;
+use phyxel_integrate::{
+    Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ForceLaw, Implicit,
+    ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pose, Scheme, Shape,
+    StepError, Supports, Tool, penalty,
+};
+use testkit::cloud::uniform;
+use testkit::derivative::observed_order;
+
+const SOFT: Solid = Solid {
+    youngs_modulus: 1e4,
+    poissons_ratio: 0.3,
+    density: 1000.0,
+};
+
+/// A bar of 1 m along x without lateral contraction (ν = 0), held at x = 0, and its first standing
+/// wave: `u = A sin(π x / 2L) cos(ω t)`, `ω = π/(2 L) sqrt(E/ρ)`.
+fn bar(cells: u32) -> (Body, Supports, f64) {
+    let solid = Solid {
+        poissons_ratio: 0.0,
+        ..SOFT
+    };
+    let width = 2.0 / f64::from(cells);
+    let high = DVec3::new(1.0, width, width);
+    let body = Body::block([cells, 2, 2], DVec3::ZERO, high, solid, 0.1);
+    let held = body.nodes(|x| x.x < 1e-9);
+    let supports = Supports::fixed(body.rest.len(), &held);
+    let omega = 0.5 * std::f64::consts::PI * (1e4_f64 / 1000.0).sqrt();
+    (body, supports, omega)
+}
+
+fn plucked(body: &Body, amplitude: f64) -> Vec<DVec3> {
+    let wave = |x: f64| amplitude * (0.5 * std::f64::consts::PI * x).sin();
+    body.rest
+        .iter()
+        .map(|x| *x + DVec3::X * wave(x.x))
+        .collect()
+}
+
+/// Displacement of the end over the amplitude after a quarter and a half of the period.
+fn end_after(body: &mut Body, supports: &Supports, time: f64, step: Stepping) -> f64 {
+    let amplitude = 1e-4;
+    let settings = MotionSettings {
+        scheme: step.explicit.unwrap_or_default(),
+        ..MotionSettings::default()
+    };
+    let mut motion = Motion::new(&body.rest, &body.masses, supports.clone(), settings).unwrap();
+    motion.set_positions(&plucked(body, amplitude)).unwrap();
+    if let Some(scheme) = step.implicit {
+        let newton = NewtonSettings {
+            tolerance: 1e-9,
+            ..NewtonSettings::default()
+        };
+        let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
+        for _ in 0..step.count {
+            solver
+                .step(&mut motion, time / f64::from(step.count), body)
+                .unwrap();
+        }
+    } else {
+        let largest = time / f64::from(step.count);
+        motion
+            .advance_to(time, largest, |x, f| body.forces_into(x, f))
+            .unwrap();
+    }
+    let end: Vec<u32> = body.nodes(|x| x.x > 1.0 - 1e-9);
+    let moved = |node: &u32| {
+        let node = *node as usize;
+        (motion.positions()[node] - body.rest[node]).x
+    };
+    end.iter().map(moved).sum::<f64>() / (end.len() as f64 * amplitude)
+}
+
+#[derive(Clone, Copy)]
+struct Stepping {
+    explicit: Option<Scheme>,
+    implicit: Option<ImplicitScheme>,
+    count: u32,
+}
+
+#[test]
+fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed() {
+    // u(L) = A cos(omega t); a phase error d omega shows as its sine at a quarter period.
+    let mut errors = Vec::new();
+    for cells in [6, 12, 24] {
+        let (mut body, supports, omega) = bar(cells);
+        let quarter = 0.5 * std::f64::consts::PI / omega;
+        let step = Stepping {
+            explicit: Some(Scheme::VelocityVerlet),
+            implicit: None,
+            count: 400,
+        };
+        let error = end_after(&mut body, &supports, quarter, step).abs();
+        println!("{cells} cells: phase error {error:.2e} at a quarter period");
+        errors.push(error);
+    }
+    assert!(errors[2] < 2e-3, "{errors:?}");
+    let order = observed_order(errors[0], errors[2], 4.0);
+    assert!(order > 1.7, "{order}: {errors:?}");
+}
+
+#[test]
+fn schemes_converge_in_time_on_the_bar() {
+    let (mut body, supports, omega) = bar(10);
+    let time = 0.4 * std::f64::consts::PI / omega;
+    let run = |body: &mut Body, explicit, implicit, count| {
+        end_after(
+            body,
+            &supports,
+            time,
+            Stepping {
+                explicit,
+                implicit,
+                count,
+            },
+        )
+    };
+    let exact = run(&mut body, Some(Scheme::VelocityVerlet), None, 6400);
+    let cases = [
+        (Some(Scheme::VelocityVerlet), None, 2.0, 50),
+        (Some(Scheme::SymplecticEuler), None, 1.0, 50),
+        (None, Some(ImplicitScheme::Newmark), 2.0, 40),
+        (None, Some(ImplicitScheme::BackwardEuler), 1.0, 600),
+    ];
+    for (explicit, implicit, order, count) in cases {
+        let errors =
+            [1, 2, 4].map(|k| (run(&mut body, explicit, implicit, k * count) - exact).abs());
+        println!("{explicit:?} {implicit:?}: {errors:?}");
+        for pair in errors.windows(2) {
+            let seen = observed_order(pair[0], pair[1], 2.0);
+            assert!(
+                (seen - order).abs() < 0.25,
+                "{explicit:?} {implicit:?}: order {seen}"
+            );
+        }
+    }
+}
+
+fn small_beam() -> (Body, Supports) {
+    let body = Body::block([8, 2, 2], DVec3::ZERO, DVec3::new(0.4, 0.1, 0.1), SOFT, 0.1);
+    let held = body.nodes(|x| x.x < 1e-9);
+    let supports = Supports::fixed(body.rest.len(), &held);
+    (body, supports)
+}
+
+#[test]
+fn energy_of_a_bending_beam_stays_over_1e5_steps() {
+    let (mut body, supports) = small_beam();
+    let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let settings = MotionSettings::default();
+    let mut motion = Motion::new(&body.rest, &body.masses, supports, settings).unwrap();
+    // First bending shape, a tenth of the length at the tip's speed scale.
+    let v: Vec<DVec3> = body
+        .rest
+        .iter()
+        .map(|x| DVec3::Z * (0.4 * (x.x / 0.4).powi(2)))
+        .collect();
+    motion.set_velocities(&v).unwrap();
+    let initial = motion.audit().kinetic;
+    let step = 0.5 * found.critical_step;
+    let (mut largest, mut sums) = (0.0_f64, [0.0; 4]);
+    let steps = 100_000_u32;
+    for k in 0..steps {
+        motion.step(step, |x, f| body.forces_into(x, f)).unwrap();
+        let balance = motion.audit().balance() / initial;
+        largest = largest.max(balance.abs());
+        // Least squares line through (share of the run, balance).
+        let t = f64::from(k) / f64::from(steps);
+        for (sum, value) in sums.iter_mut().zip([t, balance, t * t, t * balance]) {
+            *sum += value / f64::from(steps);
+        }
+    }
+    let slope = (sums[3] - sums[0] * sums[1]) / (sums[2] - sums[0] * sums[0]);
+    println!("largest deviation {largest:.2e}, fitted slope {slope:.1e} over the run");
+    assert!(largest < 2e-3, "{largest}");
+    assert!(slope.abs() < 1e-4, "{slope}");
+}
+
+fn block_of(cells: [u32; 3], solid: Solid, jitter: f64, seed: u64) -> Body {
+    let (mut nodes, tetrahedra) = lattice(cells, |s| s * DVec3::new(0.3, 0.2, 0.2));
+    let moves = uniform(nodes.len(), 1.0, seed);
+    for (x, d) in nodes.iter_mut().zip(moves) {
+        let inside =
+            x.cmpgt(DVec3::splat(1e-9)).all() && x.cmplt(DVec3::new(0.3, 0.2, 0.2) - 1e-9).all();
+        if inside {
+            *x += d * jitter;
+        }
+    }
+    Body::new(&nodes, &tetrahedra, solid, 0.1)
+}
+
+#[test]
+fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step() {
+    let solids = [0.0, 0.3, 0.45].map(|poissons_ratio| Solid {
+        poissons_ratio,
+        ..SOFT
+    });
+    let bodies = [
+        (block_of([4, 3, 3], solids[1], 0.0, 1), true),
+        (block_of([4, 3, 3], solids[1], 0.012, 2), true),
+        (block_of([6, 4, 3], solids[2], 0.008, 3), true),
+        (block_of([5, 5, 5], solids[0], 0.008, 4), false),
+        (block_of([3, 6, 4], solids[2], 0.0, 5), false),
+        (block_of([8, 2, 2], solids[1], 0.01, 6), true),
+    ];
+    for (index, (mut body, held)) in bodies.into_iter().enumerate() {
+        let nodes = if held {
+            body.nodes(|x| x.x < 1e-9)
+        } else {
+            Vec::new()
+        };
+        let supports = Supports::fixed(body.rest.len(), &nodes);
+        let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+        let mut run = |share: f64| {
+            let settings = MotionSettings::default();
+            let mut motion =
+                Motion::new(&body.rest, &body.masses, supports.clone(), settings).unwrap();
+            motion.set_critical_step(found.critical_step);
+            motion
+                .set_velocities(&uniform(body.rest.len(), 1e-6, 9))
+                .unwrap();
+            for _ in 0..4000 {
+                motion.step(share * found.critical_step, |x, f| body.forces_into(x, f))?;
+            }
+            Ok::<(), StepError>(())
+        };
+        assert_eq!(run(0.98), Ok(()), "body {index} at 0.98: {found:?}");
+        let error = run(1.05).unwrap_err();
+        let StepError::Diverged {
+            cause: Cause::StepTooLarge { .. },
+            kinetic,
+            ..
+        } = error
+        else {
+            panic!("body {index}: {error}");
+        };
+        assert!(kinetic.is_finite(), "caught before it is not");
+    }
+}
+
+#[test]
+fn a_dropped_sphere_bounces_with_a_closed_audit() {
+    let low = DVec3::new(-0.1, -0.1, -0.1);
+    let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1);
+    let held = body.nodes(|x| x.z < -0.1 + 1e-9);
+    let supports = Supports::fixed(body.rest.len(), &held);
+    let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let top = body.faces(|x| x.z > -1e-9);
+    let surface = ContactSurface::from_triangles(&top, &body.rest, 4).unwrap();
+    let settings = ContactSettings {
+        penalty: penalty(1e4, 0.025),
+        friction: 0.0,
+    };
+    let mut contact = Contact::new(surface, settings);
+    let (mass, weight) = (0.3, DVec3::new(0.0, 0.0, -0.3 * 9.81));
+    let drive = Drive::Force {
+        mass,
+        force: weight,
+        damping: 0.0,
+    };
+    let pose = Pose::at(DVec3::new(0.003, 0.002, 0.05));
+    let mut tool = Tool::new(Shape::Sphere { radius: 0.04 }, pose, drive);
+    tool.velocity = DVec3::new(0.0, 0.0, -0.5);
+    let initial = tool.kinetic();
+    let settings = MotionSettings::default();
+    let mut motion = Motion::new(&body.rest, &body.masses, supports, settings).unwrap();
+    let step = 0.25 * found.critical_step;
+    let (mut lowest, mut worst, mut given) = (1.0_f64, 0.0_f64, 0.0_f64);
+    while motion.time() < 0.3 {
+        let press = &mut |time: f64, step: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
+            tool.press(&mut contact, time, step, x, f);
+        };
+        motion
+            .step_with(step, |x, f| body.forces_into(x, f), press)
+            .unwrap();
+        let audit = motion.audit();
+        // Sphere, contact and block together against what gravity gave.
+        let total = audit.kinetic + audit.elastic + tool.kinetic() + tool.contact.energy;
+        worst = worst.max((total - initial - tool.load_work).abs());
+        given = given.max(initial + tool.load_work);
+        lowest = lowest.min(tool.pose.position.z);
+    }
+    println!("lowest {lowest:.4} m, {given:.3e} J given, audit off by {worst:.1e} J");
+    assert!(lowest < 0.035, "it pressed in");
+    assert!(tool.pose.position.z > lowest + 0.003, "it came back");
+    assert!(worst < 0.01 * given, "{worst} of {given}");
+}
+
+#[test]
+fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam() {
+    let (mut body, supports) = small_beam();
+    let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let settings = MotionSettings {
+        gravity: DVec3::new(0.0, 0.0, -2.0),
+        damping: 2.0,
+        ..MotionSettings::default()
+    };
+    let begin = Motion::new(&body.rest, &body.masses, supports, settings).unwrap();
+    let mut explicit = begin.clone();
+    let largest = 0.5 * found.critical_step;
+    explicit
+        .advance_to(0.5, largest, |x, f| body.forces_into(x, f))
+        .unwrap();
+    let deepest = explicit
+        .positions()
+        .iter()
+        .zip(&body.rest)
+        .map(|(x, rest)| (*x - *rest).length())
+        .fold(0.0, f64::max);
+    assert!(deepest > 0.01, "it sags: {deepest}");
+    let newton = NewtonSettings {
+        tolerance: 1e-6,
+        ..NewtonSettings::default()
+    };
+    let scheme = ImplicitScheme::Newmark;
+    let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
+    let mut errors = Vec::new();
+    for steps in [50_u32, 100] {
+        let mut motion = begin.clone();
+        for _ in 0..steps {
+            solver
+                .step(&mut motion, 0.5 / f64::from(steps), &mut body)
+                .unwrap();
+        }
+        let pairs = motion.positions().iter().zip(explicit.positions());
+        errors.push(pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max) / deepest);
+    }
+    println!("implicit against explicit: {errors:?} of the sag");
+    assert!(errors[1] < 1e-3 && errors[1] < errors[0], "{errors:?}");
+}
