@@ -12,3 +12,4 @@ mod integrate_bodies;
 mod integrate_dynamics;
 /// Indentation against finite elements and Hertz.
 mod integrate_indentation;
+mod organ_stencils;
