@@ -5,7 +5,6 @@
 )]
 
 mod elastic_accuracy;
-mod organ_stencils;
 /// Elastic blocks as force laws, for the tests of `phyxel-integrate` with `phyxel-elastic`.
 mod integrate_bodies;
 /// Waves, energy, stability, impact.
