@@ -1,3 +1,99 @@
-//! Criterion benches of `phyxel-discretize`.
+//! Criterion benches of `phyxel-discretize`: read, repair and inspect, inside test, stuffing,
+//! surfels. The body is the built-in liver; reading measures the surface written as PLY.
+#![allow(missing_docs, reason = "criterion emits undocumented functions")]
 
-fn main() {}
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::DVec3;
+use phyxel_discretize::{
+    Mesh, RepairSettings, SampleSettings, Shape, Solid, Target, parse_mesh, ply_mesh, repair,
+    sample_surfels, sample_tetrahedra, space_filling_order, surface_mesh, tetrahedra_edges,
+};
+
+fn surface(spacing: f64) -> Mesh {
+    surface_mesh(&Shape::Liver.into(), spacing).expect("the liver is thicker than the spacing")
+}
+
+fn files(c: &mut Criterion) {
+    let mesh = surface(0.002);
+    let bytes = ply_mesh(&mesh);
+    let mut group = c.benchmark_group("discretize/files");
+    group.throughput(Throughput::Elements(mesh.triangles.len() as u64));
+    group.bench_function("read_ply", |b| b.iter(|| parse_mesh(black_box(&bytes))));
+    group.sample_size(20);
+    let settings = RepairSettings::default();
+    group.bench_function("repair_and_inspect", |b| {
+        b.iter(|| repair(black_box(&mesh), &settings))
+    });
+    group.finish();
+}
+
+fn inside(c: &mut Criterion) {
+    let mut group = c.benchmark_group("discretize/contains");
+    for spacing in [0.008, 0.002] {
+        let mesh = surface(spacing);
+        let triangles = mesh.triangles.len();
+        let solid = Solid::from_mesh(mesh);
+        let mut random = testkit::cloud::Random::new(1);
+        let mut points: Vec<DVec3> = (0..1000).map(|_| random.vector(0.09)).collect();
+        points = space_filling_order(&points).apply(&points);
+        group.throughput(Throughput::Elements(1000));
+        group.bench_function(BenchmarkId::new("winding", triangles), |b| {
+            b.iter(|| points.iter().filter(|p| solid.contains(**p)).count());
+        });
+        group.bench_function(BenchmarkId::new("signed_distance", triangles), |b| {
+            b.iter(|| {
+                points
+                    .iter()
+                    .map(|p| solid.signed_distance(*p))
+                    .sum::<f64>()
+            });
+        });
+    }
+    group.finish();
+}
+
+fn stuffing(c: &mut Criterion) {
+    let mut group = c.benchmark_group("discretize/sample_tetrahedra");
+    group.sample_size(10);
+    let bodies = [
+        ("function", Solid::from(Shape::Liver)),
+        ("mesh", Solid::from_mesh(surface(0.004))),
+    ];
+    for (name, solid) in &bodies {
+        for nodes in [1_000, 10_000, 100_000] {
+            let settings = SampleSettings {
+                target: Target::NodeCount(nodes),
+                ..SampleSettings::default()
+            };
+            group.throughput(Throughput::Elements(nodes as u64));
+            group.bench_function(BenchmarkId::new(*name, nodes), |b| {
+                b.iter(|| sample_tetrahedra(black_box(solid), &settings));
+            });
+        }
+    }
+    group.finish();
+    let settings = SampleSettings::default();
+    let nodes = sample_tetrahedra(&bodies[0].1, &settings).expect("the liver is sampled");
+    c.bench_function("discretize/tetrahedra_edges/6000", |b| {
+        b.iter(|| tetrahedra_edges(nodes.positions.len(), black_box(&nodes.tetrahedra)));
+    });
+}
+
+fn surfels(c: &mut Criterion) {
+    let mesh = surface(0.004);
+    let solid = Solid::from(Shape::Liver);
+    let mut group = c.benchmark_group("discretize/sample_surfels");
+    group.sample_size(10);
+    for count in [1_000, 10_000, 100_000] {
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_function(BenchmarkId::new("liver", count), |b| {
+            b.iter(|| sample_surfels(black_box(&mesh), count, Some(&solid)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, files, inside, stuffing, surfels);
+criterion_main!(benches);

@@ -1,7 +1,9 @@
 #![doc = include_str!("../README.md")]
 
 mod error;
+mod file;
 mod hierarchy;
+mod improve;
 mod intersections;
 mod lattice;
 mod liver;
@@ -18,8 +20,10 @@ mod stuffing;
 mod sums;
 mod surfels;
 mod topology;
+mod write;
 
 pub use error::{RepairError, SampleError};
+pub use file::{FileError, SampledFile, sample_file};
 pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
 pub use intersections::self_intersections;
 pub use mesh::{Bounds, Mesh};
@@ -37,3 +41,4 @@ pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
 pub use surfels::{Surfels, sample_surfels};
+pub use write::{Field, ply_mesh, ply_surfels, vtk_tetrahedra};

@@ -5,6 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::error::SampleError;
+use crate::improve::improve;
 use crate::lattice::Lattice;
 use crate::mesh::{Bounds, Mesh};
 use crate::oracle::{Oracle, find};
@@ -47,6 +48,9 @@ pub struct SampleSettings {
     pub target: Target,
     /// Relative tolerance of [`Target::NodeCount`].
     pub count_tolerance: f64,
+    /// Sweeps that move nodes near the surface to raise the smallest height, and with it the
+    /// explicit time step; 0 leaves the stuffing as it is. A fitted box needs none.
+    pub smoothing_sweeps: usize,
     /// Most lattice cells before [`SampleError::TooFine`]; each takes about 20 bytes.
     pub largest_lattice: usize,
 }
@@ -56,6 +60,7 @@ impl Default for SampleSettings {
         Self {
             target: Target::NodeCount(6000),
             count_tolerance: 0.05,
+            smoothing_sweeps: 4,
             largest_lattice: 200_000_000,
         }
     }
@@ -163,28 +168,23 @@ pub fn sample_tetrahedra(
     settings: &SampleSettings,
 ) -> Result<Sampling, SampleError> {
     let oracle = Oracle::new(solid);
-    match settings.target {
+    let (mut stuffed, cell) = match settings.target {
         Target::Spacing(spacing) => {
             let cell = spacing / MEAN_EDGE;
             let lattice = lattice_for(solid, cell, settings.largest_lattice)?;
-            let stuffed = stuff_at(&oracle, &lattice, cell)?;
-            finish(&oracle, stuffed, spacing)
+            (stuff_at(&oracle, &lattice, cell)?, cell)
         }
-        Target::NodeCount(wanted) => {
-            if wanted < LEAST_NODES {
-                return Err(SampleError::TooFewNodes {
-                    nodes: wanted,
-                    least: LEAST_NODES,
-                });
-            }
-            let (stuffed, cell) = if solid.is_box() {
-                stuff_box(&oracle, wanted, settings)?
-            } else {
-                search_count(&oracle, wanted, settings)?
-            };
-            finish(&oracle, stuffed, cell * MEAN_EDGE)
+        Target::NodeCount(nodes) if nodes < LEAST_NODES => {
+            let least = LEAST_NODES;
+            return Err(SampleError::TooFewNodes { nodes, least });
         }
+        Target::NodeCount(wanted) if solid.is_box() => stuff_box(&oracle, wanted, settings)?,
+        Target::NodeCount(wanted) => search_count(&oracle, wanted, settings)?,
+    };
+    if !solid.is_box() {
+        improve(&mut stuffed, solid, cell, settings.smoothing_sweeps);
     }
+    finish(&oracle, stuffed, cell * MEAN_EDGE)
 }
 
 fn stuff_at(oracle: &Oracle<'_>, lattice: &Lattice, cell: f64) -> Result<Stuffed, SampleError> {

@@ -292,6 +292,39 @@ fn every_format_gives_the_same_cube() {
     }
 }
 
+#[test]
+fn what_is_written_reads_back() {
+    let s = sample(&Shape::Liver.into(), 600).unwrap();
+    let file = parse_mesh(&s.to_vtk()).unwrap();
+    assert_eq!(file.mesh.vertices, s.positions);
+    assert_eq!(file.tetrahedra, s.tetrahedra);
+    let (surface, node_of) = s.surface();
+    assert_eq!(node_of.len(), s.report.surface_nodes);
+    let file = parse_mesh(&phyxel_discretize::ply_mesh(&surface)).unwrap();
+    assert_eq!(file.mesh, surface);
+    assert_relative("volume", surface.volume(), s.report.volume, 0.0, 1e-12);
+    let path = std::env::temp_dir().join(format!("phyxel-{}.ply", std::process::id()));
+    std::fs::write(
+        &path,
+        phyxel_discretize::ply_mesh(&surface.clone().scaled(1e3)),
+    )
+    .unwrap();
+    let settings = SampleSettings {
+        target: Target::NodeCount(500),
+        ..SampleSettings::default()
+    };
+    let sampled =
+        phyxel_discretize::sample_file(&path, 1e-3, &RepairSettings::default(), &settings);
+    std::fs::remove_file(&path).unwrap();
+    assert_relative(
+        "volume",
+        sampled.unwrap().mesh_report.volume,
+        s.report.volume,
+        0.0,
+        1e-9,
+    );
+}
+
 /// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
 /// what still reads can be repaired or is refused.
 #[test]

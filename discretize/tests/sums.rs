@@ -173,6 +173,96 @@ proptest! {
     }
 }
 
+#[test]
+fn smoothing_raises_the_smallest_height() {
+    let at = |smoothing_sweeps| {
+        let settings = SampleSettings {
+            target: Target::NodeCount(3000),
+            smoothing_sweeps,
+            ..SampleSettings::default()
+        };
+        let s = sample_tetrahedra(&Shape::Liver.into(), &settings).unwrap();
+        check_sums(&s);
+        s.report.quality
+    };
+    let (plain, smooth) = (at(0), at(4));
+    let gain = smooth.smallest_height / plain.smallest_height;
+    assert!(gain > 1.2, "{gain}");
+    assert!(smooth.smallest_dihedral > 10.7 && plain.smallest_dihedral > 10.7);
+}
+
+#[test]
+fn surfels_cover_the_surface_evenly() {
+    let liver = Solid::from(Shape::Liver);
+    let mesh = surface_mesh(&liver, 0.005).unwrap();
+    let surfels = phyxel_discretize::sample_surfels(&mesh, 2000, Some(&liver));
+    let n = surfels.positions.len();
+    assert!(n.abs_diff(2000) < 60, "{n}");
+    let sum: f64 = surfels.areas.iter().sum();
+    assert_relative("area", sum, mesh.area(), 0.0, 1e-10);
+    assert!(surfels.areas.iter().all(|a| *a > 0.0));
+    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    let packed = (mesh.area() / n as f64 * 2.0 / 3.0_f64.sqrt()).sqrt();
+    for (i, p) in surfels.positions.iter().enumerate() {
+        assert_below("off", Shape::Liver.value(*p).abs(), 1e-12);
+        assert_relative("normal", surfels.normals[i].length(), 1.0, 0.0, 1e-12);
+        let outward = Shape::Liver.value(*p + 1e-5 * surfels.normals[i]);
+        assert!(outward > 0.0);
+        let nearest = surfels
+            .positions
+            .iter()
+            .enumerate()
+            .filter(|(j, _)| *j != i);
+        let nearest = nearest
+            .map(|(_, q)| q.distance(*p))
+            .fold(f64::INFINITY, f64::min);
+        assert!(
+            nearest > 0.25 * packed && nearest < 1.6 * packed,
+            "{}",
+            nearest / packed
+        );
+    }
+}
+
+#[test]
+fn the_hierarchy_agrees_with_brute_force() {
+    let mesh = surface_mesh(&Shape::Liver.into(), 0.01).unwrap();
+    let hierarchy = phyxel_discretize::Hierarchy::new(&mesh);
+    let mut random = testkit::cloud::Random::new(3);
+    for _ in 0..500 {
+        let p = random.vector(0.1);
+        let exact = phyxel_discretize::winding_number(&mesh, p);
+        assert_below("round", (exact - exact.round()).abs(), 1e-9);
+        let fast = hierarchy.winding_number(p);
+        assert_below("winding", (fast - exact).abs(), 0.1);
+        let closest = hierarchy.closest(p).unwrap();
+        let mut crossings = Vec::new();
+        let q = random.vector(0.1);
+        hierarchy.crossings_into(p, q, &mut crossings);
+        // The jump of the winding number along the segment is the signed count of crossings.
+        let jump: f64 = crossings
+            .iter()
+            .map(|c| mesh.area_vector(c.triangle as usize).dot(q - p).signum())
+            .sum();
+        let end = phyxel_discretize::winding_number(&mesh, q);
+        assert_below("jump", (exact - end - jump).abs(), 1e-9);
+        // No vertex is nearer than the closest point.
+        let vertex = mesh.vertices.iter().map(|v| v.distance_squared(p));
+        let vertex = vertex.fold(f64::INFINITY, f64::min);
+        assert!(closest.distance_squared <= vertex * (1.0 + 1e-12));
+        let solo = (0..mesh.triangles.len()).map(|t| {
+            let one = phyxel_discretize::Mesh {
+                vertices: mesh.corners(t).to_vec(),
+                triangles: vec![[0, 1, 2]],
+            };
+            let h = phyxel_discretize::Hierarchy::new(&one);
+            h.closest(p).unwrap().distance_squared
+        });
+        let brute = solo.fold(f64::INFINITY, f64::min);
+        assert_relative("closest", closest.distance_squared, brute, 0.0, 1e-12);
+    }
+}
+
 /// Two overlapping balls, turned, moved and scaled.
 fn check_blob(turn: DQuat, size: f64, shift: DVec3, bump: DVec3, radius: f64) {
     let place = move |p: DVec3| turn.inverse() * (p / size - shift);

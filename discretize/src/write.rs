@@ -1,0 +1,148 @@
+//! Writing surfaces, surfels and samplings for ParaView and other programs.
+
+use glam::DVec3;
+
+use crate::mesh::{Mesh, index};
+use crate::sampling::Sampling;
+use crate::surfels::Surfels;
+
+/// Values at nodes for [`vtk_tetrahedra`].
+#[derive(Debug, Clone, Copy)]
+pub enum Field<'a> {
+    /// One number per node.
+    Scalars(&'a [f64]),
+    /// One vector per node.
+    Vectors(&'a [DVec3]),
+}
+
+/// A surface as binary little-endian PLY with double coordinates.
+#[must_use]
+pub fn ply_mesh(mesh: &Mesh) -> Vec<u8> {
+    let mut out = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n\
+         property double y\nproperty double z\nelement face {}\n\
+         property list uchar uint vertex_indices\nend_header\n",
+        mesh.vertices.len(),
+        mesh.triangles.len()
+    )
+    .into_bytes();
+    for p in &mesh.vertices {
+        p.to_array()
+            .iter()
+            .for_each(|x| out.extend(x.to_le_bytes()));
+    }
+    for t in &mesh.triangles {
+        out.push(3);
+        t.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    }
+    out
+}
+
+/// Surfels as binary little-endian PLY: position, normal, area.
+#[must_use]
+pub fn ply_surfels(surfels: &Surfels) -> Vec<u8> {
+    let mut out = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n\
+         property double y\nproperty double z\nproperty double nx\nproperty double ny\n\
+         property double nz\nproperty double area\nend_header\n",
+        surfels.positions.len()
+    )
+    .into_bytes();
+    for ((p, n), a) in surfels
+        .positions
+        .iter()
+        .zip(&surfels.normals)
+        .zip(&surfels.areas)
+    {
+        let values = p.to_array().into_iter().chain(n.to_array()).chain([*a]);
+        values.for_each(|x| out.extend(x.to_le_bytes()));
+    }
+    out
+}
+
+/// Tetrahedra with fields at their nodes as binary legacy VTK (unstructured grid). Spaces in field
+/// names become underscores.
+///
+/// # Panics
+/// If a field has not one value per node.
+#[must_use]
+pub fn vtk_tetrahedra(
+    positions: &[DVec3],
+    tetrahedra: &[[u32; 4]],
+    fields: &[(&str, Field<'_>)],
+) -> Vec<u8> {
+    let mut out = format!(
+        "# vtk DataFile Version 3.0\nphyxel nodes\nBINARY\nDATASET UNSTRUCTURED_GRID\n\
+         POINTS {} double\n",
+        positions.len()
+    )
+    .into_bytes();
+    let vectors = |out: &mut Vec<u8>, values: &[DVec3]| {
+        for x in values.iter().flat_map(|v| v.to_array()) {
+            out.extend(x.to_be_bytes());
+        }
+        out.push(b'\n');
+    };
+    vectors(&mut out, positions);
+    let count = tetrahedra.len();
+    out.extend(format!("CELLS {count} {}\n", 5 * count).bytes());
+    for t in tetrahedra {
+        out.extend(4_u32.to_be_bytes());
+        t.iter().for_each(|v| out.extend(v.to_be_bytes()));
+    }
+    out.extend(format!("\nCELL_TYPES {count}\n").bytes());
+    for _ in 0..count {
+        out.extend(10_u32.to_be_bytes());
+    }
+    out.extend(format!("\nPOINT_DATA {}\n", positions.len()).bytes());
+    for (name, field) in fields {
+        let name = name.replace(char::is_whitespace, "_");
+        match field {
+            Field::Scalars(values) => {
+                assert_eq!(values.len(), positions.len(), "{name}: one value per node");
+                out.extend(format!("SCALARS {name} double 1\nLOOKUP_TABLE default\n").bytes());
+                values.iter().for_each(|x| out.extend(x.to_be_bytes()));
+                out.push(b'\n');
+            }
+            Field::Vectors(values) => {
+                assert_eq!(values.len(), positions.len(), "{name}: one vector per node");
+                out.extend(format!("VECTORS {name} double\n").bytes());
+                vectors(&mut out, values);
+            }
+        }
+    }
+    out
+}
+
+impl Sampling {
+    /// Nodes and tetrahedra with volumes and boundary vectors as binary legacy VTK.
+    #[must_use]
+    pub fn to_vtk(&self) -> Vec<u8> {
+        let fields = [
+            ("volume", Field::Scalars(&self.volumes)),
+            ("boundary_vector", Field::Vectors(&self.boundary_vectors)),
+        ];
+        vtk_tetrahedra(&self.positions, &self.tetrahedra, &fields)
+    }
+
+    /// The boundary of the tetrahedra as a mesh, and the node of each of its vertices.
+    #[must_use]
+    pub fn surface(&self) -> (Mesh, Vec<u32>) {
+        let mut node_of: Vec<u32> = self.surface_triangles.iter().flatten().copied().collect();
+        node_of.sort_unstable();
+        node_of.dedup();
+        let number = |v: &u32| index(node_of.partition_point(|node| node < v));
+        let mesh = Mesh {
+            vertices: node_of
+                .iter()
+                .map(|v| self.positions[*v as usize])
+                .collect(),
+            triangles: self
+                .surface_triangles
+                .iter()
+                .map(|t| [number(&t[0]), number(&t[1]), number(&t[2])])
+                .collect(),
+        };
+        (mesh, node_of)
+    }
+}
