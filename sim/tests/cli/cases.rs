@@ -7,20 +7,20 @@ pub(crate) struct Case {
     pub(crate) arguments: Vec<String>,
 }
 
-const LIVER: &str = include_str!("../../scenes/liver.ron");
+const SCENE: &str = include_str!("base.ron");
 
 fn strings(items: &[&str]) -> Vec<String> {
     items.iter().map(|&item| item.to_owned()).collect()
 }
 
-/// The liver scene with `from` replaced, in a file that is run.
+/// The valid scene with `from` replaced, in a file that is run.
 fn changed(name: &str, from: &str, to: &str) -> Case {
-    assert!(LIVER.contains(from), "{name}: the scene has no '{from}'");
+    assert!(SCENE.contains(from), "{name}: the scene has no '{from}'");
     Case {
         name: name.to_owned(),
         files: vec![(
             "scene.ron".to_owned(),
-            LIVER.replacen(from, to, 1).into_bytes(),
+            SCENE.replacen(from, to, 1).into_bytes(),
         )],
         arguments: strings(&["run", "scene.ron", "--out", "results/here"]),
     }
@@ -80,7 +80,7 @@ fn text_cases() -> Vec<Case> {
         changed("negative number of nodes", "Nodes(6000)", "Nodes(-6000)"),
         given(
             "truncated scene",
-            &[("scene.ron", &LIVER[..LIVER.len() / 2])],
+            &[("scene.ron", &SCENE[..SCENE.len() / 2])],
             &["run", "scene.ron", "--out", "results"],
         ),
         given(
