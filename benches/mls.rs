@@ -95,7 +95,7 @@ fn stencils(c: &mut Criterion) {
         let plain =
             || GradientStencils::new(black_box(&block.positions), &graph, weights.clone(), 1e-3);
         group.bench_function(BenchmarkId::new("plain, all threads", nodes), |b| {
-            b.iter(plain)
+            b.iter(plain);
         });
         group.bench_function(BenchmarkId::new("plain, one thread", nodes), |b| {
             b.iter(|| one.install(plain));
