@@ -1,3 +1,184 @@
-//! Criterion benches of `phyxel-enrich`.
+//! Cuts: one update, crossings, detours, grid, sides.
+//! `cargo bench -p benches --bench enrich`
+#![allow(missing_docs, reason = "criterion emits undocumented functions")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::unwrap_used,
+    reason = "benchmark inputs are small and sound"
+)]
 
-fn main() {}
+use std::hint::black_box;
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::DVec3;
+use phyxel_enrich::{
+    CutSettings, Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
+    connected_pieces, grid_pair_factors,
+};
+use testkit::cloud;
+
+const SIDES: [usize; 3] = [10, 22, 46];
+
+/// Jittered lattice of spacing 1, joined to its 6 nearest and 12 next nearest places.
+struct Block {
+    x: Vec<DVec3>,
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+    side: f64,
+}
+
+impl Block {
+    fn new(side: usize) -> Self {
+        let x = cloud::lattice([side; 3], 1.0, 0.1, 3);
+        let (mut offsets, mut indices) = (vec![0], Vec::new());
+        let near = |c: usize| c.saturating_sub(1)..=(c + 1).min(side - 1);
+        for node in 0..x.len() {
+            let (i, j, k) = (node % side, node / side % side, node / side / side);
+            for c in near(k) {
+                for b in near(j) {
+                    for a in near(i) {
+                        let steps = a.abs_diff(i) + b.abs_diff(j) + c.abs_diff(k);
+                        if steps == 1 || steps == 2 {
+                            indices.push(((c * side + b) * side + a) as u32);
+                        }
+                    }
+                }
+            }
+            offsets.push(indices.len() as u32);
+        }
+        Self {
+            x,
+            offsets,
+            indices,
+            side: side as f64,
+        }
+    }
+
+    fn factors(&self, rule: Rule) -> PairFactors {
+        let settings = FactorSettings {
+            rule,
+            ..FactorSettings::default()
+        };
+        PairFactors::new(&self.x, &self.offsets, &self.indices, &settings)
+    }
+
+    /// A strip in the middle that has come half way, in pieces of one spacing.
+    fn half_cut(&self) -> (Cuts, usize) {
+        let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+        let stroke = cuts.start(&self.blade(-1.0)).unwrap();
+        for k in 0..self.side as usize / 2 {
+            cuts.append(stroke, &self.blade(k as f64)).unwrap();
+        }
+        (cuts, stroke)
+    }
+
+    fn blade(&self, at: f64) -> [DVec3; 2] {
+        let y = 0.5 * self.side + 0.2 + 0.5 * (0.3 * at).sin();
+        [
+            DVec3::new(at + 0.4, y, 0.5 * self.side - 0.4),
+            DVec3::new(at + 0.4, y, 0.5 * self.side + 1.1),
+        ]
+    }
+
+    fn inside(&self, p: DVec3) -> bool {
+        p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(DVec3::splat(self.side - 0.5)).all()
+    }
+}
+
+fn update(c: &mut Criterion) {
+    let mut group = c.benchmark_group("enrich/update_two_triangles");
+    for side in SIDES {
+        let block = Block::new(side);
+        for (name, rule) in [("detour", Rule::Detour), ("visibility", Rule::Visibility)] {
+            let (mut cuts, stroke) = block.half_cut();
+            let mut before = block.factors(rule);
+            before.update(&cuts, 0..cuts.triangle_count(), &|p| block.inside(p));
+            let new = cuts
+                .append(stroke, &block.blade((side / 2) as f64))
+                .unwrap();
+            // The state before is copied outside of the timed part.
+            group.bench_function(BenchmarkId::new(name, block.x.len()), |b| {
+                b.iter_batched_ref(
+                    || before.clone(),
+                    |factors| black_box(factors.update(&cuts, new.clone(), &|p| block.inside(p))),
+                    BatchSize::LargeInput,
+                );
+            });
+        }
+    }
+    group.finish();
+}
+
+fn whole_cut(c: &mut Criterion) {
+    let mut group = c.benchmark_group("enrich/whole_half_cut");
+    for side in SIDES {
+        let block = Block::new(side);
+        let (cuts, _) = block.half_cut();
+        group.throughput(Throughput::Elements(cuts.triangle_count() as u64));
+        group.bench_function(BenchmarkId::new("detour", block.x.len()), |b| {
+            b.iter_batched_ref(
+                || block.factors(Rule::Detour),
+                |f| black_box(f.update(&cuts, 0..cuts.triangle_count(), &|p| block.inside(p))),
+                BatchSize::LargeInput,
+            );
+        });
+        let blades: Vec<[DVec3; 2]> = (0..side / 2).map(|k| block.blade(k as f64)).collect();
+        let settings = GridSettings::for_spacing(1.0);
+        let reach = vec![2.5; block.x.len()];
+        group.bench_function(BenchmarkId::new("grid", block.x.len()), |b| {
+            b.iter(|| {
+                let grid = EnrichmentGrid::from_blades(&blades, &settings).unwrap();
+                black_box(grid_pair_factors(
+                    &[grid],
+                    &block.x,
+                    &block.offsets,
+                    &block.indices,
+                    &reach,
+                    GridForm::OneSidedMean,
+                ))
+            });
+        });
+    }
+    group.finish();
+}
+
+fn queries(c: &mut Criterion) {
+    let mut group = c.benchmark_group("enrich/queries");
+    for side in SIDES {
+        let block = Block::new(side);
+        let (cuts, _) = block.half_cut();
+        let middle = DVec3::splat(0.5 * block.side);
+        let pairs: Vec<(DVec3, DVec3)> = cloud::uniform(1000, 0.4 * block.side, 9)
+            .into_iter()
+            .map(|p| (middle + p, middle + p + DVec3::new(0.3, 1.1, 0.2)))
+            .collect();
+        group.throughput(Throughput::Elements(1000));
+        group.bench_function(BenchmarkId::new("crosses", block.x.len()), |b| {
+            b.iter(|| pairs.iter().filter(|(p, q)| cuts.crosses(*p, *q)).count());
+        });
+        group.bench_function(BenchmarkId::new("nearest", block.x.len()), |b| {
+            b.iter(|| {
+                pairs
+                    .iter()
+                    .filter(|(p, _)| cuts.nearest(*p, 2.0).is_some())
+                    .count()
+            });
+        });
+        group.bench_function(BenchmarkId::new("solid_angle", block.x.len()), |b| {
+            b.iter(|| pairs.iter().map(|(p, _)| cuts.solid_angle(*p)).sum::<f64>());
+        });
+        let mut factors = block.factors(Rule::Detour);
+        factors.update(&cuts, 0..cuts.triangle_count(), &|p| block.inside(p));
+        group.throughput(Throughput::Elements(block.x.len() as u64));
+        group.bench_function(BenchmarkId::new("connected_pieces", block.x.len()), |b| {
+            b.iter(|| {
+                connected_pieces(&block.offsets, &block.indices, black_box(factors.factors()))
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, update, whole_cut, queries);
+criterion_main!(benches);

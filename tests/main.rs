@@ -12,3 +12,5 @@ mod integrate_dynamics;
 /// Indentation against finite elements and Hertz.
 mod integrate_indentation;
 mod organ_stencils;
+/// Cracks with a known answer, through cuts, never glued.
+mod cut_accuracy;

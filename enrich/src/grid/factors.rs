@@ -25,7 +25,7 @@ impl GridForm {
         let sign = |e: &Enrichment| if e.s < 0.0 { -1.0 } else { 1.0 };
         match self {
             Self::OneSided => 0.5 * (1.0 + sign(i) * j.phi),
-            Self::OneSidedMean => 0.25 * (2.0 + sign(i) * j.phi + sign(j) * i.phi),
+            Self::OneSidedMean => 0.25 * (2.0 + (sign(i) * j.phi + sign(j) * i.phi)),
             Self::Product => 0.5 * (1.0 + i.phi * j.phi),
         }
     }

@@ -1,0 +1,150 @@
+//! Time of one update by two new triangles, for bodies and cuts of growing size, and the grid's beside it.
+//!
+//! `cargo run --release -p phyxel-enrich --example speed`; with `once N LENGTH` one update only, for
+//! counting instructions: `valgrind --tool=none` or `--tool=callgrind --toggle-collect='*update*'`.
+#![allow(
+    clippy::print_stdout,
+    clippy::cast_precision_loss,
+    reason = "prints a table; counts are small"
+)]
+
+use std::time::Instant;
+
+use glam::DVec3;
+use phyxel_enrich::{
+    CutError, CutSettings, Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings,
+    PairFactors, grid_pair_factors,
+};
+use testkit::cloud;
+
+/// A block of `n` nodes on a jittered lattice of spacing 1 with 16 to 18 neighbours each.
+fn block(n: usize) -> (Vec<DVec3>, Vec<u32>, Vec<u32>) {
+    let mut side = 1;
+    while (side + 1) * (side + 1) * (side + 1) <= n {
+        side += 1;
+    }
+    let x = cloud::lattice([side; 3], 1.0, 0.1, 3);
+    let (mut offsets, mut indices) = (vec![0], Vec::new());
+    let last = side - 1;
+    for k in 0..side {
+        for j in 0..side {
+            for i in 0..side {
+                for c in k.saturating_sub(1)..=(k + 1).min(last) {
+                    for b in j.saturating_sub(1)..=(j + 1).min(last) {
+                        for a in i.saturating_sub(1)..=(i + 1).min(last) {
+                            let steps = a.abs_diff(i) + b.abs_diff(j) + c.abs_diff(k);
+                            if steps == 1 || steps == 2 {
+                                let index = (c * side + b) * side + a;
+                                indices.push(u32::try_from(index).unwrap_or(u32::MAX));
+                            }
+                        }
+                    }
+                }
+                offsets.push(u32::try_from(indices.len()).unwrap_or(u32::MAX));
+            }
+        }
+    }
+    (x, offsets, indices)
+}
+
+/// The blade's place after `k` captures: up and down a folded path that fills the body, a spacing per
+/// capture.
+fn blade(k: usize, side: f64) -> [DVec3; 2] {
+    let lanes = side - 3.0;
+    let along = k as f64 % lanes;
+    let lane = (k as f64 / lanes).floor();
+    let rows = ((side - 3.0) / 2.6).floor();
+    let x = if lane % 2.0 < 0.5 {
+        along
+    } else {
+        lanes - along
+    };
+    let y = 1.3 + 2.6 * (lane % rows);
+    let z = 1.2 + 2.0 * (lane / rows).floor();
+    [DVec3::new(x + 0.4, y, z), DVec3::new(x + 0.4, y, z + 1.5)]
+}
+
+fn main() -> Result<(), CutError> {
+    let arguments: Vec<String> = std::env::args().collect();
+    if arguments.get(1).is_some_and(|a| a == "once") {
+        let number = |k: usize| arguments.get(k).and_then(|a| a.parse().ok()).unwrap_or(10);
+        let (nodes, length) = (number(2), number(3));
+        let (_, touched) = updates(nodes, length, 1)?;
+        println!("{nodes} nodes, {length} captures, {touched} pairs touched by the last");
+        return Ok(());
+    }
+    println!(
+        "nodes    captures before   update of 2 triangles, median (quartiles)   pairs touched"
+    );
+    for nodes in [1_000, 6_000, 100_000] {
+        for length in [5, 50, 500] {
+            let (mut times, touched) = updates(nodes, length, 41)?;
+            times.sort_by(f64::total_cmp);
+            println!(
+                "{nodes:7}  {length:15}   {:8.4} ms ({:.4} to {:.4})   {touched:12}",
+                1e3 * times[20],
+                1e3 * times[10],
+                1e3 * times[30],
+            );
+        }
+    }
+    let (x, offsets, indices) = block(6_000);
+    println!("the dissertation's grid, 5,832 nodes, a straight strip, built anew for each update:");
+    for length in [5, 16] {
+        let blades: Vec<[DVec3; 2]> = (0..=length)
+            .map(|k| [6.3, 9.8].map(|z| DVec3::new(k as f64 + 0.4, 8.3, z)))
+            .collect();
+        for fine in [1.0, 0.5, 0.25] {
+            let settings = GridSettings {
+                spacing: fine,
+                inflate: 3.0,
+                most_points: 1 << 26,
+            };
+            let start = Instant::now();
+            let Ok(grid) = EnrichmentGrid::from_blades(&blades, &settings) else {
+                continue;
+            };
+            let built = start.elapsed();
+            let reach = vec![2.5; x.len()];
+            let factors = grid_pair_factors(
+                std::slice::from_ref(&grid),
+                &x,
+                &offsets,
+                &indices,
+                &reach,
+                GridForm::OneSidedMean,
+            );
+            println!(
+                "{length} pieces, spacing {fine}: {:8.3} ms for {} points ({} kB), {:.3} ms with factors, lowest {:.2}",
+                1e3 * built.as_secs_f64(),
+                grid.values().len(),
+                grid.bytes() / 1024,
+                1e3 * start.elapsed().as_secs_f64(),
+                factors.iter().copied().fold(1.0, f64::min),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Times (s) of `count` updates after `length` captures, and the pairs that the last one touched.
+fn updates(nodes: usize, length: usize, count: usize) -> Result<(Vec<f64>, usize), CutError> {
+    let (x, offsets, indices) = block(nodes);
+    let side = (x.len() as f64).cbrt().round();
+    let inside =
+        |p: DVec3| p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(DVec3::splat(side - 0.5)).all();
+    let mut factors = PairFactors::new(&x, &offsets, &indices, &FactorSettings::default());
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let stroke = cuts.start(&blade(0, side))?;
+    let (mut times, mut touched) = (Vec::new(), 0);
+    for k in 1..=length + count {
+        let start = Instant::now();
+        let new = cuts.append(stroke, &blade(k, side))?;
+        let found = factors.update(&cuts, new, &inside);
+        if k > length {
+            times.push(start.elapsed().as_secs_f64());
+            touched = found.pairs.len();
+        }
+    }
+    Ok((times, touched))
+}
