@@ -4,6 +4,8 @@
     reason = "a failing test names its line; messages are given where the values are not in sight"
 )]
 
+/// Cracks with a known answer, through cuts, never glued.
+mod cut_accuracy;
 mod elastic_accuracy;
 /// Elastic blocks as force laws, for the tests of `phyxel-integrate` with `phyxel-elastic`.
 mod integrate_bodies;
@@ -12,5 +14,3 @@ mod integrate_dynamics;
 /// Indentation against finite elements and Hertz.
 mod integrate_indentation;
 mod organ_stencils;
-/// Cracks with a known answer, through cuts, never glued.
-mod cut_accuracy;
