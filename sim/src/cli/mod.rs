@@ -2,6 +2,7 @@
 
 mod check;
 mod run;
+mod sample;
 mod scenes;
 mod source;
 mod study;
@@ -34,6 +35,8 @@ enum Command {
     Check(check::CheckArguments),
     /// List the embedded scenes, or print one as RON to start from.
     Scenes(scenes::ScenesArguments),
+    /// Fill a mesh with nodes, write them and report their quality.
+    Sample(sample::SampleArguments),
     /// Measure error and time; write tables, plots and one page.
     Study(study::StudyArguments),
 }
@@ -68,6 +71,8 @@ enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
+    Sample(#[from] sample::SampleProblem),
+    #[error(transparent)]
     Study(#[from] StudyError),
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -88,6 +93,7 @@ pub fn main() -> ExitCode {
         Some(Command::Run(arguments)) => run::run(arguments.scene.as_deref(), &arguments.flags),
         Some(Command::Check(arguments)) => check::check(&arguments),
         Some(Command::Scenes(arguments)) => scenes::scenes(&arguments),
+        Some(Command::Sample(arguments)) => sample::sample(&arguments),
         Some(Command::Study(arguments)) => study::study(&arguments),
     };
     match result {

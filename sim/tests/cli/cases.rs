@@ -276,5 +276,18 @@ fn mesh_cases() -> Vec<Case> {
         arguments: strings(&["run", "organ.stl", "--out", "results/here"]),
     });
     cases.push(given("missing mesh", &[], &["run", "organ.obj"]));
+    let whole = tetrahedron("0 0 0", "f 2 3 4");
+    let sample = |name: &str, mesh: &str, more: &[&str]| {
+        let arguments = [&["sample", "organ.obj"], more].concat();
+        given(name, &[("organ.obj", mesh)], &arguments)
+    };
+    cases.extend([
+        sample("sample: unknown ending", &whole, &["--out", "nodes.txt"]),
+        sample("sample: no scale", &whole, &["--scale", "0"]),
+        sample("sample: no spacing", &whole, &["--spacing", "0"]),
+        sample("sample: too fine", &whole, &["--spacing", "1e-5"]),
+        sample("sample: open mesh", &tetrahedron("0 0 0", ""), &[]),
+        sample("sample: empty mesh", "", &[]),
+    ]);
     cases
 }

@@ -66,6 +66,34 @@ fn scenes_lists_prints_and_documents() {
 }
 
 #[test]
+fn sample_fills_a_mesh_with_nodes() {
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let sandbox = Sandbox::new(&[("organ.obj", mesh)]);
+    let vtk = sandbox.run(&["sample", "organ.obj", "--spacing", "0.1"]);
+    assert_eq!(vtk.status, 0, "{vtk:?}");
+    assert!(vtk.stderr.contains("dihedral angles"), "{}", vtk.stderr);
+    let ply = sandbox.run(&[
+        "sample",
+        "organ.obj",
+        "--nodes",
+        "500",
+        "--out",
+        "a/b.ply",
+        "--quiet",
+    ]);
+    assert_eq!((ply.status, ply.stderr.as_str()), (0, ""), "{ply:?}");
+    assert_eq!(
+        sandbox.files(),
+        ["a/", "a/b.ply", "organ.nodes.vtk", "organ.obj"]
+    );
+    let vtk = std::fs::read(sandbox.path().join("organ.nodes.vtk")).unwrap();
+    assert!(vtk.starts_with(b"# vtk DataFile"), "a VTK file");
+    // The surface that was written is a mesh that can be sampled again.
+    let again = sandbox.run(&["sample", "a/b.ply", "--nodes", "200"]);
+    assert_eq!(again.status, 0, "{again:?}");
+}
+
+#[test]
 fn usage_errors_have_their_own_status() {
     let sandbox = Sandbox::empty();
     for arguments in [
