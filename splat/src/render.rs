@@ -216,6 +216,7 @@ impl Renderer {
         pixels.color.resize(side * side, [0; 4]);
         pixels.depth.resize(side * side, f32::INFINITY);
         let height = index(self.settings.height) * ss;
+        let empty = buffers.near.iter().all(|&near| near == f32::NEG_INFINITY);
         if self.settings.keep_normals {
             pixels.normals.clear();
             for k in 0..side * side {
@@ -235,7 +236,21 @@ impl Renderer {
                 .background
                 .top
                 .lerp(self.settings.background.bottom, rows.min(1.0));
+            let [r, g, b] = self.transfer.encode(background);
+            pixels.color[py * side..(py + 1) * side].fill([r, g, b, 255]);
+            pixels.depth[py * side..(py + 1) * side].fill(f32::INFINITY);
+            if empty {
+                continue;
+            }
             for px in 0..side {
+                let open = (py * ss..(py + 1) * ss).all(|y| {
+                    let from = y * TILE + px * ss;
+                    let samples = &buffers.near[from..from + ss];
+                    samples.iter().all(|&near| near == f32::NEG_INFINITY)
+                });
+                if open {
+                    continue;
+                }
                 let (sum, nearest) = self.pixel(
                     buffers,
                     [px, py],
@@ -249,7 +264,6 @@ impl Renderer {
                 let [r, g, b] = self.transfer.encode(sum);
                 pixels.color[py * side + px] = [r, g, b, 255];
                 pixels.depth[py * side + px] = match camera.lens {
-                    _ if nearest == f32::NEG_INFINITY => f32::INFINITY,
                     Lens::Perspective { .. } => 1.0 / nearest,
                     Lens::Orthographic { .. } => -nearest,
                 };
