@@ -185,8 +185,7 @@ fn cut_block(cuts: usize, clip: bool) -> Outcome<Actor> {
         (DVec3::new(1.0, -0.2, -0.35).normalize(), 0.3),
     ];
     let side = |p: DVec3, k: usize| p.dot(planes[k].0) > planes[k].1;
-    for k in 0..cuts {
-        let (normal, offset) = planes[k];
+    for (k, &(normal, offset)) in planes.iter().enumerate().take(cuts) {
         let (u, v) = normal.any_orthonormal_pair();
         let corner = |a: f64, b: f64| normal * offset + u * a + v * b;
         let quad = [

@@ -35,6 +35,8 @@ pub(crate) struct TileBuffers {
     /// Nearness that splats must reach to blend; infinite where a triangle is seen.
     limit: Vec<f32>,
     pub(crate) sums: Vec<Sums>,
+    /// Weighted sum of the highlights' exponents.
+    pub(crate) gloss: Vec<f32>,
     /// Triangle seen, plus 1; 0: none.
     pub(crate) triangle: Vec<u32>,
 }
@@ -45,6 +47,7 @@ impl TileBuffers {
             near: vec![f32::NEG_INFINITY; AREA],
             limit: vec![f32::NEG_INFINITY; AREA],
             sums: vec![[Vec4::ZERO; 3]; AREA],
+            gloss: vec![0.0; AREA],
             triangle: vec![0; AREA],
         }
     }
@@ -53,6 +56,7 @@ impl TileBuffers {
         self.near.fill(f32::NEG_INFINITY);
         self.triangle.fill(0);
         self.sums.fill([Vec4::ZERO; 3]);
+        self.gloss.fill(0.0);
     }
 }
 
@@ -63,6 +67,7 @@ pub(crate) struct Ink {
     /// Change of the texture point along the two disk coordinates.
     pub(crate) along: [Vec3; 2],
     pub(crate) specular: f32,
+    pub(crate) shininess: f32,
     pub(crate) relief: f32,
 }
 
@@ -226,27 +231,30 @@ pub(crate) fn draw_splats(
     for chunk in chunks {
         for p in chunk.in_tile(tile_index) {
             let walls = &chunk.walls[index(p.walls[0])..index(p.walls[1])];
-            let mut loaded: Option<[Vec4; 4]> = None;
+            let mut loaded: Option<([Vec4; 4], f32)> = None;
             for_rows(p, origin, |from, n, dx, dy| {
                 row.fill(p, walls, dx, dy, n);
                 if !weigh(&mut row, &tile.limit[from..from + n], p.tolerance) {
                     return;
                 }
-                let [color, point, along_s, along_t] = *loaded.get_or_insert_with(|| {
+                let ([color, point, along_s, along_t], gloss) = *loaded.get_or_insert_with(|| {
                     let ink = ink(p.splat);
-                    [
+                    let vectors = [
                         ink.color.extend(ink.specular),
                         ink.point.extend(ink.relief),
                         ink.along[0].extend(0.0),
                         ink.along[1].extend(0.0),
-                    ]
+                    ];
+                    (vectors, ink.shininess)
                 });
+                let exponents = &mut tile.gloss[from..from + n];
                 for (i, sums) in tile.sums[from..from + n].iter_mut().enumerate() {
                     let w = row.weight[i];
                     if w > 0.0 {
                         let normal = p.normal + p.bend[0] * row.s[i] + p.bend[1] * row.t[i];
                         sums[0] += normal * w;
                         sums[1] += color * w;
+                        exponents[i] += gloss * w;
                         sums[2] += (point + along_s * row.s[i] + along_t * row.t[i]) * w;
                     }
                 }

@@ -144,6 +144,7 @@ impl Renderer {
                 point: (view.texture_points[i] * cells).as_vec3(),
                 along: [along(&view.splats.rest_u), along(&view.splats.rest_v)],
                 specular: s.specular,
+                shininess: s.shininess,
                 relief: s.relief,
             }
         };
@@ -182,13 +183,9 @@ impl Renderer {
             view,
             color: ink.color,
             specular: ink.specular,
-            shininess: self.shininess(),
+            shininess: ink.shininess,
             softness: 0.5,
         }))
-    }
-
-    fn shininess(&self) -> f32 {
-        self.settings.surfaces.first().map_or(50.0, |s| s.shininess)
     }
 
     fn surface(&self, material: u8) -> Surface {
@@ -291,6 +288,7 @@ impl Renderer {
         let mut sum = Vec3::ZERO;
         let mut alike = true;
         let mut mean = [Vec4::ZERO; 3];
+        let mut mean_gloss = 0.0;
         let mut splatted = 0.0;
         let corner = [pixel[0] * ss, pixel[1] * ss];
         let at = [origin[0] + corner[0], origin[1] + corner[1]];
@@ -324,35 +322,20 @@ impl Renderer {
             for (m, s) in mean.iter_mut().zip(s) {
                 *m += *s * per;
             }
+            mean_gloss += buffers.gloss[k] * per;
             splatted += 1.0;
         }
         if splatted > 0.0 && alike {
-            sum += tone(self.light(&mean, view, rig)) * splatted;
+            sum += tone(light(&mean, mean_gloss, view, rig)) * splatted;
         } else if splatted > 0.0 {
             for sample in 0..ss * ss {
                 let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
                 if buffers.near[k] > f32::NEG_INFINITY && buffers.triangle[k] == 0 {
-                    sum += tone(self.light(&buffers.sums[k], view, rig));
+                    sum += tone(light(&buffers.sums[k], buffers.gloss[k], view, rig));
                 }
             }
         }
         (sum / single(real(ss * ss)), nearest)
-    }
-
-    /// Normalises sums and lights them.
-    #[inline]
-    fn light(&self, sums: &Sums, view: Vec3, rig: &Rig) -> Vec3 {
-        let per = 1.0 / sums[0].w;
-        let (color, point) = (sums[1] * per, sums[2] * per);
-        let normal = sums[0].truncate().normalize_or(view);
-        rig.shade(&Point {
-            normal: relief(normal, point.truncate(), point.w),
-            view,
-            color: color.truncate(),
-            specular: color.w,
-            shininess: self.shininess(),
-            softness: 0.5,
-        })
     }
 
     fn assemble(&self, tiles: &[TilePixels], tiles_per_row: usize, side: usize) -> Frame {
@@ -391,6 +374,22 @@ impl Renderer {
             normals,
         }
     }
+}
+
+/// Normalises sums and lights them.
+#[inline]
+fn light(sums: &Sums, gloss: f32, view: Vec3, rig: &Rig) -> Vec3 {
+    let per = 1.0 / sums[0].w;
+    let (color, point) = (sums[1] * per, sums[2] * per);
+    let normal = sums[0].truncate().normalize_or(view);
+    rig.shade(&Point {
+        normal: relief(normal, point.truncate(), point.w),
+        view,
+        color: color.truncate(),
+        specular: color.w,
+        shininess: gloss * per,
+        softness: 0.5,
+    })
 }
 
 /// Linear colour of a point on a tool.

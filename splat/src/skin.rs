@@ -23,14 +23,22 @@ const POOL: usize = 48;
 /// edge length, divides by zero at one step and samples shared edges twice). The number of samples
 /// after any number of triangles is `floor(density · area)` exactly: the remainder is carried. Each
 /// batch draws ten times as many candidates from a low-discrepancy sequence and keeps those
-/// farthest from all samples so far, so spacing is even across strips that arrive one by one.
+/// farthest from all samples so far; candidates left in holes wait for the next batch, so spacing is
+/// even across strips that arrive one by one.
 #[derive(Debug, Clone)]
 pub struct CutSampler {
     density: f64,
     carried: f64,
     sequence: usize,
     cells: HashMap<[i64; 3], Vec<DVec3>>,
+    /// Candidates of earlier triangles in the largest holes: point, normal, clearance.
+    reserve: Vec<(DVec3, DVec3, f64)>,
 }
+
+/// Clearance (spacings) from which a candidate that was not chosen is kept for later.
+const HOLE: f64 = 0.6;
+/// Candidates kept for later at most.
+const RESERVE: usize = 200;
 
 /// A sample: its point and its triangle's unit normal.
 pub(crate) struct Sample {
@@ -54,6 +62,7 @@ impl CutSampler {
             carried: 0.0,
             sequence: 0,
             cells: HashMap::new(),
+            reserve: Vec::new(),
         }
     }
 
@@ -74,7 +83,7 @@ impl CutSampler {
     /// Samples further triangles.
     pub(crate) fn sample(&mut self, triangles: &[[DVec3; 3]]) -> Vec<Sample> {
         let mut out = Vec::new();
-        let mut candidates: Vec<(DVec3, DVec3, f64)> = Vec::new();
+        let mut candidates = std::mem::take(&mut self.reserve);
         let mut owed = 0.0;
         for triangle in triangles {
             let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
@@ -98,6 +107,7 @@ impl CutSampler {
             }
         }
         self.choose(&mut owed, &mut candidates, &mut out);
+        self.reserve = candidates;
         out
     }
 
@@ -164,7 +174,12 @@ impl CutSampler {
             self.cells.entry(self.cell(point)).or_default().push(point);
             out.push(Sample { point, normal });
         }
-        candidates.clear();
+        let least = HOLE * self.spacing();
+        candidates.retain(|c| c.2 > least);
+        if candidates.len() > RESERVE {
+            candidates.sort_by(|a, b| b.2.total_cmp(&a.2));
+            candidates.truncate(RESERVE);
+        }
     }
 
     /// Number of samples that `u32` indices must address, for callers that preallocate.
