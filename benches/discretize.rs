@@ -24,7 +24,7 @@ fn files(c: &mut Criterion) {
     group.sample_size(20);
     let settings = RepairSettings::default();
     group.bench_function("repair_and_inspect", |b| {
-        b.iter(|| repair(black_box(&mesh), &settings))
+        b.iter(|| repair(black_box(&mesh), &settings));
     });
     group.finish();
 }

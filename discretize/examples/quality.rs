@@ -1,14 +1,15 @@
 //! Reads, repairs and samples meshes, and prints one table row per mesh and spacing.
 //!
-//! `cargo run --release -p phyxel-discretize --example quality -- FILE...`; for a file of
-//! tetrahedra the row of the tetrahedra as they come is printed first.
+//! `cargo run --release -p phyxel-discretize --example quality -- [--nodes N,N...] FILE...`; for a
+//! file of tetrahedra the row of the tetrahedra as they come is printed first. The word `liver`
+//! stands for the built-in shape.
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use std::path::Path;
 use std::time::Instant;
 
 use phyxel_discretize::{
-    RepairSettings, SampleSettings, Solid, Target, TetrahedraQuality, read_mesh, repair,
+    RepairSettings, SampleSettings, Shape, Solid, Target, TetrahedraQuality, read_mesh, repair,
     sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
 };
 
@@ -29,7 +30,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "| mesh | nodes | tets | min dihedral | max dihedral | shortest/mean edge | min height/mean edge | volume error | time |"
     );
     println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
-    for file in std::env::args().skip(1) {
+    let mut counts = vec![1000, 6000, 30_000];
+    let mut arguments = std::env::args().skip(1);
+    while let Some(file) = arguments.next() {
+        if file == "--nodes" {
+            let list = arguments.next().ok_or("numbers after --nodes")?;
+            counts = list.split(',').map(str::parse).collect::<Result<_, _>>()?;
+            continue;
+        }
+        if file == "liver" {
+            sample(&file, &Shape::Liver.into(), &counts);
+            continue;
+        }
         let path = Path::new(&file);
         let name = path
             .file_name()
@@ -70,29 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             start.elapsed().as_secs_f64()
         ));
         let solid = Solid::from_mesh(mesh);
-        for count in [1000, 6000, 30_000] {
-            let settings = SampleSettings {
-                target: Target::NodeCount(count),
-                ..SampleSettings::default()
-            };
-            let start = Instant::now();
-            match sample_tetrahedra(&solid, &settings) {
-                Ok(s) => {
-                    let seconds = start.elapsed().as_secs_f64();
-                    let error = s.report.volume_error.unwrap_or(f64::NAN);
-                    row(
-                        &name,
-                        s.positions.len(),
-                        s.tetrahedra.len(),
-                        &s.report.quality,
-                        error,
-                        seconds,
-                    );
-                    eprintln_report(&s.report.to_string());
-                }
-                Err(error) => println!("| {name} | {count}: {error} |"),
-            }
-        }
+        sample(&name, &solid, &counts);
     }
     Ok(())
 }
@@ -103,4 +93,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 )]
 fn eprintln_report(text: &str) {
     eprintln!("{text}\n");
+}
+
+fn sample(name: &str, solid: &Solid, counts: &[usize]) {
+    for &count in counts {
+        let settings = SampleSettings {
+            target: Target::NodeCount(count),
+            ..SampleSettings::default()
+        };
+        let start = Instant::now();
+        match sample_tetrahedra(solid, &settings) {
+            Ok(s) => {
+                let seconds = start.elapsed().as_secs_f64();
+                let error = s.report.volume_error.unwrap_or(f64::NAN);
+                let (nodes, tets) = (s.positions.len(), s.tetrahedra.len());
+                row(name, nodes, tets, &s.report.quality, error, seconds);
+                eprintln_report(&s.report.to_string());
+            }
+            Err(error) => println!("| {name} | {count}: {error} |"),
+        }
+    }
 }

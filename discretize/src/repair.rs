@@ -12,7 +12,7 @@ use crate::mesh::{Bounds, Mesh, index};
 use crate::oracle::find;
 use crate::topology::{Edges, boundary_loops, orient};
 
-/// What [`repair`] may do.
+/// What [`repair()`] may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RepairSettings {
     /// Vertices nearer than this fraction of the box's diagonal become one.

@@ -162,7 +162,7 @@ impl Solid {
     }
 
     /// Body inside a surface: winding number above one half. Repair the mesh first
-    /// ([`crate::repair`]).
+    /// ([`crate::repair()`]).
     ///
     /// # Panics
     /// If a triangle names a vertex out of range.

@@ -22,7 +22,7 @@ pub(crate) struct Stuffed {
     /// On the surface (cut point or moved lattice point).
     pub on_surface: Vec<bool>,
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Part of the input surface for each crossing found (see [`Oracle::part`]), as a set.
+    /// Part of the input surface for each crossing found (see [`Oracle::crossing`]), as a set.
     pub parts_hit: Vec<bool>,
 }
 
