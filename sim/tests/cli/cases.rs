@@ -146,6 +146,11 @@ fn value_cases() -> Vec<Case> {
         changed("no capture rate", "Rate(60)", "Rate(0)"),
         changed("captures without end", "Rate(60)", "Distance(1e-9)"),
         changed(
+            "tools",
+            "cuts: [",
+            "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0)])], cuts: [",
+        ),
+        changed(
             "misspelt body",
             "name: \"incision\"",
             "name: \"incision\", body: \"livr\"",
