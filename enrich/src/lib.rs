@@ -20,7 +20,7 @@ pub use comparators::{
 };
 pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::CutError;
-pub use face::NearestCut;
+pub use face::{FaceAreas, NearestCut};
 pub use factors::{FactorError, FactorSettings, PairFactors, Touched};
 pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 pub use index::Bounds;

@@ -217,6 +217,57 @@ fn restored_factors_go_on_as_the_run_did() {
 }
 
 #[test]
+fn face_areas_are_opposite_and_sum_to_the_cut_inside_the_body() {
+    let cloud = cloud();
+    let cuts = cut(
+        &vec![vec![blade(0.503, -0.3), blade(0.503, 0.6)]],
+        &settings(&cloud),
+    );
+    let areas = cuts.face_areas(&cloud.x, &inside, 3.0 / 12.0, 6);
+    testkit::tol::assert_within("area", areas.area, 0.6, 0.02);
+    assert_eq!(areas.lost, 0.0);
+    let (mut upper, mut lower) = (DVec3::ZERO, DVec3::ZERO);
+    for (x, vector) in cloud.x.iter().zip(&areas.vectors) {
+        // Nodes of the upper face look down on it: out of their half of the body is -y.
+        if x.y > 0.503 {
+            assert!(vector.y <= 0.0);
+            upper += *vector;
+        } else {
+            assert!(vector.y >= 0.0);
+            lower += *vector;
+        }
+    }
+    testkit::tol::assert_within("faces", (upper + lower).length(), 0.0, 1e-12);
+    testkit::tol::assert_within("upper", upper.distance(-areas.area * DVec3::Y), 0.0, 1e-12);
+}
+
+#[test]
+fn memory_follows_the_touched_part_not_the_body() {
+    // The same cut in bodies of different size: what the cut holds is the same, and the state of the
+    // factors is the factors.
+    let strokes = vec![vec![
+        blade(0.503, 0.0),
+        blade(0.503, 0.1),
+        blade(0.503, 0.2),
+    ]];
+    let small = cut(&strokes, &CutSettings::for_spacing(0.1));
+    let long: Vec<Vec<DVec3>> = (0..=200)
+        .map(|k| blade(0.503, 0.1 * f64::from(k)))
+        .collect();
+    let long = cut(&vec![long], &CutSettings::for_spacing(0.1));
+    let per_triangle = |c: &Cuts| c.bytes() as f64 / c.triangle_count() as f64;
+    assert!(
+        per_triangle(&long) < 2.0 * per_triangle(&small),
+        "{}",
+        per_triangle(&long)
+    );
+    assert!(per_triangle(&long) < 2000.0, "{}", per_triangle(&long));
+    let cloud = cloud();
+    let bytes = fresh(&cloud).bytes();
+    assert_eq!(bytes, cloud.x.len() * 56 + cloud.indices.len() * 12);
+}
+
+#[test]
 fn threads_do_not_change_a_bit() {
     let cloud = cloud();
     let cuts = cut(

@@ -165,3 +165,49 @@ fn equal_to_brute_force_in_any_case() {
         assert_eq!(large, wanted, "{name}: {:?}", parts.sizes);
     }
 }
+
+#[test]
+fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
+    // Full-height strips over a plane cut: the shortest way is sqrt(L² + dz²) with the plane's L.
+    for (name, lines, _) in super::shapes::plane() {
+        let skipped = [
+            "through nodes",
+            "thin",
+            "sliver",
+            "dust",
+            "diced",
+            "hook",
+            "long line",
+        ];
+        if skipped.iter().any(|s| name.contains(s)) {
+            continue;
+        }
+        let cloud = body(name);
+        let strokes = super::shapes::extruded(&lines, -0.3, 1.3);
+        let cuts = cut(&strokes, &settings(&cloud));
+        let found = factors(&cloud, &cuts);
+        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.reach);
+        let segments: Vec<_> = (0..planar.segment_count())
+            .map(|s| planar.segment(s))
+            .collect();
+        let oracle = super::slow::VisibilityGraph::new(&segments);
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+            if found[pair] >= 1.0 || i > j || pair % 3 != 0 {
+                continue;
+            }
+            let (a, b) = (cloud.x[i], cloud.x[j]);
+            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.reach);
+            let exact = kernel((flat.hypot(a.z - b.z) / cloud.reach).min(1.0));
+            // The weight itself, not its ratio to the uncut weight.
+            let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
+            squares += (weight - exact).powi(2);
+            count += 1.0;
+        }
+        let rms = (squares / f64::max(count, 1.0)).sqrt();
+        if testkit::tol::print_residuals() {
+            println!("{name}: rms of the weight {rms:.1e} over {count}");
+        }
+        assert!(rms <= 1e-3, "{name}: rms {rms}");
+    }
+}
