@@ -151,15 +151,15 @@ impl RowBlocks {
     }
 }
 
-/// Reference stiffness of the uncut body, for [`Elastic::cap_stiffness`].
+/// Stiffness of the uncut body's nodes, for [`Elastic::cap_stiffness`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct StiffnessCap {
     inverse_masses: Vec<f64>,
-    reference: f64,
+    references: Vec<f64>,
 }
 
 impl StiffnessCap {
-    /// Measures the stiffest node of a body that is not cut yet.
+    /// Measures every node of a body that is not cut yet.
     ///
     /// # Panics
     /// If `masses` (kg) is not as long as there are nodes.
@@ -168,18 +168,18 @@ impl StiffnessCap {
         assert_eq!(masses.len(), uncut.node_count(), "one mass per node");
         let mut cap = Self {
             inverse_masses: masses.iter().map(|m| m.recip()).collect(),
-            reference: 0.0,
+            references: Vec::new(),
         };
-        cap.reference = (0..masses.len())
+        cap.references = (0..masses.len())
             .map(|node| cap.stiffness(uncut, node))
-            .fold(0.0, f64::max);
+            .collect();
         cap
     }
 
-    /// `q_ref`: the largest `q_i` (1/s²) of the uncut body.
+    /// `q_i` (1/s²) of every node of the uncut body.
     #[must_use]
-    pub fn reference(&self) -> f64 {
-        self.reference
+    pub fn references(&self) -> &[f64] {
+        &self.references
     }
 
     pub(crate) fn node_count(&self) -> usize {

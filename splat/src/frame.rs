@@ -1,5 +1,6 @@
 //! Finished images, PNG and animated PNG.
 
+use crate::cast::index;
 use crate::error::ImageError;
 use glam::Vec3;
 use std::io::Write;
@@ -22,6 +23,41 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The image at half the size, each pixel the mean of four (of the encoded values; the nearest
+    /// depth, no normals). An odd last row or column is dropped.
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        let (width, height) = (self.width / 2, self.height / 2);
+        let stride = index(self.width);
+        let mut pixels = Vec::with_capacity(index(width) * index(height));
+        let mut depth = Vec::with_capacity(index(width) * index(height));
+        for y in 0..index(height) {
+            for x in 0..index(width) {
+                let corner = 2 * y * stride + 2 * x;
+                let four = [corner, corner + 1, corner + stride, corner + stride + 1];
+                let mut sum = [0_u16; 4];
+                for at in four {
+                    for (sum, channel) in sum.iter_mut().zip(self.pixels[at]) {
+                        *sum += u16::from(channel);
+                    }
+                }
+                pixels.push(sum.map(|s| u8::try_from((s + 2) / 4).unwrap_or(u8::MAX)));
+                depth.push(
+                    four.map(|at| self.depth[at])
+                        .into_iter()
+                        .fold(f32::INFINITY, f32::min),
+                );
+            }
+        }
+        Self {
+            width,
+            height,
+            pixels,
+            depth,
+            normals: Vec::new(),
+        }
+    }
+
     /// Writes the image as PNG.
     ///
     /// # Errors

@@ -1,11 +1,26 @@
 //! Running a scene: from the validated scene to the files of its folder.
 
+mod history;
+mod movie;
+mod report;
+mod summary;
+
 use std::path::PathBuf;
+use std::time::Instant;
 
-use serde::Serialize;
-
-use crate::output::{OutputError, OutputFolder};
+use crate::output::{OutputError, OutputFolder, Progress};
+use crate::phases::Phase;
+use crate::picture::Painter;
 use crate::scene::Scene;
+use crate::world::{World, WorldError};
+
+use history::History;
+use movie::Movie;
+pub use report::table;
+pub use summary::{
+    BodySummary, CutSummary, EnergySummary, Latency, PhaseTiming, PictureSummary, SteppingSummary,
+    Summary, Timings,
+};
 
 /// How a scene is run, beside what it says itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,15 +33,6 @@ pub struct RunOptions {
     pub quiet: bool,
 }
 
-/// What a run did: the content of `summary.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
-    /// Name of the scene.
-    pub scene: String,
-    /// Folder of the results.
-    pub out: PathBuf,
-}
-
 /// A run that did not end well.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -34,6 +40,25 @@ pub enum RunError {
     /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The world cannot be built, or a step failed.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The threads cannot be started.
+    #[error("cannot start {threads} threads: {source}; ask for fewer with --threads")]
+    Threads {
+        /// Number asked for.
+        threads: usize,
+        /// What the system said.
+        source: rayon::ThreadPoolBuildError,
+    },
+    /// An image cannot be encoded.
+    #[error("cannot encode {file}: {source}")]
+    Image {
+        /// The file.
+        file: String,
+        /// What the encoder said.
+        source: phyxel_splat::ImageError,
+    },
 }
 
 /// Runs `scene` and writes its results.
@@ -41,10 +66,173 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`] says what went wrong; the folder then holds no half-written file.
 pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
-    let folder = OutputFolder::create(&options.out)?;
-    folder.write("scene.ron", scene.to_ron().as_bytes())?;
-    Ok(Summary {
-        scene: scene.name.clone(),
-        out: options.out.clone(),
-    })
+    let threads = options
+        .threads
+        .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
+        .unwrap_or(1);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|source| RunError::Threads { threads, source })?;
+    pool.install(|| Run::start(scene, options)?.finish(threads))
+}
+
+/// A scene on its way.
+struct Run {
+    begun: Instant,
+    folder: OutputFolder,
+    progress: Progress,
+    world: World,
+    painter: Option<Painter>,
+    movie: Option<Movie>,
+    history: History,
+    rested: bool,
+    settling_steps: u64,
+    smallest_step: f64,
+}
+
+impl Run {
+    fn start(scene: &Scene, options: &RunOptions) -> Result<Self, RunError> {
+        let begun = Instant::now();
+        let folder = OutputFolder::create(&options.out)?;
+        let progress = Progress::new(options.quiet);
+        progress.phase("setup");
+        let mut world = World::new(scene.clone())?;
+        let painter = match &scene.pictures {
+            Some(pictures) => {
+                let start = Instant::now();
+                let painter = Painter::new(&world, pictures)?;
+                world.phases().add(Phase::Setup, start.elapsed());
+                Some(painter)
+            }
+            None => None,
+        };
+        folder.write("scene.ron", scene.to_ron().as_bytes())?;
+        let movie = scene
+            .pictures
+            .as_ref()
+            .map(|pictures| Movie::new(&folder, pictures))
+            .transpose()?;
+        let history = History::new(&folder, scene.observe.history_rate)?;
+        Ok(Self {
+            begun,
+            folder,
+            progress,
+            smallest_step: world.step_size(),
+            world,
+            painter,
+            movie,
+            history,
+            rested: true,
+            settling_steps: 0,
+        })
+    }
+
+    fn finish(mut self, threads: usize) -> Result<Summary, RunError> {
+        let outcome = self.settle().and_then(|()| self.play());
+        if outcome.is_err() {
+            // What was recorded up to the failure helps to find its cause.
+            self.history.finish()?;
+        }
+        outcome?;
+        self.observe(true)?;
+        let mut files = vec!["scene.ron".to_owned(), "history.csv".to_owned()];
+        let worst = self.history.finish()?;
+        if let Some(movie) = self.movie.take() {
+            self.progress.phase("animation");
+            let start = Instant::now();
+            files.extend(movie.finish(&self.folder)?);
+            self.world.phases().add(Phase::Writing, start.elapsed());
+        }
+        files.push("summary.json".to_owned());
+        let wall = self.begun.elapsed().as_secs_f64();
+        let summary = summary::of(
+            &mut self.world,
+            self.painter.as_ref(),
+            &worst,
+            &summary::Course {
+                wall,
+                threads,
+                rested: self.rested,
+                settling_steps: self.settling_steps,
+                smallest_step: self.smallest_step,
+                files,
+            },
+        );
+        let mut text = serde_json::to_vec_pretty(&summary).unwrap_or_default();
+        text.push(b'\n');
+        self.folder.write("summary.json", &text)?;
+        Ok(summary)
+    }
+
+    /// Lets the bodies come to rest.
+    fn settle(&mut self) -> Result<(), RunError> {
+        let Some(settle) = self.world.scene().integration.settle else {
+            return Ok(());
+        };
+        self.progress.phase("settling");
+        let duration = self.world.scene().integration.duration;
+        self.rested = false;
+        while self.world.time() < settle.limit {
+            self.observe(false)?;
+            self.world.step()?;
+            self.settling_steps += 1;
+            self.progress
+                .set(self.world.time() / (duration + settle.limit));
+            if self.world.gravity_is_full() && self.world.speed() < settle.speed {
+                self.rested = true;
+                break;
+            }
+        }
+        self.world.start_scene()?;
+        Ok(())
+    }
+
+    /// Plays the scene.
+    fn play(&mut self) -> Result<(), RunError> {
+        self.progress.phase("playing");
+        let duration = self.world.scene().integration.duration;
+        let settled = self.world.time();
+        while self.world.scene_time().is_some_and(|time| time < duration) {
+            self.observe(false)?;
+            self.world.step()?;
+            self.smallest_step = self.smallest_step.min(self.world.step_size());
+            self.progress.set(self.world.time() / (settled + duration));
+        }
+        Ok(())
+    }
+
+    /// Grows skin on new cuts; writes what is due, or everything at the `end`.
+    fn observe(&mut self, end: bool) -> Result<(), RunError> {
+        let pieces = self.world.take_new_pieces();
+        if let Some(painter) = &mut self.painter
+            && !pieces.is_empty()
+        {
+            let start = Instant::now();
+            painter.grow(&self.world, &pieces)?;
+            self.world.phases().add(Phase::Skinning, start.elapsed());
+        }
+        if end || self.history.is_due(&self.world) {
+            self.history.record(&self.world)?;
+        }
+        if let (Some(painter), Some(movie)) = (&mut self.painter, &mut self.movie)
+            && (end || movie.is_due(&self.world))
+        {
+            let start = Instant::now();
+            painter.carry(&self.world);
+            self.world.phases().add(Phase::Skinning, start.elapsed());
+            let start = Instant::now();
+            let frame = painter.draw(&self.world);
+            self.world.phases().add(Phase::Drawing, start.elapsed());
+            let start = Instant::now();
+            movie.add(&frame)?;
+            self.world.phases().add(Phase::Writing, start.elapsed());
+            self.progress.message(format!(
+                "{:.2} s simulated, {} frames",
+                self.world.time(),
+                painter.frames()
+            ));
+        }
+        Ok(())
+    }
 }

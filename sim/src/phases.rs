@@ -1,0 +1,92 @@
+//! Wall-clock time by phase of the run.
+
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// What the run loop spends time on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Mesh, nodes, stencils, model: everything before the first step.
+    Setup,
+    /// Elastic forces.
+    Forces,
+    /// Contact of tools with the body.
+    Contact,
+    /// Motion of the nodes, without the forces.
+    Integration,
+    /// Blade mapping, cut geometry, factors, stencils and the new stable step.
+    Cut,
+    /// Surfels carried by the nodes and new skin.
+    Skinning,
+    /// Pictures, from surfels to pixels.
+    Drawing,
+    /// Encoding and writing of files.
+    Writing,
+}
+
+impl Phase {
+    /// Every phase, in the order of a step.
+    pub const ALL: [Self; 8] = [
+        Self::Setup,
+        Self::Forces,
+        Self::Contact,
+        Self::Integration,
+        Self::Cut,
+        Self::Skinning,
+        Self::Drawing,
+        Self::Writing,
+    ];
+
+    /// Name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Setup => "setup",
+            Self::Forces => "forces",
+            Self::Contact => "contact",
+            Self::Integration => "integration",
+            Self::Cut => "cut",
+            Self::Skinning => "skinning",
+            Self::Drawing => "drawing",
+            Self::Writing => "writing",
+        }
+    }
+}
+
+/// Time spent in one phase.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Spent {
+    /// Total (s).
+    pub seconds: f64,
+    /// How often the phase was entered.
+    pub calls: u64,
+}
+
+/// A stopwatch per [`Phase`].
+#[derive(Debug, Clone, Default)]
+pub struct Phases {
+    spent: [Spent; Phase::ALL.len()],
+}
+
+impl Phases {
+    /// Runs `work` and books its time under `phase`.
+    pub fn time<T>(&mut self, phase: Phase, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.add(phase, start.elapsed());
+        result
+    }
+
+    /// Books a duration measured elsewhere.
+    pub fn add(&mut self, phase: Phase, duration: Duration) {
+        let spent = &mut self.spent[phase as usize];
+        spent.seconds += duration.as_secs_f64();
+        spent.calls += 1;
+    }
+
+    /// Time spent in a phase so far.
+    #[must_use]
+    pub fn of(&self, phase: Phase) -> Spent {
+        self.spent[phase as usize]
+    }
+}

@@ -1,0 +1,267 @@
+//! Pictures of the world: surfels on the bodies, new skin in cuts, tools and blades.
+
+mod camera;
+mod tool;
+
+use glam::Vec3;
+use phyxel_discretize::{sample_surfels, surface_mesh};
+use phyxel_splat::{
+    BindSettings, Clip, Frame, Mesh, RenderSettings, Renderer, SplatView, Splats, Tissue,
+    TissueSettings, TissueTexture,
+};
+
+use crate::scene::{self, Pictures};
+use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
+
+/// The surface of one body.
+#[derive(Debug)]
+struct Skin {
+    tissue: Tissue,
+    texture: TissueTexture,
+    colors: Vec<Vec3>,
+    splats: Splats,
+}
+
+/// Draws the world as a scene asks.
+#[derive(Debug)]
+pub struct Painter {
+    skins: Vec<Skin>,
+    renderer: Renderer,
+    camera: phyxel_splat::Camera,
+    frames: usize,
+}
+
+impl Painter {
+    /// Covers the bodies with surfels and sets the camera up.
+    ///
+    /// # Errors
+    /// [`WorldError`] if a surface cannot be sampled or bound to its nodes.
+    pub fn new(world: &World, pictures: &Pictures) -> Result<Self, WorldError> {
+        let scene = world.scene();
+        let skins = world
+            .members()
+            .iter()
+            .zip(&scene.bodies)
+            .map(|(member, description)| {
+                Skin::new(member, description).map_err(|problem| WorldError {
+                    body: description.name.clone(),
+                    problem,
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let camera = camera::camera_of(world, pictures);
+        let surfaces = skins.iter().flat_map(|skin| skin.texture.surfaces());
+        let renderer = Renderer::new(RenderSettings {
+            width: pictures.width,
+            height: pictures.height,
+            surfaces: surfaces.collect(),
+            ..RenderSettings::default()
+        });
+        Ok(Self {
+            skins,
+            renderer,
+            camera,
+            frames: 0,
+        })
+    }
+
+    /// Number of frames drawn.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Surfels of the outer surfaces, and all others: new skin and split surfels.
+    #[must_use]
+    pub fn surfel_counts(&self) -> (usize, usize) {
+        let outer = self.skins.iter().map(|s| s.tissue.outer_count()).sum();
+        let all: usize = self.skins.iter().map(|s| s.tissue.surfels().len()).sum();
+        (outer, all - outer)
+    }
+
+    /// Grows new skin on new pieces of cuts.
+    ///
+    /// # Errors
+    /// [`WorldError`] if a piece is not finite.
+    pub fn grow(&mut self, world: &World, pieces: &[CutPiece]) -> Result<(), WorldError> {
+        for piece in pieces {
+            let Member { body, cutting } = &world.members()[piece.member];
+            let Some(cutting) = cutting else { continue };
+            let cuts = cutting.cuts();
+            self.skins[piece.member]
+                .tissue
+                .cut(
+                    &piece.triangles,
+                    &|point| body.solid.contains(point),
+                    &|a, b| cuts.crosses(a, b),
+                )
+                .map_err(|problem| WorldError {
+                    body: body.name.clone(),
+                    problem: problem.into(),
+                })?;
+        }
+        Ok(())
+    }
+
+    /// Moves the surfels to where the bodies are.
+    pub fn carry(&mut self, world: &World) {
+        for (skin, Member { body, .. }) in self.skins.iter_mut().zip(world.members()) {
+            skin.carry(
+                body.motion.positions(),
+                body.elastic.deformation_gradients(),
+            );
+        }
+    }
+
+    /// Draws one frame of what [`Painter::carry`] has moved.
+    pub fn draw(&mut self, world: &World) -> Frame {
+        self.frames += 1;
+        let tools = tool::meshes(world);
+        match &self.skins[..] {
+            [only] => self.renderer.draw(&only.view(), &tools, &self.camera),
+            skins => Merged::of(skins).draw(&mut self.renderer, &tools, &self.camera),
+        }
+    }
+}
+
+impl Skin {
+    fn new(member: &Member, description: &scene::Body) -> Result<Self, BodyProblem> {
+        let wish = &description.surfels;
+        let body = &member.body;
+        // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
+        let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
+        let count = match wish.target {
+            scene::SurfelTarget::Count(count) => count as usize,
+            scene::SurfelTarget::Density(density) => rounded(density * surface.area()),
+        };
+        let surfels = sample_surfels(&surface, count, Some(&body.solid));
+        let tissue = Tissue::new(
+            &surfels.positions,
+            &surfels.normals,
+            &surfels.areas,
+            &body.rest,
+            &TissueSettings {
+                bind: BindSettings::default(),
+                skin_density: wish.cut_density,
+                ..TissueSettings::default()
+            },
+        )?;
+        let texture = texture_of(wish, body.solid.bounds().size().max_element());
+        let colors = texture.colors(tissue.surfels());
+        Ok(Self {
+            tissue,
+            texture,
+            colors,
+            splats: Splats::default(),
+        })
+    }
+
+    fn carry(&mut self, positions: &[glam::DVec3], gradients: &[glam::DMat3]) {
+        self.tissue
+            .carry_into(positions, gradients, &mut self.splats);
+        let surfels = self.tissue.surfels();
+        for index in self.colors.len()..surfels.len() {
+            let color = self
+                .texture
+                .color(surfels.positions[index], surfels.materials[index]);
+            self.colors.push(color);
+        }
+    }
+
+    fn view(&self) -> SplatView<'_> {
+        let surfels = self.tissue.surfels();
+        SplatView {
+            splats: &self.splats,
+            colors: &self.colors,
+            materials: &surfels.materials,
+            texture_points: &surfels.positions,
+            clips: self.tissue.clips(),
+            radii: &surfels.radii,
+        }
+    }
+}
+
+/// The skins of several bodies in one set of arrays.
+#[derive(Debug, Default)]
+struct Merged {
+    splats: Splats,
+    colors: Vec<Vec3>,
+    materials: Vec<u8>,
+    texture_points: Vec<glam::DVec3>,
+    clips: Vec<Option<Box<Clip>>>,
+    radii: Vec<f64>,
+}
+
+impl Merged {
+    fn of(skins: &[Skin]) -> Self {
+        let mut all = Self::default();
+        let mut first_material = 0;
+        for skin in skins {
+            let view = skin.view();
+            all.splats.positions.extend(&view.splats.positions);
+            all.splats.axes_u.extend(&view.splats.axes_u);
+            all.splats.axes_v.extend(&view.splats.axes_v);
+            all.splats.normals.extend(&view.splats.normals);
+            all.colors.extend(view.colors);
+            let shifted = view.materials.iter().map(|m| first_material + m);
+            all.materials.extend(shifted);
+            all.texture_points.extend(view.texture_points);
+            all.clips.extend_from_slice(view.clips);
+            all.radii.extend(view.radii);
+            first_material += u8::try_from(skin.texture.surfaces().len()).unwrap_or(0);
+        }
+        all
+    }
+
+    fn draw(
+        &self,
+        renderer: &mut Renderer,
+        tools: &[Mesh],
+        camera: &phyxel_splat::Camera,
+    ) -> Frame {
+        let view = SplatView {
+            splats: &self.splats,
+            colors: &self.colors,
+            materials: &self.materials,
+            texture_points: &self.texture_points,
+            clips: &self.clips,
+            radii: &self.radii,
+        };
+        renderer.draw(&view, tools, camera)
+    }
+}
+
+/// The liver's texture with the scene's two colours.
+fn texture_of(wish: &scene::Surfels, size: f64) -> TissueTexture {
+    let capsule = linear(wish.color);
+    let parenchyma = linear(wish.cut_color);
+    TissueTexture {
+        capsule,
+        capsule_dark: capsule * 0.55,
+        parenchyma,
+        parenchyma_dark: parenchyma * 0.6,
+        ..TissueTexture::liver(size)
+    }
+}
+
+/// A count from a number that is not negative.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to the range of u32"
+)]
+fn rounded(value: f64) -> usize {
+    value.round().clamp(0.0, f64::from(u32::MAX)) as usize
+}
+
+/// Linear light of an sRGB colour (IEC 61966-2-1).
+fn linear(srgb: [f64; 3]) -> Vec3 {
+    let channel = |c: f64| {
+        if c <= 0.040_45 {
+            c / 12.92
+        } else {
+            ((c + 0.055) / 1.055).powf(2.4)
+        }
+    };
+    glam::DVec3::from_array(srgb.map(channel)).as_vec3()
+}

@@ -1,0 +1,86 @@
+//! Blades as pictures show them.
+
+use glam::{DVec3, Vec3};
+use phyxel_splat::Mesh;
+
+use crate::scene::Cut;
+use crate::world::World;
+
+/// Time (s) for which a blade is shown before and after its stroke.
+const SHOWN: f64 = 0.15;
+/// Width of a blade over its edge's length, and its largest value (m).
+const WIDTH: f64 = 0.16;
+const LARGEST_WIDTH: f64 = 0.011;
+/// Half the thickness of the spine over the width.
+const HALF_THICKNESS: f64 = 0.05;
+
+/// Meshes of all blades that are shown now.
+pub(super) fn meshes(world: &World) -> Vec<Mesh> {
+    let Some(time) = world.scene_time() else {
+        return Vec::new();
+    };
+    world
+        .scene()
+        .cuts
+        .iter()
+        .filter(|cut| (cut.start() - SHOWN..=cut.end() + SHOWN).contains(&time))
+        .flat_map(|cut| blade(cut, time))
+        .collect()
+}
+
+/// A knife along the edge of `cut`: a wedge behind the cutting edge and a handle at its last point.
+fn blade(cut: &Cut, time: f64) -> Vec<Mesh> {
+    let edge = cut.edge_at(time);
+    let (Some(&tip), Some(&heel)) = (edge.first(), edge.last()) else {
+        return Vec::new();
+    };
+    let length = tip.distance(heel);
+    let along = (heel - tip).normalize_or(DVec3::Z);
+    let ahead = edge_motion(cut, time);
+    let back = -(ahead - along * ahead.dot(along))
+        .try_normalize()
+        .unwrap_or_else(|| along.any_orthonormal_vector());
+    let side = along.cross(back);
+    let width = (WIDTH * length).min(LARGEST_WIDTH);
+    let half = HALF_THICKNESS * width;
+    // Cross-section at each point of the edge: sharp in front, thick at the spine; the tip slants.
+    let mut vertices = Vec::new();
+    for (index, &point) in edge.iter().enumerate() {
+        let slant = if index == 0 {
+            along * width
+        } else {
+            DVec3::ZERO
+        };
+        let spine = point + back * width + slant;
+        vertices.extend([point, spine + side * half, spine - side * half]);
+    }
+    let mut triangles = Vec::new();
+    let rows = u32::try_from(edge.len()).unwrap_or(0);
+    for row in 0..rows.saturating_sub(1) {
+        for k in 0..3 {
+            let (a, b) = (3 * row + k, 3 * row + (k + 1) % 3);
+            triangles.extend([[a, b, a + 3], [b, b + 3, a + 3]]);
+        }
+    }
+    triangles.push([0, 1, 2]);
+    if rows > 0 {
+        let last = 3 * (rows - 1);
+        triangles.push([last, last + 2, last + 1]);
+    }
+    let grip = heel + back * (0.5 * width);
+    let radius = 0.42 * width;
+    let mut handle = Mesh::capsule(grip + along * radius, grip + along * (9.0 * width), radius);
+    handle.color = Vec3::new(0.03, 0.035, 0.04);
+    vec![Mesh::metal(vertices, triangles), handle]
+}
+
+/// Way of the edge's middle over a short time about now, from where it was to where it goes.
+fn edge_motion(cut: &Cut, time: f64) -> DVec3 {
+    let half = 0.01 * (cut.end() - cut.start());
+    let time = time.clamp(cut.start() + half, cut.end() - half);
+    let middle = |time: f64| {
+        let edge = cut.edge_at(time);
+        edge.iter().sum::<DVec3>() / f64::from(u32::try_from(edge.len()).unwrap_or(1))
+    };
+    middle(time + half) - middle(time - half)
+}

@@ -1,0 +1,127 @@
+//! Frames as PNG files and one animation of them.
+
+use std::io::Write;
+
+use phyxel_splat::{Animation, Frame, ImageError};
+
+use super::RunError;
+use crate::output::OutputFolder;
+use crate::scene::Pictures;
+use crate::world::World;
+
+/// Frames kept for the animation at most; beyond that every second one is dropped, again and again.
+const KEPT: usize = 400;
+
+/// The frames of a run.
+#[derive(Debug)]
+pub(super) struct Movie {
+    folder: OutputFolder,
+    rate: f64,
+    settling: bool,
+    /// Frames at half the size, for the animation; `None` if none is wanted.
+    small: Option<Vec<Frame>>,
+    /// One of this many frames goes into the animation.
+    stride: usize,
+    count: usize,
+    /// Index of the next frame since the start of settling, then of the scene.
+    next: f64,
+    in_scene: bool,
+}
+
+impl Movie {
+    pub(super) fn new(folder: &OutputFolder, pictures: &Pictures) -> Result<Self, RunError> {
+        Ok(Self {
+            folder: folder.fresh_subfolder("frames", "frame-", ".png")?,
+            rate: pictures.rate,
+            settling: pictures.settling,
+            small: pictures.animation.then(Vec::new),
+            stride: 1,
+            count: 0,
+            next: 0.0,
+            in_scene: false,
+        })
+    }
+
+    /// Whether the next frame's time has come.
+    pub(super) fn is_due(&mut self, world: &World) -> bool {
+        let time = match world.scene_time() {
+            Some(time) => {
+                if !self.in_scene {
+                    self.in_scene = true;
+                    self.next = 0.0;
+                }
+                time
+            }
+            None if self.settling => world.time(),
+            None => return false,
+        };
+        if time < self.next / self.rate {
+            return false;
+        }
+        self.next += 1.0;
+        true
+    }
+
+    /// Writes a frame.
+    pub(super) fn add(&mut self, frame: &Frame) -> Result<(), RunError> {
+        let name = format!("frame-{:05}.png", self.count);
+        let mut file = self.folder.file(&name)?;
+        frame
+            .write_png(&mut file)
+            .map_err(|source| RunError::Image { file: name, source })?;
+        file.finish()?;
+        if let Some(small) = &mut self.small
+            && self.count.is_multiple_of(self.stride)
+        {
+            small.push(frame.halved());
+            if small.len() > KEPT {
+                let mut index = 0;
+                small.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.stride *= 2;
+            }
+        }
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Writes the animation; the names of what was written.
+    pub(super) fn finish(self, folder: &OutputFolder) -> Result<Vec<String>, RunError> {
+        let mut names = vec![format!("frames/ ({} frames)", self.count)];
+        let Some(small) = self.small.filter(|small| !small.is_empty()) else {
+            return Ok(names);
+        };
+        let name = "animation.png";
+        let mut file = folder.file(name)?;
+        animate(&mut file, &small, self.rate, self.stride).map_err(|source| RunError::Image {
+            file: name.to_owned(),
+            source,
+        })?;
+        file.finish()?;
+        names.push(name.to_owned());
+        Ok(names)
+    }
+}
+
+fn animate(
+    out: &mut impl Write,
+    frames: &[Frame],
+    rate: f64,
+    stride: usize,
+) -> Result<(), ImageError> {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "clamped to 1..=60"
+    )]
+    let speed = (rate / stride as f64).round().clamp(1.0, 60.0) as u16;
+    let count = u32::try_from(frames.len()).unwrap_or(u32::MAX);
+    let mut animation = Animation::new(out, frames[0].width, frames[0].height, count, speed)?;
+    for frame in frames {
+        animation.add(frame)?;
+    }
+    animation.finish()
+}

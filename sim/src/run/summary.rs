@@ -1,0 +1,422 @@
+//! What a run reports: the content of `summary.json` and of the closing table.
+
+use phyxel_enrich::connected_pieces;
+use serde::Serialize;
+
+use super::history::Extremes;
+use crate::phases::{Phase, Phases};
+use crate::picture::Painter;
+use crate::world::{Member, World};
+
+/// What a run did.
+///
+/// Everything outside [`Summary::timings`] is the same, to the bit, for any number of threads.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the scene.
+    pub scene: String,
+    /// Version of the program.
+    pub version: &'static str,
+    /// One entry per body.
+    pub bodies: Vec<BodySummary>,
+    /// Time stepping.
+    pub stepping: SteppingSummary,
+    /// Cuts; absent if the scene has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cuts: Option<CutSummary>,
+    /// Pictures; absent if the scene draws none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pictures: Option<PictureSummary>,
+    /// Where the time went.
+    pub timings: Timings,
+    /// Files of the folder, by name.
+    pub files: Vec<String>,
+}
+
+/// One body, its size, its energies and what must be conserved.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BodySummary {
+    /// Name in the scene.
+    pub name: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Directed node pairs.
+    pub pairs: usize,
+    /// Tetrahedra that gave the nodes their volumes and edges.
+    pub tetrahedra: usize,
+    /// Nodes that a support holds or drives.
+    pub supported: usize,
+    /// Distance between nodes (m).
+    pub spacing: f64,
+    /// Volume (m³) of the rest shape.
+    pub volume: f64,
+    /// Deviation of that volume from the input surface's, relative; `null` for shapes without a
+    /// mesh.
+    pub volume_error: Option<f64>,
+    /// Mass (kg) before the first step.
+    pub mass_before: f64,
+    /// Mass (kg) after the last.
+    pub mass_after: f64,
+    /// Sum of the nodal volumes (m³) before the first step.
+    pub volume_before: f64,
+    /// Sum of the nodal volumes (m³) after the last.
+    pub volume_after: f64,
+    /// Largest residual of the stencils' integration constraint, relative.
+    pub stencil_residual: f64,
+    /// Iterations of the stencils' solve.
+    pub stencil_iterations: usize,
+    /// Connected pieces at the end.
+    pub pieces: usize,
+    /// Energies (J) at the end and over the run.
+    pub energy: EnergySummary,
+    /// `|Σ f_i| / Σ |f_i|` of the internal forces, largest over the run's records.
+    pub momentum_error: f64,
+    /// Smallest determinant of a deformation gradient over the run's records.
+    pub smallest_determinant: f64,
+    /// Largest speed (m/s) over the run's records.
+    pub largest_speed: f64,
+}
+
+/// Energies of one body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnergySummary {
+    /// Kinetic, at the end (J).
+    pub kinetic: f64,
+    /// Elastic, at the end (J).
+    pub elastic: f64,
+    /// Work of gravity and of driven supports over the run (J).
+    pub external_work: f64,
+    /// Lost to damping over the run (J).
+    pub dissipated: f64,
+    /// Released by cutting over the run: elastic energy that severed pairs held (J).
+    pub released_by_cuts: f64,
+    /// What is left unexplained over the run, relative to the largest of the terms.
+    pub imbalance: f64,
+}
+
+/// How time was stepped.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SteppingSummary {
+    /// Steps, settling included.
+    pub steps: u64,
+    /// Steps spent on settling.
+    pub settling_steps: u64,
+    /// Simulated time (s), settling included.
+    pub simulated: f64,
+    /// Whether the body came to rest within the settling limit.
+    pub rested: bool,
+    /// First step size (s).
+    pub step: f64,
+    /// Smallest step size (s) of the run.
+    pub smallest_step: f64,
+    /// Largest stable step (s) of the uncut body.
+    pub critical_step: f64,
+    /// Largest eigenvalue (1/s²) of the uncut body.
+    pub largest_eigenvalue: f64,
+    /// How the step was chosen, in words.
+    pub chosen: String,
+}
+
+/// What the blades did.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CutSummary {
+    /// Blade edges taken up.
+    pub captures: usize,
+    /// Updates that changed the connectivity.
+    pub updates: usize,
+    /// Triangles of the cut surfaces.
+    pub triangles: usize,
+    /// Undirected pairs whose factor is below 1.
+    pub weakened_pairs: usize,
+    /// Undirected pairs whose factor is 0.
+    pub severed_pairs: usize,
+    /// Largest estimate of the largest eigenvalue after a cut, relative to the uncut body's.
+    pub eigenvalue_growth: f64,
+    /// Nodes whose stiffness was capped at least once.
+    pub capped_nodes: usize,
+}
+
+/// What was drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PictureSummary {
+    /// Frames.
+    pub frames: usize,
+    /// Width of a frame (pixels).
+    pub width: u32,
+    /// Height of a frame (pixels).
+    pub height: u32,
+    /// Surfels of the outer surface.
+    pub surfels: usize,
+    /// Surfels of new skin.
+    pub skin_surfels: usize,
+}
+
+/// Wall-clock figures; they differ from run to run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Timings {
+    /// Threads.
+    pub threads: usize,
+    /// Whole run (s).
+    pub wall: f64,
+    /// Stepping alone: forces, contact, integration and cuts (s).
+    pub stepping: f64,
+    /// Simulated seconds per wall second of stepping, drawing and writing left out.
+    pub real_time_factor: f64,
+    /// Milliseconds of stepping per step.
+    pub milliseconds_per_step: f64,
+    /// One entry per phase.
+    pub phases: Vec<PhaseTiming>,
+    /// From a blade update to the end of the first step with the new connectivity; absent without
+    /// cuts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub update_to_step: Option<Latency>,
+}
+
+/// One phase's share.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PhaseTiming {
+    /// Name.
+    pub phase: &'static str,
+    /// Total (s).
+    pub seconds: f64,
+    /// Times entered.
+    pub calls: u64,
+    /// Mean of one call (ms).
+    pub milliseconds_per_call: f64,
+}
+
+/// Milliseconds from cause to effect.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Latency {
+    /// Measured times.
+    pub count: usize,
+    /// Median (ms).
+    pub median: f64,
+    /// Worst (ms).
+    pub worst: f64,
+}
+
+impl Latency {
+    /// Median and worst of times in milliseconds; `None` of none.
+    #[must_use]
+    pub fn of(milliseconds: &[f64]) -> Option<Self> {
+        let mut sorted = milliseconds.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let worst = *sorted.last()?;
+        Some(Self {
+            count: sorted.len(),
+            median: sorted[sorted.len() / 2],
+            worst,
+        })
+    }
+}
+
+impl Timings {
+    /// Puts the figures of a run together.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    pub fn new(
+        phases: &Phases,
+        wall: f64,
+        threads: usize,
+        steps: u64,
+        simulated: f64,
+        updates: &[f64],
+    ) -> Self {
+        let stepping: f64 = [
+            Phase::Forces,
+            Phase::Contact,
+            Phase::Integration,
+            Phase::Cut,
+        ]
+        .iter()
+        .map(|&phase| phases.of(phase).seconds)
+        .sum();
+        let share = |total: f64, count: u64| {
+            if count == 0 {
+                0.0
+            } else {
+                1e3 * total / count as f64
+            }
+        };
+        Self {
+            threads,
+            wall,
+            stepping,
+            real_time_factor: if stepping > 0.0 {
+                simulated / stepping
+            } else {
+                0.0
+            },
+            milliseconds_per_step: share(stepping, steps),
+            phases: Phase::ALL
+                .iter()
+                .map(|&phase| {
+                    let spent = phases.of(phase);
+                    PhaseTiming {
+                        phase: phase.name(),
+                        seconds: spent.seconds,
+                        calls: spent.calls,
+                        milliseconds_per_call: share(spent.seconds, spent.calls),
+                    }
+                })
+                .collect(),
+            update_to_step: Latency::of(updates),
+        }
+    }
+}
+
+/// What only the run loop knows.
+pub(super) struct Course {
+    pub(super) wall: f64,
+    pub(super) threads: usize,
+    pub(super) rested: bool,
+    pub(super) settling_steps: u64,
+    pub(super) smallest_step: f64,
+    pub(super) files: Vec<String>,
+}
+
+/// The summary of a world at the end of its run.
+pub(super) fn of(
+    world: &mut World,
+    painter: Option<&Painter>,
+    worst: &[Extremes],
+    course: &Course,
+) -> Summary {
+    let bodies: Vec<BodySummary> = world
+        .members()
+        .iter()
+        .zip(worst)
+        .map(|(member, worst)| body_summary(member, worst))
+        .collect();
+    let stepping = stepping_summary(world, course);
+    let phases = world.phases().clone();
+    let scene = world.scene();
+    Summary {
+        scene: scene.name.clone(),
+        version: env!("CARGO_PKG_VERSION"),
+        bodies,
+        cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
+        pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, wish)| {
+            let (surfels, skin_surfels) = painter.surfel_counts();
+            PictureSummary {
+                frames: painter.frames(),
+                width: wish.width,
+                height: wish.height,
+                surfels,
+                skin_surfels,
+            }
+        }),
+        timings: Timings::new(
+            &phases,
+            course.wall,
+            course.threads,
+            stepping.steps,
+            stepping.simulated,
+            world.latencies(),
+        ),
+        stepping,
+        files: course.files.clone(),
+    }
+}
+
+fn body_summary(Member { body, cutting }: &Member, worst: &Extremes) -> BodySummary {
+    let audit = body.motion.audit();
+    let graph = &body.neighborhoods;
+    let pieces = cutting.as_ref().map_or_else(
+        || {
+            let whole = vec![1.0; graph.pair_count()];
+            connected_pieces(graph.offsets(), graph.indices(), &whole)
+        },
+        |cutting| {
+            connected_pieces(
+                graph.offsets(),
+                graph.indices(),
+                cutting.factors().factors(),
+            )
+        },
+    );
+    let volume: f64 = body.volumes.iter().sum();
+    BodySummary {
+        name: body.name.clone(),
+        nodes: body.rest.len(),
+        pairs: graph.pair_count(),
+        tetrahedra: body.tetrahedra,
+        supported: body.motion.supports().entries().len(),
+        spacing: body.spacing,
+        volume,
+        volume_error: body.volume_error,
+        mass_before: body.initial.mass,
+        mass_after: body.motion.masses().iter().sum(),
+        volume_before: body.initial.volume,
+        volume_after: body.stencils.volumes.iter().sum(),
+        stencil_residual: body.stencils.report.residual,
+        stencil_iterations: body.stencils.report.iterations,
+        pieces: pieces.sizes.len(),
+        energy: EnergySummary {
+            kinetic: audit.kinetic,
+            elastic: audit.elastic,
+            external_work: audit.external_work(),
+            dissipated: audit.dissipated,
+            released_by_cuts: -audit.booked,
+            imbalance: if audit.scale() > 0.0 {
+                audit.balance().abs() / audit.scale()
+            } else {
+                0.0
+            },
+        },
+        momentum_error: worst.momentum_error,
+        smallest_determinant: worst.smallest_determinant,
+        largest_speed: worst.largest_speed,
+    }
+}
+
+fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
+    let stiffest = world
+        .members()
+        .iter()
+        .map(|member| &member.body)
+        .min_by(|a, b| a.step_size().total_cmp(&b.step_size()));
+    let (critical_step, largest_eigenvalue, iterations) = stiffest.map_or((0.0, 0.0, 0), |body| {
+        let found = &body.eigenvalue;
+        (found.critical_step, found.value, found.iterations)
+    });
+    let factor = world.scene().integration.step_factor;
+    SteppingSummary {
+        steps: world.steps(),
+        settling_steps: course.settling_steps,
+        simulated: world.time(),
+        rested: course.rested,
+        step: world.first_step(),
+        smallest_step: course.smallest_step,
+        critical_step,
+        largest_eigenvalue,
+        chosen: format!(
+            "{factor} of the critical {:.3} ms, from the largest eigenvalue {largest_eigenvalue:.3e} /s² ({iterations} products)",
+            1e3 * critical_step
+        ),
+    }
+}
+
+fn cut_summary(world: &World) -> CutSummary {
+    let mut all = CutSummary {
+        captures: 0,
+        updates: 0,
+        triangles: 0,
+        weakened_pairs: 0,
+        severed_pairs: 0,
+        eigenvalue_growth: 1.0,
+        capped_nodes: 0,
+    };
+    for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
+        let (captures, updates) = cutting.counts();
+        all.captures += captures;
+        all.updates += updates;
+        all.triangles += cutting.cuts().triangle_count();
+        all.weakened_pairs += cutting.factors().crossed_count();
+        all.severed_pairs += cutting.severed_pairs();
+        all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth());
+        all.capped_nodes += cutting.capped_count();
+    }
+    all
+}

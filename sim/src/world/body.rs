@@ -1,0 +1,373 @@
+//! One deformable body: from its description to nodes in motion.
+
+use std::time::{Duration, Instant};
+
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{
+    Bounds, MeshReport, RepairSettings, SampleSettings, Sampling, Shape as Primitive, Solid,
+    Target, read_mesh, repair, sample_tetrahedra, tetrahedra_edges,
+};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings as ElasticSettings, Stencils};
+use phyxel_integrate::{
+    Eigenvalue, EigenvalueSettings, Motion, MotionSettings, StepError, Supports, largest_eigenvalue,
+};
+use phyxel_mls::{
+    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
+};
+
+use super::error::{BodyProblem, WorldError};
+use super::support::supports_of;
+use crate::scene::{self, Scene, Shape};
+
+/// Extent of the built-in liver from right to left (m), as its own function has it.
+const LIVER_WIDTH: f64 = 0.166;
+/// A direction that a node's neighbours span this much less than the widest (squared lengths) counts
+/// as not seen: a cut leaves surface nodes with three or four neighbours almost in a plane, whose
+/// gradients across the plane would be twenty times too large.
+const RANK_TOLERANCE: f64 = 0.03;
+/// Room above the power iteration's estimate, which comes from below.
+const EIGENVALUE_MARGIN: f64 = 0.05;
+
+/// A body, its model and its motion.
+#[derive(Debug)]
+pub struct Body {
+    /// Name in the scene.
+    pub name: String,
+    /// What the body occupies at rest (m).
+    pub solid: Solid,
+    /// What was found and repaired in the mesh file, if it came from one.
+    pub report: Option<MeshReport>,
+    /// Rest positions (m) of the nodes.
+    pub rest: Vec<DVec3>,
+    /// Nodal volumes (m³).
+    pub volumes: Vec<f64>,
+    /// Nodal masses (kg).
+    pub masses: Vec<f64>,
+    /// Number of tetrahedra that gave volumes and edges.
+    pub tetrahedra: usize,
+    /// Deviation of the nodes' volume from the input surface's, relative; `None` for shapes
+    /// without a mesh.
+    pub volume_error: Option<f64>,
+    /// Mean distance between neighbouring nodes (m).
+    pub spacing: f64,
+    /// Who is coupled with whom.
+    pub neighborhoods: Neighborhoods,
+    /// Gradient stencils.
+    pub stencils: ConservativeStencils,
+    /// Forces.
+    pub elastic: Elastic,
+    /// Nodes in motion.
+    pub motion: Motion,
+    /// Largest eigenvalue of the uncut body.
+    pub eigenvalue: Eigenvalue,
+    /// Share of the critical step that is taken.
+    pub step_factor: f64,
+    /// Mass-proportional damping (1/s) once settled.
+    pub damping: f64,
+    /// What a cut must not change.
+    pub initial: Totals,
+    pending: Result<(), StepError>,
+}
+
+/// Sums over a body's nodes before the first step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Totals {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Volume (m³).
+    pub volume: f64,
+}
+
+/// The stencils as the elastic model reads them.
+pub(super) fn stencil_view<'a>(
+    neighborhoods: &'a Neighborhoods,
+    stencils: &'a ConservativeStencils,
+) -> Stencils<'a> {
+    Stencils {
+        offsets: neighborhoods.offsets(),
+        indices: neighborhoods.indices(),
+        gradients: &stencils.pair_gradients,
+        self_gradients: &stencils.self_gradients,
+        weights: &stencils.weights,
+    }
+}
+
+impl Body {
+    /// Builds the body that `description` asks for.
+    ///
+    /// # Errors
+    /// [`WorldError`] with the body's name.
+    pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
+        Self::build(scene, description).map_err(|problem| WorldError {
+            body: description.name.clone(),
+            problem,
+        })
+    }
+
+    fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
+        let (solid, report) = solid_of(description)?;
+        let sampling = sample(&solid, &description.sampling)?;
+        let Sampling {
+            positions: rest,
+            volumes,
+            boundary_vectors,
+            tetrahedra,
+            report: sampled,
+            ..
+        } = sampling;
+        let (offsets, indices) = tetrahedra_edges(rest.len(), &tetrahedra);
+        let neighborhoods = Neighborhoods::from_graph(offsets, indices)?;
+        let weights = inverse_square_weights(&rest, &neighborhoods);
+        let stencils = ConservativeStencils::new(
+            &rest,
+            &volumes,
+            &boundary_vectors,
+            &neighborhoods,
+            weights,
+            &ConservativeSettings {
+                rank_tolerance: RANK_TOLERANCE,
+                ..ConservativeSettings::default()
+            },
+        )?;
+        let material = &description.material;
+        let scene::Model::NeoHookean = material.model;
+        let mut elastic = Elastic::new(
+            &stencil_view(&neighborhoods, &stencils),
+            &Nodes {
+                rest_positions: &rest,
+                volumes: &volumes,
+            },
+            &Materials::Uniform(Material::neo_hookean(
+                material.youngs_modulus,
+                material.poissons_ratio,
+            )),
+            &ElasticSettings {
+                zero_energy_control: material.stabilization,
+                ..ElasticSettings::default()
+            },
+        )?;
+        let masses: Vec<f64> = volumes.iter().map(|v| material.density * v).collect();
+        let initial = Totals {
+            mass: masses.iter().sum(),
+            volume: volumes.iter().sum(),
+        };
+        let supports = supports_of(scene, description, &rest);
+        // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
+        let mut forces = vec![DVec3::ZERO; rest.len()];
+        elastic.forces_into(&rest, &mut forces);
+        let eigenvalue = eigenvalue_of(&mut elastic, &masses, &supports)?;
+        let motion = Motion::new(
+            &rest,
+            &masses,
+            supports,
+            MotionSettings {
+                damping: description.damping,
+                ..MotionSettings::default()
+            },
+        )?;
+        Ok(Self {
+            name: description.name.clone(),
+            solid,
+            report,
+            tetrahedra: tetrahedra.len(),
+            volume_error: sampled.volume_error,
+            spacing: mean_edge(&rest, &neighborhoods),
+            rest,
+            volumes,
+            masses,
+            neighborhoods,
+            stencils,
+            elastic,
+            motion,
+            eigenvalue,
+            step_factor: scene.integration.step_factor,
+            damping: description.damping,
+            initial,
+            pending: Ok(()),
+        })
+    }
+
+    /// Largest step (s) of the uncut body times the step factor.
+    #[must_use]
+    pub fn step_size(&self) -> f64 {
+        self.step_factor * self.eigenvalue.critical_step
+    }
+
+    /// Takes one step (s); the time in the force law is added to `spent`.
+    pub(super) fn advance(&mut self, step: f64, spent: &mut Duration) -> Result<(), BodyProblem> {
+        std::mem::replace(&mut self.pending, Ok(()))?;
+        let elastic = &mut self.elastic;
+        self.motion.step(step, |positions, forces| {
+            let start = Instant::now();
+            let energy = elastic.forces_into(positions, forces);
+            *spent += start.elapsed();
+            energy
+        })?;
+        Ok(())
+    }
+
+    /// Evaluates the forces anew after the model changed; the energy's jump is booked. A failure
+    /// comes out of the next step.
+    pub(super) fn reload(&mut self) {
+        let elastic = &mut self.elastic;
+        if let Err(error) = self.motion.refresh(|x, f| elastic.forces_into(x, f)) {
+            self.pending = Err(error);
+        }
+    }
+}
+
+/// Largest eigenvalue at the state last evaluated, with a margin for what the iteration misses.
+fn eigenvalue_of(
+    elastic: &mut Elastic,
+    masses: &[f64],
+    supports: &Supports,
+) -> Result<Eigenvalue, BodyProblem> {
+    let settings = EigenvalueSettings {
+        margin: EIGENVALUE_MARGIN,
+        ..EigenvalueSettings::default()
+    };
+    let eigenvalue = largest_eigenvalue(
+        masses,
+        supports,
+        |v, out| elastic.tangent_product_into(v, out),
+        &mut Vec::new(),
+        &settings,
+    )?;
+    if eigenvalue.critical_step.is_finite() {
+        Ok(eigenvalue)
+    } else {
+        Err(BodyProblem::NoStiffness)
+    }
+}
+
+/// Mean length (m) of all pairs.
+fn mean_edge(rest: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
+    let mut sum = 0.0;
+    for (node, x) in rest.iter().enumerate() {
+        for &other in neighborhoods.row(node) {
+            sum += x.distance(rest[other as usize]);
+        }
+    }
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let count = neighborhoods.pair_count().max(1) as f64;
+    sum / count
+}
+
+/// The body's solid in the world's rest frame.
+fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>), BodyProblem> {
+    let at = body.position;
+    let placed = |primitive: Primitive, turn: DMat3, scale: f64, shift: DVec3| {
+        let inner = primitive.bounds();
+        let corners = (0..8).map(|k| {
+            let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
+            let corner = DVec3::new(
+                pick(0, inner.min.x, inner.max.x),
+                pick(1, inner.min.y, inner.max.y),
+                pick(2, inner.min.z, inner.max.z),
+            );
+            turn * corner * scale + shift
+        });
+        let back = turn.transpose();
+        Solid::implicit(Bounds::of(corners), move |p| {
+            scale * primitive.value(back * (p - shift) / scale)
+        })
+    };
+    // Rotation that takes +z to the axis of a capsule or tube.
+    let along = |axis: DVec3| {
+        let z = axis.normalize_or(DVec3::Z);
+        let (x, y) = z.any_orthonormal_pair();
+        DMat3::from_cols(x, y, z)
+    };
+    let still = DMat3::IDENTITY;
+    Ok(match &body.shape {
+        Shape::Liver { width } => {
+            // The organ of an upright person: its head end up, its front to -y.
+            let turn = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
+            let natural = LIVER_WIDTH;
+            (placed(Primitive::Liver, turn, width / natural, at), None)
+        }
+        Shape::Box { size } => {
+            let half_extents = *size * 0.5;
+            (
+                placed(Primitive::Box { half_extents }, still, 1.0, at),
+                None,
+            )
+        }
+        Shape::Ellipsoid { radii } => {
+            let semi_axes = *radii;
+            (
+                placed(Primitive::Ellipsoid { semi_axes }, still, 1.0, at),
+                None,
+            )
+        }
+        Shape::Capsule { from, to, radius } => {
+            let capsule = Primitive::Capsule {
+                half_length: 0.5 * from.distance(*to),
+                radius: *radius,
+            };
+            let shift = at + from.midpoint(*to);
+            (placed(capsule, along(*to - *from), 1.0, shift), None)
+        }
+        Shape::Tube {
+            from,
+            to,
+            inner_radius,
+            outer_radius,
+        } => {
+            let tube = Primitive::Tube {
+                half_length: 0.5 * from.distance(*to),
+                outer_radius: *outer_radius,
+                inner_radius: *inner_radius,
+            };
+            let shift = at + from.midpoint(*to);
+            (placed(tube, along(*to - *from), 1.0, shift), None)
+        }
+        Shape::Mesh { file, scale, up } => {
+            let mut mesh = read_mesh(file)?.mesh;
+            let turn = up.rotation();
+            for vertex in &mut mesh.vertices {
+                *vertex = turn * (*vertex * *scale) + at;
+            }
+            let repaired = repair(&mesh, &RepairSettings::default());
+            let (mesh, report) = repaired.map_err(|problem| BodyProblem::Repair {
+                file: file.clone(),
+                problem,
+            })?;
+            (Solid::from_mesh(mesh), Some(report))
+        }
+    })
+}
+
+fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampling, BodyProblem> {
+    let target = match wish.target {
+        scene::Target::Spacing(spacing) => {
+            check_count(solid, spacing, wish.limit)?;
+            Target::Spacing(spacing)
+        }
+        scene::Target::Nodes(count) => Target::NodeCount(count as usize),
+    };
+    let settings = SampleSettings {
+        target,
+        ..SampleSettings::default()
+    };
+    Ok(sample_tetrahedra(solid, &settings)?)
+}
+
+/// Refuses a spacing that would make more nodes than the limit, before memory is taken.
+fn check_count(solid: &Solid, spacing: f64, limit: u32) -> Result<(), BodyProblem> {
+    let volume = solid.mesh().map_or_else(
+        || 0.5 * solid.bounds().size().element_product(),
+        phyxel_discretize::Mesh::volume,
+    );
+    // A body-centred lattice whose mean edge is the spacing has 1.57 nodes in a spacing cubed.
+    let estimate = 1.57 * volume / (spacing * spacing * spacing);
+    if estimate > f64::from(limit) {
+        return Err(BodyProblem::TooManyNodes {
+            spacing,
+            estimate,
+            limit,
+            advice: spacing * (estimate / f64::from(limit)).cbrt(),
+        });
+    }
+    Ok(())
+}

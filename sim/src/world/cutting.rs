@@ -1,0 +1,308 @@
+//! Blades that pass through a body: from the edge in the world to rows of the model.
+
+use glam::DVec3;
+use phyxel_elastic::StiffnessCap;
+use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors};
+use phyxel_integrate::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
+use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
+
+use super::body::{Body, stencil_view};
+use super::error::BodyProblem;
+use crate::scene::Cut;
+
+/// Growth of the largest eigenvalue that the step of a cut body has room for, as a share of what
+/// the step leaves: `1 / step_factor²` would be the limit itself.
+const ROOM: f64 = 0.9;
+/// Strengths of the stiffness cap, from none; the next is taken when the eigenvalue no longer fits.
+const CAPS: [f64; 3] = [1.0, 0.5, 0.3];
+/// Products with the stiffness per estimate after an update; the vector found last is the start.
+const ESTIMATE_PRODUCTS: usize = 8;
+/// Support radius of the world-to-material map, in mean distances to the neighbours.
+const MAP_SUPPORT: f64 = 2.0;
+
+/// What one body needs once a blade has touched it; a body that no blade touches has none.
+#[derive(Debug)]
+pub struct Cutting {
+    cuts: Cuts,
+    factors: PairFactors,
+    map: MaterialMap,
+    cap: StiffnessCap,
+    strokes: Vec<Stroke>,
+    /// Length (m) into which a blade's edge is divided before it is mapped.
+    division: f64,
+    eigenvector: Vec<DVec3>,
+    growth: f64,
+    capped: Vec<bool>,
+    /// Every node that a cut has touched, rising.
+    touched: Vec<u32>,
+    /// Index into [`CAPS`].
+    level: usize,
+    /// Directed pairs whose factor is 0.
+    severed: usize,
+    captures: usize,
+    updates: usize,
+}
+
+#[derive(Debug)]
+struct Stroke {
+    cut: usize,
+    id: usize,
+}
+
+/// What a capture changed.
+#[derive(Debug, Clone, Default)]
+pub struct Capture {
+    /// New triangles, corners in material coordinates (m).
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Whether any pair factor changed.
+    pub changed: bool,
+}
+
+/// When in a stroke the edge is taken up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moment {
+    /// The stroke starts.
+    Start,
+    /// The blade has moved.
+    Update,
+    /// The stroke ends.
+    End,
+}
+
+impl Cutting {
+    /// Prepares an uncut body.
+    pub(super) fn new(body: &Body, weld_tolerance: Option<f64>) -> Result<Self, BodyProblem> {
+        let spacing = body.spacing;
+        let mut settings = CutSettings::for_spacing(spacing);
+        if let Some(tolerance) = weld_tolerance {
+            settings.weld_tolerance = tolerance;
+        }
+        let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
+        let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
+        Ok(Self {
+            cuts: Cuts::new(&settings),
+            factors: PairFactors::new(
+                &body.rest,
+                body.neighborhoods.offsets(),
+                body.neighborhoods.indices(),
+                &FactorSettings::default(),
+            ),
+            map: MaterialMap::new(
+                &body.rest,
+                &radii,
+                &body.neighborhoods,
+                &MapSettings::default(),
+            )?,
+            cap: StiffnessCap::new(&body.elastic, &body.masses),
+            strokes: Vec::new(),
+            division: spacing,
+            eigenvector: Vec::new(),
+            growth: 1.0,
+            capped: vec![false; body.rest.len()],
+            touched: Vec::new(),
+            level: 0,
+            severed: 0,
+            captures: 0,
+            updates: 0,
+        })
+    }
+
+    /// The cut surface, in material coordinates.
+    #[must_use]
+    pub fn cuts(&self) -> &Cuts {
+        &self.cuts
+    }
+
+    /// Factors on the pairs.
+    #[must_use]
+    pub fn factors(&self) -> &PairFactors {
+        &self.factors
+    }
+
+    /// Blade edges taken up, and how many of them changed the connectivity.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        (self.captures, self.updates)
+    }
+
+    /// Number of undirected pairs whose factor is 0.
+    #[must_use]
+    pub fn severed_pairs(&self) -> usize {
+        self.severed / 2
+    }
+
+    /// Largest estimate of the largest eigenvalue so far, relative to the uncut body's.
+    #[must_use]
+    pub fn growth(&self) -> f64 {
+        self.growth
+    }
+
+    /// Nodes whose stiffness was capped at least once.
+    #[must_use]
+    pub fn capped_count(&self) -> usize {
+        self.capped.iter().filter(|&&capped| capped).count()
+    }
+
+    /// Takes up the blade's edge: maps it into the material, spans the new piece of the cut, and
+    /// changes factors, rows and stiffness where it passes.
+    pub(super) fn capture(
+        &mut self,
+        body: &mut Body,
+        cut_index: usize,
+        cut: &Cut,
+        time: f64,
+        moment: Moment,
+    ) -> Result<Capture, BodyProblem> {
+        self.captures += 1;
+        let world = divided(&cut.edge_at(time), self.division);
+        let frame = self.map.frame(
+            body.motion.positions(),
+            body.elastic.deformation_gradients(),
+        )?;
+        let edge: Vec<DVec3> = world
+            .iter()
+            .map(|&point| frame.to_material(point).position)
+            .collect();
+        let stroke = match self.strokes.iter().find(|stroke| stroke.cut == cut_index) {
+            Some(stroke) => stroke.id,
+            None => {
+                let id = self.cuts.start(&edge)?;
+                self.strokes.push(Stroke { cut: cut_index, id });
+                id
+            }
+        };
+        if moment == Moment::Start {
+            return Ok(Capture::default());
+        }
+        let new = self.cuts.append(stroke, &edge)?;
+        if moment == Moment::End {
+            self.cuts.end(stroke)?;
+            self.strokes.retain(|stroke| stroke.cut != cut_index);
+        }
+        let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
+        let solid = &body.solid;
+        let touched = self
+            .factors
+            .update(&self.cuts, new, &|point| solid.contains(point));
+        let factors = self.factors.factors();
+        self.severed += touched
+            .pairs
+            .iter()
+            .filter(|&&pair| factors[pair as usize] <= 0.0)
+            .count();
+        let changed = !touched.nodes.is_empty();
+        if changed {
+            self.updates += 1;
+            self.reconnect(body, &touched.nodes)?;
+        }
+        Ok(Capture { triangles, changed })
+    }
+
+    /// Carries changed factors into stencils, model, map and step.
+    fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
+        let factors = self.factors.factors();
+        body.stencils
+            .update_rows(&body.rest, &body.neighborhoods, factors, touched)?;
+        self.map.update_rows(factors, touched);
+        body.elastic
+            .update_rows(touched, &stencil_view(&body.neighborhoods, &body.stencils))?;
+        self.touched.extend_from_slice(touched);
+        self.touched.sort_unstable();
+        self.touched.dedup();
+        self.fit_stiffness(body, touched)
+    }
+
+    /// Estimates the largest eigenvalue and strengthens the cap on touched nodes until it leaves
+    /// room for the step.
+    fn fit_stiffness(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
+        let limit = ROOM / (body.step_factor * body.step_factor);
+        body.elastic
+            .cap_stiffness(&self.cap, touched, CAPS[self.level]);
+        self.excite(body, touched);
+        loop {
+            body.reload();
+            let growth = self.estimate(body)?.value / body.eigenvalue.value;
+            self.growth = self.growth.max(growth);
+            if growth <= limit || self.level + 1 == CAPS.len() {
+                break;
+            }
+            self.level += 1;
+            body.elastic
+                .cap_stiffness(&self.cap, &self.touched, CAPS[self.level]);
+        }
+        for &node in touched {
+            let node = node as usize;
+            self.capped[node] |= body.elastic.elastic_volumes()[node] < body.volumes[node];
+        }
+        Ok(())
+    }
+
+    /// Stirs the warm vector at touched nodes, so that a stiff mode that a cut has just made, and
+    /// that the vector of before knows nothing of, is found.
+    fn excite(&mut self, body: &Body, touched: &[u32]) {
+        if self.eigenvector.len() != body.rest.len() {
+            return;
+        }
+        let share = |k: usize| {
+            // Fractional parts of multiples of an irrational: even in [-1, 1), no two nodes alike.
+            #[allow(clippy::cast_precision_loss, reason = "a node's index")]
+            let turn = k as f64 * 0.618_033_988_749_894_9;
+            2.0 * (turn - turn.floor()) - 1.0
+        };
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let size = 2.0 / (touched.len().max(1) as f64).sqrt();
+        for &node in touched {
+            let k = 3 * node as usize;
+            self.eigenvector[node as usize] +=
+                DVec3::new(share(k), share(k + 1), share(k + 2)) * size;
+        }
+    }
+
+    fn estimate(&mut self, body: &mut Body) -> Result<Eigenvalue, BodyProblem> {
+        let settings = EigenvalueSettings {
+            iterations: ESTIMATE_PRODUCTS,
+            ..EigenvalueSettings::default()
+        };
+        let elastic = &mut body.elastic;
+        Ok(largest_eigenvalue(
+            &body.masses,
+            body.motion.supports(),
+            |v, out| elastic.tangent_product_into(v, out),
+            &mut self.eigenvector,
+            &settings,
+        )?)
+    }
+}
+
+/// Divides a polyline into pieces not longer than `length` (m).
+fn divided(line: &[DVec3], length: f64) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for pair in line.windows(2) {
+        let pieces = (pair[0].distance(pair[1]) / length).ceil().max(1.0);
+        let mut piece = 0.0;
+        while piece < pieces {
+            points.push(pair[0].lerp(pair[1], piece / pieces));
+            piece += 1.0;
+        }
+    }
+    points.extend(line.last());
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_divided_line_keeps_its_corners_and_has_no_long_piece() {
+        let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.25, 0.0)];
+        let points = divided(&line, 0.3);
+        for corner in line {
+            assert!(points.contains(&corner), "{corner} is lost");
+        }
+        for pair in points.windows(2) {
+            assert!(pair[0].distance(pair[1]) <= 0.3, "{pair:?} is too long");
+        }
+        assert_eq!(points.len(), 6, "4 pieces and 1");
+    }
+}

@@ -1,0 +1,87 @@
+//! Why a world cannot be built or stepped.
+
+use std::path::PathBuf;
+
+use phyxel_discretize::{ReadError, RepairError, SampleError};
+use phyxel_elastic::ElasticError;
+use phyxel_enrich::CutError;
+use phyxel_integrate::{EigenvalueError, MotionError, StepError};
+use phyxel_mls::{GraphError, MapError, StencilError};
+use phyxel_splat::SurfelError;
+
+/// What went wrong in one body.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BodyProblem {
+    /// The mesh file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The mesh is not a solid.
+    #[error("{}: {problem}", file.display())]
+    Repair {
+        /// The mesh file.
+        file: PathBuf,
+        /// What is wrong, and where.
+        problem: RepairError,
+    },
+    /// No nodes can be placed.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// The node graph is broken.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    /// The gradient stencils cannot be built.
+    #[error(transparent)]
+    Stencil(#[from] StencilError),
+    /// The elastic model cannot be built or updated.
+    #[error(transparent)]
+    Elastic(#[from] ElasticError),
+    /// The map from the world to the material fails.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The blade's edge cannot be taken up.
+    #[error(transparent)]
+    Cut(#[from] CutError),
+    /// The motion cannot be set up.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The stable step cannot be found.
+    #[error(transparent)]
+    Eigenvalue(#[from] EigenvalueError),
+    /// A step failed.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The surface cannot be bound to the nodes.
+    #[error(transparent)]
+    Surfel(#[from] SurfelError),
+    /// The spacing asks for more nodes than the scene allows.
+    #[error(
+        "a spacing of {spacing} m would make about {estimate:.0} nodes, more than the limit of \
+         {limit}; take a spacing of {advice:.3e} m or raise sampling.limit"
+    )]
+    TooManyNodes {
+        /// Spacing asked for (m).
+        spacing: f64,
+        /// Nodes it would make, about.
+        estimate: f64,
+        /// Limit of the scene.
+        limit: u32,
+        /// Spacing (m) that stays within the limit.
+        advice: f64,
+    },
+    /// Nothing resists motion, so no step is too large.
+    #[error(
+        "nothing resists motion: every node is supported or without stiffness; leave nodes free"
+    )]
+    NoStiffness,
+}
+
+/// A world that cannot be built or stepped, with the body at fault.
+#[derive(Debug, thiserror::Error)]
+#[error("body '{body}': {problem}")]
+pub struct WorldError {
+    /// Name of the body.
+    pub body: String,
+    /// What went wrong.
+    pub problem: BodyProblem,
+}
