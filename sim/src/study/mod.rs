@@ -3,11 +3,13 @@
 //! A study answers one question with tables and plots. Running one writes every table as CSV, every
 //! plot as SVG, and one HTML page with all of them and the machine.
 
+mod beam;
 mod clock;
 mod gradient;
 mod page;
 mod plot;
 mod report;
+mod time;
 
 use std::path::PathBuf;
 
@@ -16,6 +18,8 @@ use serde::Serialize;
 pub use report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 
 use crate::output::{OutputError, OutputFolder};
+use crate::scene::SceneError;
+use crate::world::WorldError;
 
 /// How much is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -39,12 +43,26 @@ pub struct Study {
 }
 
 /// Every study.
-pub const STUDIES: &[Study] = &[Study {
-    name: "gradient",
-    title: "Gradients on scattered nodes",
-    question: "how far off is the gradient of a smooth field, and what does it cost?",
-    run: gradient::run,
-}];
+pub const STUDIES: &[Study] = &[
+    Study {
+        name: "gradient",
+        title: "Gradients on scattered nodes",
+        question: "how far off is the gradient of a smooth field, and what does it cost?",
+        run: gradient::run,
+    },
+    Study {
+        name: "beam",
+        title: "A cantilever under a load at its end",
+        question: "how far off is the deflection, and what does a simulated second cost?",
+        run: beam::run,
+    },
+    Study {
+        name: "time",
+        title: "Time of a step",
+        question: "what does a step cost as the body grows?",
+        run: time::run,
+    },
+];
 
 /// A study that did not end.
 #[derive(Debug, thiserror::Error)]
@@ -73,6 +91,15 @@ pub enum StudyError {
         /// What the plotter said.
         reason: String,
     },
+    /// A scene of the study is not valid.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A body of the study cannot be built or moved.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// A body of the study finds no equilibrium.
+    #[error("beam study: {0}")]
+    Equilibrium(#[from] phyxel_integrate::SolveError),
     /// A cloud was not made as the stencils need it.
     #[error("gradient study: {0}")]
     Stencil(#[from] phyxel_mls::StencilError),

@@ -271,6 +271,17 @@ fn mesh_cases() -> Vec<Case> {
             &[("organ.obj", &mesh)],
             &["run", "organ.obj", "--out", "results/here"],
         ));
+        cases.push(given(
+            &format!("{name} of a scene"),
+            &[
+                ("organ.obj", &mesh),
+                (
+                    "scene.ron",
+                    "(version: 1, bodies: [(name: \"organ\", shape: Mesh(file: \"organ.obj\"))])",
+                ),
+            ],
+            &["run", "scene.ron", "--out", "results/here"],
+        ));
     }
     let mut stl = vec![0_u8; 80];
     stl.extend(1000_u32.to_le_bytes());

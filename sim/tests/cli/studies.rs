@@ -65,6 +65,32 @@ fn gradient_study_orders_the_methods_as_theory_does() {
 }
 
 #[test]
+fn beam_study_comes_near_the_finite_elements() {
+    let findings = study("beam");
+    let table = &findings["report"]["tables"][0];
+    let rows = table["rows"].as_array().expect("a list");
+    assert_eq!(rows.len(), 6, "three ratios, two spacings");
+    for pair in rows.chunks(2) {
+        let errors: Vec<f64> = pair.iter().filter_map(|row| row[3].as_f64()).collect();
+        assert!(errors[1].abs() < 7.0, "{pair:?}");
+        assert!(errors[1].abs() < 0.5 * errors[0].abs(), "{pair:?}");
+    }
+}
+
+#[test]
+fn time_study_measures_bodies_of_the_size_asked_for() {
+    let findings = study("time");
+    let rows = findings["report"]["tables"][0]["rows"]
+        .as_array()
+        .expect("a list");
+    for (row, asked) in rows.iter().zip([300.0, 1408.0]) {
+        let nodes = row[0].as_f64().expect("a count");
+        assert!((nodes / asked - 1.0).abs() < 0.05, "{row}");
+        assert!(row[7].as_f64().is_some_and(|speed| speed > 0.0), "{row}");
+    }
+}
+
+#[test]
 fn studies_are_listed_and_a_misspelt_one_is_named() {
     let sandbox = Sandbox::empty();
     let list = sandbox.run(&["study", "--list"]);
