@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::source::Source;
 use super::{CliError, Overrides};
-use crate::run::{RunOptions, run as run_scene};
+use crate::run::{RunOptions, run as run_scene, table};
 
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
@@ -52,6 +52,9 @@ pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliErr
         quiet: flags.quiet,
     };
     let summary = run_scene(&scene, &options)?;
+    if !flags.quiet {
+        write!(io::stderr(), "{}", table(&summary, &options.out)).map_err(CliError::Stderr)?;
+    }
     if flags.json {
         let text = serde_json::to_string(&summary)?;
         writeln!(io::stdout(), "{text}")?;
