@@ -9,7 +9,7 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings as ElasticSettings, Stencils};
 use phyxel_integrate::{
-    Eigenvalue, EigenvalueSettings, Motion, MotionSettings, StepError, Supports, largest_eigenvalue,
+    Eigenvalue, EigenvalueSettings, Motion, MotionSettings, StepError, critical_step, largest_eigenvalue,
 };
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
@@ -60,6 +60,10 @@ pub struct Body {
     pub motion: Motion,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
+    /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.
+    pub current_eigenvalue: f64,
+    /// Vector of the last estimate, where the next one starts.
+    pub(super) eigenvector: Vec<DVec3>,
     /// Share of the critical step that is taken.
     pub step_factor: f64,
     /// Mass-proportional damping (1/s) once settled.
@@ -155,7 +159,21 @@ impl Body {
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         let mut forces = vec![DVec3::ZERO; rest.len()];
         elastic.forces_into(&rest, &mut forces);
-        let eigenvalue = eigenvalue_of(&mut elastic, &masses, &supports)?;
+        let mut eigenvector = Vec::new();
+        let settings = EigenvalueSettings {
+            margin: EIGENVALUE_MARGIN,
+            ..EigenvalueSettings::default()
+        };
+        let eigenvalue = largest_eigenvalue(
+            &masses,
+            &supports,
+            |v, out| elastic.tangent_product_into(v, out),
+            &mut eigenvector,
+            &settings,
+        )?;
+        if !eigenvalue.critical_step.is_finite() {
+            return Err(BodyProblem::NoStiffness);
+        }
         let motion = Motion::new(
             &rest,
             &masses,
@@ -179,6 +197,8 @@ impl Body {
             stencils,
             elastic,
             motion,
+            current_eigenvalue: eigenvalue.value,
+            eigenvector,
             eigenvalue,
             step_factor: scene.integration.step_factor,
             damping: description.damping,
@@ -187,10 +207,30 @@ impl Body {
         })
     }
 
-    /// Largest step (s) of the uncut body times the step factor.
+    /// Step (s) for the eigenvalue as last estimated: the step factor times `2 / sqrt(lambda)`.
     #[must_use]
     pub fn step_size(&self) -> f64 {
-        self.step_factor * self.eigenvalue.critical_step
+        self.step_factor * critical_step(self.current_eigenvalue, 0.0)
+    }
+
+    /// Estimates the largest eigenvalue where the body is now, from the vector of the last time,
+    /// and takes it for the step.
+    pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<f64, BodyProblem> {
+        let settings = EigenvalueSettings {
+            iterations: products,
+            margin: EIGENVALUE_MARGIN,
+            ..EigenvalueSettings::default()
+        };
+        let elastic = &mut self.elastic;
+        let found = largest_eigenvalue(
+            &self.masses,
+            self.motion.supports(),
+            |v, out| elastic.tangent_product_into(v, out),
+            &mut self.eigenvector,
+            &settings,
+        )?;
+        self.current_eigenvalue = found.value.max(self.eigenvalue.value);
+        Ok(found.value)
     }
 
     /// Takes one step (s); the time in the force law is added to `spent`.
@@ -213,30 +253,6 @@ impl Body {
         if let Err(error) = self.motion.refresh(|x, f| elastic.forces_into(x, f)) {
             self.pending = Err(error);
         }
-    }
-}
-
-/// Largest eigenvalue at the state last evaluated, with a margin for what the iteration misses.
-fn eigenvalue_of(
-    elastic: &mut Elastic,
-    masses: &[f64],
-    supports: &Supports,
-) -> Result<Eigenvalue, BodyProblem> {
-    let settings = EigenvalueSettings {
-        margin: EIGENVALUE_MARGIN,
-        ..EigenvalueSettings::default()
-    };
-    let eigenvalue = largest_eigenvalue(
-        masses,
-        supports,
-        |v, out| elastic.tangent_product_into(v, out),
-        &mut Vec::new(),
-        &settings,
-    )?;
-    if eigenvalue.critical_step.is_finite() {
-        Ok(eigenvalue)
-    } else {
-        Err(BodyProblem::NoStiffness)
     }
 }
 

@@ -2,19 +2,19 @@
 
 use glam::DVec3;
 use phyxel_elastic::StiffnessCap;
-use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors};
-use phyxel_integrate::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
+use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors, connected_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 
 use super::body::{Body, stencil_view};
 use super::error::BodyProblem;
 use crate::scene::Cut;
 
-/// Growth of the largest eigenvalue that the step of a cut body has room for, as a share of what
-/// the step leaves: `1 / step_factor²` would be the limit itself.
-const ROOM: f64 = 0.9;
+/// Growth of the largest eigenvalue in one update above which the cap is strengthened.
+const ALLOWED_GROWTH: f64 = 1.05;
 /// Strengths of the stiffness cap, from none; the next is taken when the eigenvalue no longer fits.
-const CAPS: [f64; 3] = [1.0, 0.5, 0.3];
+const CAPS: [f64; 3] = [0.5, 0.3, 0.2];
+/// Pieces of fewer nodes are debris: free masses without elastic energy.
+const SMALLEST_PIECE: u32 = 12;
 /// Products with the stiffness per estimate after an update; the vector found last is the start.
 const ESTIMATE_PRODUCTS: usize = 8;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
@@ -30,7 +30,6 @@ pub struct Cutting {
     strokes: Vec<Stroke>,
     /// Length (m) into which a blade's edge is divided before it is mapped.
     division: f64,
-    eigenvector: Vec<DVec3>,
     growth: f64,
     capped: Vec<bool>,
     /// Every node that a cut has touched, rising.
@@ -96,7 +95,6 @@ impl Cutting {
             cap: StiffnessCap::new(&body.elastic, &body.masses),
             strokes: Vec::new(),
             division: spacing,
-            eigenvector: Vec::new(),
             growth: 1.0,
             capped: vec![false; body.rest.len()],
             touched: Vec::new(),
@@ -215,20 +213,24 @@ impl Cutting {
     /// Estimates the largest eigenvalue and strengthens the cap on touched nodes until it leaves
     /// room for the step.
     fn fit_stiffness(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
-        let limit = ROOM / (body.step_factor * body.step_factor);
+        let before = body.current_eigenvalue;
         body.elastic
             .cap_stiffness(&self.cap, touched, CAPS[self.level]);
-        self.excite(body, touched);
+        self.release_debris(body, touched);
+        excite(body, touched);
         loop {
             body.reload();
-            let growth = self.estimate(body)?.value / body.eigenvalue.value;
-            self.growth = self.growth.max(growth);
-            if growth <= limit || self.level + 1 == CAPS.len() {
+            let growth = body.estimate_eigenvalue(ESTIMATE_PRODUCTS)? / before;
+            self.growth = self
+                .growth
+                .max(body.current_eigenvalue / body.eigenvalue.value);
+            if growth <= ALLOWED_GROWTH || self.level + 1 == CAPS.len() {
                 break;
             }
             self.level += 1;
             body.elastic
                 .cap_stiffness(&self.cap, &self.touched, CAPS[self.level]);
+            self.release_debris(body, touched);
         }
         for &node in touched {
             let node = node as usize;
@@ -237,40 +239,38 @@ impl Cutting {
         Ok(())
     }
 
-    /// Stirs the warm vector at touched nodes, so that a stiff mode that a cut has just made, and
-    /// that the vector of before knows nothing of, is found.
-    fn excite(&mut self, body: &Body, touched: &[u32]) {
-        if self.eigenvector.len() != body.rest.len() {
-            return;
-        }
-        let share = |k: usize| {
-            // Fractional parts of multiples of an irrational: even in [-1, 1), no two nodes alike.
-            #[allow(clippy::cast_precision_loss, reason = "a node's index")]
-            let turn = k as f64 * 0.618_033_988_749_894_9;
-            2.0 * (turn - turn.floor()) - 1.0
-        };
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let size = 2.0 / (touched.len().max(1) as f64).sqrt();
-        for &node in touched {
-            let k = 3 * node as usize;
-            self.eigenvector[node as usize] +=
-                DVec3::new(share(k), share(k + 1), share(k + 2)) * size;
-        }
+    /// Takes the elastic energy from pieces too small to have a strain.
+    fn release_debris(&self, body: &mut Body, touched: &[u32]) {
+        let graph = &body.neighborhoods;
+        let pieces = connected_pieces(graph.offsets(), graph.indices(), self.factors.factors());
+        let debris: Vec<u32> = touched
+            .iter()
+            .chain(&self.touched)
+            .copied()
+            .filter(|&node| pieces.sizes[pieces.piece[node as usize] as usize] < SMALLEST_PIECE)
+            .collect();
+        body.elastic.cap_stiffness(&self.cap, &debris, 0.0);
     }
+}
 
-    fn estimate(&mut self, body: &mut Body) -> Result<Eigenvalue, BodyProblem> {
-        let settings = EigenvalueSettings {
-            iterations: ESTIMATE_PRODUCTS,
-            ..EigenvalueSettings::default()
-        };
-        let elastic = &mut body.elastic;
-        Ok(largest_eigenvalue(
-            &body.masses,
-            body.motion.supports(),
-            |v, out| elastic.tangent_product_into(v, out),
-            &mut self.eigenvector,
-            &settings,
-        )?)
+/// Stirs the warm vector at touched nodes, so that a stiff mode that a cut has just made, and that
+/// the vector of before knows nothing of, is found.
+fn excite(body: &mut Body, touched: &[u32]) {
+    if body.eigenvector.len() != body.rest.len() {
+        return;
+    }
+    let share = |k: usize| {
+        // Fractional parts of multiples of an irrational: even in [-1, 1), no two nodes alike.
+        #[allow(clippy::cast_precision_loss, reason = "a node's index")]
+        let turn = k as f64 * 0.618_033_988_749_894_9;
+        2.0 * (turn - turn.floor()) - 1.0
+    };
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let size = 2.0 / (touched.len().max(1) as f64).sqrt();
+    for &node in touched {
+        let k = 3 * node as usize;
+        body.eigenvector[node as usize] +=
+            DVec3::new(share(k), share(k + 1), share(k + 2)) * size;
     }
 }
 

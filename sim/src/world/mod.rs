@@ -19,6 +19,11 @@ pub use error::{BodyProblem, WorldError};
 use crate::phases::{Phase, Phases};
 use crate::scene::Scene;
 
+/// Steps between two estimates of the largest eigenvalue: strain stiffens a body.
+const STEPS_PER_ESTIMATE: u64 = 50;
+/// Products with the stiffness per such estimate; it starts at the vector of the last.
+const ESTIMATE_PRODUCTS: usize = 4;
+
 /// A body with the blades that have touched it.
 #[derive(Debug)]
 pub struct Member {
@@ -51,6 +56,7 @@ pub struct World {
     scene: Scene,
     members: Vec<Member>,
     step: f64,
+    first_step: f64,
     /// Motion time at which scene time is 0; `None` while settling.
     origin: Option<f64>,
     gravity: Option<DVec3>,
@@ -82,10 +88,6 @@ impl World {
                 })
                 .collect::<Result<Vec<_>, WorldError>>()
         })?;
-        let step = members
-            .iter()
-            .map(|member| member.body.step_size())
-            .fold(f64::INFINITY, f64::min);
         let mut due: Vec<Due> = Vec::new();
         for (index, cut) in scene.cuts.iter().enumerate() {
             let times = cut.capture_times();
@@ -105,7 +107,8 @@ impl World {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
             scene,
             members,
-            step,
+            step: 0.0,
+            first_step: 0.0,
             origin: None,
             due,
             next_due: 0,
@@ -114,6 +117,8 @@ impl World {
             latencies: Vec::new(),
             new_pieces: Vec::new(),
         };
+        world.step = world.smallest_step_size();
+        world.first_step = world.step;
         match world.scene.integration.settle {
             Some(settle) => world.set_damping(Some(settle.damping))?,
             None => world.start_scene()?,
@@ -156,10 +161,7 @@ impl World {
     /// Step (s) that was chosen for the uncut bodies.
     #[must_use]
     pub fn first_step(&self) -> f64 {
-        self.members
-            .iter()
-            .map(|member| member.body.step_size())
-            .fold(f64::INFINITY, f64::min)
+        self.first_step
     }
 
     /// Steps taken, settling included.
@@ -229,6 +231,9 @@ impl World {
     pub fn step(&mut self) -> Result<(), WorldError> {
         self.load_gravity()?;
         self.capture_blades()?;
+        if self.steps().is_multiple_of(STEPS_PER_ESTIMATE) {
+            self.fit_step()?;
+        }
         let step = self.step;
         for Member { body, .. } in &mut self.members {
             let mut spent = Duration::ZERO;
@@ -246,6 +251,28 @@ impl World {
             self.latencies.push(1e3 * since.elapsed().as_secs_f64());
         }
         Ok(())
+    }
+
+    /// Estimates the largest eigenvalues where the bodies are now and chooses the step anew.
+    fn fit_step(&mut self) -> Result<(), WorldError> {
+        let start = Instant::now();
+        for Member { body, .. } in &mut self.members {
+            body.estimate_eigenvalue(ESTIMATE_PRODUCTS)
+                .map_err(|problem| WorldError {
+                    body: body.name.clone(),
+                    problem,
+                })?;
+        }
+        self.step = self.smallest_step_size();
+        self.phases.add(Phase::Integration, start.elapsed());
+        Ok(())
+    }
+
+    fn smallest_step_size(&self) -> f64 {
+        self.members
+            .iter()
+            .map(|member| member.body.step_size())
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
@@ -325,6 +352,7 @@ impl World {
             self.phases.add(Phase::Cut, begun.elapsed());
             if changed {
                 self.waiting.get_or_insert(begun);
+                self.step = self.smallest_step_size();
             }
         }
         Ok(())
