@@ -151,15 +151,15 @@ impl RowBlocks {
     }
 }
 
-/// Stiffness of the uncut body's nodes, for [`Elastic::cap_stiffness`].
+/// Reference stiffness of the uncut body, for [`Elastic::cap_stiffness`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct StiffnessCap {
     inverse_masses: Vec<f64>,
-    references: Vec<f64>,
+    reference: f64,
 }
 
 impl StiffnessCap {
-    /// Measures every node of a body that is not cut yet.
+    /// Measures the stiffest node of a body that is not cut yet.
     ///
     /// # Panics
     /// If `masses` (kg) is not as long as there are nodes.
@@ -168,18 +168,18 @@ impl StiffnessCap {
         assert_eq!(masses.len(), uncut.node_count(), "one mass per node");
         let mut cap = Self {
             inverse_masses: masses.iter().map(|m| m.recip()).collect(),
-            references: Vec::new(),
+            reference: 0.0,
         };
-        cap.references = (0..masses.len())
+        cap.reference = (0..masses.len())
             .map(|node| cap.stiffness(uncut, node))
-            .collect();
+            .fold(0.0, f64::max);
         cap
     }
 
-    /// `q_i` (1/s²) of every node of the uncut body.
+    /// `q_ref`: the largest `q_i` (1/s²) of the uncut body.
     #[must_use]
-    pub fn references(&self) -> &[f64] {
-        &self.references
+    pub fn reference(&self) -> f64 {
+        self.reference
     }
 
     pub(crate) fn node_count(&self) -> usize {

@@ -49,13 +49,12 @@ impl Elastic {
     }
 
     /// Lowers the elastic volume of `touched` nodes so that none is stiffer, for its neighbours'
-    /// masses, than `kappa` times what it was itself in the uncut body; returns how many are lowered.
+    /// masses, than `kappa` times the stiffest node of the uncut body; returns how many are lowered.
     ///
-    /// `V_i_el = V_i min(1, kappa q_i0 / q_i)`, `q_i = V_i M_i sum_j |g_ij|² / m_j` including
-    /// `j = i`, `M_i` the material's modulus, `q_i0` its value before the cut. Masses stay. Each node
-    /// is its own reference: against the stiffest node of a body, as uneven samplings have a few, a
-    /// node that a cut left with three neighbours would never be lowered. Infinity gives the touched
-    /// nodes their full volume back.
+    /// `V_i_el = V_i min(1, kappa q_ref / q_i)`, `q_i = V_i M_i sum_j |g_ij|² / m_j` including
+    /// `j = i`, `M_i` the material's modulus. Masses stay. Call it only where the largest eigenvalue
+    /// rose after a cut, with 1, 0.5, 0.3 in turn; infinity gives the touched nodes their full
+    /// volume back.
     ///
     /// # Panics
     /// If a node does not exist or the cap was made for another model.
@@ -69,7 +68,7 @@ impl Elastic {
         for &node in touched {
             let node = node as usize;
             let stiffness = cap.stiffness(self, node);
-            let allowed = kappa * cap.references()[node];
+            let allowed = kappa * cap.reference();
             let factor = if stiffness > allowed {
                 lowered += 1;
                 allowed / stiffness

@@ -12,7 +12,11 @@ use crate::scene::Cut;
 /// Growth of the largest eigenvalue in one update above which the cap is strengthened.
 const ALLOWED_GROWTH: f64 = 1.05;
 /// Strengths of the stiffness cap, from none; the next is taken when the eigenvalue no longer fits.
-const CAPS: [f64; 3] = [0.5, 0.3, 0.2];
+const CAPS: [f64; 3] = [1.0, 0.5, 0.3];
+/// A node that a cut leaves fewer neighbours, or a moment matrix of a larger condition, has no strain
+/// of its own any more: a few neighbours turn inside out under load, and no penalty holds them.
+const FEWEST_NEIGHBORS: usize = 6;
+const LARGEST_CONDITION: f64 = 10.0;
 /// Pieces of fewer nodes are debris: free masses without elastic energy.
 const SMALLEST_PIECE: u32 = 12;
 /// Products with the stiffness per estimate after an update; the vector found last is the start.
@@ -216,7 +220,7 @@ impl Cutting {
         let before = body.current_eigenvalue;
         body.elastic
             .cap_stiffness(&self.cap, touched, CAPS[self.level]);
-        self.release_debris(body, touched);
+        self.release_weak(body, touched);
         excite(body, touched);
         loop {
             body.reload();
@@ -230,7 +234,7 @@ impl Cutting {
             self.level += 1;
             body.elastic
                 .cap_stiffness(&self.cap, &self.touched, CAPS[self.level]);
-            self.release_debris(body, touched);
+            self.release_weak(body, &self.touched);
         }
         for &node in touched {
             let node = node as usize;
@@ -239,17 +243,26 @@ impl Cutting {
         Ok(())
     }
 
-    /// Takes the elastic energy from pieces too small to have a strain.
-    fn release_debris(&self, body: &mut Body, touched: &[u32]) {
+    /// Takes the elastic energy from nodes that a cut left too few neighbours to have a strain of
+    /// their own. Their neighbours' energies, which depend on them too, still hold them in place.
+    fn release_weak(&self, body: &mut Body, touched: &[u32]) {
         let graph = &body.neighborhoods;
-        let pieces = connected_pieces(graph.offsets(), graph.indices(), self.factors.factors());
-        let debris: Vec<u32> = touched
+        let factors = self.factors.factors();
+        let pieces = connected_pieces(graph.offsets(), graph.indices(), factors);
+        let weak: Vec<u32> = touched
             .iter()
-            .chain(&self.touched)
             .copied()
-            .filter(|&node| pieces.sizes[pieces.piece[node as usize] as usize] < SMALLEST_PIECE)
+            .filter(|&node| {
+                let node = node as usize;
+                let live = graph.pairs(node).filter(|&pair| factors[pair] > 0.0).count();
+                let spread = &body.stencils.ranks[node];
+                live < FEWEST_NEIGHBORS
+                    || spread.rank < 3
+                    || spread.condition > LARGEST_CONDITION
+                    || pieces.sizes[pieces.piece[node] as usize] < SMALLEST_PIECE
+            })
             .collect();
-        body.elastic.cap_stiffness(&self.cap, &debris, 0.0);
+        body.elastic.cap_stiffness(&self.cap, &weak, 0.0);
     }
 }
 
