@@ -88,13 +88,25 @@ impl Painter {
             let Member { body, cutting } = &world.members()[piece.member];
             let Some(cutting) = cutting else { continue };
             let cuts = cutting.cuts();
+            // A blade reaches far out of the body; skin grows where it is inside or near.
+            let near: Vec<_> = piece
+                .triangles
+                .iter()
+                .filter(|[a, b, c]| {
+                    let middle = (*a + *b + *c) / 3.0;
+                    let size = a
+                        .distance(middle)
+                        .max(b.distance(middle))
+                        .max(c.distance(middle));
+                    body.solid.signed_distance(middle) < size + 2.0 * body.spacing
+                })
+                .copied()
+                .collect();
             self.skins[piece.member]
                 .tissue
-                .cut(
-                    &piece.triangles,
-                    &|point| body.solid.contains(point),
-                    &|a, b| cuts.crosses(a, b),
-                )
+                .cut(&near, &|point| body.solid.contains(point), &|a, b| {
+                    cuts.crosses(a, b)
+                })
                 .map_err(|problem| WorldError {
                     body: body.name.clone(),
                     problem: problem.into(),

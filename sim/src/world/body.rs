@@ -9,7 +9,8 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings as ElasticSettings, Stencils};
 use phyxel_integrate::{
-    Eigenvalue, EigenvalueSettings, Motion, MotionSettings, StepError, critical_step, largest_eigenvalue,
+    Eigenvalue, EigenvalueSettings, Motion, MotionSettings, StepError, critical_step,
+    largest_eigenvalue,
 };
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,

@@ -17,7 +17,9 @@ const CAPS: [f64; 3] = [1.0, 0.5, 0.3];
 /// of its own any more: a few neighbours turn inside out under load, and no penalty holds them.
 const FEWEST_NEIGHBORS: usize = 6;
 const LARGEST_CONDITION: f64 = 10.0;
-/// Pieces of fewer nodes are debris: free masses without elastic energy.
+/// Strength of the cap on such nodes.
+const WEAK_CAP: f64 = 0.005;
+/// Pieces of fewer nodes are debris and count as weak.
 const SMALLEST_PIECE: u32 = 12;
 /// Products with the stiffness per estimate after an update; the vector found last is the start.
 const ESTIMATE_PRODUCTS: usize = 8;
@@ -254,7 +256,10 @@ impl Cutting {
             .copied()
             .filter(|&node| {
                 let node = node as usize;
-                let live = graph.pairs(node).filter(|&pair| factors[pair] > 0.0).count();
+                let live = graph
+                    .pairs(node)
+                    .filter(|&pair| factors[pair] > 0.0)
+                    .count();
                 let spread = &body.stencils.ranks[node];
                 live < FEWEST_NEIGHBORS
                     || spread.rank < 3
@@ -262,7 +267,7 @@ impl Cutting {
                     || pieces.sizes[pieces.piece[node] as usize] < SMALLEST_PIECE
             })
             .collect();
-        body.elastic.cap_stiffness(&self.cap, &weak, 0.0);
+        body.elastic.cap_stiffness(&self.cap, &weak, WEAK_CAP);
     }
 }
 
@@ -282,8 +287,7 @@ fn excite(body: &mut Body, touched: &[u32]) {
     let size = 2.0 / (touched.len().max(1) as f64).sqrt();
     for &node in touched {
         let k = 3 * node as usize;
-        body.eigenvector[node as usize] +=
-            DVec3::new(share(k), share(k + 1), share(k + 2)) * size;
+        body.eigenvector[node as usize] += DVec3::new(share(k), share(k + 1), share(k + 2)) * size;
     }
 }
 
