@@ -6,6 +6,9 @@
 
 /// Cracks with a known answer, through cuts, never glued.
 mod cut_accuracy;
+/// The same bits from any number of threads, and from a second run.
+mod determinism;
+/// Patch test, beams, stretch, modes and convergence of nodal elasticity.
 mod elastic_accuracy;
 /// Elastic blocks as force laws, for the tests of `phyxel-integrate` with `phyxel-elastic`.
 mod integrate_bodies;
@@ -13,4 +16,5 @@ mod integrate_bodies;
 mod integrate_dynamics;
 /// Indentation against finite elements and Hertz.
 mod integrate_indentation;
+/// Conservative stencils on sampled livers.
 mod organ_stencils;

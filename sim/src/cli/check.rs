@@ -107,7 +107,7 @@ fn body_costs(body: &Body) -> BodyCosts {
         name: body.name.clone(),
         nodes: body.rest.len(),
         pairs: body.neighborhoods.pair_count(),
-        tetrahedra: body.tetrahedra,
+        tetrahedra: body.tetrahedra.len(),
         spacing: body.spacing,
         volume: body.volumes.iter().sum(),
         mass: body.masses.iter().sum(),

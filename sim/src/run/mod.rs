@@ -8,6 +8,9 @@ mod summary;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{Field, vtk_tetrahedra};
+
 use crate::output::{OutputError, OutputFolder, Progress};
 use crate::phases::Phase;
 use crate::picture::Painter;
@@ -77,6 +80,19 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
     pool.install(|| Run::start(scene, options)?.finish(threads))
 }
 
+/// A body's name with what file systems refuse replaced.
+fn file_name(name: &str) -> String {
+    name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
+}
+
+/// Equivalent stress `sqrt(3/2 s:s)` of a Cauchy stress with the deviator `s` (Pa).
+fn von_mises(stress: DMat3) -> f64 {
+    let pressure = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
+    let deviator = stress - DMat3::from_diagonal(DVec3::splat(pressure));
+    let squares: f64 = deviator.to_cols_array().iter().map(|s| s * s).sum();
+    (1.5 * squares).sqrt()
+}
+
 /// A scene on its way.
 struct Run {
     begun: Instant,
@@ -144,6 +160,7 @@ impl Run {
             files.extend(movie.finish(&self.folder)?);
             self.world.phases().add(Phase::Writing, start.elapsed());
         }
+        files.extend(self.write_state()?);
         files.push("summary.json".to_owned());
         let wall = self.begun.elapsed().as_secs_f64();
         let summary = summary::of(
@@ -163,6 +180,28 @@ impl Run {
         text.push(b'\n');
         self.folder.write("summary.json", &text)?;
         Ok(summary)
+    }
+
+    /// Writes the nodes of every body where they are now, for ParaView; the files' names.
+    fn write_state(&self) -> Result<Vec<String>, RunError> {
+        let mut names = Vec::new();
+        for member in self.world.members() {
+            let body = &member.body;
+            let name = format!("final-{}.vtk", file_name(&body.name));
+            let stress: Vec<f64> = (0..body.rest.len())
+                .map(|node| von_mises(body.elastic.cauchy_stress(node)))
+                .collect();
+            let fields = [
+                ("rest_position_m", Field::Vectors(&body.rest)),
+                ("velocity_m_s", Field::Vectors(body.motion.velocities())),
+                ("volume_m3", Field::Scalars(&body.volumes)),
+                ("von_mises_stress_Pa", Field::Scalars(&stress)),
+            ];
+            let content = vtk_tetrahedra(body.motion.positions(), &body.tetrahedra, &fields);
+            self.folder.write(&name, &content)?;
+            names.push(name);
+        }
+        Ok(names)
     }
 
     /// Lets the bodies come to rest.

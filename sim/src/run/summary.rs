@@ -341,7 +341,7 @@ fn body_summary(Member { body, cutting }: &Member, worst: &Extremes) -> BodySumm
         name: body.name.clone(),
         nodes: body.rest.len(),
         pairs: graph.pair_count(),
-        tetrahedra: body.tetrahedra,
+        tetrahedra: body.tetrahedra.len(),
         supported: body.motion.supports().entries().len(),
         spacing: body.spacing,
         volume,

@@ -44,8 +44,8 @@ pub struct Body {
     pub volumes: Vec<f64>,
     /// Nodal masses (kg).
     pub masses: Vec<f64>,
-    /// Number of tetrahedra that gave volumes and edges.
-    pub tetrahedra: usize,
+    /// Tetrahedra that gave volumes and edges; results are written on them.
+    pub tetrahedra: Vec<[u32; 4]>,
     /// Deviation of the nodes' volume from the input surface's, relative; `None` for shapes
     /// without a mesh.
     pub volume_error: Option<f64>,
@@ -188,7 +188,7 @@ impl Body {
             name: description.name.clone(),
             solid,
             report,
-            tetrahedra: tetrahedra.len(),
+            tetrahedra,
             volume_error: sampled.volume_error,
             spacing: mean_edge(&rest, &neighborhoods),
             rest,
