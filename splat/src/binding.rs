@@ -121,17 +121,6 @@ impl Binding {
         self.reach[surfel]
     }
 
-    /// Appends rows for more surfels.
-    pub(crate) fn push(&mut self, rows: Vec<Row>) {
-        for row in rows {
-            let at = self.reach.len();
-            self.nodes.resize((at + 1) * self.stride, 0);
-            self.weights.resize((at + 1) * self.stride, 0.0);
-            self.reach.push(0.0);
-            self.store(at, &row);
-        }
-    }
-
     /// Appends rows that hold node 0 until they are replaced.
     pub(crate) fn push_placeholders(&mut self, n: usize) {
         let rows = self.reach.len() + n;

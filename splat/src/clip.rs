@@ -64,6 +64,44 @@ pub(crate) fn wall_of_triangle(
     (found == 2).then_some(ends)
 }
 
+/// A triangle as an obstacle, tested with room for round-off.
+pub(crate) struct Screen {
+    corner: DVec3,
+    /// Unit normal, then the inward unit normals of the three edges in the triangle's plane, each
+    /// with the distance of its plane from the corner (m).
+    planes: [(DVec3, f64); 4],
+    tolerance: f64,
+}
+
+impl Screen {
+    pub(crate) fn new(&[a, b, c]: &[DVec3; 3]) -> Self {
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let edge = |p: DVec3, q: DVec3| {
+            let inward = normal.cross(q - p).normalize_or_zero();
+            (inward, inward.dot(p - a))
+        };
+        Self {
+            corner: a,
+            planes: [(normal, 0.0), edge(a, b), edge(b, c), edge(c, a)],
+            tolerance: 1e-9 * a.distance(b).max(a.distance(c)),
+        }
+    }
+
+    /// False only if the segment p-q certainly does not meet the triangle: its ends lie on one side
+    /// of the plane, or both beyond the same edge.
+    pub(crate) fn may_hide(&self, p: DVec3, q: DVec3) -> bool {
+        let (p, q) = (p - self.corner, q - self.corner);
+        let room = self.tolerance + 1e-12 * (p.length() + q.length());
+        let [(normal, _), edges @ ..] = &self.planes;
+        let (low, high) = (normal.dot(p), normal.dot(q));
+        let apart = low.min(high) > room || low.max(high) < -room;
+        !apart
+            && edges.iter().all(|(inward, offset)| {
+                (inward.dot(p) - offset).max(inward.dot(q) - offset) >= -room
+            })
+    }
+}
+
 /// The point of segment a-b nearest to `p`.
 pub(crate) fn nearest_on_segment(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
     let ab = b - a;

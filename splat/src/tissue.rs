@@ -3,7 +3,7 @@
 use crate::binding::{BindSettings, Binding, NodeTree, point_tree};
 use crate::carry::{Splats, carry_into};
 use crate::cast::{count, index};
-use crate::clip::{Clip, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
+use crate::clip::{Clip, Screen, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
 use crate::error::SurfelError;
 use crate::radii::{RadiusRule, shape_operators};
 use crate::rim::{self, SkinDisk};
@@ -121,22 +121,14 @@ impl Tissue {
             .skin_density
             .unwrap_or_else(|| crate::cast::real(n.max(1)) / area.max(f64::MIN_POSITIVE));
         let node_tree = point_tree(rest_nodes);
-        let mut binding = Binding::empty(&settings.bind, rest_nodes.len());
-        let queries: Vec<(DVec3, DVec3)> = surfels.positions.iter().map(|&x| (x, x)).collect();
-        let rows = binding.rows(&queries, rest_nodes, &node_tree, &settings.bind, &|_, _| {
-            true
-        });
-        binding.push(rows);
+        let binding = Binding::empty(&settings.bind, rest_nodes.len());
         let outer_tree = point_tree(&surfels.positions);
         let clips = if settings.clip {
             rim::sharp_edges(&surfels, &outer_tree)
         } else {
             vec![None; n]
         };
-        let max_reach = (0..n)
-            .map(|i| binding.reach(i).max(surfels.radii[i]))
-            .fold(0.0, f64::max);
-        Ok(Self {
+        let mut tissue = Self {
             surfels,
             binding,
             clips,
@@ -148,8 +140,11 @@ impl Tissue {
             skin_tree: RTree::new(),
             doubles: HashMap::new(),
             sampler: CutSampler::new(density),
-            max_reach,
-        })
+            max_reach: 0.0,
+        };
+        let all: Vec<u32> = (0..count(n)).collect();
+        tissue.rebind(&all, &|_, _| false);
+        Ok(tissue)
     }
 
     /// The surfels, rest frame.
@@ -232,14 +227,23 @@ impl Tissue {
         let near = self.near(triangles);
         let mut touched: Vec<u32> = Vec::new();
         for (surfel, hits) in &near {
-            let doubles = if self.settings.clip {
+            let before = self.surfels.len();
+            let moved = if self.settings.clip {
                 self.split(*surfel, hits, triangles)
             } else {
-                0
+                Vec::new()
             };
-            change.doubled += doubles;
-            touched.push(*surfel);
-            touched.extend(self.doubles.get(surfel).into_iter().flatten());
+            change.doubled += self.surfels.len() - before;
+            let fresh = count(before)..count(self.surfels.len());
+            let family = self.doubles.get(surfel).into_iter().flatten();
+            for &member in std::iter::once(surfel).chain(family) {
+                if fresh.contains(&member)
+                    || moved.contains(&member)
+                    || self.loses_a_node(member, hits, triangles)
+                {
+                    touched.push(member);
+                }
+            }
         }
         change.rebound = touched.len();
         self.rebind(&touched, crosses);
@@ -263,7 +267,10 @@ impl Tissue {
                 for p in tree.locate_in_envelope(envelope) {
                     let i = index(p.data);
                     let x = self.surfels.positions[i];
-                    let reach = self.binding.reach(i).max(self.surfels.radii[i]);
+                    let family = self.doubles.get(&p.data).into_iter().flatten();
+                    let reach = family
+                        .map(|&double| self.reach(double))
+                        .fold(self.reach(p.data), f64::max);
                     if nearest_on_triangle(triangle, x).distance_squared(x) <= reach * reach {
                         hits.push((p.data, count(t)));
                     }
@@ -282,8 +289,8 @@ impl Tissue {
     }
 
     /// Adds the walls of new triangles to a surfel and its doubles, and doubles it again for every
-    /// part of the disk that no anchor sees any more. Returns the number of new doubles.
-    fn split(&mut self, surfel: u32, hits: &[u32], triangles: &[[DVec3; 3]]) -> usize {
+    /// part of the disk that no anchor sees any more. Returns those whose anchor moved.
+    fn split(&mut self, surfel: u32, hits: &[u32], triangles: &[[DVec3; 3]]) -> Vec<u32> {
         let i = index(surfel);
         let (x, n, r) = (
             self.surfels.positions[i],
@@ -300,17 +307,21 @@ impl Tissue {
             .filter_map(|t| wall_of_triangle(t, x, n))
             .filter(|&[a, b]| nearest_on_segment(a, b, DVec2::ZERO).length() < r)
             .collect();
+        let mut moved = Vec::new();
         if walls.is_empty() {
-            return 0;
+            return moved;
         }
         let mut family = vec![surfel];
         family.extend(self.doubles.get(&surfel).into_iter().flatten());
         for &member in &family {
             let clip = self.clips[index(member)].get_or_insert_default();
             clip.walls.extend(&walls);
+            let anchor = clip.anchor;
             rim::clear_anchor(clip, &walls, NUDGE * r);
+            if clip.anchor != anchor {
+                moved.push(member);
+            }
         }
-        let mut born = 0;
         for &[a, b] in &walls {
             let foot = nearest_on_segment(a, b, DVec2::ZERO);
             let aside = (b - a).perp().normalize_or_zero() * (2.0 * NUDGE * r);
@@ -338,11 +349,41 @@ impl Tissue {
                 self.clips.push(Some(Box::new(clip)));
                 self.doubles.entry(surfel).or_default().push(double);
                 family.push(double);
-                born += 1;
             }
         }
         self.rows_for_new();
-        born
+        moved
+    }
+
+    /// Distance (m) from a surfel within which its disk, and all lines from its eye to its nodes, lie.
+    fn reach(&self, surfel: u32) -> f64 {
+        let i = index(surfel);
+        let aside = self.eye(surfel).distance(self.surfels.positions[i]);
+        (self.binding.reach(i) + aside).max(self.surfels.radii[i])
+    }
+
+    /// Whether one of `hits` may come between a surfel and a node that carries it; never a false
+    /// no. Only then can its nodes change: what is hidden stays hidden, and a row holds the nearest
+    /// nodes that are not.
+    fn loses_a_node(&self, surfel: u32, hits: &[u32], triangles: &[[DVec3; 3]]) -> bool {
+        let eye = self.eye(surfel);
+        let (nodes, _) = self.binding.row(index(surfel));
+        hits.iter().any(|&t| {
+            let screen = Screen::new(&triangles[index(t)]);
+            nodes
+                .iter()
+                .any(|&node| screen.may_hide(eye, self.rest_nodes[index(node)]))
+        })
+    }
+
+    /// The point of a surfel from which nodes are seen: its anchor, a little below the surface.
+    fn eye(&self, surfel: u32) -> DVec3 {
+        let i = index(surfel);
+        let n = self.surfels.normals[i];
+        let (t0, t1) = Surfels::tangents(n);
+        let anchor = self.clips[i].as_ref().map_or(DVec2::ZERO, |c| c.anchor);
+        let behind = 0.02 * self.sampler.spacing();
+        self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y - n * behind
     }
 
     /// True if `probe` lies outside a sharp edge of the surface that bounds `surfel`.
@@ -368,15 +409,10 @@ impl Tissue {
     /// Seeks nodes again for the given surfels.
     fn rebind(&mut self, of: &[u32], crosses: &(dyn Fn(DVec3, DVec3) -> bool + Sync)) {
         self.rows_for_new();
-        let behind = 0.02 * self.sampler.spacing();
         let queries: Vec<(DVec3, DVec3)> = of
             .iter()
             .map(|&s| {
-                let i = index(s);
-                let n = self.surfels.normals[i];
-                let (t0, t1) = Surfels::tangents(n);
-                let anchor = self.clips[i].as_ref().map_or(DVec2::ZERO, |c| c.anchor);
-                let eye = self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y - n * behind;
+                let eye = self.eye(s);
                 (eye, eye)
             })
             .collect();
@@ -390,7 +426,7 @@ impl Tissue {
         );
         for (&s, row) in of.iter().zip(&rows) {
             self.binding.store(index(s), row);
-            self.max_reach = self.max_reach.max(self.binding.reach(index(s)));
+            self.max_reach = self.max_reach.max(self.reach(s));
         }
     }
 
@@ -433,5 +469,68 @@ impl Tissue {
         }
         self.rows_for_new();
         samples.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use testkit::cloud::{Random, lattice};
+
+    /// Whether the segment p-q crosses a triangle, by the signs of three volumes.
+    fn meets(&[a, b, c]: &[DVec3; 3], p: DVec3, q: DVec3) -> bool {
+        let volume = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| (b - a).cross(c - a).dot(d - a);
+        let sides = (volume(a, b, c, p) > 0.0) != (volume(a, b, c, q) > 0.0);
+        let turns = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
+        sides && (turns.iter().all(|&v| v > 0.0) || turns.iter().all(|&v| v < 0.0))
+    }
+
+    /// A slab's surface over random nodes is cut along a wavy way, piece by piece: what was bound
+    /// piece by piece is what binding every surfel anew under the whole cut gives.
+    #[test]
+    fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
+        let mut random = Random::new(11);
+        let (mut x, mut n, mut a) = (vec![], vec![], vec![]);
+        for i in 0..1600 {
+            let jitter = random.vector(0.01);
+            let at = DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0) / 40.0 - 0.49;
+            x.push(DVec3::new(at.x + jitter.x, at.y + jitter.y, 0.5));
+            n.push(DVec3::Z);
+            a.push(1.0 / 1600.0);
+        }
+        let nodes: Vec<DVec3> = lattice([9, 9, 9], 1.0 / 8.0, 0.2, 5)
+            .into_iter()
+            .map(|p| p - 0.5)
+            .collect();
+        let mut tissue = Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default())
+            .expect("the samples are sound");
+        let inside = |p: DVec3| p.abs().max_element() < 0.5;
+        let edge = |k: i32| {
+            let at = DVec3::new(
+                0.07 * (0.9 * f64::from(k)).sin(),
+                0.09 * f64::from(k) - 0.4,
+                0.0,
+            );
+            [at + 0.9 * DVec3::Z, at - 0.17 * DVec3::Z]
+        };
+        let mut whole: Vec<[DVec3; 3]> = Vec::new();
+        let (mut rebound, mut all) = (0, 0);
+        for k in 0..9 {
+            let ([a, b], [c, d]) = (edge(k), edge(k + 1));
+            let new = [[a, b, c], [c, b, d]];
+            whole.extend(new);
+            let crosses = |p: DVec3, q: DVec3| whole.iter().any(|t| meets(t, p, q));
+            rebound += tissue.cut(&new, &inside, &crosses).expect("finite").rebound;
+            all += tissue.surfels().len();
+            let mut again = tissue.clone();
+            let every: Vec<u32> = (0..count(again.surfels.len())).collect();
+            again.rebind(&every, &crosses);
+            let other = (0..every.len())
+                .filter(|&i| again.binding.row(i) != tissue.binding.row(i))
+                .count();
+            assert_eq!(other, 0, "rows of other nodes after piece {k}");
+        }
+        assert!(!tissue.doubles.is_empty(), "the cut splits disks");
+        assert!(5 * rebound < all, "{rebound} of {all} were sought again");
     }
 }
