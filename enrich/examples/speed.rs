@@ -1,6 +1,7 @@
 //! Time of one update by two new triangles, for bodies and cuts of growing size, and the grid's beside it.
 //!
-//! `cargo run --release -p phyxel-enrich --example speed`; with `once N LENGTH` one update only, for
+//! `cargo run --release -p phyxel-enrich --example speed`; with `sight` only the time of
+//! crossing tests; with `once N LENGTH` one update only, for
 //! counting instructions: `valgrind --tool=none` or `--tool=callgrind --toggle-collect='*update*'`.
 #![allow(
     clippy::print_stdout,
@@ -73,6 +74,9 @@ fn main() -> Result<(), CutError> {
         println!("{nodes} nodes, {length} captures, {touched} pairs touched by the last");
         return Ok(());
     }
+    if arguments.get(1).is_some_and(|a| a == "sight") {
+        return sight();
+    }
     println!(
         "nodes    captures before   update of 2 triangles, median (quartiles)   pairs touched"
     );
@@ -88,6 +92,7 @@ fn main() -> Result<(), CutError> {
             );
         }
     }
+    sight()?;
     let (x, offsets, indices) = block(6_000);
     println!("the dissertation's grid, 5,832 nodes, a straight strip, built anew for each update:");
     for length in [5, 16] {
@@ -123,6 +128,55 @@ fn main() -> Result<(), CutError> {
                 factors.iter().copied().fold(1.0, f64::min),
             );
         }
+    }
+    Ok(())
+}
+
+/// Time of one crossing test where a skin asks for it: from points near the newest piece of a cut to
+/// the nodes within 2.5 spacings of them, most of which are on the same side.
+fn sight() -> Result<(), CutError> {
+    println!("segments from 2,000 points near a wavy cut to the nodes round them:");
+    for captures in [5, 50, 500] {
+        let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+        let place = |k: f64, z: f64| {
+            let turn = 0.02 * k;
+            let radius = 30.0 + 0.5 * (0.4 * k).sin();
+            DVec3::new(radius * turn.cos(), radius * turn.sin(), 0.6 * z + 0.01 * k)
+        };
+        let edge =
+            |k: usize| -> Vec<DVec3> { (0..=20).map(|z| place(k as f64, f64::from(z))).collect() };
+        let stroke = cuts.start(&edge(0))?;
+        let mut newest = 0..0;
+        for k in 1..=captures {
+            newest = cuts.append(stroke, &edge(k))?;
+        }
+        let mut segments = Vec::new();
+        for shift in cloud::uniform(2_000, 1.0, 5) {
+            let at = place(captures as f64 - 2.0 + 2.0 * shift.x, 10.0 + 9.0 * shift.y);
+            let eye = at * (1.0 + 0.05 * shift.z);
+            let base = eye.floor();
+            for k in 0..125 {
+                let [i, j, l] = [k % 5, k / 5 % 5, k / 25].map(|c| f64::from(c) - 1.7);
+                let node = base + DVec3::new(i, j, l);
+                if node.distance(eye) < 2.5 {
+                    segments.push((eye, node));
+                }
+            }
+        }
+        let timed = |crosses: &dyn Fn(DVec3, DVec3) -> bool| {
+            let start = Instant::now();
+            let crossing = segments.iter().filter(|(a, b)| crosses(*a, *b)).count();
+            let each = start.elapsed().as_secs_f64() / segments.len() as f64;
+            (1e9 * each, crossing)
+        };
+        let (whole, crossing) = timed(&|a, b| cuts.crosses(a, b));
+        let part = cuts.part(newest);
+        let (new, crossing_new) = timed(&|a, b| part.crosses(a, b));
+        println!(
+            "{:7} triangles: {whole:5.1} ns per segment, {crossing} of {} cross; {new:5.1} ns for the newest 40 alone, {crossing_new} cross",
+            cuts.triangle_count(),
+            segments.len()
+        );
     }
     Ok(())
 }

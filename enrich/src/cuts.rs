@@ -5,6 +5,7 @@ use std::ops::{ControlFlow, Range};
 use glam::DVec3;
 
 use crate::error::CutError;
+use crate::forest::Forest;
 use crate::index::{Bounds, BoxIndex, CellMap};
 use crate::obstacle::{Bend, Obstacle, before, index32, outward, share_to_zero};
 use crate::predicate::{normal_signs, segment_crosses_triangle};
@@ -85,7 +86,7 @@ pub struct Cuts {
     edges: Vec<Edge>,
     edge_of: CellMap<[u32; 2], u32>,
     vertex_index: BoxIndex,
-    triangle_index: BoxIndex,
+    forest: Forest,
     edge_index: BoxIndex,
     dropped: Dropped,
 }
@@ -116,7 +117,7 @@ impl Cuts {
             edges: Vec::new(),
             edge_of: CellMap::default(),
             vertex_index: BoxIndex::new(settings.index_cell.max(settings.weld_tolerance)),
-            triangle_index: BoxIndex::new(settings.index_cell),
+            forest: Forest::default(),
             edge_index: BoxIndex::new(settings.index_cell),
             dropped: Dropped::default(),
         }
@@ -310,22 +311,40 @@ impl Cuts {
     /// Exact, and true for all coordinates that are finite: no tolerance is involved.
     #[must_use]
     pub fn crosses(&self, a: DVec3, b: DVec3) -> bool {
-        let near = Bounds::of(&[a, b]);
-        self.triangle_index
-            .query(&near, |triangle| {
-                if self.piece_crosses(triangle as usize, a, b) {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            })
-            .is_break()
+        self.forest.crossed(a, b)
+    }
+
+    /// Some of the triangles by themselves, for many questions about what a new piece hides.
+    ///
+    /// What was not seen before a cut grew is not seen after: whoever keeps lines of sight need test
+    /// them against the new triangles only.
+    ///
+    /// # Panics
+    /// If there are no such triangles.
+    #[must_use]
+    pub fn part(&self, triangles: Range<usize>) -> CutPart {
+        let mut part = CutPart {
+            forest: Forest::default(),
+            bounds: Bounds::EMPTY,
+        };
+        for triangle in triangles {
+            let corners = self.triangle(triangle);
+            part.bounds = part.bounds.union(Bounds::of(&corners));
+            part.forest.insert(index32(triangle), corners);
+        }
+        part
     }
 
     /// Numbers of the triangles that the segment `ab` crosses, sorted; replaces what `out` held.
     pub fn crossed_into(&self, a: DVec3, b: DVec3, out: &mut Vec<u32>) {
-        self.triangle_index.collect(&Bounds::of(&[a, b]), out);
-        out.retain(|&triangle| self.piece_crosses(triangle as usize, a, b));
+        out.clear();
+        let _ = self.forest.on_segment(a, b, |triangle, &[p, q, r]| {
+            if segment_crosses_triangle(a, b, p, q, r) {
+                out.push(triangle);
+            }
+            ControlFlow::Continue(())
+        });
+        out.sort_unstable();
     }
 
     /// Bytes held on the heap, about.
@@ -337,7 +356,7 @@ impl Cuts {
             + self.edges.len() * 16
             + self.edge_of.capacity() * 16
             + self.vertex_index.bytes()
-            + self.triangle_index.bytes()
+            + self.forest.bytes()
             + self.edge_index.bytes()
     }
 
@@ -405,7 +424,7 @@ impl Cuts {
         let triangle = index32(self.triangles.len());
         self.triangles.push(corners);
         self.stroke_of.push(index32(stroke));
-        self.triangle_index.insert(triangle, Bounds::of(&[p, q, r]));
+        self.forest.insert(triangle, [p, q, r]);
         for k in 0..3 {
             let ends = self.edge_key(corners[k], corners[(k + 1) % 3]);
             self.add_edge(ends, corners[(k + 2) % 3]);
@@ -446,6 +465,28 @@ impl Cuts {
             })
             .collect();
         edge.outward = outward(&mut inward);
+    }
+}
+
+/// Triangles of a cut by themselves, see [`Cuts::part`].
+#[derive(Debug, Clone)]
+pub struct CutPart {
+    forest: Forest,
+    bounds: Bounds,
+}
+
+impl CutPart {
+    /// Whether the segment `ab` (m, material coordinates) crosses one of the triangles; exact, as
+    /// [`Cuts::crosses`].
+    #[must_use]
+    pub fn crosses(&self, a: DVec3, b: DVec3) -> bool {
+        self.forest.crossed(a, b)
+    }
+
+    /// Smallest box round the triangles; what does not meet it they do not touch.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
     }
 }
 
@@ -506,7 +547,9 @@ impl Obstacle for Cuts {
     }
 
     fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
-        self.triangle_index.collect(near, out);
+        out.clear();
+        self.forest.in_box(near, |triangle| out.push(triangle));
+        out.sort_unstable();
     }
 
     fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3 {
