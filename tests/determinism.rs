@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use phyxel::run::{RunOptions, run};
+use phyxel::output::{Interrupt, read_checkpoint};
+use phyxel::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, resume, run};
 use phyxel::scene::Scene;
 
 /// A block that hangs, is cut through while it settles into motion, and is drawn.
@@ -29,23 +30,34 @@ const SCENE: &str = r#"(
     pictures: Some((width: 160, height: 90, rate: 20, animation: true)),
 )"#;
 
-/// Everything of a run that must not depend on the machine's load: files by name, the summary
-/// without its timings.
-fn run_with(threads: usize, folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let scene = Scene::from_text(SCENE, "test", Path::new(""), &[]).expect("the scene is valid");
-    let options = RunOptions {
+fn scene() -> Scene {
+    Scene::from_text(SCENE, "test", Path::new(""), &[]).expect("the scene is valid")
+}
+
+fn options(threads: usize, folder: &Path) -> RunOptions {
+    RunOptions {
         out: folder.to_owned(),
         threads: Some(threads),
         quiet: true,
-    };
-    let summary = run(&scene, &options).expect("the scene runs");
+        interrupt: None,
+    }
+}
+
+/// Everything of a run that must not depend on the machine's load: files by name, the summary
+/// without its timings.
+fn run_with(threads: usize, folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let summary = run(&scene(), &options(threads, folder)).expect("the scene runs");
+    results(&summary, folder)
+}
+
+fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
     let cuts = summary.cuts.as_ref().expect("the scene cuts");
     assert!(cuts.severed_pairs > 50, "the blade severs: {cuts:?}");
     assert!(
         summary.bodies[0].energy.imbalance < 1e-2,
         "the audit closes"
     );
-    let mut json = serde_json::to_value(&summary).expect("a summary is JSON");
+    let mut json = serde_json::to_value(summary).expect("a summary is JSON");
     json.as_object_mut().expect("an object").remove("timings");
     let mut files = vec![("summary".to_owned(), json.to_string().into_bytes())];
     for name in ["history.csv", "animation.png"] {
@@ -75,10 +87,59 @@ fn one_thread_two_threads_and_a_second_run_write_the_same_bits() {
     assert!(once.len() > 5, "{} files", once.len());
     for (label, threads) in [("again", 1), ("two", 2)] {
         let other = run_with(threads, &root.path().join(label));
-        assert_eq!(once.len(), other.len(), "{label}: as many files");
-        for ((name, a), (other_name, b)) in once.iter().zip(&other) {
-            assert_eq!(name, other_name);
-            assert!(a == b, "{label}: {name} differs");
+        same(label, &once, &other);
+    }
+}
+
+fn same(label: &str, a: &[(String, Vec<u8>)], b: &[(String, Vec<u8>)]) {
+    assert_eq!(a.len(), b.len(), "{label}: as many files");
+    for ((name, a), (other_name, b)) in a.iter().zip(b) {
+        assert_eq!(name, other_name);
+        assert!(a == b, "{label}: {name} differs");
+    }
+}
+
+/// Runs the scene into `folder` and asks it to stop once the file `frame` is there.
+fn stopped_at(frame: &Path, folder: &Path) -> bool {
+    let stop = Interrupt::default();
+    let stopped = RunOptions {
+        interrupt: Some(stop.clone()),
+        ..options(2, folder)
+    };
+    let outcome = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !frame.exists() {
+                std::thread::yield_now();
+            }
+            stop.ask();
+        });
+        run(&scene(), &stopped)
+    });
+    match outcome {
+        Err(RunError::Interrupted { .. }) => true,
+        Err(error) => panic!("{error}"),
+        Ok(_) => {
+            std::fs::remove_dir_all(folder).expect("the folder is there");
+            false
         }
+    }
+}
+
+/// A run that is stopped, while it settles or with the blade in the tissue, and gone on with from its
+/// checkpoint, writes what a run in one go writes: history, frames, animation, summary.
+#[test]
+fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
+    let root = tempfile::tempdir().expect("a temporary folder");
+    let whole = run_with(1, &root.path().join("whole"));
+    for (label, frame) in [("settling", 1), ("cutting", 4), ("through", 5)] {
+        let folder = root.path().join(label);
+        let frame = folder.join(format!("frames/frame-{frame:05}.png"));
+        // On a busy machine the run may be over before it is asked to stop.
+        let stopped = (0..20).any(|_| stopped_at(&frame, &folder));
+        assert!(stopped, "{label}: no run was stopped");
+        let (scene, state): (_, RunState) =
+            read_checkpoint(&folder.join(CHECKPOINT), &[]).expect("it was written");
+        let summary = resume(&scene, state, &options(1, &folder)).expect("it goes on");
+        same(label, &whole, &results(&summary, &folder));
     }
 }

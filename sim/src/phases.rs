@@ -1,6 +1,6 @@
 //! Wall-clock time by phase of the run.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
 /// What the run loop spends time on.
@@ -54,7 +54,7 @@ impl Phase {
 }
 
 /// Time spent in one phase.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spent {
     /// Total (s).
     pub seconds: f64,
@@ -63,7 +63,7 @@ pub struct Spent {
 }
 
 /// A stopwatch per [`Phase`].
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Phases {
     spent: [Spent; Phase::ALL.len()],
 }

@@ -45,6 +45,21 @@ pub enum ImageError {
         #[from]
         source: png::EncodingError,
     },
+    /// The file is no image, or is damaged.
+    #[error("cannot read the image: {source}")]
+    Decode {
+        /// The decoder's account.
+        #[from]
+        source: png::DecodingError,
+    },
+    /// The image has another form of pixels.
+    #[error("the image has pixels of {color:?} with {depth:?} bits, not RGBA with eight")]
+    Pixels {
+        /// Channels.
+        color: png::ColorType,
+        /// Bits of a channel.
+        depth: png::BitDepth,
+    },
     /// A frame of an animation has another size than the first.
     #[error("frame {frame} is {width}x{height}, the animation is {first_width}x{first_height}")]
     FrameSize {

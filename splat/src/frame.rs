@@ -3,7 +3,7 @@
 use crate::cast::index;
 use crate::error::ImageError;
 use glam::Vec3;
-use std::io::Write;
+use std::io::{BufRead, Seek, Write};
 
 /// An image: 8-bit sRGB with alpha, rows from top to bottom, and the depth it was drawn with.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +56,30 @@ impl Frame {
             depth,
             normals: Vec::new(),
         }
+    }
+
+    /// Reads an image that [`Frame::write_png`] wrote; it has no depth (infinite) and no normals.
+    ///
+    /// # Errors
+    /// [`ImageError::Decode`] if it is no PNG or is cut short, [`ImageError::Pixels`] if it is not
+    /// 8-bit RGBA.
+    pub fn read_png(input: impl BufRead + Seek) -> Result<Self, ImageError> {
+        let mut reader = png::Decoder::new(input).read_info()?;
+        let (width, height) = reader.info().size();
+        let (color, depth) = reader.output_color_type();
+        if (color, depth) != (png::ColorType::Rgba, png::BitDepth::Eight) {
+            return Err(ImageError::Pixels { color, depth });
+        }
+        let mut bytes = vec![0; 4 * index(width) * index(height)];
+        reader.next_frame(&mut bytes)?;
+        let (pixels, _) = bytes.as_chunks::<4>();
+        Ok(Self {
+            width,
+            height,
+            pixels: pixels.to_vec(),
+            depth: vec![f32::INFINITY; pixels.len()],
+            normals: Vec::new(),
+        })
     }
 
     /// Writes the image as PNG.

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::output::OutputError;
+use crate::output::{CheckpointError, OutputError};
 use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::study::StudyError;
@@ -70,6 +70,15 @@ enum CliError {
     Source(#[from] source::SourceError),
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    #[error("--resume goes on with the scene in its checkpoint: leave out '{scene}'")]
+    ResumeOfScene { scene: String },
+    #[error(
+        "--set {text}: a kept state allows changes of integration and observe only; run the changed \
+         scene from its start"
+    )]
+    ResumeWithOther { text: String },
     #[error(transparent)]
     Sample(#[from] sample::SampleProblem),
     #[error(transparent)]

@@ -7,7 +7,9 @@ use clap::Args;
 
 use super::source::Source;
 use super::{CliError, Overrides};
-use crate::run::{RunOptions, run as run_scene, table};
+use crate::output::{Interrupt, read_checkpoint};
+use crate::run::{RunOptions, resume, run as run_scene, table};
+use crate::scene::Override;
 
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
@@ -25,6 +27,10 @@ pub(super) struct RunFlags {
     out: Option<PathBuf>,
     #[command(flatten)]
     overrides: Overrides,
+    /// Go on from a checkpoint, in its folder unless --out names another. Only `integration` and
+    /// `observe` of its scene can be set.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Number of threads [default: all of the machine's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -39,19 +45,36 @@ pub(super) struct RunFlags {
 /// Runs the scene that `argument` names, or the first embedded one.
 pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliError> {
     let overrides = flags.overrides.parse()?;
-    let (scene, note) = Source::of(argument)?.scene(&overrides)?;
-    if let Some(note) = note.filter(|_| !flags.quiet) {
-        writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
-    }
-    let options = RunOptions {
-        out: flags
-            .out
-            .clone()
-            .unwrap_or_else(|| PathBuf::from("out").join(&scene.name)),
+    let mut options = RunOptions {
+        out: PathBuf::new(),
         threads: flags.threads.map(usize::from),
         quiet: flags.quiet,
+        interrupt: Some(Interrupt::listen()),
     };
-    let summary = run_scene(&scene, &options)?;
+    let summary = if let Some(file) = &flags.resume {
+        if let Some(scene) = argument {
+            return Err(CliError::ResumeOfScene {
+                scene: scene.to_owned(),
+            });
+        }
+        if let Some(fixed) = overrides.iter().find(|change| !is_free(change)) {
+            return Err(CliError::ResumeWithOther {
+                text: fixed.to_string(),
+            });
+        }
+        let (scene, state) = read_checkpoint(file, &overrides)?;
+        let folder = file.parent().map(PathBuf::from).unwrap_or_default();
+        options.out = flags.out.clone().unwrap_or(folder);
+        resume(&scene, state, &options)?
+    } else {
+        let (scene, note) = Source::of(argument)?.scene(&overrides)?;
+        if let Some(note) = note.filter(|_| !flags.quiet) {
+            writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
+        }
+        let folder = || PathBuf::from("out").join(&scene.name);
+        options.out = flags.out.clone().unwrap_or_else(folder);
+        run_scene(&scene, &options)?
+    };
     if !flags.quiet {
         write!(io::stderr(), "{}", table(&summary, &options.out)).map_err(CliError::Stderr)?;
     }
@@ -60,4 +83,9 @@ pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliErr
         writeln!(io::stdout(), "{text}")?;
     }
     Ok(())
+}
+
+/// Whether a checkpoint's state stays valid when this is changed.
+fn is_free(change: &Override) -> bool {
+    ["integration", "observe"].contains(&change.section())
 }

@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{OutputError, OutputFolder};
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Override, Scene, SceneError};
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"phyxel checkpoint 1\n";
@@ -89,12 +89,15 @@ pub fn write_checkpoint<S: Serialize>(
     folder.write(name, &encode(&scene.to_ron(), &state))
 }
 
-/// Reads a checkpoint: the scene and the state of its world.
+/// Reads a checkpoint: the scene, with `overrides` applied, and the state of its world.
 ///
 /// # Errors
 /// [`CheckpointError`] if the file cannot be read, is no checkpoint, is damaged, comes from
 /// another version of the program or holds a scene that is no longer valid.
-pub fn read_checkpoint<S: DeserializeOwned>(file: &Path) -> Result<(Scene, S), CheckpointError> {
+pub fn read_checkpoint<S: DeserializeOwned>(
+    file: &Path,
+    overrides: &[Override],
+) -> Result<(Scene, S), CheckpointError> {
     let bytes = fs::read(file).map_err(|source| CheckpointError::Read {
         file: file.to_owned(),
         source,
@@ -115,7 +118,7 @@ pub fn read_checkpoint<S: DeserializeOwned>(file: &Path) -> Result<(Scene, S), C
     }
     let origin = format!("scene of {}", file.display());
     let scene = String::from_utf8_lossy(scene);
-    let scene = Scene::from_text(&scene, &origin, Path::new(""), &[])?;
+    let scene = Scene::from_text(&scene, &origin, Path::new(""), overrides)?;
     let state = postcard::from_bytes(state).map_err(|source| CheckpointError::State {
         file: file.to_owned(),
         source,
@@ -196,7 +199,7 @@ mod tests {
         let scene = Scene::embedded("liver", &[]).expect("it is valid");
         write_checkpoint(&folder, "state", &scene, &state()).expect("it can be written");
         let (again, read): (_, Vec<(u64, f64)>) =
-            read_checkpoint(&root.path().join("state")).expect("it can be read");
+            read_checkpoint(&root.path().join("state"), &[]).expect("it can be read");
         assert_eq!(again, scene);
         assert_eq!(bits(&read), bits(&state()));
     }
@@ -219,12 +222,12 @@ mod tests {
             assert!(decode(&damaged).is_err(), "bit {at}");
         }
         fs::write(&file, &whole[..60]).expect("it can be written");
-        let error = read_checkpoint::<Vec<u8>>(&file).expect_err("it is cut short");
+        let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is cut short");
         assert!(error.to_string().contains("damaged"), "{error}");
         fs::write(&file, "something else").expect("it can be written");
-        let error = read_checkpoint::<Vec<u8>>(&file).expect_err("it is something else");
+        let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is something else");
         assert!(error.to_string().ends_with("not a checkpoint"), "{error}");
-        let error = read_checkpoint::<Vec<u8>>(&root.path().join("gone")).expect_err("gone");
+        let error = read_checkpoint::<Vec<u8>>(&root.path().join("gone"), &[]).expect_err("gone");
         assert!(matches!(error, CheckpointError::Read { .. }), "{error}");
     }
 
@@ -234,7 +237,7 @@ mod tests {
         let file = root.path().join("state");
         let scene = Scene::embedded("liver", &[]).expect("it is valid").to_ron();
         fs::write(&file, encode(&scene, &[3, 1])).expect("it can be written");
-        let error = read_checkpoint::<Vec<u64>>(&file).expect_err("two of three numbers");
+        let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("two of three numbers");
         assert!(matches!(error, CheckpointError::State { .. }), "{error}");
         let mut bytes = MAGIC.to_vec();
         for part in [b"9.9.9".as_slice(), scene.as_bytes(), &[]] {
@@ -243,13 +246,13 @@ mod tests {
         }
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         fs::write(&file, &bytes).expect("it can be written");
-        let error = read_checkpoint::<Vec<u64>>(&file).expect_err("another program");
+        let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("another program");
         assert!(
             error.to_string().contains("written by phyxel 9.9.9"),
             "{error}"
         );
         fs::write(&file, encode("(version: 1, bodies: [])", &[0])).expect("it can be written");
-        let error = read_checkpoint::<Vec<u64>>(&file).expect_err("no scene");
+        let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("no scene");
         assert!(matches!(error, CheckpointError::Scene(_)), "{error}");
     }
 }

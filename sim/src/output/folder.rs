@@ -119,8 +119,22 @@ impl OutputFolder {
         }
     }
 
+    /// Removes a file, if it is there.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if it stays.
+    pub fn remove(&self, name: &str) -> Result<(), OutputError> {
+        let file = self.path.join(name);
+        match fs::remove_file(&file) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(OutputError::File { file, source })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// A folder inside, without the files of an earlier run: those whose names begin with `prefix`
-    /// and end with `suffix` are removed, others stay.
+    /// and end with `suffix` are removed, but for those in `kept`; others stay.
     ///
     /// # Errors
     /// As [`OutputFolder::create`], and [`OutputError::File`] if an old file cannot be removed.
@@ -129,6 +143,7 @@ impl OutputFolder {
         name: &str,
         prefix: &str,
         suffix: &str,
+        kept: &[String],
     ) -> Result<Self, OutputError> {
         let folder = Self::create(&self.path.join(name))?;
         let entries = fs::read_dir(&folder.path).map_err(|source| OutputError::Folder {
@@ -138,7 +153,8 @@ impl OutputFolder {
         for entry in entries.flatten() {
             let name = entry.file_name();
             let name = name.to_string_lossy();
-            if name.starts_with(prefix) && name.ends_with(suffix) {
+            let ours = name.starts_with(prefix) && name.ends_with(suffix);
+            if ours && !kept.iter().any(|kept| *kept == name) {
                 fs::remove_file(entry.path()).map_err(|source| OutputError::File {
                     file: entry.path(),
                     source,
@@ -271,12 +287,17 @@ mod tests {
         let root = tempfile::tempdir().expect("a temporary folder");
         let folder = OutputFolder::create(root.path()).expect("it is there");
         let frames = folder
-            .fresh_subfolder("frames", "frame-", ".png")
+            .fresh_subfolder("frames", "frame-", ".png", &[])
             .expect("it can be made");
         frames.write("frame-0001.png", b"old").expect("written");
+        frames.write("frame-0002.png", b"old").expect("written");
         frames.write("mine.png", b"kept").expect("written");
         let frames = folder
-            .fresh_subfolder("frames", "frame-", ".png")
+            .fresh_subfolder("frames", "frame-", ".png", &["frame-0001.png".to_owned()])
+            .expect("it is there");
+        assert_eq!(names(frames.path()), ["frame-0001.png", "mine.png"]);
+        let frames = folder
+            .fresh_subfolder("frames", "frame-", ".png", &[])
             .expect("it is there");
         assert_eq!(names(frames.path()), ["mine.png"]);
     }

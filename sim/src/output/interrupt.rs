@@ -4,17 +4,20 @@ use std::sync::Arc;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the user asked to stop.
-///
-/// The first Ctrl-C sets the flag, so that the run can write a checkpoint and end; the second ends
-/// the program at once.
-#[derive(Debug, Clone)]
+/// Whether someone asked to stop; clones share one flag.
+#[derive(Debug, Clone, Default)]
 pub struct Interrupt {
     asked: Arc<AtomicBool>,
 }
 
 impl Interrupt {
-    /// Starts to listen; every call shares one flag. Where the system does not let the program
+    /// Asks to stop, from any thread.
+    pub fn ask(&self) {
+        self.asked.store(true, Ordering::SeqCst);
+    }
+
+    /// Starts to listen to Ctrl-C: the first sets the flag, so that the run can write a checkpoint
+    /// and end; the second ends the program at once. Every call shares one flag. Where the system does not let the program
     /// listen, Ctrl-C ends it at once, as without this.
     #[must_use]
     pub fn listen() -> Self {
@@ -36,7 +39,7 @@ impl Interrupt {
         }
     }
 
-    /// Whether the user asked to stop.
+    /// Whether someone asked to stop.
     #[must_use]
     pub fn asked(&self) -> bool {
         self.asked.load(Ordering::SeqCst)

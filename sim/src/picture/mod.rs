@@ -71,6 +71,11 @@ impl Painter {
         self.frames
     }
 
+    /// Counts frames from `frames` on, as a resumed run does.
+    pub fn set_frames(&mut self, frames: usize) {
+        self.frames = frames;
+    }
+
     /// Surfels of the outer surfaces, and all others: new skin and split surfels.
     #[must_use]
     pub fn surfel_counts(&self) -> (usize, usize) {

@@ -1,15 +1,13 @@
 //! `history.csv`: energies and extremes over time.
 
-use std::io::Write;
-
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
-use super::RunError;
-use crate::output::{OutputFile, OutputFolder};
+use crate::output::{OutputError, OutputFolder};
 use crate::world::{Body, Cutting, World};
 
 /// Extremes of one body over all records.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Extremes {
     pub(super) momentum_error: f64,
     pub(super) smallest_determinant: f64,
@@ -26,11 +24,10 @@ impl Default for Extremes {
     }
 }
 
-/// The file in the making.
-#[derive(Debug)]
+/// The file in the making; some 200 bytes a row.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct History {
-    file: Option<OutputFile>,
-    rate: f64,
+    text: String,
     next: f64,
     worst: Vec<Extremes>,
 }
@@ -40,28 +37,24 @@ booked_J,balance_J,momentum_kg_m_s,momentum_error,smallest_determinant,largest_s
 severed_pairs\n";
 
 impl History {
-    pub(super) fn new(folder: &OutputFolder, rate: f64) -> Result<Self, RunError> {
-        let mut file = folder.file("history.csv")?;
-        file.write_all(HEADER.as_bytes())
-            .map_err(|error| file.error(error))?;
-        Ok(Self {
-            file: Some(file),
-            rate,
+    pub(super) fn new() -> Self {
+        Self {
+            text: HEADER.to_owned(),
             next: 0.0,
             worst: Vec::new(),
-        })
+        }
     }
 
-    pub(super) fn is_due(&self, world: &World) -> bool {
-        world.time() >= self.next / self.rate
+    /// Whether a row is due at `rate` rows a second (1/s).
+    pub(super) fn is_due(&self, world: &World, rate: f64) -> bool {
+        world.time() >= self.next / rate
     }
 
-    /// Writes a row per body.
-    pub(super) fn record(&mut self, world: &World) -> Result<(), RunError> {
-        self.next = (world.time() * self.rate).floor() + 1.0;
+    /// Adds a row per body.
+    pub(super) fn record(&mut self, world: &World, rate: f64) {
+        self.next = (world.time() * rate).floor() + 1.0;
         self.worst
             .resize(world.members().len(), Extremes::default());
-        let mut rows = String::new();
         for (member, worst) in world.members().iter().zip(&mut self.worst) {
             let body = &member.body;
             let now = extremes(body);
@@ -71,7 +64,7 @@ impl History {
             let audit = body.motion.audit();
             let scene_time = world.scene_time().map_or(String::new(), |t| t.to_string());
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
-            rows.push_str(&format!(
+            self.text.push_str(&format!(
                 "{},{scene_time},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{severed}\n",
                 world.time(),
                 csv_field(&body.name),
@@ -87,19 +80,16 @@ impl History {
                 now.largest_speed,
             ));
         }
-        if let Some(file) = &mut self.file {
-            file.write_all(rows.as_bytes())
-                .map_err(|error| file.error(error))?;
-        }
-        Ok(())
     }
 
-    /// Completes the file; the extremes per body.
-    pub(super) fn finish(&mut self) -> Result<Vec<Extremes>, RunError> {
-        if let Some(file) = self.file.take() {
-            file.finish()?;
-        }
-        Ok(std::mem::take(&mut self.worst))
+    /// Writes the file.
+    pub(super) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
+        folder.write("history.csv", self.text.as_bytes())
+    }
+
+    /// The extremes per body.
+    pub(super) fn worst(&self) -> &[Extremes] {
+        &self.worst
     }
 }
 

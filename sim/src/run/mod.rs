@@ -1,6 +1,7 @@
 //! Running a scene: from the validated scene to the files of its folder.
 
 mod history;
+mod kept;
 mod movie;
 mod report;
 mod summary;
@@ -11,13 +12,15 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Field, vtk_tetrahedra};
 
-use crate::output::{OutputError, OutputFolder, Progress};
+use crate::output::{Interrupt, OutputError, OutputFolder, Progress};
 use crate::phases::Phase;
 use crate::picture::Painter;
 use crate::scene::Scene;
 use crate::world::{World, WorldError};
 
 use history::History;
+use kept::Course;
+pub use kept::{CHECKPOINT, RunState};
 use movie::Movie;
 pub use report::table;
 pub use summary::{
@@ -26,7 +29,7 @@ pub use summary::{
 };
 
 /// How a scene is run, beside what it says itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct RunOptions {
     /// Folder of the results; made where it is not there.
     pub out: PathBuf,
@@ -34,6 +37,8 @@ pub struct RunOptions {
     pub threads: Option<usize>,
     /// Whether nothing is shown while the scene runs.
     pub quiet: bool,
+    /// What may ask the run to stop, such as Ctrl-C; it then leaves a checkpoint.
+    pub interrupt: Option<Interrupt>,
 }
 
 /// A run that did not end well.
@@ -46,6 +51,30 @@ pub enum RunError {
     /// The world cannot be built, or a step failed.
     #[error(transparent)]
     World(#[from] WorldError),
+    /// A step failed; there is a state to go on from.
+    #[error(
+        "{source}; the last good state, at {time:.4} s, is kept: to go on with smaller steps: \
+         phyxel run --resume {} --set integration.step_factor={advice}",
+        checkpoint.display()
+    )]
+    Diverged {
+        /// The body at fault and what went wrong.
+        source: Box<WorldError>,
+        /// Time (s) of the state.
+        time: f64,
+        /// Half the step factor of the run.
+        advice: f64,
+        /// The file that holds it.
+        checkpoint: PathBuf,
+    },
+    /// The user asked to stop.
+    #[error("stopped at {time:.4} s; to go on: phyxel run --resume {}", checkpoint.display())]
+    Interrupted {
+        /// Time (s) reached.
+        time: f64,
+        /// The file that holds the state.
+        checkpoint: PathBuf,
+    },
     /// The threads cannot be started.
     #[error("cannot start {threads} threads: {source}; ask for fewer with --threads")]
     Threads {
@@ -69,6 +98,20 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`] says what went wrong; the folder then holds no half-written file.
 pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
+    go(scene, None, options)
+}
+
+/// Goes on with a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
+/// of a run that was never interrupted, to the bit, timings aside; frames drawn before are taken from
+/// the folder where they are there.
+///
+/// # Errors
+/// As [`run`].
+pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Summary, RunError> {
+    go(scene, Some(state), options)
+}
+
+fn go(scene: &Scene, state: Option<RunState>, options: &RunOptions) -> Result<Summary, RunError> {
     let threads = options
         .threads
         .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
@@ -77,7 +120,7 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
         .num_threads(threads)
         .build()
         .map_err(|source| RunError::Threads { threads, source })?;
-    pool.install(|| Run::start(scene, options)?.finish(threads))
+    pool.install(|| Run::start(scene, state, options)?.finish(threads))
 }
 
 /// A body's name with what file systems refuse replaced.
@@ -102,19 +145,22 @@ struct Run {
     painter: Option<Painter>,
     movie: Option<Movie>,
     history: History,
-    rested: bool,
-    settling_steps: u64,
-    smallest_step: f64,
+    course: Course,
+    interrupt: Option<Interrupt>,
 }
 
 impl Run {
-    fn start(scene: &Scene, options: &RunOptions) -> Result<Self, RunError> {
+    fn start(
+        scene: &Scene,
+        state: Option<RunState>,
+        options: &RunOptions,
+    ) -> Result<Self, RunError> {
         let begun = Instant::now();
         let folder = OutputFolder::create(&options.out)?;
         let progress = Progress::new(options.quiet);
         progress.phase("setup");
         let mut world = World::new(scene.clone())?;
-        let painter = match &scene.pictures {
+        let mut painter = match &scene.pictures {
             Some(pictures) => {
                 let start = Instant::now();
                 let painter = Painter::new(&world, pictures)?;
@@ -123,24 +169,29 @@ impl Run {
             }
             None => None,
         };
+        let (history, movie, course) = match state {
+            Some(state) => state.restore(&mut world, painter.as_mut())?,
+            None => {
+                folder.remove(CHECKPOINT)?;
+                (History::new(), None, Course::new(&world))
+            }
+        };
         folder.write("scene.ron", scene.to_ron().as_bytes())?;
         let movie = scene
             .pictures
             .as_ref()
-            .map(|pictures| Movie::new(&folder, pictures))
+            .map(|pictures| Movie::new(&folder, pictures, movie))
             .transpose()?;
-        let history = History::new(&folder, scene.observe.history_rate)?;
         Ok(Self {
             begun,
             folder,
             progress,
-            smallest_step: world.step_size(),
             world,
             painter,
             movie,
             history,
-            rested: true,
-            settling_steps: 0,
+            course,
+            interrupt: options.interrupt.clone(),
         })
     }
 
@@ -148,12 +199,14 @@ impl Run {
         let outcome = self.settle().and_then(|()| self.play());
         if outcome.is_err() {
             // What was recorded up to the failure helps to find its cause.
-            self.history.finish()?;
+            self.history.write(&self.folder)?;
         }
         outcome?;
-        self.observe(true)?;
+        self.grow()?;
+        self.keep()?;
+        self.record(true)?;
         let mut files = vec!["scene.ron".to_owned(), "history.csv".to_owned()];
-        let worst = self.history.finish()?;
+        self.history.write(&self.folder)?;
         if let Some(movie) = self.movie.take() {
             self.progress.phase("animation");
             let start = Instant::now();
@@ -161,18 +214,16 @@ impl Run {
             self.world.phases().add(Phase::Writing, start.elapsed());
         }
         files.extend(self.write_state()?);
-        files.push("summary.json".to_owned());
-        let wall = self.begun.elapsed().as_secs_f64();
+        files.extend([CHECKPOINT, "summary.json"].map(str::to_owned));
+        let wall = self.course.wall + self.begun.elapsed().as_secs_f64();
         let summary = summary::of(
             &mut self.world,
             self.painter.as_ref(),
-            &worst,
-            &summary::Course {
+            self.history.worst(),
+            &summary::Ending {
                 wall,
                 threads,
-                rested: self.rested,
-                settling_steps: self.settling_steps,
-                smallest_step: self.smallest_step,
+                course: self.course,
                 files,
             },
         );
@@ -209,17 +260,19 @@ impl Run {
         let Some(settle) = self.world.scene().integration.settle else {
             return Ok(());
         };
+        if self.world.scene_time().is_some() {
+            return Ok(());
+        }
         self.progress.phase("settling");
         let duration = self.world.scene().integration.duration;
-        self.rested = false;
+        self.course.rested = false;
         while self.world.time() < settle.limit {
-            self.observe(false)?;
-            self.world.step()?;
-            self.settling_steps += 1;
+            self.advance()?;
+            self.course.settling_steps += 1;
             self.progress
                 .set(self.world.time() / (duration + settle.limit));
             if self.world.gravity_is_full() && self.world.speed() < settle.speed {
-                self.rested = true;
+                self.course.rested = true;
                 break;
             }
         }
@@ -231,18 +284,34 @@ impl Run {
     fn play(&mut self) -> Result<(), RunError> {
         self.progress.phase("playing");
         let duration = self.world.scene().integration.duration;
-        let settled = self.world.time();
-        while self.world.scene_time().is_some_and(|time| time < duration) {
-            self.observe(false)?;
-            self.world.step()?;
-            self.smallest_step = self.smallest_step.min(self.world.step_size());
+        while let Some(time) = self.world.scene_time().filter(|&time| time < duration) {
+            self.advance()?;
+            self.course.smallest_step = self.course.smallest_step.min(self.world.step_size());
+            let settled = self.world.time() - time;
             self.progress.set(self.world.time() / (settled + duration));
         }
         Ok(())
     }
 
-    /// Grows skin on new cuts; writes what is due, or everything at the `end`.
-    fn observe(&mut self, end: bool) -> Result<(), RunError> {
+    /// Writes what is due and takes one step.
+    fn advance(&mut self) -> Result<(), RunError> {
+        self.grow()?;
+        self.record(false)?;
+        let asked = self.interrupt.as_ref().is_some_and(Interrupt::asked);
+        if asked || self.is_keeping_due() {
+            self.keep()?;
+        }
+        if asked {
+            return Err(RunError::Interrupted {
+                time: self.world.time(),
+                checkpoint: self.folder.path().join(CHECKPOINT),
+            });
+        }
+        self.world.step().map_err(|source| self.failure(source))
+    }
+
+    /// Grows skin on new cuts.
+    fn grow(&mut self) -> Result<(), WorldError> {
         let pieces = self.world.take_new_pieces();
         if let Some(painter) = &mut self.painter
             && !pieces.is_empty()
@@ -251,8 +320,14 @@ impl Run {
             painter.grow(&self.world, &pieces)?;
             self.world.phases().add(Phase::Skinning, start.elapsed());
         }
-        if end || self.history.is_due(&self.world) {
-            self.history.record(&self.world)?;
+        Ok(())
+    }
+
+    /// Writes what is due, or everything at the `end`.
+    fn record(&mut self, end: bool) -> Result<(), RunError> {
+        let rate = self.world.scene().observe.history_rate;
+        if end || self.history.is_due(&self.world, rate) {
+            self.history.record(&self.world, rate);
         }
         if let (Some(painter), Some(movie)) = (&mut self.painter, &mut self.movie)
             && (end || movie.is_due(&self.world))

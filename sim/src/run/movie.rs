@@ -1,8 +1,10 @@
 //! Frames as PNG files and one animation of them.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufReader, Write};
 
 use phyxel_splat::{Animation, Frame, ImageError};
+use serde::{Deserialize, Serialize};
 
 use super::RunError;
 use crate::output::OutputFolder;
@@ -20,6 +22,12 @@ pub(super) struct Movie {
     settling: bool,
     /// Frames at half the size, for the animation; `None` if none is wanted.
     small: Option<Vec<Frame>>,
+    place: MoviePlace,
+}
+
+/// How far a movie has come.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct MoviePlace {
     /// One of this many frames goes into the animation.
     stride: usize,
     count: usize,
@@ -29,49 +37,73 @@ pub(super) struct Movie {
 }
 
 impl Movie {
-    pub(super) fn new(folder: &OutputFolder, pictures: &Pictures) -> Result<Self, RunError> {
-        Ok(Self {
-            folder: folder.fresh_subfolder("frames", "frame-", ".png")?,
-            rate: pictures.rate,
-            settling: pictures.settling,
-            small: pictures.animation.then(Vec::new),
+    /// A movie from its first frame, or from where it was: then the animation takes the frames that
+    /// are there, and only later ones are removed.
+    pub(super) fn new(
+        folder: &OutputFolder,
+        pictures: &Pictures,
+        place: Option<MoviePlace>,
+    ) -> Result<Self, RunError> {
+        let place = place.unwrap_or(MoviePlace {
             stride: 1,
             count: 0,
             next: 0.0,
             in_scene: false,
+        });
+        let kept: Vec<String> = (0..place.count).map(frame_name).collect();
+        let folder = folder.fresh_subfolder("frames", "frame-", ".png", &kept)?;
+        let small = pictures.animation.then(|| {
+            let wanted = kept.iter().step_by(place.stride);
+            let read = wanted.map(|name| File::open(folder.path().join(name)));
+            read.flatten()
+                .filter_map(|file| Frame::read_png(BufReader::new(file)).ok())
+                .map(|frame| frame.halved())
+                .collect()
+        });
+        Ok(Self {
+            folder,
+            rate: pictures.rate,
+            settling: pictures.settling,
+            small,
+            place,
         })
+    }
+
+    /// How far it has come.
+    pub(super) fn place(&self) -> MoviePlace {
+        self.place
     }
 
     /// Whether the next frame's time has come.
     pub(super) fn is_due(&mut self, world: &World) -> bool {
         let time = match world.scene_time() {
             Some(time) => {
-                if !self.in_scene {
-                    self.in_scene = true;
-                    self.next = 0.0;
+                if !self.place.in_scene {
+                    self.place.in_scene = true;
+                    self.place.next = 0.0;
                 }
                 time
             }
             None if self.settling => world.time(),
             None => return false,
         };
-        if time < self.next / self.rate {
+        if time < self.place.next / self.rate {
             return false;
         }
-        self.next += 1.0;
+        self.place.next += 1.0;
         true
     }
 
     /// Writes a frame.
     pub(super) fn add(&mut self, frame: &Frame) -> Result<(), RunError> {
-        let name = format!("frame-{:05}.png", self.count);
+        let name = frame_name(self.place.count);
         let mut file = self.folder.file(&name)?;
         frame
             .write_png(&mut file)
             .map_err(|source| RunError::Image { file: name, source })?;
         file.finish()?;
         if let Some(small) = &mut self.small
-            && self.count.is_multiple_of(self.stride)
+            && self.place.count.is_multiple_of(self.place.stride)
         {
             small.push(frame.halved());
             if small.len() > KEPT {
@@ -80,29 +112,35 @@ impl Movie {
                     index += 1;
                     index % 2 == 1
                 });
-                self.stride *= 2;
+                self.place.stride *= 2;
             }
         }
-        self.count += 1;
+        self.place.count += 1;
         Ok(())
     }
 
     /// Writes the animation; the names of what was written.
     pub(super) fn finish(self, folder: &OutputFolder) -> Result<Vec<String>, RunError> {
-        let mut names = vec![format!("frames/ ({} frames)", self.count)];
+        let mut names = vec![format!("frames/ ({} frames)", self.place.count)];
         let Some(small) = self.small.filter(|small| !small.is_empty()) else {
             return Ok(names);
         };
         let name = "animation.png";
         let mut file = folder.file(name)?;
-        animate(&mut file, &small, self.rate, self.stride).map_err(|source| RunError::Image {
-            file: name.to_owned(),
-            source,
+        animate(&mut file, &small, self.rate, self.place.stride).map_err(|source| {
+            RunError::Image {
+                file: name.to_owned(),
+                source,
+            }
         })?;
         file.finish()?;
         names.push(name.to_owned());
         Ok(names)
     }
+}
+
+fn frame_name(count: usize) -> String {
+    format!("frame-{count:05}.png")
 }
 
 fn animate(

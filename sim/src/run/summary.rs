@@ -4,6 +4,7 @@ use phyxel_enrich::connected_pieces;
 use serde::Serialize;
 
 use super::history::Extremes;
+use super::kept::Course;
 use crate::phases::{Phase, Phases};
 use crate::picture::Painter;
 use crate::world::{Member, World};
@@ -267,12 +268,10 @@ impl Timings {
 }
 
 /// What only the run loop knows.
-pub(super) struct Course {
+pub(super) struct Ending {
     pub(super) wall: f64,
     pub(super) threads: usize,
-    pub(super) rested: bool,
-    pub(super) settling_steps: u64,
-    pub(super) smallest_step: f64,
+    pub(super) course: Course,
     pub(super) files: Vec<String>,
 }
 
@@ -281,7 +280,7 @@ pub(super) fn of(
     world: &mut World,
     painter: Option<&Painter>,
     worst: &[Extremes],
-    course: &Course,
+    ending: &Ending,
 ) -> Summary {
     let bodies: Vec<BodySummary> = world
         .members()
@@ -289,7 +288,7 @@ pub(super) fn of(
         .zip(worst)
         .map(|(member, worst)| body_summary(member, worst))
         .collect();
-    let stepping = stepping_summary(world, course);
+    let stepping = stepping_summary(world, &ending.course);
     let phases = world.phases().clone();
     let scene = world.scene();
     Summary {
@@ -309,14 +308,14 @@ pub(super) fn of(
         }),
         timings: Timings::new(
             &phases,
-            course.wall,
-            course.threads,
+            ending.wall,
+            ending.threads,
             stepping.steps,
             stepping.simulated,
             world.latencies(),
         ),
         stepping,
-        files: course.files.clone(),
+        files: ending.files.clone(),
     }
 }
 

@@ -51,6 +51,15 @@ impl Override {
         })
     }
 
+    /// The scene's key at which the path begins.
+    #[must_use]
+    pub fn section(&self) -> &str {
+        match self.path.0.first() {
+            Some(Segment::Key(key)) => key,
+            _ => "",
+        }
+    }
+
     /// The text with the value in place of what stands at the path, or added where nothing does.
     fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
         let tree = Node::read(text).ok_or(OverrideProblem::NoPart {

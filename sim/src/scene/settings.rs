@@ -54,12 +54,15 @@ impl Default for Settle {
 pub struct Observe {
     /// Rows of `history.csv` per simulated second (1/s).
     pub history_rate: f64,
+    /// Simulated time (s) between two checkpoints; `None` keeps one at the end only.
+    pub checkpoint: Option<f64>,
 }
 
 impl Default for Observe {
     fn default() -> Self {
         Self {
             history_rate: 100.0,
+            checkpoint: Some(0.25),
         }
     }
 }

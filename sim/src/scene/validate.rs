@@ -133,6 +133,9 @@ pub(super) fn validate(scene: &Scene) -> Check {
     let rate = scene.observe.history_rate;
     positive("observe.history_rate", rate, " (1/s)")?;
     limited("observe.history_rate", rate, MOST_ROWS, scene, "rows")?;
+    if let Some(period) = scene.observe.checkpoint {
+        positive("observe.checkpoint", period, " (s)")?;
+    }
     if let Some(settings) = &scene.pictures {
         pictures(settings)?;
         limited("pictures.rate", settings.rate, MOST_FRAMES, scene, "frames")?;

@@ -247,6 +247,21 @@ impl Body {
         Ok(())
     }
 
+    /// Takes over a kept state; the model is brought to its positions.
+    pub(super) fn restore(
+        &mut self,
+        motion: phyxel_integrate::State,
+        eigenvalue: f64,
+        eigenvector: Vec<DVec3>,
+    ) {
+        let mut forces = vec![DVec3::ZERO; self.rest.len()];
+        self.elastic.forces_into(&motion.positions, &mut forces);
+        self.motion.restore(motion);
+        self.current_eigenvalue = eigenvalue;
+        self.eigenvector = eigenvector;
+        self.pending = Ok(());
+    }
+
     /// Evaluates the forces anew after the model changed; the energy's jump is booked. A failure
     /// comes out of the next step.
     pub(super) fn reload(&mut self) {

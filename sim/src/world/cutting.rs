@@ -4,9 +4,11 @@ use glam::DVec3;
 use phyxel_elastic::StiffnessCap;
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors, connected_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
+use serde::{Deserialize, Serialize};
 
 use super::body::{Body, stencil_view};
 use super::error::BodyProblem;
+use super::state::Incision;
 use crate::scene::Cut;
 
 /// Growth of the largest eigenvalue in one update above which the cap is strengthened.
@@ -64,7 +66,7 @@ pub struct Capture {
 }
 
 /// When in a stroke the edge is taken up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Moment {
     /// The stroke starts.
     Start,
@@ -147,41 +149,90 @@ impl Cutting {
         self.capped.iter().filter(|&&capped| capped).count()
     }
 
-    /// Takes up the blade's edge: maps it into the material, spans the new piece of the cut, and
-    /// changes factors, rows and stiffness where it passes.
-    pub(super) fn capture(
-        &mut self,
-        body: &mut Body,
-        cut_index: usize,
+    /// The blade's edge at a scene time (s), mapped into the material.
+    pub(super) fn edge_in_material(
+        &self,
+        body: &Body,
         cut: &Cut,
         time: f64,
-        moment: Moment,
-    ) -> Result<Capture, BodyProblem> {
-        self.captures += 1;
-        let world = divided(&cut.edge_at(time), self.division);
+    ) -> Result<Vec<DVec3>, BodyProblem> {
         let frame = self.map.frame(
             body.motion.positions(),
             body.elastic.deformation_gradients(),
         )?;
-        let edge: Vec<DVec3> = world
+        let world = divided(&cut.edge_at(time), self.division);
+        Ok(world
             .iter()
             .map(|&point| frame.to_material(point).position)
-            .collect();
-        let stroke = match self.strokes.iter().find(|stroke| stroke.cut == cut_index) {
+            .collect())
+    }
+
+    /// Takes up an edge in material coordinates: spans the new piece of the cut, and changes
+    /// factors, rows, stiffness and the stable step where it passes.
+    pub(super) fn capture(
+        &mut self,
+        body: &mut Body,
+        cut: usize,
+        edge: &[DVec3],
+        moment: Moment,
+    ) -> Result<Capture, BodyProblem> {
+        let (capture, touched) = self.grow(body, cut, edge, moment)?;
+        if capture.changed {
+            self.fit_stiffness(body, &touched)?;
+        }
+        Ok(capture)
+    }
+
+    /// Does again what [`Cutting::capture`] did with an edge, but for what depends on the motion.
+    pub(super) fn replay(
+        &mut self,
+        body: &mut Body,
+        incision: &Incision,
+    ) -> Result<Capture, BodyProblem> {
+        let (capture, touched) = self.grow(body, incision.cut, &incision.edge, incision.moment)?;
+        if capture.changed {
+            self.limit_stiffness(body, &touched);
+            while self.level < incision.level.min(CAPS.len() - 1) {
+                self.strengthen(body);
+            }
+            self.note_capped(body, &touched);
+        }
+        Ok(capture)
+    }
+
+    /// Index of the cap's strength.
+    pub(super) fn level(&self) -> usize {
+        self.level
+    }
+
+    pub(super) fn set_growth(&mut self, growth: f64) {
+        self.growth = growth;
+    }
+
+    /// Spans the piece of the cut between the last edge and this one; the nodes it touched.
+    fn grow(
+        &mut self,
+        body: &mut Body,
+        cut: usize,
+        edge: &[DVec3],
+        moment: Moment,
+    ) -> Result<(Capture, Vec<u32>), BodyProblem> {
+        self.captures += 1;
+        let stroke = match self.strokes.iter().find(|stroke| stroke.cut == cut) {
             Some(stroke) => stroke.id,
             None => {
-                let id = self.cuts.start(&edge)?;
-                self.strokes.push(Stroke { cut: cut_index, id });
+                let id = self.cuts.start(edge)?;
+                self.strokes.push(Stroke { cut, id });
                 id
             }
         };
         if moment == Moment::Start {
-            return Ok(Capture::default());
+            return Ok((Capture::default(), Vec::new()));
         }
-        let new = self.cuts.append(stroke, &edge)?;
+        let new = self.cuts.append(stroke, edge)?;
         if moment == Moment::End {
             self.cuts.end(stroke)?;
-            self.strokes.retain(|stroke| stroke.cut != cut_index);
+            self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let solid = &body.solid;
@@ -199,10 +250,10 @@ impl Cutting {
             self.updates += 1;
             self.reconnect(body, &touched.nodes)?;
         }
-        Ok(Capture { triangles, changed })
+        Ok((Capture { triangles, changed }, touched.nodes))
     }
 
-    /// Carries changed factors into stencils, model, map and step.
+    /// Carries changed factors into stencils, map and model.
     fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let factors = self.factors.factors();
         body.stencils
@@ -213,16 +264,14 @@ impl Cutting {
         self.touched.extend_from_slice(touched);
         self.touched.sort_unstable();
         self.touched.dedup();
-        self.fit_stiffness(body, touched)
+        Ok(())
     }
 
     /// Estimates the largest eigenvalue and strengthens the cap on touched nodes until it leaves
     /// room for the step.
     fn fit_stiffness(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let before = body.current_eigenvalue;
-        body.elastic
-            .cap_stiffness(&self.cap, touched, CAPS[self.level]);
-        self.release_weak(body, touched);
+        self.limit_stiffness(body, touched);
         excite(body, touched);
         loop {
             body.reload();
@@ -233,16 +282,30 @@ impl Cutting {
             if growth <= ALLOWED_GROWTH || self.level + 1 == CAPS.len() {
                 break;
             }
-            self.level += 1;
-            body.elastic
-                .cap_stiffness(&self.cap, &self.touched, CAPS[self.level]);
-            self.release_weak(body, &self.touched);
+            self.strengthen(body);
         }
+        self.note_capped(body, touched);
+        Ok(())
+    }
+
+    /// Applies the cap at its present strength.
+    fn limit_stiffness(&self, body: &mut Body, touched: &[u32]) {
+        body.elastic
+            .cap_stiffness(&self.cap, touched, CAPS[self.level]);
+        self.release_weak(body, touched);
+    }
+
+    /// Applies the next strength to all that cuts have touched.
+    fn strengthen(&mut self, body: &mut Body) {
+        self.level += 1;
+        self.limit_stiffness(body, &self.touched);
+    }
+
+    fn note_capped(&mut self, body: &Body, touched: &[u32]) {
         for &node in touched {
             let node = node as usize;
             self.capped[node] |= body.elastic.elastic_volumes()[node] < body.volumes[node];
         }
-        Ok(())
     }
 
     /// Takes the elastic energy from nodes that a cut left too few neighbours to have a strain of

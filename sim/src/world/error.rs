@@ -74,6 +74,12 @@ pub enum BodyProblem {
         "nothing resists motion: every node is supported or without stiffness; leave nodes free"
     )]
     NoStiffness,
+    /// A kept state belongs to another body.
+    #[error(
+        "its nodes are not where the kept state has them: the mesh file has changed since; run the \
+         scene from its start"
+    )]
+    OtherBody,
 }
 
 /// A world that cannot be built or stepped, with the body at fault.

@@ -6,6 +6,7 @@
 mod body;
 mod cutting;
 mod error;
+mod state;
 mod support;
 
 use std::time::{Duration, Instant};
@@ -15,9 +16,11 @@ use glam::DVec3;
 pub use body::Body;
 pub use cutting::{Capture, Cutting, Moment};
 pub use error::{BodyProblem, WorldError};
+pub use state::WorldState;
 
 use crate::phases::{Phase, Phases};
 use crate::scene::Scene;
+use state::Incision;
 
 /// Steps between two estimates of the largest eigenvalue: strain stiffens a body.
 const STEPS_PER_ESTIMATE: u64 = 50;
@@ -67,6 +70,8 @@ pub struct World {
     waiting: Option<Instant>,
     latencies: Vec<f64>,
     new_pieces: Vec<CutPiece>,
+    /// Every edge that was taken up.
+    incisions: Vec<Incision>,
 }
 
 impl World {
@@ -116,6 +121,7 @@ impl World {
             waiting: None,
             latencies: Vec::new(),
             new_pieces: Vec::new(),
+            incisions: Vec::new(),
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -211,7 +217,10 @@ impl World {
     /// # Errors
     /// [`WorldError`] if a motion refuses its damping.
     pub fn start_scene(&mut self) -> Result<(), WorldError> {
-        let start = self.time();
+        self.start_scene_at(self.time())
+    }
+
+    fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {
         self.origin = Some(start);
         self.set_damping(None)?;
         for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
@@ -306,7 +315,14 @@ impl World {
         } else {
             gravity.acceleration
         };
-        self.gravity = Some(now);
+        self.set_gravity(Some(now))
+    }
+
+    fn set_gravity(&mut self, gravity: Option<DVec3>) -> Result<(), WorldError> {
+        self.gravity = gravity;
+        let Some(now) = gravity else {
+            return Ok(());
+        };
         for Member { body, .. } in &mut self.members {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.motion
@@ -337,10 +353,19 @@ impl World {
                 {
                     continue;
                 }
-                let capture = member.capture(due, cut).map_err(|problem| WorldError {
-                    body: member.body.name.clone(),
-                    problem,
-                })?;
+                let (capture, edge, level) =
+                    member.capture(due, cut).map_err(|problem| WorldError {
+                        body: member.body.name.clone(),
+                        problem,
+                    })?;
+                self.incisions.push(Incision {
+                    steps: member.body.motion.steps(),
+                    member: index,
+                    cut: due.cut,
+                    moment: due.moment,
+                    edge,
+                    level,
+                });
                 changed |= capture.changed;
                 if !capture.triangles.is_empty() {
                     self.new_pieces.push(CutPiece {
@@ -360,13 +385,36 @@ impl World {
 }
 
 impl Member {
-    fn capture(&mut self, due: Due, cut: &crate::scene::Cut) -> Result<Capture, BodyProblem> {
-        let cutting = match &mut self.cutting {
+    /// Takes up a blade's edge; also the edge in the material and the level of the cap.
+    fn capture(
+        &mut self,
+        due: Due,
+        cut: &crate::scene::Cut,
+    ) -> Result<(Capture, Vec<DVec3>, usize), BodyProblem> {
+        let (body, cutting) = self.with_cutting(cut)?;
+        let edge = cutting.edge_in_material(body, cut, due.time)?;
+        let capture = cutting.capture(body, due.cut, &edge, due.moment)?;
+        Ok((capture, edge, cutting.level()))
+    }
+
+    fn replay(
+        &mut self,
+        incision: &Incision,
+        cut: &crate::scene::Cut,
+    ) -> Result<Capture, BodyProblem> {
+        let (body, cutting) = self.with_cutting(cut)?;
+        cutting.replay(body, incision)
+    }
+
+    fn with_cutting(
+        &mut self,
+        cut: &crate::scene::Cut,
+    ) -> Result<(&mut Body, &mut Cutting), BodyProblem> {
+        let fresh = match self.cutting.take() {
             Some(cutting) => cutting,
-            None => self
-                .cutting
-                .insert(Cutting::new(&self.body, cut.weld_tolerance)?),
+            None => Cutting::new(&self.body, cut.weld_tolerance)?,
         };
-        cutting.capture(&mut self.body, due.cut, cut, due.time, due.moment)
+        let cutting = self.cutting.insert(fresh);
+        Ok((&mut self.body, cutting))
     }
 }

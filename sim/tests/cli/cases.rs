@@ -53,7 +53,42 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(override_cases());
     cases.extend(file_cases());
     cases.extend(mesh_cases());
+    cases.extend(resume_cases());
     cases
+}
+
+fn resume_cases() -> Vec<Case> {
+    let resume = ["run", "--resume", "a.checkpoint"];
+    vec![
+        given("checkpoint that is not there", &[], &resume),
+        given(
+            "checkpoint of something else",
+            &[("a.checkpoint", "a text")],
+            &resume,
+        ),
+        given(
+            "checkpoint cut short",
+            &[("a.checkpoint", "phyxel checkpoint 1\n\u{5}\0\0")],
+            &resume,
+        ),
+        given(
+            "checkpoint with a scene",
+            &[],
+            &["run", "liver", "--resume", "a.checkpoint"],
+        ),
+        given(
+            "checkpoint with another body",
+            &[],
+            &[
+                "run",
+                "--resume",
+                "a.checkpoint",
+                "--set",
+                "bodies[0].damping=1",
+            ],
+        ),
+        set("no time between checkpoints", "observe.checkpoint=Some(0)"),
+    ]
 }
 
 fn text_cases() -> Vec<Case> {

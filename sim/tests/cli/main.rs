@@ -93,6 +93,56 @@ fn sample_fills_a_mesh_with_nodes() {
     assert_eq!(again.status, 0, "{again:?}");
 }
 
+/// Ctrl-C ends a run between two steps, with a checkpoint to go on from; what it had written stays.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_can_be_gone_on_with() {
+    let sandbox = Sandbox::new(&[(
+        "block.ron",
+        r#"(
+            version: 1,
+            name: "block",
+            bodies: [(
+                shape: Box(size: (0.06, 0.03, 0.04)),
+                sampling: (target: Nodes(300)),
+                material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
+            )],
+            supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
+            integration: (duration: 1e3, settle: None),
+            observe: (history_rate: 1, checkpoint: None),
+        )"#,
+    )]);
+    let mut child = sandbox.start(&["run", "block.ron", "--out", "here", "--quiet"]);
+    // The folder appears before the first step; a little later the run is on its way.
+    while !sandbox.path().join("here/scene.ron").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let killed = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("--resume here/state.checkpoint"), "{said}");
+    let left = [
+        "block.ron",
+        "here/",
+        "here/history.csv",
+        "here/scene.ron",
+        "here/state.checkpoint",
+    ];
+    assert_eq!(sandbox.files(), left);
+    let short = ["--set", "integration.duration=1e-3", "--quiet", "--json"];
+    let mut arguments = vec!["run", "--resume", "here/state.checkpoint"];
+    arguments.extend(short);
+    let resumed = sandbox.run(&arguments);
+    assert_eq!((resumed.status, resumed.stderr.as_str()), (0, ""));
+    assert!(sandbox.path().join("here/summary.json").exists());
+}
+
 #[test]
 fn usage_errors_have_their_own_status() {
     let sandbox = Sandbox::empty();

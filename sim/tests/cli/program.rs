@@ -60,6 +60,17 @@ impl Sandbox {
         }
     }
 
+    /// Starts the program and does not wait for it.
+    #[cfg(unix)]
+    pub(crate) fn start(&self, arguments: &[&str]) -> std::process::Child {
+        Command::new(env!("CARGO_BIN_EXE_phyxel"))
+            .args(arguments)
+            .current_dir(self.path())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("the program starts")
+    }
+
     /// Everything in the folder, as sorted relative paths; folders end in `/`.
     pub(crate) fn files(&self) -> Vec<String> {
         let mut found = Vec::new();

@@ -1,0 +1,160 @@
+//! A world's state, to be kept and gone on from.
+//!
+//! A scene says how bodies are built; what it does not say is where their nodes are, and what blades
+//! have done. Of a blade only its edges in the material are kept: taking them up again gives the same
+//! cut, factors and rows, to the bit.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::cutting::Moment;
+use super::error::{BodyProblem, WorldError};
+use super::{CutPiece, Member, World};
+use crate::phases::Phases;
+
+/// All of a world that its scene does not say.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct WorldState {
+    origin: Option<f64>,
+    gravity: Option<DVec3>,
+    next_due: usize,
+    phases: Phases,
+    latencies: Vec<f64>,
+    bodies: Vec<BodyState>,
+    incisions: Vec<Incision>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct BodyState {
+    /// Checksum of the rest positions: a mesh file may have changed since.
+    fingerprint: u32,
+    motion: phyxel_integrate::State,
+    eigenvalue: f64,
+    eigenvector: Vec<DVec3>,
+    growth: Option<f64>,
+}
+
+/// A blade's edge as it was taken up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Incision {
+    /// Steps that had been taken.
+    pub(super) steps: u64,
+    /// Index of the body.
+    pub(super) member: usize,
+    /// Index of the scene's cut.
+    pub(super) cut: usize,
+    pub(super) moment: Moment,
+    /// The edge in material coordinates (m).
+    pub(super) edge: Vec<DVec3>,
+    /// Strength of the stiffness cap after it.
+    pub(super) level: usize,
+}
+
+impl World {
+    /// The state between two steps. Pieces that [`World::take_new_pieces`] has not handed out count
+    /// as handed out.
+    #[must_use]
+    pub fn state(&self) -> WorldState {
+        let bodies = self
+            .members
+            .iter()
+            .map(|Member { body, cutting }| BodyState {
+                fingerprint: fingerprint(&body.rest),
+                motion: body.motion.state().clone(),
+                eigenvalue: body.current_eigenvalue,
+                eigenvector: body.eigenvector.clone(),
+                growth: cutting.as_ref().map(super::Cutting::growth),
+            });
+        WorldState {
+            origin: self.origin,
+            gravity: self.gravity,
+            next_due: self.next_due,
+            phases: self.phases.clone(),
+            latencies: self.latencies.clone(),
+            bodies: bodies.collect(),
+            incisions: self.incisions.clone(),
+        }
+    }
+
+    /// Brings a new world into a state that [`World::state`] gave. `grown` sees the pieces of cuts
+    /// as the first run saw them, with the world's cuts as they were then.
+    ///
+    /// # Errors
+    /// [`WorldError`] with [`BodyProblem::OtherBody`] if a body is not built as it was, and whatever
+    /// taking up an edge or `grown` returns.
+    pub fn restore<F>(&mut self, state: WorldState, mut grown: F) -> Result<(), WorldError>
+    where
+        F: FnMut(&Self, &[CutPiece]) -> Result<(), WorldError>,
+    {
+        self.check(&state)?;
+        for (k, incision) in state.incisions.iter().enumerate() {
+            self.take_up(incision)?;
+            let next = state.incisions.get(k + 1);
+            if next.is_none_or(|next| next.steps != incision.steps) {
+                let pieces = self.take_new_pieces();
+                if !pieces.is_empty() {
+                    grown(self, &pieces)?;
+                }
+            }
+        }
+        if let (Some(start), None) = (state.origin, self.origin) {
+            self.start_scene_at(start)?;
+        }
+        self.set_gravity(state.gravity)?;
+        for (Member { body, cutting }, kept) in self.members.iter_mut().zip(state.bodies) {
+            body.restore(kept.motion, kept.eigenvalue, kept.eigenvector);
+            if let (Some(cutting), Some(growth)) = (cutting, kept.growth) {
+                cutting.set_growth(growth);
+            }
+        }
+        self.step = self.smallest_step_size();
+        self.next_due = state.next_due;
+        self.phases = state.phases;
+        self.latencies = state.latencies;
+        self.incisions = state.incisions;
+        Ok(())
+    }
+
+    fn check(&self, state: &WorldState) -> Result<(), WorldError> {
+        for (index, Member { body, .. }) in self.members.iter().enumerate() {
+            let kept = state.bodies.get(index);
+            if kept.is_none_or(|kept| kept.fingerprint != fingerprint(&body.rest)) {
+                return Err(WorldError {
+                    body: body.name.clone(),
+                    problem: BodyProblem::OtherBody,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn take_up(&mut self, incision: &Incision) -> Result<(), WorldError> {
+        let Some(cut) = self.scene.cuts.get(incision.cut) else {
+            return Ok(());
+        };
+        let Some(member) = self.members.get_mut(incision.member) else {
+            return Ok(());
+        };
+        let capture = member.replay(incision, cut).map_err(|problem| WorldError {
+            body: member.body.name.clone(),
+            problem,
+        })?;
+        if !capture.triangles.is_empty() {
+            self.new_pieces.push(CutPiece {
+                member: incision.member,
+                triangles: capture.triangles,
+            });
+        }
+        Ok(())
+    }
+}
+
+fn fingerprint(rest: &[DVec3]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for x in rest {
+        for coordinate in x.to_array() {
+            hasher.update(&coordinate.to_le_bytes());
+        }
+    }
+    hasher.finalize()
+}
