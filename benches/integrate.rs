@@ -104,10 +104,7 @@ fn steps(c: &mut Criterion) {
         let top = case.body.faces(|x| x.z > 1.0 - 1e-9);
         let surface = ContactSurface::from_triangles(&top, &case.body.rest, 4).unwrap();
         let stiffness = penalty(SOLID.youngs_modulus, 1.0 / f64::from(cells));
-        let settings = ContactSettings {
-            penalty: stiffness,
-            friction: 0.0,
-        };
+        let settings = ContactSettings::new(stiffness);
         let mut contact = Contact::new(surface, settings);
         let shape = Shape::Sphere { radius: 0.5 };
         let pose = Pose::at(DVec3::new(0.5, 0.5, 1.45));

@@ -36,7 +36,8 @@ pub(crate) struct Body {
     pub(crate) blocks: Vec<DMat3>,
 }
 
-/// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), as six tetrahedra a cell.
+/// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), as six tetrahedra a cell,
+/// mirrored from cell to cell so that no diagonal is preferred.
 pub(crate) fn lattice(
     cells: [u32; 3],
     map: impl Fn(DVec3) -> DVec3,
@@ -60,7 +61,10 @@ pub(crate) fn lattice(
     for k in 0..cells[2] {
         for j in 0..cells[1] {
             for i in 0..cells[0] {
-                let corner = |s: [u32; 3]| i + s[0] + n[0] * (j + s[1] + n[1] * (k + s[2]));
+                let corner = |s: [u32; 3]| {
+                    let [a, b, c] = [i + (s[0] ^ i & 1), j + (s[1] ^ j & 1), k + (s[2] ^ k & 1)];
+                    a + n[0] * (b + n[1] * c)
+                };
                 for path in [
                     [0, 1, 2],
                     [0, 2, 1],

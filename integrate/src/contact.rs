@@ -1,16 +1,17 @@
-//! Contact of a body's surface with one rigid tool: penalty, augmented Lagrangian, friction.
+//! Contact of a body's surface with one rigid tool: penalty and augmented Lagrangian.
 
-use crate::law::ForceLaw;
+use crate::ahead::Ahead;
+use crate::friction::Limit;
 use crate::shape::{Pose, Shape, outer};
 use crate::surface::ContactSurface;
 use glam::{DMat3, DVec3};
 
-/// Penalty times spacing over Young's modulus of [`penalty`]. Between 15 and 40 block indentation
-/// forces stay within some 3 % at contact radii of two spacings or more; stiffer shortens explicit
-/// steps, below 10 the penetration itself becomes an error.
-const RELATIVE_PENALTY: f64 = 30.0;
+/// Penalty times spacing over Young's modulus of [`penalty`]. Between 20 and 60 block indentation
+/// forces stay within some 3 % at contact radii of two spacings or more; below 10 the penetration
+/// itself becomes an error.
+const RELATIVE_PENALTY: f64 = 40.0;
 
-/// Automatic penalty (N/m³): `30 E / h` for Young's modulus `E` (Pa) and surface spacing `h` (m) at the
+/// Automatic penalty (N/m³): `40 E / h` for Young's modulus `E` (Pa) and surface spacing `h` (m) at the
 /// contact.
 #[must_use]
 pub fn penalty(youngs_modulus: f64, spacing: f64) -> f64 {
@@ -23,8 +24,24 @@ pub fn penalty(youngs_modulus: f64, spacing: f64) -> f64 {
 pub struct ContactSettings {
     /// Pressure over penetration (N/m³); see [`penalty`].
     pub penalty: f64,
-    /// Coulomb's coefficient of friction, 0 for none. Only explicit steps apply it.
+    /// Coulomb's coefficient of friction, 0 for none.
     pub friction: f64,
+    /// In explicit steps, solve for the contact's forces at the middle of the coming step
+    /// ([`Contact::press_ahead`]): the penalty then leaves the critical step alone. `false`: forces
+    /// from where the nodes are, which keep energy better and limit the step.
+    pub implicit: bool,
+}
+
+impl ContactSettings {
+    /// No friction, implicit.
+    #[must_use]
+    pub fn new(penalty: f64) -> Self {
+        Self {
+            penalty,
+            friction: 0.0,
+            implicit: true,
+        }
+    }
 }
 
 /// Sum of a contact's forces.
@@ -35,7 +52,7 @@ pub struct ContactForce {
     pub force: DVec3,
     /// Torque on the tool about its origin (N m).
     pub torque: DVec3,
-    /// Energy of the penalty (J), friction left out.
+    /// Energy of the springs (J): penalty and, under lagged friction, its incremental potential.
     pub energy: f64,
     /// Area in contact (m²), at rest.
     pub area: f64,
@@ -54,11 +71,15 @@ pub struct ContactPoint {
     pub normal: DVec3,
     /// Pressure (Pa), over the area at rest; never negative.
     pub pressure: f64,
+    /// Traction of friction on the body (Pa), over the area at rest.
+    pub traction: DVec3,
     /// Area at rest (m²).
     pub area: f64,
-    group: u32,
+    pub(crate) group: u32,
     /// Second derivative of the energy (N/m).
-    stiffness: DMat3,
+    pub(crate) stiffness: DMat3,
+    /// The same without the tool's curvature: positive semidefinite.
+    pub(crate) rigid: DMat3,
 }
 
 /// A surface that can touch a tool, with the state of that contact.
@@ -69,14 +90,19 @@ pub struct ContactPoint {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
-    surface: ContactSurface,
-    settings: ContactSettings,
+    pub(crate) surface: ContactSurface,
+    pub(crate) settings: ContactSettings,
     multipliers: Vec<f64>,
     /// Where a sticking point holds on to the tool, in the tool's frame; empty without friction.
-    anchors: Vec<Option<DVec3>>,
+    pub(crate) anchors: Vec<Option<DVec3>>,
+    /// Largest traction (Pa) that lagged friction may take at each point; empty before the first.
+    pub(crate) limits: Vec<f64>,
+    /// Points that have an anchor.
+    pub(crate) sticking: Vec<u32>,
     #[cfg_attr(feature = "serde", serde(skip))]
-    active: Vec<ContactPoint>,
-    sticking: Vec<u32>,
+    pub(crate) active: Vec<ContactPoint>,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) ahead: Ahead,
 }
 
 impl Contact {
@@ -101,8 +127,10 @@ impl Contact {
             settings,
             multipliers: Vec::new(),
             anchors,
-            active: Vec::new(),
+            limits: Vec::new(),
             sticking: Vec::new(),
+            active: Vec::new(),
+            ahead: Ahead::default(),
         }
     }
 
@@ -110,6 +138,12 @@ impl Contact {
     #[must_use]
     pub fn surface(&self) -> &ContactSurface {
         &self.surface
+    }
+
+    /// Settings.
+    #[must_use]
+    pub fn settings(&self) -> &ContactSettings {
+        &self.settings
     }
 
     /// Points in contact at the last evaluation, in order.
@@ -133,118 +167,97 @@ impl Contact {
         positions: &[DVec3],
         forces: &mut [DVec3],
     ) -> ContactForce {
+        self.add_all(shape, pose, positions, forces, None)
+    }
+
+    pub(crate) fn add_all(
+        &mut self,
+        shape: &Shape,
+        pose: &Pose,
+        positions: &[DVec3],
+        forces: &mut [DVec3],
+        friction: Option<Limit>,
+    ) -> ContactForce {
         assert_eq!(positions.len(), forces.len(), "one force per node");
+        let mut ahead = std::mem::take(&mut self.ahead);
+        ahead.gather(&self.surface, |node| positions[node]);
+        ahead.choose_near(&self.surface, shape, pose, !self.multipliers.is_empty());
+        let sum = self.evaluate(shape, pose, &mut ahead, friction);
+        for (member, force) in self.surface.members.iter().zip(&ahead.forces) {
+            forces[*member as usize] += *force;
+        }
+        self.ahead = ahead;
+        sum
+    }
+
+    /// Forces on members at `ahead.positions` into `ahead.forces`, over the near groups; friction if a
+    /// limit is named.
+    pub(crate) fn evaluate(
+        &mut self,
+        shape: &Shape,
+        pose: &Pose,
+        ahead: &mut Ahead,
+        friction: Option<Limit>,
+    ) -> ContactForce {
         self.active.clear();
+        ahead.forces.fill(DVec3::ZERO);
         let mut sum = ContactForce::default();
         let stiffness = self.settings.penalty;
         let surface = &self.surface;
-        for (index, group) in (0_u32..).zip(&surface.groups) {
-            let nodes = &surface.nodes[group.nodes[0] as usize..group.nodes[1] as usize];
-            let first = positions[nodes[0] as usize];
-            let reach = nodes
-                .iter()
-                .map(|n| first.distance_squared(positions[*n as usize]));
-            let reach = reach.fold(0.0, f64::max).sqrt();
-            if shape.distance_value(pose, first) > reach && self.multipliers.is_empty() {
-                continue;
-            }
-            let mut weights = surface.weights[group.weights as usize..].chunks_exact(nodes.len());
-            for point in group.points[0]..group.points[1] {
-                let Some(weights) = weights.next() else { break };
-                let bound = nodes.iter().zip(weights);
-                let position: DVec3 = bound
-                    .clone()
-                    .map(|(n, w)| positions[*n as usize] * *w)
-                    .sum();
-                let at = shape.distance(pose, position);
+        for &group in &ahead.near {
+            for point in surface.points(group) {
+                let bound = surface.weights_of(group, point);
+                let position: DVec3 = bound.clone().map(|(n, w)| ahead.positions[n] * w).sum();
                 let multiplier = self.multipliers.get(point as usize).copied().unwrap_or(0.0);
-                let pressure = multiplier - stiffness * at.value;
-                if pressure <= 0.0 {
+                let value = shape.distance_value(pose, position);
+                if multiplier - stiffness * value <= 0.0 {
                     continue;
                 }
+                let at = shape.distance(pose, position);
+                let pressure = multiplier - stiffness * at.value;
                 let area = surface.areas[point as usize];
                 let force = at.normal * (area * pressure);
                 for (n, w) in bound {
-                    forces[*n as usize] += force * *w;
+                    ahead.forces[n] += force * w;
                 }
                 sum.force -= force;
                 sum.torque -= (position - pose.position).cross(force);
                 sum.energy += 0.5 * area * pressure * pressure / stiffness;
                 sum.area += area;
                 sum.penetration = sum.penetration.max(-at.value);
-                let block = outer(at.normal) * stiffness - at.curvature * pressure;
+                let rigid = outer(at.normal) * (stiffness * area);
                 self.active.push(ContactPoint {
                     point,
                     position,
                     normal: at.normal,
                     pressure,
+                    traction: DVec3::ZERO,
                     area,
-                    group: index,
-                    stiffness: block * area,
+                    group,
+                    stiffness: rigid - at.curvature * (pressure * area),
+                    rigid,
                 });
             }
+        }
+        if let Some(limit) = friction {
+            self.rub(pose, limit, &mut ahead.forces, &mut sum);
         }
         sum
     }
 
-    /// Adds frictional forces at the points of the last [`Contact::add_forces`] to `forces` and `sum`:
-    /// each point sticks to where it first touched by a tangential spring as stiff as the penalty and
-    /// slides on when that pulls more than `friction · pressure` (Coulomb; return mapping). To be called
-    /// once a step.
-    ///
-    /// # Panics
-    /// If `forces` is shorter than the surface's nodes require.
-    pub fn add_friction(&mut self, pose: &Pose, forces: &mut [DVec3], sum: &mut ContactForce) {
-        if self.anchors.is_empty() {
-            return;
-        }
-        for &point in &self.sticking {
-            if self
-                .active
-                .binary_search_by_key(&point, |a| a.point)
-                .is_err()
-            {
-                self.anchors[point as usize] = None;
-            }
-        }
-        self.sticking.clear();
-        let back = pose.rotation.inverse();
-        for active in &self.active {
-            self.sticking.push(active.point);
-            let local = back * (active.position - pose.position);
-            let anchor = &mut self.anchors[active.point as usize];
-            let slip = pose.rotation * (local - anchor.unwrap_or(local));
-            let slip = slip - active.normal * active.normal.dot(slip);
-            let pull = self.settings.penalty * slip.length();
-            let limit = self.settings.friction * active.pressure;
-            let kept = if pull > limit {
-                slip * (limit / pull)
-            } else {
-                slip
-            };
-            *anchor = Some(local - back * kept);
-            let force = kept * (-self.settings.penalty * active.area);
-            let group = &self.surface.groups[active.group as usize];
-            for (n, w) in weights_of(&self.surface, group, active.point) {
-                forces[n as usize] += force * w;
-            }
-            sum.force -= force;
-            sum.torque -= (active.position - pose.position).cross(force);
-        }
-    }
-
-    /// Adds `K v` of the normal forces (N/m) at the last evaluation to `product`.
+    /// Adds `K v` (N/m) at the last evaluation to `product`; friction counts as far as its limits are
+    /// given and its part is symmetric.
     ///
     /// # Panics
     /// If a slice is shorter than the surface's nodes require.
     pub fn add_tangent_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
+        let node = |member: usize| self.surface.members[member] as usize;
         for active in &self.active {
-            let group = &self.surface.groups[active.group as usize];
-            let bound = weights_of(&self.surface, group, active.point);
-            let moved: DVec3 = bound.clone().map(|(n, w)| vector[n as usize] * w).sum();
+            let bound = self.surface.weights_of(active.group, active.point);
+            let moved: DVec3 = bound.clone().map(|(n, w)| vector[node(n)] * w).sum();
             let change = active.stiffness * moved;
             for (n, w) in bound {
-                product[n as usize] += change * w;
+                product[node(n)] += change * w;
             }
         }
     }
@@ -255,9 +268,8 @@ impl Contact {
     /// If `blocks` is shorter than the surface's nodes require.
     pub fn add_blocks(&self, blocks: &mut [DMat3]) {
         for active in &self.active {
-            let group = &self.surface.groups[active.group as usize];
-            for (n, w) in weights_of(&self.surface, group, active.point) {
-                blocks[n as usize] += active.stiffness * (w * w);
+            for (n, w) in self.surface.weights_of(active.group, active.point) {
+                blocks[self.surface.members[n] as usize] += active.stiffness * (w * w);
             }
         }
     }
@@ -278,69 +290,6 @@ impl Contact {
     /// Forgets multipliers: plain penalty again.
     pub fn reset(&mut self) {
         self.multipliers.clear();
-    }
-}
-
-fn weights_of<'a>(
-    surface: &'a ContactSurface,
-    group: &crate::surface::Group,
-    point: u32,
-) -> impl Iterator<Item = (u32, f64)> + Clone + 'a {
-    let nodes = &surface.nodes[group.nodes[0] as usize..group.nodes[1] as usize];
-    let begin = group.weights as usize + (point - group.points[0]) as usize * nodes.len();
-    let weights = &surface.weights[begin..begin + nodes.len()];
-    nodes.iter().copied().zip(weights.iter().copied())
-}
-
-/// A force law with contacts added, for static and implicit solutions. Friction is left out.
-#[derive(Debug)]
-pub struct Pressed<'a, L> {
-    /// The body's own law.
-    pub law: L,
-    /// Contact, shape and pose of each tool.
-    pub contacts: Vec<(&'a mut Contact, Shape, Pose)>,
-    /// Forces on the tools at the last evaluation.
-    pub tool_forces: Vec<ContactForce>,
-}
-
-impl<'a, L: ForceLaw> Pressed<'a, L> {
-    /// One body, one tool.
-    pub fn new(law: L, contact: &'a mut Contact, shape: Shape, pose: Pose) -> Self {
-        Self {
-            law,
-            contacts: vec![(contact, shape, pose)],
-            tool_forces: Vec::new(),
-        }
-    }
-}
-
-impl<L: ForceLaw> ForceLaw for Pressed<'_, L> {
-    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        let mut energy = self.law.forces_into(positions, forces);
-        self.tool_forces.clear();
-        for (contact, shape, pose) in &mut self.contacts {
-            let sum = contact.add_forces(shape, pose, positions, forces);
-            energy += sum.energy;
-            self.tool_forces.push(sum);
-        }
-        energy
-    }
-
-    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
-        self.law.tangent_product_into(vector, product);
-        for (contact, _, _) in &self.contacts {
-            contact.add_tangent_product(vector, product);
-        }
-    }
-
-    fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
-        let known = self.law.tangent_blocks_into(blocks);
-        if known {
-            for (contact, _, _) in &self.contacts {
-                contact.add_blocks(blocks);
-            }
-        }
-        known
     }
 }
 

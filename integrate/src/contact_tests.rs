@@ -1,29 +1,18 @@
 use super::*;
 use crate::equilibrium::{StaticLoad, solve_static};
+use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::newton::NewtonSettings;
 use crate::path::Path;
+use crate::pressed::Pressed;
 use crate::supports::Supports;
-use crate::testing::Network;
+use crate::testing::{Network, patch};
 use crate::tool::{Drive, Tool};
+use crate::view::StepView;
 use glam::DQuat;
 use proptest::prelude::*;
 use testkit::cloud::{Random, uniform};
 use testkit::derivative::directional_error;
-
-/// A square of 3 × 3 nodes in z = 0, 1 apart, as eight triangles.
-fn patch() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let x = (0..9_u32)
-        .map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0))
-        .collect();
-    let mut triangles = Vec::new();
-    for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-        let a = 3 * j + i;
-        triangles.push([a, a + 1, a + 4]);
-        triangles.push([a, a + 4, a + 3]);
-    }
-    (x, triangles)
-}
 
 fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
     let (x, triangles) = patch();
@@ -34,6 +23,7 @@ fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
             ContactSettings {
                 penalty: 50.0,
                 friction,
+                implicit: false,
             },
         ),
         x,
@@ -86,7 +76,7 @@ fn pressure_on_a_flat_punch_is_exact() {
     assert!((sum.area - 4.0).abs() < 1e-12, "whole area");
     // A third of each adjacent triangle: the middle node has six of area 1/2.
     assert!((f[4].z + 50.0 * 0.1).abs() < 1e-12, "{}", f[4]);
-    assert!((penalty(2.0, 0.5) - 120.0).abs() < 1e-12, "30 E / h");
+    assert!((penalty(2.0, 0.5) - 160.0).abs() < 1e-12, "40 E / h");
 }
 
 #[test]
@@ -115,6 +105,7 @@ fn nodes_and_surfels_press_as_their_points() {
     let settings = ContactSettings {
         penalty: 3.0,
         friction: 0.0,
+        implicit: false,
     };
     let run = |surface: ContactSurface| {
         let mut f = vec![DVec3::ZERO; 9];
@@ -219,9 +210,7 @@ fn tool_and_body_keep_their_momentum_and_energy() {
     let mut motion = Motion::new(&rest, &[1.0; 9], Supports::free(9), settings).unwrap();
     let mut touched = 0.0_f64;
     for _ in 0..1000 {
-        let press = &mut |time: f64, step: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
-            tool.press(&mut contact, time, step, x, f);
-        };
+        let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
         motion
             .step_with(2e-3, |x, f| law.forces_into(x, f), press)
             .unwrap();
@@ -251,13 +240,11 @@ fn a_driven_tool_follows_its_path_and_its_work_arrives() {
         half_length: 0.3,
         radius: 0.3,
     };
-    let mut tool = Tool::new(shape, Pose::at(origin), Drive::Path { origin, path });
+    let mut tool = Tool::on_path(shape, Pose::at(origin), path);
     let supports = Supports::fixed(9, &[0, 2, 6, 8]);
     let settings = MotionSettings::default();
     let mut motion = Motion::new(&rest, &[1.0; 9], supports, settings).unwrap();
-    let press = &mut |time: f64, step: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
-        tool.press(&mut contact, time, step, x, f);
-    };
+    let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
     motion
         .advance_with(2.0, 2e-3, |x, f| law.forces_into(x, f), press)
         .unwrap();

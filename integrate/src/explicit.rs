@@ -3,7 +3,8 @@
 use crate::audit::Warning;
 use crate::error::{Cause, StepError};
 use crate::motion::{Frame, Motion, Scheme};
-use crate::supports::{Support, Supports};
+use crate::supports::Support;
+use crate::view::{NodeForces, StepView};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -17,9 +18,8 @@ const PARALLEL_FROM: usize = 16 * CHUNK;
 /// by some power of its excess each time, so this is far from overflow.
 const PATIENCE: u32 = 10;
 
-/// A closure that adds forces from outside (N): `(time after the step, step, positions, velocities,
-/// forces)`. Velocities are those of the half step under velocity Verlet.
-pub type Applied<'a> = dyn FnMut(f64, f64, &[DVec3], &[DVec3], &mut [DVec3]) + 'a;
+/// A closure that adds forces from outside (N) on nodes, once a step; [`crate::Tool::press`] makes them.
+pub type Applied<'a> = dyn FnMut(&StepView<'_>, &mut [DVec3]) + 'a;
 
 /// What a driven node was before the step.
 #[derive(Debug, Clone, Copy)]
@@ -30,35 +30,6 @@ pub(crate) struct DrivenNode {
     force: DVec3,
     applied: DVec3,
     viscous: DVec3,
-}
-
-/// Read-only view for the node loops.
-struct Nodes<'a> {
-    masses: &'a [f64],
-    inverse_masses: &'a [f64],
-    supports: Option<&'a Supports>,
-    gravity: DVec3,
-    forces: &'a [DVec3],
-    loads: &'a [DVec3],
-    applied: &'a [DVec3],
-    viscous: &'a [DVec3],
-}
-
-impl Nodes<'_> {
-    #[inline]
-    fn acceleration(&self, node: usize) -> DVec3 {
-        let mut force = self.forces[node];
-        for more in [self.loads, self.applied, self.viscous] {
-            if let Some(f) = more.get(node) {
-                force += *f;
-            }
-        }
-        let acceleration = force * self.inverse_masses[node] + self.gravity;
-        match self.supports.and_then(|supports| supports.of(node)) {
-            Some(support) => support.free * acceleration,
-            None => acceleration,
-        }
-    }
 }
 
 /// Kick and decay of one pass.
@@ -272,26 +243,34 @@ impl Motion {
         let mut dissipated = self.drift(first, step);
         self.place_driven(end);
         let energy = forces(&self.state.positions, &mut self.next_forces);
-        if let Some(applied) = applied {
-            self.next_applied.clear();
-            self.next_applied.resize(self.masses.len(), DVec3::ZERO);
-            let state = &self.state;
-            applied(
-                end,
-                step,
-                &state.positions,
-                &state.velocities,
-                &mut self.next_applied,
-            );
-        } else {
-            self.next_applied.clear();
-        }
         if self.settings.viscosity > 0.0 {
             let factor = self.settings.viscosity / step;
             let pairs = self.next_forces.iter().zip(&self.state.forces);
             self.next_viscous.clear();
             self.next_viscous
                 .extend(pairs.map(|(new, old)| (*new - *old) * factor));
+        }
+        self.next_applied.clear();
+        if let Some(applied) = applied {
+            self.next_applied.resize(self.masses.len(), DVec3::ZERO);
+            let nodes = NodeForces {
+                masses: &self.masses,
+                inverse_masses: &self.inverse_masses,
+                supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
+                gravity: self.settings.gravity,
+                forces: &self.next_forces,
+                loads: &self.loads,
+                applied: &[],
+                viscous: &self.next_viscous,
+            };
+            let view = StepView {
+                time: end,
+                step,
+                positions: &self.state.positions,
+                velocities: &self.state.velocities,
+                nodes,
+            };
+            applied(&view, &mut self.next_applied);
         }
         let sums = self.finish(second, step);
         if sums.bad || !energy.is_finite() {
@@ -316,7 +295,7 @@ impl Motion {
 
     /// First pass: decay, kick, drift; returns the energy that the decay took.
     fn drift(&mut self, kick: Kick, step: f64) -> f64 {
-        let nodes = Nodes {
+        let nodes = NodeForces {
             masses: &self.masses,
             inverse_masses: &self.inverse_masses,
             supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
@@ -361,7 +340,7 @@ impl Motion {
 
     /// Second pass: work of applied forces, kick, decay, and the sums of the audit.
     fn finish(&mut self, kick: Kick, step: f64) -> Sums {
-        let nodes = Nodes {
+        let nodes = NodeForces {
             masses: &self.masses,
             inverse_masses: &self.inverse_masses,
             supports: (!self.supports.entries().is_empty()).then_some(&self.supports),

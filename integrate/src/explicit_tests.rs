@@ -2,6 +2,7 @@ use super::*;
 use crate::audit::Audit;
 use crate::motion::MotionSettings;
 use crate::path::{Ease, Path};
+use crate::supports::Supports;
 use crate::testing::{Chain, Network};
 use proptest::prelude::*;
 use testkit::cloud::uniform;
@@ -282,9 +283,7 @@ fn a_broken_force_law_is_caught_before_the_state_is() {
 #[test]
 fn stiff_applied_forces_are_named() {
     let mut motion = one_node(MotionSettings::default());
-    let spring = &mut |_: f64, _: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
-        f[0] -= x[0] * 1e6;
-    };
+    let spring = &mut |view: &StepView<'_>, f: &mut [DVec3]| f[0] -= view.positions[0] * 1e6;
     let error = motion
         .advance_with(5.0, 0.1, oscillator, spring)
         .unwrap_err();
@@ -317,9 +316,7 @@ fn warning_names_the_node_once() {
 #[test]
 fn applied_work_and_booked_jumps_close_the_balance() {
     let mut motion = one_node(MotionSettings::default());
-    let push = &mut |time: f64, _: f64, _: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
-        f[0].y += (5.0 * time).sin();
-    };
+    let push = &mut |view: &StepView<'_>, f: &mut [DVec3]| f[0].y += (5.0 * view.time).sin();
     motion.advance_with(1.0, 1e-3, oscillator, push).unwrap();
     assert!(motion.audit().applied_work.abs() > 1e-3, "work");
     assert!(

@@ -1,10 +1,13 @@
 //! Implicit steps: backward Euler and Newmark's average acceleration.
 
 use crate::audit::Audit;
+use crate::contact::Contact;
 use crate::error::MotionError;
 use crate::law::ForceLaw;
 use crate::motion::Motion;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
+use crate::pressed::Pressed;
+use crate::tool::Tool;
 use glam::DVec3;
 
 /// Implicit scheme.
@@ -31,8 +34,8 @@ pub struct ImplicitSettings {
 }
 
 /// Implicit solver with its work arrays; moves a [`Motion`], so that explicit and implicit steps can
-/// follow each other. Viscosity and forces applied from outside are for the explicit schemes; contact
-/// belongs into the force law here.
+/// follow each other. Viscosity and forces applied from outside are for the explicit schemes; tools
+/// press through [`Implicit::step_with`].
 #[derive(Debug, Clone, Default)]
 pub struct Implicit {
     settings: ImplicitSettings,
@@ -82,6 +85,10 @@ impl Implicit {
         if !(step.is_finite() && step > 0.0) {
             return Err(SolveError::BadStep { step });
         }
+        let viscosity = motion.settings.viscosity;
+        if viscosity > 0.0 {
+            return Err(SolveError::Viscosity { viscosity });
+        }
         if motion.state.forces.is_empty() {
             let refreshed = motion.refresh(|x, f| law.forces_into(x, f));
             if let Err(crate::error::StepError::ForceNotFinite { node, .. }) = refreshed {
@@ -126,6 +133,46 @@ impl Implicit {
             .solve(law, &problem, &mut x, prescribed, settings)?;
         motion.supports.place(end, &mut x);
         self.finish(motion, x, step, end, &report);
+        Ok(report)
+    }
+
+    /// As [`Implicit::step`], with tools that press. They go to where their paths are at the end of the
+    /// step and take over the contact's forces there; their work is audited. Friction acts with the
+    /// limits of the step before, see [`Pressed`].
+    ///
+    /// # Errors
+    /// [`SolveError`], among them [`SolveError::ForceDrivenTool`]; motion, tools and contacts are then
+    /// as before the step.
+    pub fn step_with(
+        &mut self,
+        motion: &mut Motion,
+        step: f64,
+        law: &mut dyn ForceLaw,
+        tools: &mut [(&mut Tool, &mut Contact)],
+    ) -> Result<NewtonReport, SolveError> {
+        let end = motion.time() + step;
+        let mut contacts = Vec::with_capacity(tools.len());
+        for (index, (tool, contact)) in tools.iter_mut().enumerate() {
+            let Some(pose) = tool.pose_at(end) else {
+                return Err(SolveError::ForceDrivenTool { tool: index });
+            };
+            contacts.push((&mut **contact, tool.shape, pose));
+        }
+        let mut law = Pressed {
+            law,
+            contacts,
+            tool_forces: Vec::new(),
+        };
+        let report = self.step(motion, step, &mut law)?;
+        // The accepted state was the last one evaluated.
+        let sums = law.tool_forces;
+        for ((tool, contact), sum) in tools.iter_mut().zip(sums) {
+            let (before, work) = (tool.pose, tool.contact_work);
+            tool.follow(end);
+            tool.take(sum, &before);
+            contact.settle_friction(&tool.pose);
+            motion.state.audit.applied_work -= tool.contact_work - work;
+        }
         Ok(report)
     }
 

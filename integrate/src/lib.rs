@@ -1,27 +1,32 @@
 #![doc = include_str!("../README.md")]
 
+mod ahead;
 mod audit;
 mod contact;
 mod eigenvalue;
 mod equilibrium;
 mod error;
 mod explicit;
+mod friction;
 mod implicit;
 mod law;
 mod linear;
 mod motion;
 mod newton;
 mod path;
+mod pressed;
 mod shape;
 mod supports;
 mod surface;
 #[cfg(test)]
 mod testing;
 mod tool;
+mod turn;
 mod vector;
+mod view;
 
 pub use audit::{Audit, Warning};
-pub use contact::{Contact, ContactForce, ContactPoint, ContactSettings, Pressed, penalty};
+pub use contact::{Contact, ContactForce, ContactPoint, ContactSettings, penalty};
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
 };
@@ -33,7 +38,10 @@ pub use law::ForceLaw;
 pub use motion::{Frame, Motion, MotionSettings, Scheme, State};
 pub use newton::{NewtonReport, NewtonSettings, SolveError};
 pub use path::{Ease, Path, PathError};
+pub use pressed::Pressed;
 pub use shape::{Distance, Pose, Shape};
 pub use supports::{Support, Supports};
 pub use surface::{ContactSurface, SurfaceError};
 pub use tool::{Drive, Tool};
+pub use turn::Turn;
+pub use view::StepView;

@@ -104,6 +104,18 @@ pub enum SolveError {
         /// Share of the load that was reached.
         reached: f64,
     },
+    /// A tool under forces has no pose until the step is done.
+    #[error("tool {tool} moves under forces: give it a path, or take explicit steps")]
+    ForceDrivenTool {
+        /// Index of the tool.
+        tool: usize,
+    },
+    /// The motion asks for viscosity, which only explicit steps have.
+    #[error("viscosity of {viscosity} s in an implicit step: set it to 0, or take explicit steps")]
+    Viscosity {
+        /// Viscosity (s).
+        viscosity: f64,
+    },
     /// The step is not positive and finite.
     #[error("a step of {step} s cannot be taken; it must be positive and finite")]
     BadStep {

@@ -68,22 +68,25 @@ impl Path {
     /// Displacement (m) and velocity (m/s) at a time (s).
     #[must_use]
     pub fn at(&self, time: f64) -> (DVec3, DVec3) {
-        let after = self.keys.partition_point(|key| key.0 <= time);
-        if after == 0 {
-            return (self.keys[0].1, DVec3::ZERO);
-        }
-        let (t0, d0) = self.keys[after - 1];
-        let Some(&(t1, d1)) = self.keys.get(after) else {
-            return (d0, DVec3::ZERO);
-        };
-        let span = t1 - t0;
-        let s = (time - t0) / span;
-        let (value, slope) = match self.ease {
-            Ease::Linear => (s, 1.0),
-            Ease::Smooth => (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s)),
-        };
-        (d0 + (d1 - d0) * value, (d1 - d0) * (slope / span))
+        let (before, after, share, slope) = between(&self.keys, self.ease, time);
+        (before + (after - before) * share, (after - before) * slope)
     }
+}
+
+/// The keys around a time, the share of the way between them, and its rate (1/s).
+pub(crate) fn between<T: Copy>(keys: &[(f64, T)], ease: Ease, time: f64) -> (T, T, f64, f64) {
+    let after = keys.partition_point(|key| key.0 <= time);
+    let (t0, before) = keys[after.saturating_sub(1)];
+    let Some(&(t1, next)) = keys.get(after).filter(|_| after > 0) else {
+        return (before, before, 0.0, 0.0);
+    };
+    let span = t1 - t0;
+    let s = (time - t0) / span;
+    let (value, slope) = match ease {
+        Ease::Linear => (s, 1.0),
+        Ease::Smooth => (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s)),
+    };
+    (before, next, value, slope / span)
 }
 
 #[cfg(test)]

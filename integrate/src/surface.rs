@@ -36,6 +36,8 @@ pub enum SurfaceError {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactSurface {
+    /// The body's nodes that points hang on, rising; all else counts within this list.
+    pub(crate) members: Vec<u32>,
     pub(crate) groups: Vec<Group>,
     pub(crate) nodes: Vec<u32>,
     pub(crate) areas: Vec<f64>,
@@ -87,7 +89,7 @@ impl ContactSurface {
             let weights = points.iter().flat_map(|(s, t)| [1.0 - s - t, *s, *t]);
             surface.push(triangle, weights, area / (n * n), points.len());
         }
-        Ok(surface)
+        Ok(surface.numbered())
     }
 
     /// Nodes with their tributary areas (m²): a third of the adjacent triangles' each. Softer than
@@ -110,7 +112,7 @@ impl ContactSurface {
             check_area(item, area)?;
             surface.push(&[node], [1.0], area, 1);
         }
-        Ok(surface)
+        Ok(surface.numbered())
     }
 
     /// Surfels with area (m²) that hang on nodes by weights (CSR: `offsets` is one longer than
@@ -148,7 +150,7 @@ impl ContactSurface {
             }
             surface.push(row, weights.iter().copied(), area, 1);
         }
-        Ok(surface)
+        Ok(surface.numbered())
     }
 
     /// Number of points.
@@ -161,6 +163,53 @@ impl ContactSurface {
     #[must_use]
     pub fn area(&self) -> f64 {
         self.areas.iter().sum()
+    }
+
+    /// The body's nodes that points hang on, rising.
+    #[must_use]
+    pub fn members(&self) -> &[u32] {
+        &self.members
+    }
+
+    pub(crate) fn group_count(&self) -> u32 {
+        index(self.groups.len())
+    }
+
+    /// Points of a group.
+    pub(crate) fn points(&self, group: u32) -> std::ops::Range<u32> {
+        let [begin, end] = self.groups[group as usize].points;
+        begin..end
+    }
+
+    /// Members that a group hangs on.
+    pub(crate) fn group_members(&self, group: u32) -> &[u32] {
+        let [begin, end] = self.groups[group as usize].nodes;
+        &self.nodes[begin as usize..end as usize]
+    }
+
+    /// Members and weights of a point.
+    pub(crate) fn weights_of(
+        &self,
+        group: u32,
+        point: u32,
+    ) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
+        let members = self.group_members(group);
+        let group = &self.groups[group as usize];
+        let begin = group.weights as usize + (point - group.points[0]) as usize * members.len();
+        let weights = &self.weights[begin..begin + members.len()];
+        let members = members.iter().map(|member| *member as usize);
+        members.zip(weights.iter().copied())
+    }
+
+    /// Turns the body's node numbers into places in the list of members.
+    fn numbered(mut self) -> Self {
+        self.members.clone_from(&self.nodes);
+        self.members.sort_unstable();
+        self.members.dedup();
+        for node in &mut self.nodes {
+            *node = index(self.members.partition_point(|member| member < node));
+        }
+        self
     }
 
     fn push(

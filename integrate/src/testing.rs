@@ -147,3 +147,17 @@ impl ForceLaw for Chain {
         self.product(vector, product);
     }
 }
+
+/// A square of 3 × 3 nodes in z = 0, 1 apart, as eight triangles.
+pub(crate) fn patch() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let x = (0..9_u32)
+        .map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0))
+        .collect();
+    let mut triangles = Vec::new();
+    for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let a = 3 * j + i;
+        triangles.push([a, a + 1, a + 4]);
+        triangles.push([a, a + 4, a + 3]);
+    }
+    (x, triangles)
+}

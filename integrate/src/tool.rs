@@ -3,20 +3,25 @@
 use crate::contact::{Contact, ContactForce};
 use crate::path::Path;
 use crate::shape::{Pose, Shape};
-use glam::DVec3;
+use crate::turn::Turn;
+use crate::view::StepView;
+use glam::{DQuat, DVec3};
 
-/// What moves a tool. Its orientation stays.
+/// What moves a tool.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Drive {
-    /// Displacement-driven: `origin` plus the path's displacement.
+    /// Displacement-driven.
     Path {
-        /// Position (m) that the path's displacement is added to.
-        origin: DVec3,
+        /// Pose that the path's displacement and the turn are added to.
+        origin: Pose,
         /// Displacement over time.
         path: Path,
+        /// Rotation over time about the shape's origin, `None` to keep that of `origin`.
+        turn: Option<Turn>,
     },
-    /// Force-driven: a mass under a constant force (its weight, a hand) and the contact's.
+    /// Force-driven: a mass under a constant force (its weight, a hand) and the contact's. It does not
+    /// turn: the hand takes the torque.
     Force {
         /// Mass (kg), positive.
         mass: f64,
@@ -28,6 +33,8 @@ pub enum Drive {
 }
 
 /// A rigid tool. Clone it to save its state.
+///
+/// After each step `contact` holds the force and torque on it; keep them over time for a record.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
@@ -37,6 +44,8 @@ pub struct Tool {
     pub pose: Pose,
     /// Velocity (m/s).
     pub velocity: DVec3,
+    /// Angular velocity (rad/s), world axes.
+    pub angular_velocity: DVec3,
     /// What moves it.
     pub drive: Drive,
     /// Forces of the contact at the end of the last step.
@@ -57,12 +66,24 @@ impl Tool {
             shape,
             pose,
             velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
             drive,
             contact: ContactForce::default(),
             contact_work: 0.0,
             load_work: 0.0,
             dissipated: 0.0,
         }
+    }
+
+    /// A tool on a path from `origin`, without turning.
+    #[must_use]
+    pub fn on_path(shape: Shape, origin: Pose, path: Path) -> Self {
+        let drive = Drive::Path {
+            origin,
+            path,
+            turn: None,
+        };
+        Self::new(shape, origin, drive)
     }
 
     /// Kinetic energy (J) of a force-driven tool, 0 for one on a path.
@@ -74,55 +95,103 @@ impl Tool {
         }
     }
 
-    /// Moves the tool to `time` (s), the end of a step of `step` (s), and adds the contact's forces on
-    /// the body's nodes there to `forces`: what [`crate::Motion::step_with`] wants from its closure.
+    /// Pose at a time (s) of a tool on a path; `None` under forces.
+    #[must_use]
+    pub fn pose_at(&self, time: f64) -> Option<Pose> {
+        match &self.drive {
+            Drive::Path { origin, path, turn } => {
+                let turned = turn
+                    .as_ref()
+                    .map_or(DQuat::IDENTITY, |turn| turn.at(time).0);
+                Some(Pose {
+                    position: origin.position + path.at(time).0,
+                    rotation: (turned * origin.rotation).normalize(),
+                })
+            }
+            Drive::Force { .. } => None,
+        }
+    }
+
+    /// Moves the tool to the end of an explicit step and adds the contact's forces on the body's nodes
+    /// to `forces`: what [`crate::Motion::step_with`] wants from its closure. The contact's settings
+    /// say where the forces are taken.
     ///
     /// A force-driven tool takes the same velocity Verlet step as the body, damping included, so that
     /// the momentum of both together is kept.
     ///
     /// # Panics
     /// If slices are shorter than the surface's nodes require.
-    pub fn press(
-        &mut self,
-        contact: &mut Contact,
-        time: f64,
-        step: f64,
-        positions: &[DVec3],
-        forces: &mut [DVec3],
-    ) {
-        let before = self.pose.position;
-        let old = self.contact.force;
-        match &self.drive {
-            Drive::Path { origin, path } => {
-                let (displacement, velocity) = path.at(time);
-                self.pose.position = *origin + displacement;
-                self.velocity = velocity;
-            }
-            Drive::Force {
-                mass,
-                force,
-                damping,
-            } => {
-                self.dissipated += decay(&mut self.velocity, *mass, *damping, step);
-                self.velocity += (*force + old) * (0.5 * step / mass);
-                self.pose.position += self.velocity * step;
-            }
-        }
-        let mut sum = contact.add_forces(&self.shape, &self.pose, positions, forces);
-        contact.add_friction(&self.pose, forces, &mut sum);
-        self.contact = sum;
-        let moved = self.pose.position - before;
-        self.contact_work += 0.5 * (old + sum.force).dot(moved);
+    pub fn press(&mut self, contact: &mut Contact, view: &StepView<'_>, forces: &mut [DVec3]) {
+        let before = self.pose;
+        let (time, step) = (view.time, view.step);
+        let half = 0.5 * step;
         if let Drive::Force {
             mass,
             force,
             damping,
-        } = &self.drive
+        } = self.drive
         {
-            self.load_work += force.dot(moved);
-            self.velocity += (*force + sum.force) * (0.5 * step / mass);
-            self.dissipated += decay(&mut self.velocity, *mass, *damping, step);
+            self.dissipated += decay(&mut self.velocity, mass, damping, step);
+            self.velocity += (force + self.contact.force) * (half / mass);
+            self.pose.position += self.velocity * step;
+        } else {
+            self.follow(time);
         }
+        let sum = if contact.settings().implicit {
+            let (middle, mass) = match self.drive {
+                Drive::Force { mass, force, .. } => {
+                    let moved = (self.velocity + force * (step / mass)) * half;
+                    let position = self.pose.position + moved;
+                    (
+                        Some(Pose {
+                            position,
+                            ..self.pose
+                        }),
+                        Some(mass),
+                    )
+                }
+                Drive::Path { .. } => (self.pose_at(time + half), None),
+            };
+            let middle = middle.unwrap_or(self.pose);
+            contact.press_ahead(&self.shape, &middle, mass, view, forces)
+        } else {
+            let mut sum = contact.add_forces(&self.shape, &self.pose, view.positions, forces);
+            contact.add_friction(&self.pose, forces, &mut sum);
+            sum
+        };
+        self.take(sum, &before);
+        if let Drive::Force {
+            mass,
+            force,
+            damping,
+        } = self.drive
+        {
+            self.load_work += force.dot(self.pose.position - before.position);
+            self.velocity += (force + sum.force) * (half / mass);
+            self.dissipated += decay(&mut self.velocity, mass, damping, step);
+        }
+    }
+
+    /// Goes to where the path is at `time` (s).
+    pub(crate) fn follow(&mut self, time: f64) {
+        if let Some(pose) = self.pose_at(time) {
+            self.pose = pose;
+        }
+        if let Drive::Path { path, turn, .. } = &self.drive {
+            self.velocity = path.at(time).1;
+            self.angular_velocity = turn.as_ref().map_or(DVec3::ZERO, |turn| turn.at(time).1);
+        }
+    }
+
+    /// Takes over the contact's forces at the end of a step that began at `before`, and their work.
+    pub(crate) fn take(&mut self, sum: ContactForce, before: &Pose) {
+        let old = std::mem::replace(&mut self.contact, sum);
+        let moved = self.pose.position - before.position;
+        let turn = self.pose.rotation * before.rotation.inverse();
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        let turned = turn.to_scaled_axis();
+        let work = (old.force + sum.force).dot(moved) + (old.torque + sum.torque).dot(turned);
+        self.contact_work += 0.5 * work;
     }
 }
 

@@ -17,9 +17,9 @@ mod integrate_bodies;
 use glam::DVec3;
 use integrate_bodies::{Body, Solid};
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ForceLaw, Implicit,
+    Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
     ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose, Pressed,
-    Scheme, Shape, StaticLoad, Supports, Tool, largest_eigenvalue, penalty, solve_static,
+    Scheme, Shape, StaticLoad, StepView, Supports, Tool, largest_eigenvalue, penalty, solve_static,
 };
 use std::time::Instant;
 
@@ -44,10 +44,7 @@ fn cube() -> (Body, Supports, Contact) {
     let top = body.faces(|x| x.z > -1e-9);
     let surface = ContactSurface::from_triangles(&top, &body.rest, 4).unwrap();
     let stiffness = penalty(SOLID.youngs_modulus, 2.0 / 17.0);
-    let settings = ContactSettings {
-        penalty: stiffness,
-        friction: 0.0,
-    };
+    let settings = ContactSettings::new(stiffness);
     (body, supports, Contact::new(surface, settings))
 }
 
@@ -108,17 +105,11 @@ fn pressed_cube() {
     .unwrap();
     let mut explicit = |share: f64| {
         let mut motion = begin.clone();
-        let drive = Drive::Path {
-            origin,
-            path: path.clone(),
-        };
-        let mut tool = Tool::new(shape, Pose::at(origin), drive);
-        let press = &mut |time: f64, step: f64, x: &[DVec3], _: &[DVec3], f: &mut [DVec3]| {
-            tool.press(&mut contact, time, step, x, f);
-        };
+        let mut tool = Tool::on_path(shape, Pose::at(origin), path.clone());
+        let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
         let start = Instant::now();
         motion
-            .advance_with(0.5, share * with, |x, f| body.forces_into(x, f), press)
+            .advance_with(0.5, share * bare, |x, f| body.forces_into(x, f), press)
             .unwrap();
         (motion, start.elapsed().as_secs_f64(), tool.contact.force.z)
     };

@@ -1,0 +1,330 @@
+//! Contact forces at the middle of the coming step: explicit motion that a penalty does not limit.
+
+use crate::contact::{Contact, ContactForce};
+use crate::friction::Limit;
+use crate::shape::{Pose, Shape};
+use crate::surface::ContactSurface;
+use crate::view::StepView;
+use glam::{DMat3, DVec3};
+
+/// Newton iterations at most; two or three do.
+const NEWTON: usize = 16;
+
+/// Times that a Newton step is halved at most.
+const HALVINGS: usize = 6;
+
+/// Conjugate gradient iterations at most, in each.
+const LINEAR: usize = 40;
+
+/// Newton stops at this residual over the contact's force. What is left is no error of the balance of
+/// momentum, only of the place where the forces are taken.
+const TOLERANCE: f64 = 1e-4;
+
+/// Vectors over the members of a surface; scratch, no state.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Ahead {
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) forces: Vec<DVec3>,
+    /// Groups that may touch.
+    pub(crate) near: Vec<u32>,
+    /// Members of those groups.
+    local: Vec<u32>,
+    marked: Vec<bool>,
+    predicted: Vec<DVec3>,
+    /// Inertia of a member over `step²/2` (N/m).
+    inertia: Vec<f64>,
+    free: Vec<DMat3>,
+    residual: Vec<DVec3>,
+    change: Vec<DVec3>,
+    direction: Vec<DVec3>,
+    image: Vec<DVec3>,
+    blocks: Vec<DMat3>,
+}
+
+impl PartialEq for Ahead {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Ahead {
+    /// Takes the positions of members.
+    pub(crate) fn gather(&mut self, surface: &ContactSurface, position: impl Fn(usize) -> DVec3) {
+        let members = surface.members.iter();
+        self.positions.clear();
+        self.positions
+            .extend(members.map(|node| position(*node as usize)));
+        self.forces.resize(surface.members.len(), DVec3::ZERO);
+    }
+
+    /// Lists the groups whose nodes are no farther from the tool than from each other.
+    pub(crate) fn choose_near(
+        &mut self,
+        surface: &ContactSurface,
+        shape: &Shape,
+        pose: &Pose,
+        all: bool,
+    ) {
+        self.near.clear();
+        for group in 0..surface.group_count() {
+            let members = surface.group_members(group);
+            let first = self.positions[members[0] as usize];
+            let reach = members.iter().skip(1);
+            let reach = reach.map(|n| first.distance_squared(self.positions[*n as usize]));
+            let reach = reach.fold(0.0, f64::max).sqrt();
+            if all || shape.distance_value(pose, first) <= reach {
+                self.near.push(group);
+            }
+        }
+    }
+
+    /// What it costs to leave the predicted places (J).
+    fn inertial_energy(&self, tool: Option<f64>, shift: DVec3) -> f64 {
+        let nodes = self.local.iter().map(|i| {
+            let i = *i as usize;
+            0.5 * self.inertia[i] * (self.positions[i] - self.predicted[i]).length_squared()
+        });
+        nodes.sum::<f64>() + tool.map_or(0.0, |inertia| 0.5 * inertia * shift.length_squared())
+    }
+
+    /// Members of the near groups, with what the solve needs of them.
+    fn choose_local(&mut self, surface: &ContactSurface, view: &StepView<'_>) {
+        let count = surface.members.len();
+        self.local.clear();
+        self.marked.clear();
+        self.marked.resize(count, false);
+        for &group in &self.near {
+            for &member in surface.group_members(group) {
+                if !self.marked[member as usize] {
+                    self.marked[member as usize] = true;
+                    self.local.push(member);
+                }
+            }
+        }
+        self.local.sort_unstable();
+        self.predicted.clone_from(&self.positions);
+        for array in [
+            &mut self.residual,
+            &mut self.change,
+            &mut self.direction,
+            &mut self.image,
+        ] {
+            array.resize(count, DVec3::ZERO);
+        }
+        self.inertia.resize(count, 0.0);
+        self.free.resize(count, DMat3::IDENTITY);
+        self.blocks.resize(count, DMat3::ZERO);
+        let share = 2.0 / (view.step * view.step);
+        for &member in &self.local {
+            let node = surface.members[member as usize] as usize;
+            self.inertia[member as usize] = view.mass(node) * share;
+            self.free[member as usize] = view.free(node);
+        }
+    }
+}
+
+/// Sums over near members and the tool.
+fn dot(local: &[u32], a: &[DVec3], b: &[DVec3], tool: [DVec3; 2]) -> f64 {
+    let nodes = local.iter().map(|i| a[*i as usize].dot(b[*i as usize]));
+    nodes.sum::<f64>() + tool[0].dot(tool[1])
+}
+
+impl Contact {
+    /// Adds the contact's forces (N), friction included, at the middle of the coming step to `forces`:
+    /// those that act where nodes and tool will be half a step from now under them,
+    /// `z = x + dt v/2 + dt²/2 (a + f_c(z)/m)`.
+    ///
+    /// With the central difference method for everything else this is stable at the critical step of
+    /// the body alone, for any penalty: a mode of elastic share `e = ω² dt²` and contact share `κ` has
+    /// `(1 + κ/2) z² + (e − 2 + κ/2) z + 1 = 0`, inside the unit circle for `e < 4`. It damps what the
+    /// step does not resolve of the contact's own vibration, and forces come half a step early.
+    ///
+    /// * `pose` -- tool at the middle of the coming step, before the contact moves it.
+    /// * `mass` -- of a tool that gives way (kg); `None` for one that does not.
+    ///
+    /// Gauss-Newton on the nodes near the tool alone, with conjugate gradients and line search. Forces are those of one
+    /// evaluation, so that they never pull and balance to round-off however well it converged.
+    ///
+    /// # Panics
+    /// If slices are shorter than the surface's nodes require.
+    pub fn press_ahead(
+        &mut self,
+        shape: &Shape,
+        pose: &Pose,
+        mass: Option<f64>,
+        view: &StepView<'_>,
+        forces: &mut [DVec3],
+    ) -> ContactForce {
+        let mut ahead = std::mem::take(&mut self.ahead);
+        let half = 0.5 * view.step;
+        ahead.gather(&self.surface, |node| {
+            let moved = view.velocities[node] + view.acceleration(node) * view.step;
+            view.positions[node] + moved * half
+        });
+        ahead.choose_near(&self.surface, shape, pose, false);
+        let mut sum = ContactForce::default();
+        let mut at = *pose;
+        if ahead.near.is_empty() {
+            self.active.clear();
+        } else {
+            ahead.choose_local(&self.surface, view);
+            let tool = mass.map(|mass| mass * 2.0 / (view.step * view.step));
+            (sum, at) = self.solve_ahead(shape, pose, tool, &mut ahead);
+            for &member in &ahead.local {
+                let node = self.surface.members[member as usize] as usize;
+                forces[node] += ahead.forces[member as usize];
+            }
+        }
+        self.settle_friction(&at);
+        self.ahead = ahead;
+        sum
+    }
+
+    /// Newton from the predicted positions; `tool` is its mass over `step²/2` (N/m).
+    fn solve_ahead(
+        &mut self,
+        shape: &Shape,
+        pose: &Pose,
+        tool: Option<f64>,
+        ahead: &mut Ahead,
+    ) -> (ContactForce, Pose) {
+        let mut shift = DVec3::ZERO;
+        let mut at = *pose;
+        let mut sum = self.evaluate(shape, &at, ahead, Some(Limit::Lagged));
+        let mut potential = sum.energy;
+        for _ in 0..NEWTON {
+            for &i in &ahead.local {
+                let i = i as usize;
+                let pull = (ahead.positions[i] - ahead.predicted[i]) * ahead.inertia[i];
+                ahead.residual[i] = ahead.free[i] * (ahead.forces[i] - pull);
+            }
+            let on_tool = tool.map_or(DVec3::ZERO, |inertia| sum.force - shift * inertia);
+            let size = dot(&ahead.local, &ahead.residual, &ahead.residual, [on_tool; 2]).sqrt();
+            if size <= TOLERANCE * sum.force.length() {
+                break;
+            }
+            let (moved, slope) = self.linear_ahead(tool, on_tool, ahead);
+            let begin = shift;
+            // Back until the potential falls; `done` is the share of the change taken so far.
+            let mut done = 0.0;
+            let mut length = 1.0;
+            for _ in 0..HALVINGS {
+                for &i in &ahead.local {
+                    let i = i as usize;
+                    ahead.positions[i] += ahead.change[i] * (length - done);
+                }
+                done = length;
+                shift = begin + moved * length;
+                at.position = pose.position + shift;
+                sum = self.evaluate(shape, &at, ahead, Some(Limit::Lagged));
+                let there = sum.energy + ahead.inertial_energy(tool, shift);
+                if there <= potential - 1e-4 * length * slope {
+                    potential = there;
+                    break;
+                }
+                length *= 0.5;
+            }
+        }
+        (sum, at)
+    }
+
+    /// Conjugate gradients for the change of members (`ahead.change`) and of the tool, preconditioned
+    /// by blocks; returns the latter, and how fast the potential falls along it.
+    fn linear_ahead(&self, tool: Option<f64>, on_tool: DVec3, ahead: &mut Ahead) -> (DVec3, f64) {
+        let a = ahead;
+        for &i in &a.local {
+            let i = i as usize;
+            a.blocks[i] = DMat3::from_diagonal(DVec3::splat(a.inertia[i]));
+            a.change[i] = DVec3::ZERO;
+        }
+        let mut tool_block = DMat3::from_diagonal(DVec3::splat(tool.unwrap_or(1.0)));
+        for active in &self.active {
+            for (n, w) in self.surface.weights_of(active.group, active.point) {
+                a.blocks[n] += active.rigid * (w * w);
+            }
+            if tool.is_some() {
+                tool_block += active.rigid;
+            }
+        }
+        for &i in &a.local {
+            a.blocks[i as usize] = a.blocks[i as usize].inverse();
+        }
+        let tool_block = tool_block.inverse();
+        let mut moved = DVec3::ZERO;
+        let mut slope = 0.0;
+        let mut left = on_tool;
+        // The image array holds the preconditioned residual between products.
+        let precondition = |a: &mut Ahead, left: DVec3| -> (f64, DVec3) {
+            for &i in &a.local {
+                let i = i as usize;
+                a.image[i] = a.free[i] * (a.blocks[i] * a.residual[i]);
+            }
+            let on_tool = tool.map_or(DVec3::ZERO, |_| tool_block * left);
+            let rho = dot(&a.local, &a.residual, &a.image, [left, on_tool]);
+            (rho, on_tool)
+        };
+        let (mut rho, mut tool_direction) = precondition(a, left);
+        for &i in &a.local {
+            a.direction[i as usize] = a.image[i as usize];
+        }
+        let goal = 1e-4 * rho;
+        for _ in 0..LINEAR {
+            if rho <= goal || rho <= 0.0 {
+                break;
+            }
+            for &i in &a.local {
+                let i = i as usize;
+                a.image[i] = a.direction[i] * a.inertia[i];
+            }
+            let mut tool_image = tool_direction * tool.unwrap_or(0.0);
+            for active in &self.active {
+                let bound = self.surface.weights_of(active.group, active.point);
+                let gap: DVec3 = bound.clone().map(|(n, w)| a.direction[n] * w).sum();
+                let change = active.rigid * (gap - tool_direction);
+                for (n, w) in bound {
+                    a.image[n] += change * w;
+                }
+                tool_image -= change;
+            }
+            for &i in &a.local {
+                let i = i as usize;
+                a.image[i] = a.free[i] * a.image[i];
+            }
+            if tool.is_none() {
+                tool_image = DVec3::ZERO;
+            }
+            let curvature = dot(
+                &a.local,
+                &a.direction,
+                &a.image,
+                [tool_direction, tool_image],
+            );
+            if curvature <= 0.0 {
+                break;
+            }
+            let alpha = rho / curvature;
+            // The residual at the start times the change: directions are conjugate.
+            slope += alpha * rho;
+            for &i in &a.local {
+                let i = i as usize;
+                a.change[i] += a.direction[i] * alpha;
+                a.residual[i] -= a.image[i] * alpha;
+            }
+            moved += tool_direction * alpha;
+            left -= tool_image * alpha;
+            let (next, on_tool) = precondition(a, left);
+            let beta = next / rho;
+            rho = next;
+            for &i in &a.local {
+                let i = i as usize;
+                a.direction[i] = a.image[i] + a.direction[i] * beta;
+            }
+            tool_direction = on_tool + tool_direction * beta;
+        }
+        (moved, slope)
+    }
+}
+
+#[cfg(test)]
+#[path = "ahead_tests.rs"]
+mod tests;

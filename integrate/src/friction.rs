@@ -1,0 +1,137 @@
+//! Coulomb friction by return mapping, with limits of the moment or lagged ones.
+
+use crate::contact::{Contact, ContactForce};
+use crate::shape::{Pose, outer};
+use glam::{DMat3, DVec3};
+
+/// What limits the traction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Limit {
+    /// Friction times the present pressure.
+    Present,
+    /// The limits of the last [`Contact::lag_friction`] or [`Contact::settle_friction`].
+    Lagged,
+}
+
+impl Contact {
+    /// Adds frictional forces at the points of the last [`Contact::add_forces`] to `forces` and `sum`:
+    /// each point sticks to where it first touched by a tangential spring as stiff as the penalty and
+    /// slides on when that pulls more than `friction · pressure` (Coulomb; return mapping). Slip is
+    /// then settled: to be called once a step.
+    ///
+    /// # Panics
+    /// If `forces` is shorter than the surface's nodes require.
+    pub fn add_friction(&mut self, pose: &Pose, forces: &mut [DVec3], sum: &mut ContactForce) {
+        if self.anchors.is_empty() {
+            return;
+        }
+        let mut on_members = vec![DVec3::ZERO; self.surface.members.len()];
+        self.rub(pose, Limit::Present, &mut on_members, sum);
+        for (member, force) in self.surface.members.iter().zip(&on_members) {
+            forces[*member as usize] += *force;
+        }
+        self.settle_friction(pose);
+    }
+
+    /// Takes `friction · pressure` of the last evaluation as the limits of lagged friction, and returns
+    /// the largest change of a limit as a share of the largest limit. Static solutions with friction
+    /// repeat solving and this until that is small, then [`Contact::settle_friction`].
+    pub fn lag_friction(&mut self) -> f64 {
+        if self.anchors.is_empty() {
+            return 0.0;
+        }
+        let mut limits = vec![0.0; self.surface.point_count()];
+        let mut largest: f64 = 0.0;
+        for active in &self.active {
+            let limit = self.settings.friction * active.pressure;
+            limits[active.point as usize] = limit;
+            largest = largest.max(limit);
+        }
+        self.limits.resize(limits.len(), 0.0);
+        let pairs = limits.iter().zip(&self.limits);
+        let change = pairs
+            .map(|(new, old)| (new - old).abs())
+            .fold(0.0, f64::max);
+        self.limits = limits;
+        if largest > 0.0 {
+            change / largest
+        } else {
+            change
+        }
+    }
+
+    /// Lets the points of the last evaluation slide to where their tractions hold them, and forgets
+    /// those out of contact. Also lags the limits.
+    pub fn settle_friction(&mut self, pose: &Pose) {
+        if self.anchors.is_empty() {
+            return;
+        }
+        self.lag_friction();
+        for point in self.sticking.drain(..) {
+            let touches = |a: &crate::contact::ContactPoint| a.point.cmp(&point);
+            if self.active.binary_search_by(touches).is_err() {
+                self.anchors[point as usize] = None;
+            }
+        }
+        let back = pose.rotation.inverse();
+        for active in &self.active {
+            let kept = active.traction / -self.settings.penalty;
+            let anchor = back * (active.position - pose.position - kept);
+            self.anchors[active.point as usize] = Some(anchor);
+            self.sticking.push(active.point);
+        }
+    }
+
+    /// Adds friction at the active points to forces on members, with its symmetric stiffness.
+    pub(crate) fn rub(
+        &mut self,
+        pose: &Pose,
+        limit: Limit,
+        forces: &mut [DVec3],
+        sum: &mut ContactForce,
+    ) {
+        if self.anchors.is_empty() {
+            return;
+        }
+        let k = self.settings.penalty;
+        for active in &mut self.active {
+            let Some(anchor) = self.anchors[active.point as usize] else {
+                active.traction = DVec3::ZERO;
+                continue;
+            };
+            let slip = active.position - pose.position - pose.rotation * anchor;
+            let slip = slip - active.normal * active.normal.dot(slip);
+            let length = slip.length();
+            let limit = match limit {
+                Limit::Present => self.settings.friction * active.pressure,
+                Limit::Lagged => self
+                    .limits
+                    .get(active.point as usize)
+                    .copied()
+                    .unwrap_or(0.0),
+            };
+            let plane = DMat3::IDENTITY - outer(active.normal);
+            let (traction, stiffness, energy) = if k * length <= limit {
+                (slip * -k, plane * k, 0.5 * k * length * length)
+            } else {
+                let along = slip / length;
+                let turning = (plane - outer(along)) * (limit / length);
+                (along * -limit, turning, limit * (length - 0.5 * limit / k))
+            };
+            active.traction = traction;
+            active.stiffness += stiffness * active.area;
+            active.rigid += stiffness * active.area;
+            let force = traction * active.area;
+            for (n, w) in self.surface.weights_of(active.group, active.point) {
+                forces[n] += force * w;
+            }
+            sum.force -= force;
+            sum.torque -= (active.position - pose.position).cross(force);
+            sum.energy += energy * active.area;
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "friction_tests.rs"]
+mod tests;
