@@ -445,8 +445,19 @@ fn patch_test_with_affine_boundary() {
         ("lattice", Block::new([6, 6, 6], size, 0.0, 1)),
         ("jittered", Block::new([6, 6, 6], size, 0.3, 1)),
         ("graded", Block::new([6, 6, 6], size, 0.15, 1)),
+        ("octree", Block::octree()),
     ];
     graded(&mut clouds[2].1);
+    let octree = &clouds[3].1;
+    let volume: f64 = octree.volumes.iter().sum();
+    assert_within("volume of the octree", volume, 1.0, 1e-14);
+    let longest = |i: usize| octree.row(i).map(move |p| octree.offset(i, p).length());
+    let reach = (0..octree.node_count()).map(|i| longest(i).fold(0.0, f64::max));
+    let (least, most) = reach.fold((1.0_f64, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
+    assert!(
+        most > 3.9 * least,
+        "three sizes of cells: {least} to {most}"
+    );
     for (name, block) in &clouds {
         let held: Vec<[bool; 3]> = block
             .positions
@@ -475,7 +486,10 @@ fn patch_test_with_affine_boundary() {
                 .zip(&block.positions)
                 .map(|(x, rest)| (*x - a * *rest).length())
                 .fold(0.0, f64::max);
-            println!("patch, {name}: largest error {error:.1e} {outcome:?}");
+            println!(
+                "patch, {name}, {} nodes: largest error {error:.1e} {outcome:?}",
+                x.len()
+            );
             assert_below(name, error, 1e-10);
         }
     }

@@ -1,11 +1,13 @@
 //! What belongs to nodes: rest state, materials, and the state last evaluated.
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use crate::completion::{RowKind, Span, row_kind};
 use crate::dilatation::MeanDilatation;
 use crate::error::ElasticError;
-use crate::kernel::{Lanes, Move};
+use crate::evaluate::{CHUNK, PARALLEL_CHUNK};
+use crate::kernel::{Anchored, Lanes, Move};
 use crate::law::Prepared;
 use crate::material::Material;
 use crate::model::{Settings, Stencils};
@@ -31,17 +33,29 @@ pub(crate) struct Body {
     pub(crate) dilatation: Option<MeanDilatation>,
     /// `g_ii`.
     pub(crate) self_gradients: Vec<DVec3>,
-    /// `sum_j y_ij`.
-    pub(crate) offsets: Vec<DVec3>,
-    /// `1 / sum_j w_ij |X_ij|²`, zero where zero-energy control is off or the row is deficient.
-    spread_inverses: Vec<f64>,
+    /// What zero-energy control needs; empty without.
+    control: Vec<Control>,
     /// Nodes whose row is not full, rising.
     spans: Vec<(u32, Span)>,
     pub(crate) ranks: Vec<u8>,
     // Computed by an evaluation.
+    /// Empty under zero-energy control.
     pub(crate) moves: Vec<Move>,
+    /// Empty without zero-energy control.
+    pub(crate) anchored: Vec<Anchored>,
     pub(crate) deformation: Vec<DMat3>,
     pub(crate) partial_energies: Vec<f64>,
+}
+
+/// Zero-energy control of a node; all zero where the row is deficient.
+#[derive(Debug, Clone, Copy, Default)]
+struct Control {
+    /// `sum_j y_ij`, `y_ij = w_ij X_ij`.
+    offset: DVec3,
+    /// `A_i⁻¹`: xx, yy, zz, yz, zx, xy.
+    moment_inverse: [f64; 6],
+    /// `1 / sum_j w_ij |X_ij|²`.
+    spread_inverse: f64,
 }
 
 impl Body {
@@ -50,10 +64,12 @@ impl Body {
         rest: &[DVec3],
         volumes: &[f64],
         (materials, material_of): (Vec<Material>, Vec<u32>),
-        chunk: usize,
     ) -> Self {
         let n = rest.len();
         let viscosity = Viscosity::new(&materials, n);
+        let controlled = settings.zero_energy_control > 0.0;
+        let anchored = |x: &DVec3| Anchored([0.0, 0.0, 0.0, 0.0, x.x, x.y, x.z, 0.0]);
+        let n_controlled = if controlled { n } else { 0 };
         Self {
             plain: viscosity.is_none(),
             viscosity,
@@ -67,13 +83,13 @@ impl Body {
             fiber_directions: Vec::new(),
             dilatation: None,
             self_gradients: vec![DVec3::ZERO; n],
-            offsets: vec![DVec3::ZERO; n],
-            spread_inverses: vec![0.0; n],
+            control: vec![Control::default(); n_controlled],
             spans: Vec::new(),
             ranks: vec![3; n],
-            moves: vec![[0.0; 4]; n],
+            moves: vec![[0.0; 3]; n - n_controlled],
+            anchored: rest[..n_controlled].iter().map(anchored).collect(),
             deformation: vec![DMat3::IDENTITY; n],
-            partial_energies: vec![0.0; n.div_ceil(chunk)],
+            partial_energies: vec![0.0; n.div_ceil(CHUNK)],
         }
     }
 
@@ -96,27 +112,81 @@ impl Body {
 
     /// `c_i` of a node.
     pub(crate) fn control(&self, node: usize) -> f64 {
-        self.moves[node][3]
+        self.anchored.get(node).map_or(0.0, |state| state.0[3])
     }
 
-    pub(crate) fn set_displacements(&mut self, positions: &[DVec3], least: f64) {
-        for ((m, x), rest) in self.moves.iter_mut().zip(positions).zip(&self.rest) {
-            let u = (*x - *rest).to_array();
-            [m[0], m[1], m[2]] = u.map(|u| if u.abs() < least { 0.0 } else { u });
+    /// `sum_j y_ij` of a node.
+    #[inline(always)]
+    pub(crate) fn offset(&self, node: usize) -> DVec3 {
+        self.control
+            .get(node)
+            .map_or(DVec3::ZERO, |control| control.offset)
+    }
+
+    /// `A_i⁻¹` of a node.
+    #[inline(always)]
+    pub(crate) fn moment_inverse(&self, node: usize) -> DMat3 {
+        self.control.get(node).map_or(DMat3::ZERO, |control| {
+            let [xx, yy, zz, yz, zx, xy] = control.moment_inverse;
+            DMat3::from_cols(
+                DVec3::new(xx, xy, zx),
+                DVec3::new(xy, yy, yz),
+                DVec3::new(zx, yz, zz),
+            )
+        })
+    }
+
+    /// `sum_j y_ij`, `A_i⁻¹` and `c_i` of a node under control.
+    #[inline(always)]
+    pub(crate) fn control_constants(&self, node: usize) -> (DVec3, [f64; 6], f64) {
+        let control = &self.control[node];
+        let stiffness = self.anchored[node].0[3];
+        (control.offset, control.moment_inverse, stiffness)
+    }
+
+    /// `(c_i H_i)ᵀ` from `(sum_j u_ij ⊗ y_ij)ᵀ`, `H_i` the linear field nearest to the neighbours'
+    /// displacements.
+    #[inline(always)]
+    pub(crate) fn control_stress(&self, node: usize, s: DMat3) -> DMat3 {
+        match self.anchored.get(node) {
+            None => DMat3::ZERO,
+            Some(state) => self.moment_inverse(node) * (s * state.0[3]),
         }
     }
 
-    pub(crate) fn set_vectors(&mut self, vectors: &[DVec3]) {
-        for (m, v) in self.moves.iter_mut().zip(vectors) {
-            [m[0], m[1], m[2]] = v.to_array();
+    /// Sets displacements (or any vectors) in parallel over chunks of nodes.
+    pub(crate) fn set_moves(&mut self, parallel: bool, of: impl Fn(usize) -> DVec3 + Sync) {
+        let first = |chunk: usize| chunk * PARALLEL_CHUNK;
+        let set = |(chunk, moves): (usize, &mut [Move])| {
+            for (node, m) in (first(chunk)..).zip(moves) {
+                *m = of(node).to_array();
+            }
+        };
+        let set_anchored = |(chunk, states): (usize, &mut [Anchored])| {
+            for (node, state) in (first(chunk)..).zip(states) {
+                [state.0[0], state.0[1], state.0[2]] = of(node).to_array();
+            }
+        };
+        let (moves, anchored) = (&mut self.moves, &mut self.anchored);
+        if parallel {
+            let chunks = moves.par_chunks_mut(PARALLEL_CHUNK);
+            chunks.enumerate().for_each(set);
+            let chunks = anchored.par_chunks_mut(PARALLEL_CHUNK);
+            chunks.enumerate().for_each(set_anchored);
+        } else {
+            moves.chunks_mut(PARALLEL_CHUNK).enumerate().for_each(set);
+            let chunks = anchored.chunks_mut(PARALLEL_CHUNK);
+            chunks.enumerate().for_each(set_anchored);
         }
     }
 
     /// Displacement set last.
     #[inline(always)]
     pub(crate) fn displacement(&self, node: usize) -> DVec3 {
-        let [x, y, z, _] = self.moves[node];
-        DVec3::new(x, y, z)
+        match self.anchored.get(node) {
+            Some(state) => DVec3::new(state.0[0], state.0[1], state.0[2]),
+            None => DVec3::from_array(self.moves[node]),
+        }
     }
 
     #[inline(always)]
@@ -214,11 +284,12 @@ impl Body {
 
     /// Recomputes `c_i` after its volume or row changed.
     pub(crate) fn refresh_control(&mut self, node: usize) {
-        let mu = self.material(node).lame_mu();
-        self.moves[node][3] = self.settings.zero_energy_control
-            * mu
-            * self.elastic_volumes[node]
-            * self.spread_inverses[node];
+        let alpha = self.settings.zero_energy_control;
+        let stiffness = alpha * self.material(node).lame_mu() * self.elastic_volumes[node];
+        let control = self.control.get(node);
+        if let (Some(state), Some(control)) = (self.anchored.get_mut(node), control) {
+            state.0[3] = stiffness * control.spread_inverse;
+        }
     }
 
     /// Reads a row of the stencils and everything that follows from it.
@@ -228,26 +299,26 @@ impl Body {
         node: usize,
         stencils: &Stencils<'_>,
     ) -> Result<(), ElasticError> {
-        let controlled = self.controlled();
-        let mut kind = RowKind::Full;
-        let mut spread_inverse = 0.0;
-        let sums = rows.set_row(node, stencils, &self.rest, |sums| {
-            kind = row_kind(sums.consistency);
-            if let RowKind::Inconsistent(residual) = kind {
-                return Err(ElasticError::InconsistentRow { node, residual });
-            }
-            let m = sums.moment;
-            let spread = m.x_axis.x + m.y_axis.y + m.z_axis.z;
+        let sums = rows.set_row(node, stencils, &self.rest)?;
+        let kind = row_kind(sums.consistency);
+        if let RowKind::Inconsistent(residual) = kind {
+            return Err(ElasticError::InconsistentRow { node, residual });
+        }
+        self.self_gradients[node] = sums.self_gradient;
+        if let Some(control) = self.control.get_mut(node) {
             // Without a full row the leftover e_ij is not blind to rotations; the node is then
             // held by the control of its neighbours.
             let full = matches!(kind, RowKind::Full);
-            let whitening = inverse_cholesky(m).filter(|_| full && controlled);
-            spread_inverse = whitening.map_or(0.0, |_| spread.recip());
-            Ok(whitening.unwrap_or(DMat3::ZERO))
-        })?;
-        self.self_gradients[node] = sums.self_gradient;
-        self.offsets[node] = sums.offset;
-        self.spread_inverses[node] = spread_inverse;
+            *control = Control::default();
+            if let Some(inverse) = inverse_moment(sums.moment).filter(|_| full) {
+                let m = sums.moment;
+                *control = Control {
+                    offset: sums.offset,
+                    moment_inverse: inverse,
+                    spread_inverse: (m.x_axis.x + m.y_axis.y + m.z_axis.z).recip(),
+                };
+            }
+        }
         self.set_span(node, &kind);
         self.refresh_control(node);
         Ok(())
@@ -289,11 +360,11 @@ impl Body {
             + self.viscosity.as_ref().map_or(0, Viscosity::bytes)
             + self.dilatation.as_ref().map_or(0, MeanDilatation::bytes)
             + of(&self.self_gradients)
-            + of(&self.offsets)
-            + of(&self.spread_inverses)
+            + of(&self.control)
             + of(&self.spans)
             + of(&self.ranks)
             + of(&self.moves)
+            + of(&self.anchored)
             + of(&self.deformation)
             + of(&self.partial_energies)
     }
@@ -315,8 +386,8 @@ impl LawAt<'_> {
     }
 }
 
-/// `L⁻¹` of `A = L Lᵀ`; `None` unless `A` is safely positive definite.
-fn inverse_cholesky(a: DMat3) -> Option<DMat3> {
+/// `A⁻¹` (xx, yy, zz, yz, zx, xy); `None` unless `A` is safely positive definite.
+fn inverse_moment(a: DMat3) -> Option<[f64; 6]> {
     let floor = 1e-12 * (a.x_axis.x + a.y_axis.y + a.z_axis.z);
     let root = |pivot: f64| (pivot > floor && pivot > 0.0).then(|| pivot.sqrt());
     let l00 = root(a.x_axis.x)?;
@@ -329,5 +400,7 @@ fn inverse_cholesky(a: DMat3) -> Option<DMat3> {
         DVec3::new(0.0, l11, l21),
         DVec3::new(0.0, 0.0, l22),
     );
-    Some(l.inverse())
+    // The columns of L⁻¹ are the directions in which A is one.
+    let [x, y, z] = l.inverse().to_cols_array_2d().map(DVec3::from_array);
+    Some([x.dot(x), y.dot(y), z.dot(z), y.dot(z), z.dot(x), x.dot(y)])
 }

@@ -77,31 +77,24 @@ impl RowBlocks {
         self.blocks.clear();
         self.rest = 0.0;
         let id = u32::try_from(node).unwrap_or(u32::MAX - 1);
-        let own_offset = -body.offsets[node];
-        self.row_of(
-            body,
-            rows,
-            id,
-            body.self_gradients[node],
-            own_offset,
-            id,
-            0.0,
-        );
-        let (sources, incoming) = rows.incoming(node);
-        for (&source, pair) in sources.iter().zip(incoming) {
-            let (g, y) = (L::incoming_gradient(pair), L::incoming_offset(pair));
-            self.row_of(body, rows, source, g, y, id, L::weight(pair));
+        let own = (body.self_gradients[node], -body.offset(node));
+        self.row_of(body, rows, id, own, id, 0.0);
+        let incoming = rows.incoming(node);
+        for (&source, pair) in incoming.indices.iter().zip(incoming.pairs) {
+            let x = body.rest[node] - body.rest[source as usize];
+            let z = (L::gradient(pair), L::offset(pair, x));
+            self.row_of(body, rows, source, z, id, L::weight(pair));
         }
     }
 
-    /// Adds the share of the energy of node `i` in the row of `node`, whose gradient there is `g`.
+    /// Adds the share of the energy of node `i` in the row of `node`, whose gradient and offset there
+    /// are `g` and `y`.
     fn row_of<L: Lanes>(
         &mut self,
         body: &Body,
         rows: &Rows<L>,
         i: u32,
-        g: DVec3,
-        y: DVec3,
+        (g, y): (DVec3, DVec3),
         node: u32,
         weight: f64,
     ) {
@@ -113,24 +106,26 @@ impl RowBlocks {
         let lambda = (material.lame_lambda() + material.volume_constant) * volume;
         let fibers = material.fiber.map_or(0.0, |f| 4.0 * f.stiffness) * volume;
         let control = body.control(at);
+        let spread = body.moment_inverse(at) * y * control;
         let mut add = |k: u32, other: DVec3, other_offset: DVec3| {
-            let normal = mu * g.dot(other) - control * y.dot(other_offset);
+            let normal = mu * g.dot(other) - spread.dot(other_offset);
             let block = outer(g, other) * lambda
                 + outer(other, g) * mu
                 + DMat3::from_diagonal(DVec3::splat(normal));
             *self.block(k) += block;
             self.rest += fibers * g.length() * other.length();
         };
-        let (indices, pairs) = rows.row(at);
-        for (&k, pair) in indices.iter().zip(pairs) {
-            add(k, L::pair_gradient(pair), L::pair_offset(pair));
+        let row = rows.row(at);
+        for (&k, pair) in row.indices.iter().zip(row.pairs) {
+            let x = body.rest[k as usize] - body.rest[at];
+            add(k, L::gradient(pair), L::offset(pair, x));
         }
-        add(i, body.self_gradients[at], -body.offsets[at]);
+        add(i, body.self_gradients[at], -body.offset(at));
         // The graph Laplacian's part of |u_ij|²: diagonal and the pair itself.
         let scalar = |s: f64| DMat3::from_diagonal(DVec3::splat(s));
         if i == node {
-            let (indices, incoming) = rows.incoming(at);
-            for (&k, pair) in indices.iter().zip(incoming) {
+            let incoming = rows.incoming(at);
+            for (&k, pair) in incoming.indices.iter().zip(incoming.pairs) {
                 let w = control * L::weight(pair);
                 *self.block(k) -= scalar(w);
                 *self.block(node) += scalar(w);
@@ -195,10 +190,11 @@ impl StiffnessCap {
     }
 
     fn neighbor_sum<L: Lanes>(&self, rows: &Rows<L>, node: usize) -> f64 {
-        let (indices, pairs) = rows.row(node);
-        let terms = indices.iter().zip(pairs).map(|(&j, pair)| {
-            L::pair_gradient(pair).length_squared() * self.inverse_masses[j as usize]
-        });
+        let row = rows.row(node);
+        let terms =
+            row.indices.iter().zip(row.pairs).map(|(&j, pair)| {
+                L::gradient(pair).length_squared() * self.inverse_masses[j as usize]
+            });
         terms.sum()
     }
 }

@@ -38,7 +38,7 @@ impl MeanDilatation {
     pub(crate) fn new<L: Lanes>(laws: Vec<Volumetric>, volumes: &[f64], rows: &Rows<L>) -> Self {
         let n = volumes.len();
         let share = |(node, volume): (usize, &f64)| {
-            let count = rows.row(node).0.len().max(1);
+            let count = rows.row(node).indices.len().max(1);
             #[allow(
                 clippy::cast_precision_loss,
                 reason = "a node has far fewer than 2^52 neighbours"
@@ -59,12 +59,13 @@ impl MeanDilatation {
 
     /// `sum_j s_ij (values_j - values_i)` over uncut pairs.
     pub(crate) fn spread<L: Lanes>(&self, rows: &Rows<L>, node: usize, values: &[f64]) -> f64 {
-        let (indices, pairs) = rows.incoming(node);
+        let (incoming, pairs) = (rows.incoming(node), rows.row(node).pairs);
         let (own, share) = (values[node], self.shares[node]);
         let mut sum = 0.0;
-        for (&j, pair) in indices.iter().zip(pairs) {
+        // The graph is symmetric here: both rows list the same nodes.
+        for ((&j, back), pair) in incoming.indices.iter().zip(incoming.pairs).zip(pairs) {
             let j = j as usize;
-            if L::weight(pair) > 0.0 {
+            if L::linked(pair, back) {
                 sum += share.min(self.shares[j]) * (values[j] - own);
             }
         }

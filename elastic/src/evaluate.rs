@@ -1,16 +1,20 @@
 //! The passes over nodes: forces and tangent products, in parallel over fixed chunks.
 
 use glam::{DMat3, DVec3};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::body::Body;
 use crate::dilatation::MeanDilatation;
-use crate::kernel::Lanes;
+use crate::kernel::{Lanes, Real};
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
+use crate::plain::{BLOCK, Block, Plane};
 use crate::rows::Rows;
 
 /// Nodes per unit of parallel work, and per partial sum of the energy.
 pub(crate) const CHUNK: usize = 256;
+/// Nodes per unit of work that only copies.
+pub(crate) const PARALLEL_CHUNK: usize = 8 * CHUNK;
 /// Below this many nodes a second thread costs more than it saves.
 pub(crate) const PARALLEL_NODES: usize = 1024;
 
@@ -27,15 +31,20 @@ pub(crate) struct Table<L: Lanes> {
 /// outputs are disjoint: the result does not depend on the number of threads.
 #[inline(always)]
 fn each<A: Send, B: Send, C: Send>(
-    parallel: bool,
+    (arch, parallel): (Arch, bool),
     (a, b, c): (&mut [A], &mut [B], &mut [C]),
     partial: &mut [f64],
     work: impl Fn(usize, &mut A, &mut B, &mut C) -> f64 + Sync,
 ) {
     let chunk = |(chunk, (((a, b), c), sum)): Chunk<'_, A, B, C>| {
-        for (k, ((a, b), c)) in a.iter_mut().zip(b).zip(c).enumerate() {
-            *sum += work(chunk * CHUNK + k, a, b, c);
-        }
+        arch.dispatch(
+            #[inline(always)]
+            || {
+                for (k, ((a, b), c)) in a.iter_mut().zip(b).zip(c).enumerate() {
+                    *sum += work(chunk * CHUNK + k, a, b, c);
+                }
+            },
+        );
     };
     if parallel {
         a.par_chunks_mut(CHUNK)
@@ -76,49 +85,168 @@ pub(crate) fn forces<L: Lanes>(
     positions: &[DVec3],
     forces: &mut [DVec3],
 ) -> f64 {
-    let parallel = parallel(body);
-    body.set_displacements(positions, L::LEAST_DISPLACEMENT);
+    let (arch, parallel) = (table.rows.arch, parallel(body));
+    let rest = std::mem::take(&mut body.rest);
+    let least = L::Number::LEAST_DISPLACEMENT;
+    body.set_moves(parallel, |node| {
+        let u = (positions[node] - rest[node]).to_array();
+        DVec3::from_array(u.map(|u| if u.abs() < least { 0.0 } else { u }))
+    });
+    body.rest = rest;
     let mut deformation = std::mem::take(&mut body.deformation);
     let mut partial = std::mem::take(&mut body.partial_energies);
     partial.fill(0.0);
     if body.dilatation.is_some() {
         mean_stress_pass(body, table, &mut deformation, &mut partial, forces);
     } else {
-        let (rows, matrices) = (&table.rows, &mut table.matrices[..]);
-        let body = &*body;
+        let matrices = &mut table.matrices[..];
         let outputs = (matrices, &mut deformation[..], &mut *forces);
-        each(parallel, outputs, &mut partial, |node, matrix, f, force| {
-            let (h, s) = gather(body, rows, node);
-            let (energy, stress) = if body.is_plain(node) {
-                // An isotropic law gives Pᵀ from Fᵀ: rows stay rows.
-                let turned = DMat3::IDENTITY + h;
-                *f = turned.transpose();
-                body.law_shared(node).neo_hookean(turned)
-            } else {
-                *f = body.deformation_gradient(node, h.transpose());
-                let (energy, stress) = body.energy_and_stress(node, *f);
-                (energy, body.seen_stress(node, *f, stress).transpose())
-            };
-            let volume = body.elastic_volumes[node];
-            let stress = stress * -volume;
-            let control = s * body.control(node);
-            *matrix = L::matrix(stress, control);
-            *force = own_force(body, node, stress, control);
-            volume * energy + 0.5 * double_dot(stress, h)
-        });
+        stress_pass(body, &table.rows, parallel, outputs, &mut partial);
     }
     body.deformation = deformation;
     let (rows, matrices) = (&table.rows, &table.matrices);
     let (mut a, mut b) = (nothing(body), nothing(body));
     let reader = &*body;
     let outputs = (forces, &mut a[..], &mut b[..]);
-    each(parallel, outputs, &mut partial, |node, force, (), ()| {
-        *force += gather_force(reader, rows, matrices, node);
-        -0.5 * reader.displacement(node).dot(*force)
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        &mut partial,
+        #[inline(always)]
+        |node, force, (), ()| {
+            *force += gather_force(reader, rows, matrices, node);
+            -0.5 * reader.displacement(node).dot(*force)
+        },
+    );
     let energy = partial.iter().sum();
     body.partial_energies = partial;
     energy
+}
+
+/// Pass one: gradients, stresses, and what a node's own row gives it, in blocks of nodes.
+fn stress_pass<L: Lanes>(
+    body: &Body,
+    rows: &Rows<L>,
+    parallel: bool,
+    (matrices, deformation, forces): (&mut [L::Matrix], &mut [DMat3], &mut [DVec3]),
+    partial: &mut [f64],
+) {
+    let blocks = |(chunk, slots): (usize, Slots<'_, L>)| {
+        let first = chunk * CHUNK;
+        rows.arch.dispatch(StressChunk {
+            body,
+            rows,
+            first,
+            slots,
+        });
+    };
+    if parallel {
+        matrices
+            .par_chunks_mut(CHUNK)
+            .zip(deformation.par_chunks_mut(CHUNK))
+            .zip(forces.par_chunks_mut(CHUNK))
+            .zip(partial)
+            .enumerate()
+            .for_each(blocks);
+    } else {
+        matrices
+            .chunks_mut(CHUNK)
+            .zip(deformation.chunks_mut(CHUNK))
+            .zip(forces.chunks_mut(CHUNK))
+            .zip(partial)
+            .enumerate()
+            .for_each(blocks);
+    }
+}
+
+/// Outputs of a chunk of [`stress_pass`] and its partial sum.
+type Slots<'a, L> = (
+    (
+        (&'a mut [<L as Lanes>::Matrix], &'a mut [DMat3]),
+        &'a mut [DVec3],
+    ),
+    &'a mut f64,
+);
+
+/// [`stress_pass`] for one chunk.
+struct StressChunk<'a, L: Lanes> {
+    body: &'a Body,
+    rows: &'a Rows<L>,
+    first: usize,
+    slots: Slots<'a, L>,
+}
+
+impl<L: Lanes> WithSimd for StressChunk<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (((matrices, deformation), forces), sum) = self.slots;
+        let mut block = Block::new();
+        let mut first = self.first;
+        for ((matrices, deformation), forces) in matrices
+            .chunks_mut(BLOCK)
+            .zip(deformation.chunks_mut(BLOCK))
+            .zip(forces.chunks_mut(BLOCK))
+        {
+            let outputs = (matrices, deformation, forces);
+            *sum += stress_block(self.body, self.rows, first, &mut block, outputs);
+            first += BLOCK;
+        }
+    }
+}
+
+/// [`stress_pass`] for the nodes from `first` on; returns their part of the energy.
+#[inline(always)]
+fn stress_block<L: Lanes>(
+    body: &Body,
+    rows: &Rows<L>,
+    first: usize,
+    block: &mut Block,
+    (matrices, deformation, forces): (&mut [L::Matrix], &mut [DMat3], &mut [DVec3]),
+) -> f64 {
+    let count = matrices.len();
+    for lane in 0..count {
+        let (h, s) = gather(body, rows, first + lane);
+        for (plane, value) in block.gradient.iter_mut().zip(h.to_cols_array()) {
+            plane[lane] = value;
+        }
+        if L::CONTROLLED {
+            for (plane, value) in block.offset.iter_mut().zip(s.to_cols_array()) {
+                plane[lane] = value;
+            }
+        }
+    }
+    if L::CONTROLLED {
+        block.evaluate::<true>(body, first, count);
+    } else {
+        block.evaluate::<false>(body, first, count);
+    }
+    let take = |planes: &[Plane; 9], lane: usize| {
+        DMat3::from_cols_array(&std::array::from_fn(|i| planes[i][lane]))
+    };
+    let mut sum = 0.0;
+    for (lane, ((matrix, f), force)) in matrices.iter_mut().zip(deformation).zip(forces).enumerate()
+    {
+        let node = first + lane;
+        let h = take(&block.gradient, lane);
+        sum += if block.holds(body, node, lane) {
+            *f = (DMat3::IDENTITY + h).transpose();
+            *matrix = L::matrix(take(&block.stress, lane), take(&block.control, lane));
+            *force = DVec3::from_array(std::array::from_fn(|r| block.force[r][lane]));
+            block.work[lane]
+        } else {
+            *f = body.deformation_gradient(node, h.transpose());
+            let (energy, stress) = body.energy_and_stress(node, *f);
+            let volume = body.elastic_volumes[node];
+            let stress = body.seen_stress(node, *f, stress).transpose() * -volume;
+            let control = body.control_stress(node, take(&block.offset, lane));
+            *matrix = L::matrix(stress, control);
+            *force = own_force(body, node, stress, control);
+            volume * energy + 0.5 * double_dot(stress, h)
+        };
+    }
+    sum
 }
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
@@ -128,8 +256,8 @@ pub(crate) fn tangent_product<L: Lanes>(
     vector: &[DVec3],
     product: &mut [DVec3],
 ) {
-    let parallel = parallel(body);
-    body.set_vectors(vector);
+    let (arch, parallel) = (table.rows.arch, parallel(body));
+    body.set_moves(parallel, |node| vector[node]);
     let mut partial = std::mem::take(&mut body.partial_energies);
     let (mut a, mut b) = (nothing(body), nothing(body));
     if body.dilatation.is_some() {
@@ -139,9 +267,10 @@ pub(crate) fn tangent_product<L: Lanes>(
         let body = &*body;
         let outputs = (matrices, &mut *product, &mut a[..]);
         each(
-            parallel,
+            (arch, parallel),
             outputs,
             &mut partial,
+            #[inline(always)]
             |node, matrix, product, ()| {
                 let (dh, ds) = gather(body, rows, node);
                 let f = body.deformation[node];
@@ -155,7 +284,7 @@ pub(crate) fn tangent_product<L: Lanes>(
                     seen_change(body, node, f, dh, change, stress).transpose()
                 };
                 let change = change * -body.elastic_volumes[node];
-                let control = ds * body.control(node);
+                let control = body.control_stress(node, ds);
                 *matrix = L::matrix(change, control);
                 *product = own_force(body, node, change, control);
                 0.0
@@ -165,18 +294,23 @@ pub(crate) fn tangent_product<L: Lanes>(
     let (rows, matrices) = (&table.rows, &table.matrices);
     let reader = &*body;
     let outputs = (product, &mut a[..], &mut b[..]);
-    each(parallel, outputs, &mut partial, |node, product, (), ()| {
-        *product = -(*product + gather_force(reader, rows, matrices, node));
-        0.0
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        &mut partial,
+        #[inline(always)]
+        |node, product, (), ()| {
+            *product = -(*product + gather_force(reader, rows, matrices, node));
+            0.0
+        },
+    );
     body.partial_energies = partial;
 }
 
 /// `(sum_j u_ij ⊗ g_ij)ᵀ` and `(sum_j u_ij ⊗ y_ij)ᵀ`: the rows of the sums as columns.
 #[inline(always)]
 fn gather<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize) -> (DMat3, DMat3) {
-    let (indices, pairs) = rows.row(node);
-    L::gather_gradient(&body.moves[node], indices, pairs, &body.moves)
+    L::gather_gradient(rows.row(node), L::states(body))
 }
 
 /// What its neighbours give a node.
@@ -187,14 +321,13 @@ fn gather_force<L: Lanes>(
     matrices: &[L::Matrix],
     node: usize,
 ) -> DVec3 {
-    let (indices, incoming) = rows.incoming(node);
-    L::gather_force(&body.moves[node], indices, incoming, &body.moves, matrices)
+    L::gather_force(rows.incoming(node), L::states(body), matrices)
 }
 
-/// What a node's own row gives itself, from the transposes of `-V P` and `c S`.
+/// What a node's own row gives itself, from the transposes of `-V P` and `c H`.
 #[inline(always)]
 fn own_force(body: &Body, node: usize, stress: DMat3, control: DMat3) -> DVec3 {
-    let (g, y) = (body.self_gradients[node], body.offsets[node]);
+    let (g, y) = (body.self_gradients[node], body.offset(node));
     let along = |p: DVec3, s: DVec3| p.dot(g) - s.dot(y);
     DVec3::new(
         along(stress.x_axis, control.x_axis),
@@ -226,7 +359,7 @@ fn mean_stress_pass<L: Lanes>(
     partial: &mut [f64],
     forces: &mut [DVec3],
 ) {
-    let parallel = parallel(body);
+    let (arch, parallel) = (table.rows.arch, parallel(body));
     let Some(mut mean) = body.dilatation.take() else {
         return;
     };
@@ -237,40 +370,58 @@ fn mean_stress_pass<L: Lanes>(
         &mut mean.controls[..],
         &mut mean.ratios[..],
     );
-    each(parallel, outputs, partial, |node, f, control, ratio| {
-        let (h, s) = gather(reader, rows, node);
-        *f = reader.deformation_gradient(node, h.transpose());
-        *control = s * reader.control(node);
-        *ratio = volume_ratio(*f);
-        0.0
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        partial,
+        #[inline(always)]
+        |node, f, control, ratio| {
+            let (h, s) = gather(reader, rows, node);
+            *f = reader.deformation_gradient(node, h.transpose());
+            *control = reader.control_stress(node, s);
+            *ratio = volume_ratio(*f);
+            0.0
+        },
+    );
     let mut means = std::mem::take(&mut mean.means);
     let mut pressures = std::mem::take(&mut mean.pressures);
     let mut none = nothing(reader);
     let outputs = (&mut means[..], &mut pressures[..], &mut none[..]);
-    each(parallel, outputs, partial, |node, j, pressure, ()| {
-        let (volume, elastic) = (reader.volumes[node], reader.elastic_volumes[node]);
-        *j = mean.ratios[node] + mean.spread(rows, node, &mean.ratios) / volume;
-        let [u, u1, _] = mean.laws[reader.material_index(node)].at(*j);
-        *pressure = elastic / volume * u1;
-        elastic * u
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        partial,
+        #[inline(always)]
+        |node, j, pressure, ()| {
+            let (volume, elastic) = (reader.volumes[node], reader.elastic_volumes[node]);
+            *j = mean.ratios[node] + mean.spread(rows, node, &mean.ratios) / volume;
+            let [u, u1, _] = mean.laws[reader.material_index(node)].at(*j);
+            *pressure = elastic / volume * u1;
+            elastic * u
+        },
+    );
     mean.means = means;
     mean.pressures = pressures;
     let outputs = (matrices, forces, &mut none[..]);
-    each(parallel, outputs, partial, |node, matrix, force, ()| {
-        let f = deformation[node];
-        let volume = reader.elastic_volumes[node];
-        let (energy, stress) = reader.energy_and_stress(node, f);
-        let pressure = mean_pressure(reader, &mean, rows, node);
-        let stress = stress * volume + cofactor(f) * pressure;
-        let stress = -reader.seen_stress(node, f, stress).transpose();
-        let control = mean.controls[node];
-        *matrix = L::matrix(stress, control);
-        *force = own_force(reader, node, stress, control);
-        let h = reader.displacement_gradient(node, f);
-        volume * energy + 0.5 * double_dot(stress, h.transpose())
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        partial,
+        #[inline(always)]
+        |node, matrix, force, ()| {
+            let f = deformation[node];
+            let volume = reader.elastic_volumes[node];
+            let (energy, stress) = reader.energy_and_stress(node, f);
+            let pressure = mean_pressure(reader, &mean, rows, node);
+            let stress = stress * volume + cofactor(f) * pressure;
+            let stress = -reader.seen_stress(node, f, stress).transpose();
+            let control = mean.controls[node];
+            *matrix = L::matrix(stress, control);
+            *force = own_force(reader, node, stress, control);
+            let h = reader.displacement_gradient(node, f);
+            volume * energy + 0.5 * double_dot(stress, h.transpose())
+        },
+    );
     body.dilatation = Some(mean);
 }
 
@@ -286,7 +437,7 @@ fn mean_change_pass<L: Lanes>(
     partial: &mut [f64],
     product: &mut [DVec3],
 ) {
-    let parallel = parallel(body);
+    let (arch, parallel) = (table.rows.arch, parallel(body));
     let Some(mut mean) = body.dilatation.take() else {
         return;
     };
@@ -298,41 +449,59 @@ fn mean_change_pass<L: Lanes>(
     let mut ratios = std::mem::take(&mut mean.ratios);
     let mut none = nothing(reader);
     let outputs = (&mut changes[..], &mut ratios[..], &mut none[..]);
-    each(parallel, outputs, partial, |node, dh, ratio, ()| {
-        let f = reader.deformation[node];
-        *dh = gather(reader, rows, node).0.transpose();
-        *ratio = double_dot(cofactor(f), reader.deformation_change(node, f, *dh));
-        0.0
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        partial,
+        #[inline(always)]
+        |node, dh, ratio, ()| {
+            let f = reader.deformation[node];
+            *dh = gather(reader, rows, node).0.transpose();
+            *ratio = double_dot(cofactor(f), reader.deformation_change(node, f, *dh));
+            0.0
+        },
+    );
     let mut pressures = std::mem::take(&mut mean.pressure_changes);
     let mut more = nothing(reader);
     let outputs = (&mut pressures[..], &mut none[..], &mut more[..]);
-    each(parallel, outputs, partial, |node, pressure, (), ()| {
-        let volume = reader.volumes[node];
-        let dj = ratios[node] + mean.spread(rows, node, &ratios) / volume;
-        let [_, _, u2] = mean.laws[reader.material_index(node)].at(mean.means[node]);
-        *pressure = reader.elastic_volumes[node] / volume * u2 * dj;
-        0.0
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        partial,
+        #[inline(always)]
+        |node, pressure, (), ()| {
+            let volume = reader.volumes[node];
+            let dj = ratios[node] + mean.spread(rows, node, &ratios) / volume;
+            let [_, _, u2] = mean.laws[reader.material_index(node)].at(mean.means[node]);
+            *pressure = reader.elastic_volumes[node] / volume * u2 * dj;
+            0.0
+        },
+    );
     let outputs = (matrices, product, &mut none[..]);
-    each(parallel, outputs, partial, |node, matrix, product, ()| {
-        let (f, dh) = (reader.deformation[node], changes[node]);
-        let df = reader.deformation_change(node, f, dh);
-        let cof = cofactor(f);
-        let volume = reader.elastic_volumes[node];
-        let p = mean_pressure(reader, &mean, rows, node);
-        let dp = reader.volumes[node] * pressures[node] + mean.spread(rows, node, &pressures);
-        let change =
-            reader.stress_change(node, f, df) * volume + cof * dp + cofactor_change(f, df) * p;
-        let change = seen_change(reader, node, f, dh, change, || {
-            reader.energy_and_stress(node, f).1 * volume + cof * p
-        });
-        let change = -change.transpose();
-        let control = gather(reader, rows, node).1 * reader.control(node);
-        *matrix = L::matrix(change, control);
-        *product = own_force(reader, node, change, control);
-        0.0
-    });
+    each(
+        (arch, parallel),
+        outputs,
+        partial,
+        #[inline(always)]
+        |node, matrix, product, ()| {
+            let (f, dh) = (reader.deformation[node], changes[node]);
+            let df = reader.deformation_change(node, f, dh);
+            let cof = cofactor(f);
+            let volume = reader.elastic_volumes[node];
+            let p = mean_pressure(reader, &mean, rows, node);
+            let dp = reader.volumes[node] * pressures[node] + mean.spread(rows, node, &pressures);
+            let change =
+                reader.stress_change(node, f, df) * volume + cof * dp + cofactor_change(f, df) * p;
+            let change = seen_change(reader, node, f, dh, change, || {
+                reader.energy_and_stress(node, f).1 * volume + cof * p
+            });
+            let change = -change.transpose();
+            let control = reader.control_stress(node, gather(reader, rows, node).1);
+            *matrix = L::matrix(change, control);
+            *product = own_force(reader, node, change, control);
+            0.0
+        },
+    );
     mean.controls = changes;
     mean.ratios = ratios;
     mean.pressure_changes = pressures;

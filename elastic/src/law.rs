@@ -9,7 +9,7 @@ use crate::material::{Law, Material};
 ///
 /// `ln J` ends at `J = 0`. A node squeezed to a tenth of its volume is outside what a soft tissue
 /// model claims; what matters there is that energy and stress stay finite, continuous and push back.
-const EXTENSION_VOLUME_RATIO: f64 = 0.1;
+pub(crate) const EXTENSION_VOLUME_RATIO: f64 = 0.1;
 
 /// Coefficients of a material: `W = c10 (I1-3) + c01 (I2-3) + h(J) + fibers`,
 /// `h = -a ln J + b/2 ln²J (extended) + k_v/2 (J-1)²`, or Saint Venant–Kirchhoff with `mu`,
@@ -47,7 +47,7 @@ impl Volumetric {
     #[inline(always)]
     fn logarithmic(&self, j: f64) -> [f64; 3] {
         let (a, b) = (self.log, self.log_squared);
-        let ln = j.ln();
+        let ln = ln(j);
         let inverse = j.recip();
         [
             ln * (0.5 * b * ln - a),
@@ -133,6 +133,13 @@ impl Prepared {
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {
         self.plain
+    }
+
+    /// `2 c10`, `a`, `b`, `k` of a plain law.
+    #[inline(always)]
+    pub(crate) fn plain_constants(&self) -> [f64; 4] {
+        let v = &self.volumetric;
+        [2.0 * self.c10, v.log, v.log_squared, v.constant]
     }
 
     /// `c10 (I1 - 3) + h(J)` and its stress; transposes with `F`.
@@ -225,6 +232,36 @@ impl Prepared {
     }
 }
 
+/// Natural logarithm of a positive, normal number, to about one unit in the last place.
+///
+/// `x = 2^e m` with `m` between the square roots of 1/2 and 2, `ln m = 2 artanh s`,
+/// `s = (m - 1)/(m + 1)`. Without branches or tables, so that a compiler runs it over lanes; the same
+/// bits on every machine.
+#[inline(always)]
+pub(crate) fn ln(x: f64) -> f64 {
+    /// Bits of the square root of 1/2.
+    const LOW: u64 = 0x3fe6_a09e_667f_3bcd;
+    /// Exponent of one in place.
+    const ONE: u64 = 0x3ff0_0000_0000_0000;
+    /// `2^52`, whose last bits count units.
+    const UNITS: u64 = 0x4330_0000_0000_0000;
+    /// ln 2 in two parts, the first with room for a product with any exponent.
+    const LN2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
+    let bits = x.to_bits();
+    let exponent = bits.wrapping_add(ONE - LOW) >> 52;
+    let m = f64::from_bits(bits.wrapping_sub(exponent.wrapping_sub(1023) << 52));
+    let e = f64::from_bits(UNITS | exponent) - (4_503_599_627_370_496.0 + 1023.0);
+    let f = m - 1.0;
+    let s = f / (m + 1.0);
+    let z = s * s;
+    let mut series = 1.0 / 21.0;
+    for odd in [19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
+        series = series * z + 1.0 / odd;
+    }
+    // 2 s = f - s f: the larger part is exact.
+    e * LN2[0] + (f + (s * (2.0 * z * series - f) + e * LN2[1]))
+}
+
 /// `A : B`.
 #[inline]
 pub(crate) fn double_dot(a: DMat3, b: DMat3) -> f64 {
@@ -260,4 +297,30 @@ pub(crate) fn cofactor_change(f: DMat3, df: DMat3) -> DMat3 {
         df.z_axis.cross(f.x_axis) + f.z_axis.cross(df.x_axis),
         df.x_axis.cross(f.y_axis) + f.x_axis.cross(df.y_axis),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use testkit::cloud::Random;
+
+    #[test]
+    fn logarithm_is_that_of_the_library() {
+        let mut random = Random::new(3);
+        for k in 0..20_000 {
+            let x = match k % 4 {
+                0 => 1.0 + random.range(-1e-3, 1e-3),
+                1 => random.range(0.1, 10.0),
+                2 => 1.0 + random.range(-1e-12, 1e-12),
+                _ => random.range(-300.0, 300.0).exp(),
+            };
+            let (own, library) = (ln(x), x.ln());
+            let error = (own - library).abs();
+            assert!(
+                error <= 2.0 * f64::EPSILON * library.abs(),
+                "ln {x:e}: {own:e}, {library:e}"
+            );
+        }
+        assert_eq!(ln(1.0).to_bits(), 0);
+    }
 }

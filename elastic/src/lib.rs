@@ -11,6 +11,7 @@ mod kernel;
 mod law;
 mod material;
 mod model;
+mod plain;
 mod rows;
 mod update;
 mod viscosity;

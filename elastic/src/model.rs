@@ -5,8 +5,8 @@ use glam::{DMat3, DVec3};
 use crate::body::Body;
 use crate::dilatation::MeanDilatation;
 use crate::error::ElasticError;
-use crate::evaluate::{self, CHUNK, Table};
-use crate::kernel::{Lanes, double::Double, single::Single};
+use crate::evaluate::{self, Table};
+use crate::kernel::{Lanes, bare::Bare, controlled::Controlled};
 use crate::law::Prepared;
 use crate::material::{Law, Material};
 use crate::rows::{Graph, Rows};
@@ -72,7 +72,7 @@ pub enum Precision {
     /// f64.
     #[default]
     Double,
-    /// f32: 0.8 to 0.9 of the time and 0.65 of the memory, for a relative 1e-7 per row. Forces of a
+    /// f32: 0.6 of the memory and, beyond the caches, 0.7 to 0.8 of the time, for a relative 1e-7 per row. Forces of a
     /// body at rest vanish exactly; those of a stretched one sum to zero only up to that.
     Single,
 }
@@ -115,19 +115,23 @@ pub struct Elastic {
     pub(crate) pairs: Pairs,
 }
 
-/// Pair data in one of the two precisions.
+/// Pair data in one of the two precisions, with and without zero-energy control.
 #[derive(Debug, Clone)]
 pub(crate) enum Pairs {
-    Double(Table<Double>),
-    Single(Table<Single>),
+    Double(Table<Controlled<f64>>),
+    Single(Table<Controlled<f32>>),
+    BareDouble(Table<Bare<f64>>),
+    BareSingle(Table<Bare<f32>>),
 }
 
-/// Binds `$table` to the table of either precision.
+/// Binds `$table` to the table of either kind.
 macro_rules! with_table {
     ($pairs:expr, $table:ident => $work:expr) => {
         match $pairs {
             $crate::model::Pairs::Double($table) => $work,
             $crate::model::Pairs::Single($table) => $work,
+            $crate::model::Pairs::BareDouble($table) => $work,
+            $crate::model::Pairs::BareSingle($table) => $work,
         }
     };
 }
@@ -164,17 +168,19 @@ impl Elastic {
             }
         }
         let materials = checked_materials(materials, node_count)?;
-        let body = Body::new(settings, rest, volumes, materials, CHUNK);
-        match settings.precision {
-            Precision::Double => Self::assemble::<Double>(body, stencils, Pairs::Double),
-            Precision::Single => Self::assemble::<Single>(body, stencils, Pairs::Single),
+        let body = Body::new(settings, rest, volumes, materials);
+        match (settings.precision, body.controlled()) {
+            (Precision::Double, true) => Self::assemble(body, stencils, Pairs::Double),
+            (Precision::Single, true) => Self::assemble(body, stencils, Pairs::Single),
+            (Precision::Double, false) => Self::assemble(body, stencils, Pairs::BareDouble),
+            (Precision::Single, false) => Self::assemble(body, stencils, Pairs::BareSingle),
         }
     }
 
     fn assemble<L: Lanes>(
         mut body: Body,
         stencils: &Stencils<'_>,
-        wrap: impl FnOnce(Table<L>) -> Pairs,
+        wrap: fn(Table<L>) -> Pairs,
     ) -> Result<Self, ElasticError> {
         let mean = body.settings.dilatation == Dilatation::Mean;
         let symmetric = body.controlled() || mean;
@@ -182,7 +188,7 @@ impl Elastic {
         for node in 0..body.node_count() {
             body.set_row(&mut rows, node, stencils)?;
         }
-        if symmetric {
+        if L::CONTROLLED {
             for node in 0..body.node_count() {
                 rows.check_symmetry(node)?;
             }

@@ -1,9 +1,10 @@
 //! Pair data in the order in which the two passes read them.
 
 use glam::{DMat3, DVec3};
+use pulp::Arch;
 
 use crate::error::ElasticError;
-use crate::kernel::Lanes;
+use crate::kernel::{Lanes, Real, Row};
 use crate::law::outer;
 use crate::model::Stencils;
 
@@ -17,10 +18,12 @@ const CONSISTENCY_TOLERANCE: f64 = 1e-8;
 #[derive(Debug, Clone)]
 pub(crate) struct Rows<L: Lanes> {
     graph: Graph,
-    /// `z_ij = (g_ij, y_ij)`, `y_ij = w_ij L_i⁻¹ X_ij`, `A_i = L_i L_iᵀ`.
+    /// `g_ij` and `w_ij`.
     pairs: Vec<L::Pair>,
-    /// `z_ji`, `w_ij` at the place of incoming pair (i, j).
-    incoming: Vec<L::Incoming>,
+    /// `g_ji` and `w_ji` at the place of incoming pair (i, j).
+    incoming: Vec<L::Pair>,
+    /// What the processor offers to the loops.
+    pub(crate) arch: Arch,
 }
 
 /// The graph and, if it is not symmetric, its transpose.
@@ -36,9 +39,9 @@ pub(crate) struct Graph {
 pub(crate) struct RowSums {
     /// `sum_j X_ij g_ij^T`.
     pub(crate) consistency: DMat3,
-    /// `A = sum_j w_ij X_ij X_ij^T`.
+    /// `A = sum_j y_ij X_ij^T`, `y_ij = w_ij X_ij`; zero without control.
     pub(crate) moment: DMat3,
-    /// `sum_j y_ij`.
+    /// `sum_j y_ij`; zero without control.
     pub(crate) offset: DVec3,
     /// `g_ii = -sum_j g_ij` of the stored gradients.
     pub(crate) self_gradient: DVec3,
@@ -109,8 +112,9 @@ impl<L: Lanes> Rows<L> {
         let count = graph.pair_count();
         Self {
             graph,
-            pairs: vec![L::pair(DVec3::ZERO, DVec3::ZERO); count],
-            incoming: vec![L::incoming(DVec3::ZERO, DVec3::ZERO, 0.0); count],
+            pairs: vec![L::pair(DVec3::ZERO, 0.0); count],
+            incoming: vec![L::pair(DVec3::ZERO, 0.0); count],
+            arch: Arch::new(),
         }
     }
 
@@ -118,29 +122,35 @@ impl<L: Lanes> Rows<L> {
         self.graph.pair_count()
     }
 
-    /// Neighbours and `z_ij` of a node.
+    /// Neighbours, `g_ij` and `w_ij` of a node.
     #[inline]
-    pub(crate) fn row(&self, node: usize) -> (&[u32], &[L::Pair]) {
+    pub(crate) fn row(&self, node: usize) -> Row<'_, L::Pair> {
         let at = range(&self.graph.offsets, node);
-        (&self.graph.indices[at.clone()], &self.pairs[at])
+        Row {
+            node,
+            indices: &self.graph.indices[at.clone()],
+            pairs: &self.pairs[at],
+        }
     }
 
-    /// Nodes in whose rows `node` appears, with `z_ji` and `w_ij`.
+    /// Nodes in whose rows `node` appears, with `g_ji` and `w_ji`.
     #[inline]
-    pub(crate) fn incoming(&self, node: usize) -> (&[u32], &[L::Incoming]) {
+    pub(crate) fn incoming(&self, node: usize) -> Row<'_, L::Pair> {
         let (offsets, indices) = self.graph.incoming();
         let at = range(offsets, node);
-        (&indices[at.clone()], &self.incoming[at])
+        Row {
+            node,
+            indices: &indices[at.clone()],
+            pairs: &self.incoming[at],
+        }
     }
 
-    /// Copies one row in, with its reversed copies. `whiten` gives `L⁻¹` for the row's sums and
-    /// may refuse them.
+    /// Checks one row and copies it in, with its reversed copies.
     pub(crate) fn set_row(
         &mut self,
         node: usize,
         stencils: &Stencils<'_>,
         rest: &[DVec3],
-        whiten: impl FnOnce(&RowSums) -> Result<DMat3, ElasticError>,
     ) -> Result<RowSums, ElasticError> {
         let not_finite = |what| ElasticError::NotFinite { what, node };
         let mut sums = RowSums {
@@ -166,7 +176,6 @@ impl<L: Lanes> Rows<L> {
             }
             let x = rest[self.graph.indices[p] as usize] - rest[node];
             sums.consistency += outer(x, g);
-            sums.moment += outer(x * w, x);
             size += g.length();
             left += g;
         }
@@ -174,17 +183,18 @@ impl<L: Lanes> Rows<L> {
             let residual = left.length() / size;
             return Err(ElasticError::InconsistentRow { node, residual });
         }
-        let whitening = whiten(&sums)?;
         for p in at {
             let j = self.graph.indices[p] as usize;
-            let (g, w) = (stencils.gradients[p], weight(p));
-            let y = whitening * (rest[j] - rest[node]) * w;
+            let pair = L::pair(stencils.gradients[p], weight(p));
+            let x = rest[j] - rest[node];
+            let y = L::offset(&pair, x);
             sums.offset += y;
-            self.pairs[p] = L::pair(g, y);
-            sums.self_gradient -= L::pair_gradient(&self.pairs[p]);
+            sums.moment += outer(y, x);
+            sums.self_gradient -= L::gradient(&pair);
+            self.pairs[p] = pair;
             // Every pair (i, j) is an incoming pair of j: the lists are transposes.
             if let Some(at) = self.graph.find_incoming(j, node) {
-                self.incoming[at] = L::incoming(g, y, w);
+                self.incoming[at] = pair;
             }
         }
         Ok(sums)
@@ -197,7 +207,7 @@ impl<L: Lanes> Rows<L> {
             let back = self.graph.find_incoming(neighbor, node);
             let same = back.is_some_and(|q| {
                 let [a, b] = [p, q].map(|at| L::weight(&self.incoming[at]));
-                (a - b).abs() <= L::WEIGHT_TOLERANCE * a.max(b)
+                (a - b).abs() <= L::Number::WEIGHT_TOLERANCE * a.max(b)
             });
             if !same {
                 return Err(ElasticError::AsymmetricPair { node, neighbor });
@@ -210,7 +220,7 @@ impl<L: Lanes> Rows<L> {
     pub(crate) fn bytes(&self) -> usize {
         self.graph.bytes()
             + self.pairs.capacity() * size_of::<L::Pair>()
-            + self.incoming.capacity() * size_of::<L::Incoming>()
+            + self.incoming.capacity() * size_of::<L::Pair>()
     }
 }
 

@@ -29,7 +29,7 @@ impl Elastic {
     ) -> Result<(), ElasticError> {
         let body = &mut self.body;
         stencils.check_lengths(body.node_count(), body.controlled());
-        let symmetric = body.controlled() || body.dilatation.is_some();
+        let controlled = body.controlled();
         with_table!(&mut self.pairs, table => {
             assert_eq!(
                 stencils.indices.len(),
@@ -39,7 +39,7 @@ impl Elastic {
             for &node in touched {
                 body.set_row(&mut table.rows, node as usize, stencils)?;
             }
-            if symmetric {
+            if controlled {
                 for &node in touched {
                     table.rows.check_symmetry(node as usize)?;
                 }

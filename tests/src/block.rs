@@ -105,10 +105,20 @@ impl Block {
     /// measuring speed at any size, cheap to build.
     #[must_use]
     pub fn eighteen(n: [usize; 3], spacing: f64) -> Self {
+        Self::eighteen_in_order(n, spacing, morton)
+    }
+
+    /// [`Block::eighteen`] with its nodes in the order of a key of lattice places.
+    #[must_use]
+    pub fn eighteen_in_order<K: Ord>(
+        n: [usize; 3],
+        spacing: f64,
+        order: impl Fn([usize; 3]) -> K,
+    ) -> Self {
         let mut cells: Vec<[usize; 3]> = (0..n[2])
             .flat_map(|k| (0..n[1]).flat_map(move |j| (0..n[0]).map(move |i| [i, j, k])))
             .collect();
-        cells.sort_by_key(|&at| morton(at));
+        cells.sort_by_key(|&at| order(at));
         let number = |at: [usize; 3]| at[0] + n[0] * (at[1] + n[1] * at[2]);
         let mut rank = vec![0_u32; cells.len()];
         for (order, &at) in cells.iter().enumerate() {
@@ -149,6 +159,40 @@ impl Block {
         };
         body.set_weights();
         body.use_plain_gradients();
+        body
+    }
+
+    /// A body of nodes and the neighbours of each (in any order, repeated or not), with stencils
+    /// solved to round-off.
+    pub(crate) fn from_graph(
+        positions: Vec<DVec3>,
+        volumes: Vec<f64>,
+        boundary_vectors: Vec<DVec3>,
+        rows: Vec<Vec<u32>>,
+    ) -> Self {
+        let mut offsets = vec![0_u32];
+        let mut indices = Vec::new();
+        for mut row in rows {
+            row.sort_unstable();
+            row.dedup();
+            indices.extend(row);
+            offsets.push(id(indices.len()));
+        }
+        let mut body = Self {
+            positions,
+            volumes,
+            boundary_vectors,
+            tetrahedra: Vec::new(),
+            triangles: Vec::new(),
+            offsets,
+            indices,
+            weights: Vec::new(),
+            gradients: Vec::new(),
+            self_gradients: Vec::new(),
+            residual: 0.0,
+        };
+        body.set_weights();
+        body.solve_stencils();
         body
     }
 

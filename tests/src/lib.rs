@@ -9,6 +9,7 @@ pub mod block;
 pub mod cloud;
 pub mod derivative;
 pub mod kuhn;
+mod octree;
 pub mod statics;
 pub mod strategies;
 pub mod tol;

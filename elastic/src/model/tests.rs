@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use rayon::ThreadPoolBuilder;
 use testkit::block::Block;
 use testkit::cloud::Random;
-use testkit::derivative::directional_error;
+use testkit::derivative::central_sweep;
 use testkit::tol::{assert_below, assert_within};
 
 use super::*;
@@ -91,43 +91,46 @@ fn moved(x: &[DVec3], d: &[DVec3], t: f64) -> Vec<DVec3> {
     x.iter().zip(d).map(|(x, d)| *x + *d * t).collect()
 }
 
-/// Force and tangent against central differences of energy and force.
+/// Force and tangent against central differences of energy and force: order 2 down to 1e-8.
 fn check_derivatives(what: &str, body: &mut Elastic, x: &[DVec3], step: f64, scale: f64) {
     let n = body.node_count();
     let mut random = Random::new(99);
     let mut f = vec![DVec3::ZERO; n];
     let mut g = vec![DVec3::ZERO; n];
     let mut kv = vec![DVec3::ZERO; n];
+    let flat = |v: &[DVec3]| -> Vec<f64> { v.iter().flat_map(DVec3::to_array).collect() };
+    let mut orders = 0;
     for _ in 0..3 {
         let d: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
         let v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
         body.forces_into(x, &mut f);
         let slope = -dot(&f, &d);
-        let error = directional_error(
-            |t| body.forces_into(&moved(x, &d, t), &mut g),
-            slope,
+        let sweep = central_sweep(
+            |t| vec![body.forces_into(&moved(x, &d, t), &mut g)],
+            &[slope],
             step,
             scale * 1e-3,
         );
-        assert_below(&format!("{what}: force"), error, 1e-8);
+        orders += sweep.assert_second_order(&format!("{what}: force"), 1e-8);
         body.forces_into(x, &mut f);
         body.tangent_product_into(&d, &mut kv);
-        let there = dot(&kv, &v);
-        let error = directional_error(
+        let sweep = central_sweep(
             |t| {
                 body.forces_into(&moved(x, &d, t), &mut g);
-                -dot(&g, &v)
+                flat(&g).into_iter().map(|g| -g).collect()
             },
-            there,
+            &flat(&kv),
             step,
-            scale / step * 1e-3,
+            0.0,
         );
-        assert_below(&format!("{what}: tangent"), error, 1e-7);
+        orders += sweep.assert_second_order(&format!("{what}: tangent"), 1e-8);
+        let there = dot(&kv, &v);
         body.forces_into(x, &mut f);
         body.tangent_product_into(&v, &mut kv);
         let back = dot(&kv, &d);
         assert_within(what, there, back, 1e-12 * there.abs().max(scale / step));
     }
+    assert!(orders >= 6, "{what}: only {orders} orders seen");
 }
 
 #[test]
@@ -141,7 +144,14 @@ fn forces_are_the_gradient_and_the_tangent_is_theirs() {
     ] {
         for alpha in [0.0, 0.1] {
             let mut body = model(&block, material, alpha);
-            let x = shaken(&block, 0.015, 3);
+            let mut x = shaken(&block, 0.015, 3);
+            if material.fiber.is_some() {
+                // Stretched so far that no fiber goes slack within a step: their energy is twice
+                // differentiable only there.
+                for x in &mut x {
+                    *x *= 1.6;
+                }
+            }
             check_derivatives(&format!("{material:?}"), &mut body, &x, 1e-3, 1.0);
         }
     }
@@ -677,6 +687,40 @@ fn threads_do_not_change_the_bits_of_any_option() {
     }
 }
 
+/// Whatever width the processor offers, every lane sees the same operations in the same order.
+#[test]
+fn the_processor_does_not_change_the_bits() {
+    let block = Block::new([9, 8, 8], DVec3::splat(1.0), 0.2, 5);
+    let x = shaken(&block, 0.005, 1);
+    let v = shaken(&block, 0.5, 2);
+    for (precision, zero_energy_control) in [
+        (Precision::Double, 0.1),
+        (Precision::Single, 0.1),
+        (Precision::Double, 0.0),
+        (Precision::Single, 0.0),
+    ] {
+        for dilatation in [Dilatation::Local, Dilatation::Mean] {
+            let settings = Settings {
+                zero_energy_control,
+                precision,
+                dilatation,
+            };
+            let run = |baseline: bool| {
+                let mut body = built(&block, Material::neo_hookean(1.0, 0.4), &settings);
+                if baseline {
+                    with_table!(&mut body.pairs, table => table.rows.arch = pulp::Arch::Scalar);
+                }
+                let mut f = vec![DVec3::ZERO; x.len()];
+                let mut kv = f.clone();
+                let energy = body.forces_into(&x, &mut f);
+                body.tangent_product_into(&v, &mut kv);
+                (energy.to_bits(), f, kv)
+            };
+            assert!(run(false) == run(true), "{settings:?}");
+        }
+    }
+}
+
 /// f32 pairs agree with f64 ones to their own rounding, also far from the origin.
 #[test]
 fn single_precision_follows_double() {
@@ -886,9 +930,18 @@ fn memory_is_what_the_readme_states() {
         );
     };
     let double = built(&block, plain, &Settings::default()).bytes();
-    within("f64", double, 349 * n + 108 * pairs);
+    within("f64", double, 477 * n + 68 * pairs);
     let f32_bytes = built(&block, plain, &single).bytes();
-    within("f32", f32_bytes, 301 * n + 68 * pairs);
+    within("f32", f32_bytes, 381 * n + 36 * pairs);
+    // Without zero-energy control there is nothing of it.
+    let bare = |settings: Settings| Settings {
+        zero_energy_control: 0.0,
+        ..settings
+    };
+    let bytes = built(&block, plain, &bare(Settings::default())).bytes();
+    within("f64, no control", bytes, 237 * n + 52 * pairs);
+    let bytes = built(&block, plain, &bare(single)).bytes();
+    within("f32, no control", bytes, 201 * n + 28 * pairs);
     let means = built(&block, plain, &mean()).bytes();
     within("mean dilatation", means - double, 112 * n);
     let term = PronyTerm {
