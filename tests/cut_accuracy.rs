@@ -70,11 +70,34 @@ fn inclined_crack() {
 
 #[test]
 fn sneddon_1946_penny_crack_in_a_cube() {
-    // At a = 3.7 spacings the middle is within 6 %. The mean over r < 0.9 a is not: next to the edge
-    // the opening is too wide, as for every method of this spacing.
-    let found = problems::penny(21, 0.0, DETOUR).unwrap();
-    assert_within("middle", found.second, 1.0, 0.06);
-    assert_within("mean", found.first, 1.0, 0.11);
+    // At a = 3.5 spacings, eight places of the disc relative to the nodes of two bodies.
+    let shifts = [
+        [0.0, 0.0, 0.0],
+        [0.3, 0.2, 0.25],
+        [0.5, 0.0, 0.0],
+        [0.5, 0.5, -0.25],
+    ];
+    let mut runs = Vec::new();
+    for jitter in [0.0, 0.2] {
+        for shift in shifts.map(DVec3::from) {
+            runs.push(problems::penny(20, jitter, shift, DETOUR).unwrap());
+        }
+    }
+    if testkit::tol::print_residuals() {
+        println!("{runs:#?}");
+    }
+    let faces: Vec<Ratios> = runs.iter().map(|run| run.face).collect();
+    assert_within("mean opening", mean(&faces, |r| r.first), 1.0, 0.06);
+    assert_within("middle", mean(&faces, |r| r.second), 1.0, 0.06);
+    for face in &faces {
+        assert_within("mean opening at one place", face.first, 1.0, 0.06);
+        assert_within("middle at one place", face.second, 1.0, 0.06);
+    }
+    // What the cut adds to the work of the loads is too little, as the cut's faces end half a spacing
+    // before its edge; the nodes within a spacing of the edge open too far.
+    let others: Vec<Ratios> = runs.iter().map(|run| run.others).collect();
+    assert_within("volume by the work", mean(&others, |r| r.first), 1.0, 0.12);
+    assert_within("mean at nodes", mean(&others, |r| r.second), 1.0, 0.16);
 }
 
 #[test]
@@ -112,10 +135,10 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
             DVec3::new(x, 1.0 + margin, 0.53),
         ]
     };
-    // A plane with margin, one that overshoots by 0.01, a wavy one, a closed plug.
+    // A plane with margin, one that overshoots by 0.01, a wavy one, a closed plug, a T.
     for margin in [0.3, 0.01] {
         let strip = [level(-margin, margin), level(1.0 + margin, margin)];
-        let [moved, other] = problems::force_across(&strip, |p| p.z > 0.53);
+        let [moved, other] = problems::force_across(&[&strip], |p| p.z > 0.53);
         assert!(moved > 1e-3 && other == 0.0, "margin {margin}: {other}");
     }
     let wave = |x: f64| DVec2::new(x, 0.53 + 0.1 * (9.0 * x).sin());
@@ -127,7 +150,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
         let k = points.windows(2).position(|w| p.x <= w[1].x).unwrap();
         (points[k + 1] - points[k]).perp_dot(p.truncate() - points[k]) > 0.0
     };
-    let [moved, other] = problems::force_across(&strip, above);
+    let [moved, other] = problems::force_across(&[&strip], above);
     assert!(moved > 1e-3 && other == 0.0, "wave: {other}");
     let ring: Vec<[DVec3; 2]> = (0..=24)
         .map(|k| {
@@ -141,6 +164,17 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
             (b - a).perp_dot(p.truncate() - a) > 0.0
         })
     };
-    let [moved, other] = problems::force_across(&ring, inside);
+    let [moved, other] = problems::force_across(&[&ring], inside);
     assert!(moved > 1e-3 && other == 0.0, "plug: {other}");
+    // The stem ends on the bar between two of its captures; each of the three pieces in turn.
+    let bar = [-0.3, 0.2, 0.7, 1.3].map(|x| upright(DVec2::new(x, 0.53)));
+    let stem = [-0.3, 0.15, 0.53].map(|y| upright(DVec2::new(0.47, y)));
+    for piece in [
+        |p: DVec3| p.y > 0.53,
+        |p: DVec3| p.y < 0.53 && p.x < 0.47,
+        |p: DVec3| p.y < 0.53 && p.x > 0.47,
+    ] {
+        let [moved, others] = problems::force_across(&[&bar, &stem], piece);
+        assert!(moved > 1e-3 && others == 0.0, "T: {others}");
+    }
 }

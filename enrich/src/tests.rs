@@ -7,6 +7,7 @@
 )]
 
 mod dissertation;
+mod geodesic;
 mod growth;
 mod hard;
 mod planar_cases;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_enrich::{
     CutSettings, Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
@@ -34,7 +34,8 @@ impl Form {
             Self::Rule(Rule::Visibility) => "visibility",
             Self::Rule(Rule::Transparency { .. }) => "transparency",
             Self::Grid(GridForm::Product) => "grid, product of phi",
-            Self::Grid(_) => "grid, one-sided mean",
+            Self::Grid(GridForm::OneSided) => "grid, one-sided",
+            Self::Grid(GridForm::OneSidedMean) => "grid, one-sided mean",
             Self::Pieces => "product over pieces",
         }
     }
@@ -209,13 +210,14 @@ pub(crate) struct CutBody<'a> {
     pub(crate) stencils: ConservativeStencils,
     pub(crate) factors: Vec<f64>,
     pub(crate) touched: Vec<u32>,
-    /// Time of factors (s), and of the rows after them.
-    pub(crate) seconds: [f64; 2],
+    /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
+    pub(crate) seconds: [f64; 3],
     pairs: PairFactors,
 }
 
 impl<'a> CutBody<'a> {
-    /// Cuts a body. `blades` are the captures of the same cut for the grid; none if it cannot be one.
+    /// Cuts a body. `blades` are the captures of the same cut for the grid. None if the form refuses
+    /// the cut, or the elastic model the form.
     pub(crate) fn new(
         body: &'a Body,
         cuts: &Cuts,
@@ -232,6 +234,7 @@ impl<'a> CutBody<'a> {
             rule,
             ..FactorSettings::default()
         };
+        let begin = Instant::now();
         let mut pairs = PairFactors::new(&body.x, offsets, indices, &settings);
         let start = Instant::now();
         let factors = match form {
@@ -247,6 +250,16 @@ impl<'a> CutBody<'a> {
             Form::Pieces => piece_products(body, cuts, pairs.reach()),
         };
         let middle = Instant::now();
+        // The elastic model takes weights that are equal in both directions only.
+        for i in 0..body.x.len() {
+            for (pair, &j) in body.graph.pairs(i).zip(body.graph.row(i)) {
+                let place = body.graph.row(j as usize).binary_search(&(i as u32));
+                let back = body.graph.pairs(j as usize).start + place.unwrap();
+                if factors[pair].to_bits() != factors[back].to_bits() {
+                    return None;
+                }
+            }
+        }
         let mut touched = Vec::new();
         for i in 0..body.x.len() {
             if body.graph.pairs(i).any(|pair| factors[pair] < 1.0) {
@@ -257,7 +270,9 @@ impl<'a> CutBody<'a> {
         stencils
             .update_rows(&body.x, &body.graph, &factors, &touched)
             .unwrap();
+        // Of the set-up, the forms other than rules use the coupling distances only.
         let seconds = [
+            (start - begin).as_secs_f64(),
             (middle - start).as_secs_f64(),
             middle.elapsed().as_secs_f64(),
         ];
@@ -380,6 +395,36 @@ impl<'a> CutBody<'a> {
             }
             let value = u[nearest] + gradients[nearest] * (at - self.body.x[nearest]);
             value.dot(normal)
+        };
+        side(1.0) - side(-1.0)
+    }
+}
+
+impl CutBody<'_> {
+    /// Opening of the cut along `normal` at a point of its face, of the displacement as a field:
+    /// linear moving least squares on either side over the nodes within 2.2 spacings that the cut does
+    /// not hide.
+    pub(crate) fn field_opening(&self, cuts: &Cuts, u: &[DVec3], at: DVec3, normal: DVec3) -> f64 {
+        let (dx, radius) = (self.body.spacing, 2.2 * self.body.spacing);
+        let side = |sign: f64| -> f64 {
+            let from = at + sign * 1e-6 * dx * normal;
+            let (mut moment, mut sum) = (DMat4::ZERO, DVec4::ZERO);
+            for (x, u) in self.body.x.iter().zip(u) {
+                let q = x.distance(from) / radius;
+                if q < 1.0 && !cuts.crosses(from, *x) {
+                    let basis = ((*x - at) / dx).extend(1.0);
+                    let weighted = (1.0 - q * q).powi(3) * basis;
+                    moment += DMat4::from_cols(
+                        weighted * basis.x,
+                        weighted * basis.y,
+                        weighted * basis.z,
+                        weighted * basis.w,
+                    );
+                    sum += weighted * u.dot(normal);
+                }
+            }
+            assert!(moment.determinant() > 1e-6, "too few nodes see {at}");
+            (moment.inverse() * sum).w
         };
         side(1.0) - side(-1.0)
     }

@@ -12,12 +12,12 @@ fn plane_modulus() -> f64 {
     YOUNG / (1.0 - POISSON * POISSON)
 }
 
-/// Results relative to their references, and the times of the cut (factors, rows) in seconds.
+/// Results relative to their references, and the times (s) of set-up, factors and rows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Ratios {
     pub(crate) first: f64,
     pub(crate) second: f64,
-    pub(crate) seconds: [f64; 2],
+    pub(crate) seconds: [f64; 3],
 }
 
 /// A slab of one cell, held in its plane: plane strain.
@@ -226,21 +226,28 @@ pub(crate) fn inclined_crack(cells: usize, jitter: f64, form: Form) -> Option<Ra
     })
 }
 
-/// Penny-shaped cut of radius 0.35 in a cube of half width 1 under tension: opening over r < 0.9 a and
-/// at the middle against 1.0455 times Sneddon's half-space value (fine finite elements of the cube).
-pub(crate) fn penny(cells: usize, jitter: f64, form: Form) -> Option<Ratios> {
+/// Openings of a penny-shaped cut relative to the reference.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Penny {
+    /// Mean over the face within 0.9 of the radius, and at the middle, of the displacement field.
+    pub(crate) face: Ratios,
+    /// Mean over the whole face by the work of the loads (what the cut adds to it is the stress times
+    /// the opened volume), and mean at the nodes beside the cut, each by its own gradient.
+    pub(crate) others: Ratios,
+}
+
+/// Penny-shaped cut of radius 0.35 in a cube of half width 1 under tension, `shift` spacings beside the
+/// middle: opening against 1.0455 times Sneddon's half-space value (fine finite elements of the cube).
+pub(crate) fn penny(cells: usize, jitter: f64, shift: DVec3, form: Form) -> Option<Penny> {
     let body = Body::new([cells; 3], -DVec3::ONE, DVec3::ONE, jitter);
     let a = 0.35;
-    let z = if cells.is_multiple_of(2) {
-        0.5 * body.spacing
-    } else {
-        0.0
-    };
-    let (mut vertices, mut triangles) = (vec![DVec3::Z * z], Vec::new());
+    let between = if cells.is_multiple_of(2) { 0.5 } else { 0.0 };
+    let middle = body.spacing * (shift + between * DVec3::Z);
+    let (mut vertices, mut triangles) = (vec![middle], Vec::new());
     let count = 64_u32;
     for k in 0..count {
         let (s, c) = (2.0 * PI * f64::from(k) / f64::from(count)).sin_cos();
-        vertices.push(DVec3::new(a * c, a * s, z));
+        vertices.push(middle + a * DVec3::new(c, s, 0.0));
         triangles.push([0, 1 + k, 1 + (k + 1) % count]);
     }
     let mut cuts = body.cuts();
@@ -250,7 +257,7 @@ pub(crate) fn penny(cells: usize, jitter: f64, form: Form) -> Option<Ratios> {
         .map(|k| {
             let x = a * (-1.0 + f64::from(k) / 12.0) * 0.999;
             let y = (a * a - x * x).sqrt();
-            [DVec3::new(x, -y, z), DVec3::new(x, y, z)]
+            [-y, y].map(|y| middle + DVec3::new(x, y, 0.0))
         })
         .collect();
     let cut = CutBody::new(&body, &cuts, &blades, form)?;
@@ -262,24 +269,45 @@ pub(crate) fn penny(cells: usize, jitter: f64, form: Form) -> Option<Ratios> {
         *f += g;
     }
     let u = cut.solve(&forces, |_| DVec3::ONE);
-    let gradients = cut.gradients(&u);
-    let sneddon =
-        |r: f64| 1.0455 * 8.0 * (1.0 - POISSON * POISSON) * (a * a - r * r).sqrt() / (PI * YOUNG);
-    let opening =
-        |x: f64, y: f64| cut.opening(&cuts, &u, &gradients, DVec3::new(x, y, z), DVec3::Z);
-    // At the nodes' own places: between them a linear continuation overrates the round profile.
-    let (mut sum, mut reference) = (0.0, 0.0);
-    for x in &body.x {
-        let r = x.truncate().length();
-        if x.z > z && x.z < z + body.spacing && r < 0.9 * a {
-            sum += opening(x.x, x.y);
-            reference += sneddon(r);
+    let stiff = 8.0 * (1.0 - POISSON * POISSON) / (PI * YOUNG);
+    let sneddon = |r: f64| 1.0455 * stiff * (a * a - r * r).sqrt();
+    let ratio = |sums: (f64, f64)| sums.0 / sums.1;
+    // Points of the face in 18 rings, each with its share of the area.
+    let mut face = (0.0, 0.0);
+    for ring in 0..18_u32 {
+        let r = a * (f64::from(ring) + 0.5) / 20.0;
+        let points = 2 * ring + 4;
+        let share = r / f64::from(points);
+        for k in 0..points {
+            let (s, c) = (2.0 * PI * (f64::from(k) + 0.3) / f64::from(points)).sin_cos();
+            let at = middle + r * DVec3::new(c, s, 0.0);
+            face.0 += share * cut.field_opening(&cuts, &u, at, DVec3::Z);
+            face.1 += share * sneddon(r);
         }
     }
-    Some(Ratios {
-        first: sum / reference,
-        second: opening(0.0, 0.0) / sneddon(0.0),
-        seconds: cut.seconds,
+    let gradients = cut.gradients(&u);
+    let mut at_nodes = (0.0, 0.0);
+    for x in &body.x {
+        let (above, r) = (x.z - middle.z, (*x - middle).truncate().length());
+        if above > 0.0 && above < 0.99 * body.spacing && r < 0.9 * a {
+            let at = x.with_z(middle.z);
+            at_nodes.0 += cut.opening(&cuts, &u, &gradients, at, DVec3::Z);
+            at_nodes.1 += sneddon(r);
+        }
+    }
+    let work: f64 = forces.iter().zip(&u).map(|(f, u)| f.dot(*u)).sum();
+    let volume = (work - 8.0 / YOUNG, 2.0 / 3.0 * PI * a * a * sneddon(0.0));
+    Some(Penny {
+        face: Ratios {
+            first: ratio(face),
+            second: cut.field_opening(&cuts, &u, middle, DVec3::Z) / sneddon(0.0),
+            seconds: cut.seconds,
+        },
+        others: Ratios {
+            first: ratio(volume),
+            second: ratio(at_nodes),
+            seconds: cut.seconds,
+        },
     })
 }
 
@@ -409,17 +437,19 @@ pub(crate) fn mouths() -> [f64; 3] {
 }
 
 /// Largest change of a force by moving the nodes of one piece of a body after a through cut, before
-/// and after the stroke is finished: on that piece, and on the other.
-pub(crate) fn force_across(strip: &[[DVec3; 2]], piece: impl Fn(DVec3) -> bool) -> [f64; 2] {
+/// and after the strokes are finished: on that piece, and on the rest.
+pub(crate) fn force_across(strips: &[&[[DVec3; 2]]], piece: impl Fn(DVec3) -> bool) -> [f64; 2] {
     let body = Body::new([8; 3], DVec3::ZERO, DVec3::ONE, 0.2);
     let mut cuts = body.cuts();
-    let stroke = cuts.start(&strip[0]).unwrap();
-    for blade in &strip[1..] {
-        cuts.append(stroke, blade).unwrap();
+    for strip in strips {
+        let stroke = cuts.start(&strip[0]).unwrap();
+        for blade in &strip[1..] {
+            cuts.append(stroke, blade).unwrap();
+        }
+        cuts.end(stroke).unwrap();
     }
-    cuts.end(stroke).unwrap();
     let form = Form::Rule(phyxel_enrich::Rule::Detour);
-    let mut cut = CutBody::new(&body, &cuts, strip, form).unwrap();
+    let mut cut = CutBody::new(&body, &cuts, &[], form).unwrap();
     let mut most = [0.0_f64; 2];
     for finished in [false, true] {
         if finished {

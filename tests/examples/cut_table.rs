@@ -1,4 +1,5 @@
-//! Prints the table of all forms on all benchmarks: ratio to the reference, and the time of the cut.
+//! Prints the table of all forms on all benchmarks: ratio to the reference, and the times of the set-up
+//! (of `PairFactors`, once per body), of the cut's factors and of the rows after them.
 //!
 //! `cargo run -p tests --example cut_table` (the development profile is optimised); with `fine` as an
 //! argument also the finer bodies, which take some minutes.
@@ -19,16 +20,18 @@ mod body;
 mod problems;
 
 use body::Form;
+use glam::DVec3;
 use phyxel_enrich::{GridForm, Rule};
-use problems::Ratios;
+use problems::{Penny, Ratios};
 
-const FORMS: [Form; 6] = [
+const FORMS: [Form; 7] = [
     Form::Rule(Rule::Detour),
     Form::Rule(Rule::Visibility),
     Form::Rule(Rule::Transparency {
         kappa: 0.5,
         exponent: 2.0,
     }),
+    Form::Grid(GridForm::OneSided),
     Form::Grid(GridForm::OneSidedMean),
     Form::Grid(GridForm::Product),
     Form::Pieces,
@@ -59,7 +62,7 @@ fn show(name: &str, form: Form, runs: &[Option<Ratios>]) {
         (known.iter().map(|r| (f(r) - m).powi(2)).sum::<f64>() / n).sqrt()
     };
     println!(
-        "{name:34} {:22} {:7.3} ({:.3})  {:7.3} ({:.3})  {:8.2} ms  {:8.2} ms",
+        "{name:34} {:22} {:7.3} ({:.3})  {:7.3} ({:.3})  {:8.2} ms {:8.2} ms {:8.2} ms",
         form.name(),
         mean(|r| r.first),
         spread(|r| r.first),
@@ -67,13 +70,21 @@ fn show(name: &str, form: Form, runs: &[Option<Ratios>]) {
         spread(|r| r.second),
         1e3 * mean(|r| r.seconds[0]),
         1e3 * mean(|r| r.seconds[1]),
+        1e3 * mean(|r| r.seconds[2]),
     );
+}
+
+fn show_penny(name: &str, form: Form, runs: &[Option<Penny>]) {
+    let faces: Vec<Option<Ratios>> = runs.iter().map(|run| run.map(|run| run.face)).collect();
+    let others: Vec<Option<Ratios>> = runs.iter().map(|run| run.map(|run| run.others)).collect();
+    show(&format!("{name}: face, middle"), form, &faces);
+    show(&format!("{name}: by work, nodes"), form, &others);
 }
 
 fn main() {
     let fine = std::env::args().any(|a| a == "fine");
     println!(
-        "{:34} {:22} first (sd)       second (sd)      factors      rows",
+        "{:34} {:22} first (sd)       second (sd)        set-up     factors        rows",
         "benchmark", "form"
     );
     for form in FORMS {
@@ -98,11 +109,8 @@ fn main() {
                 form,
                 &[problems::gravity_slit(64, form)],
             );
-            show(
-                "penny a=5.4: mean, middle",
-                form,
-                &[problems::penny(31, 0.0, form)],
-            );
+            let penny = problems::penny(31, 0.0, DVec3::ZERO, form);
+            show_penny("penny a=5.4", form, &[penny]);
         }
         show(
             "centre crack a=6: K_I, opening",
@@ -119,9 +127,7 @@ fn main() {
             form,
             &[problems::gravity_slit(32, form)],
         );
-        let pennies: Vec<Option<Ratios>> = [20, 21, 22, 23]
-            .map(|cells| problems::penny(cells, 0.0, form))
-            .to_vec();
-        show("penny a=3.5 to 4: mean, middle", form, &pennies);
+        let pennies = [20, 21, 22, 23].map(|cells| problems::penny(cells, 0.0, DVec3::ZERO, form));
+        show_penny("penny a=3.5 to 4", form, &pennies);
     }
 }
