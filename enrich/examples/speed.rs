@@ -1,7 +1,7 @@
 //! Time of one update by two new triangles, for bodies and cuts of growing size, and the grid's beside it.
 //!
-//! `cargo run --release -p phyxel-enrich --example speed`; with `sight` only the time of
-//! crossing tests; with `once N LENGTH` one update only, for
+//! `cargo run --release -p phyxel-enrich --example speed`; with `sight` only the time of crossing
+//! tests; with `once SIDE LENGTH` one update only, for
 //! counting instructions: `valgrind --tool=none` or `--tool=callgrind --toggle-collect='*update*'`.
 #![allow(
     clippy::print_stdout,
@@ -18,24 +18,20 @@ use phyxel_enrich::{
 };
 use testkit::cloud;
 
-/// A block of `n` nodes on a jittered lattice of spacing 1 with 16 to 18 neighbours each.
-fn block(n: usize) -> (Vec<DVec3>, Vec<u32>, Vec<u32>) {
-    let mut side = 1;
-    while (side + 1) * (side + 1) * (side + 1) <= n {
-        side += 1;
-    }
-    let x = cloud::lattice([side; 3], 1.0, 0.1, 3);
+/// A block of nodes on a jittered lattice of spacing 1 with up to 18 neighbours each.
+fn block(size: [usize; 3]) -> (Vec<DVec3>, Vec<u32>, Vec<u32>) {
+    let x = cloud::lattice(size, 1.0, 0.1, 3);
     let (mut offsets, mut indices) = (vec![0], Vec::new());
-    let last = side - 1;
-    for k in 0..side {
-        for j in 0..side {
-            for i in 0..side {
-                for c in k.saturating_sub(1)..=(k + 1).min(last) {
-                    for b in j.saturating_sub(1)..=(j + 1).min(last) {
-                        for a in i.saturating_sub(1)..=(i + 1).min(last) {
+    let near = |c: usize, axis: usize| c.saturating_sub(1)..=(c + 1).min(size[axis] - 1);
+    for k in 0..size[2] {
+        for j in 0..size[1] {
+            for i in 0..size[0] {
+                for c in near(k, 2) {
+                    for b in near(j, 1) {
+                        for a in near(i, 0) {
                             let steps = a.abs_diff(i) + b.abs_diff(j) + c.abs_diff(k);
                             if steps == 1 || steps == 2 {
-                                let index = (c * side + b) * side + a;
+                                let index = (c * size[1] + b) * size[0] + a;
                                 indices.push(u32::try_from(index).unwrap_or(u32::MAX));
                             }
                         }
@@ -48,9 +44,19 @@ fn block(n: usize) -> (Vec<DVec3>, Vec<u32>, Vec<u32>) {
     (x, offsets, indices)
 }
 
-/// The blade's place after `k` captures: up and down a folded path that fills the body, a spacing per
-/// capture.
-fn blade(k: usize, side: f64) -> [DVec3; 2] {
+/// The blade's place after `k` captures, a spacing apart.
+type Path = fn(usize, [usize; 3]) -> [DVec3; 2];
+
+/// Straight along a bar, at half its height.
+fn straight(k: usize, size: [usize; 3]) -> [DVec3; 2] {
+    let (x, y) = (k as f64 + 3.4, 0.5 * size[1] as f64 - 0.3);
+    let z = 0.5 * size[2] as f64 - 1.3;
+    [DVec3::new(x, y, z), DVec3::new(x, y, z + 1.5)]
+}
+
+/// Up and down a folded path that fills a cube.
+fn folded(k: usize, [side, ..]: [usize; 3]) -> [DVec3; 2] {
+    let side = side as f64;
     let lanes = side - 3.0;
     let along = k as f64 % lanes;
     let lane = (k as f64 / lanes).floor();
@@ -65,35 +71,58 @@ fn blade(k: usize, side: f64) -> [DVec3; 2] {
     [DVec3::new(x + 0.4, y, z), DVec3::new(x + 0.4, y, z + 1.5)]
 }
 
+/// Paths and the bodies they go through, of about 1,000, 6,000 and 100,000 nodes.
+const PATHS: [(&str, Path, [[usize; 3]; 3]); 2] = [
+    (
+        "straight",
+        straight,
+        [[560, 2, 1], [560, 3, 4], [560, 13, 14]],
+    ),
+    ("folded", folded, [[10; 3], [18; 3], [46; 3]]),
+];
+/// Updates that are timed.
+const COUNT: usize = 40;
+
 fn main() -> Result<(), CutError> {
     let arguments: Vec<String> = std::env::args().collect();
     if arguments.get(1).is_some_and(|a| a == "once") {
         let number = |k: usize| arguments.get(k).and_then(|a| a.parse().ok()).unwrap_or(10);
-        let (nodes, length) = (number(2), number(3));
-        let (_, touched) = updates(nodes, length, 1)?;
-        println!("{nodes} nodes, {length} captures, {touched} pairs touched by the last");
+        let (side, length) = (number(2), number(3));
+        let touched = updates([side; 3], folded, length, 1)?.touched;
+        println!("{side}³ nodes, {length} captures, {touched} pairs touched by the last");
         return Ok(());
     }
     if arguments.get(1).is_some_and(|a| a == "sight") {
         return sight();
     }
     println!(
-        "nodes    captures before   update of 2 triangles, median (quartiles)   pairs touched"
+        "path      nodes   triangles before   update of 2 triangles, median (quartiles)   pairs touched   bytes: body, cut"
     );
-    for nodes in [1_000, 6_000, 100_000] {
-        for length in [5, 50, 500] {
-            let (mut times, touched) = updates(nodes, length, 41)?;
-            times.sort_by(f64::total_cmp);
-            println!(
-                "{nodes:7}  {length:15}   {:8.4} ms ({:.4} to {:.4})   {touched:12}",
-                1e3 * times[20],
-                1e3 * times[10],
-                1e3 * times[30],
-            );
+    for (name, path, sizes) in PATHS {
+        for size in sizes {
+            for length in [5, 50, 500] {
+                if name == "folded" && size[0] == 10 && length == 500 {
+                    continue; // the path is shorter there
+                }
+                let mut run = updates(size, path, length, COUNT)?;
+                run.times.sort_by(f64::total_cmp);
+                let at = |share: usize| 1e3 * run.times[COUNT * share / 4];
+                println!(
+                    "{name:8} {:6}   {:16}   {:8.4} ms ({:.4} to {:.4})   {:20}   {}, {}",
+                    size.iter().product::<usize>(),
+                    2 * length,
+                    at(2),
+                    at(1),
+                    at(3),
+                    run.touched / COUNT,
+                    run.bytes[0],
+                    run.bytes[1],
+                );
+            }
         }
     }
     sight()?;
-    let (x, offsets, indices) = block(6_000);
+    let (x, offsets, indices) = block([18; 3]);
     println!("the dissertation's grid, 5,832 nodes, a straight strip, built anew for each update:");
     for length in [5, 16] {
         let blades: Vec<[DVec3; 2]> = (0..=length)
@@ -181,24 +210,36 @@ fn sight() -> Result<(), CutError> {
     Ok(())
 }
 
-/// Times (s) of `count` updates after `length` captures, and the pairs that the last one touched.
-fn updates(nodes: usize, length: usize, count: usize) -> Result<(Vec<f64>, usize), CutError> {
-    let (x, offsets, indices) = block(nodes);
-    let side = (x.len() as f64).cbrt().round();
-    let inside =
-        |p: DVec3| p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(DVec3::splat(side - 0.5)).all();
+struct Run {
+    /// Times (s) of the last updates, each with the append before it.
+    times: Vec<f64>,
+    /// Pairs that these touched, together.
+    touched: usize,
+    /// Bytes of the factors and of the cut at the end.
+    bytes: [usize; 2],
+}
+
+/// `count` updates after `length` captures.
+fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<Run, CutError> {
+    let (x, offsets, indices) = block(size);
+    let top = DVec3::from(size.map(|n| n as f64 - 0.5));
+    let inside = |p: DVec3| p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(top).all();
     let mut factors = PairFactors::new(&x, &offsets, &indices, &FactorSettings::default());
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
-    let stroke = cuts.start(&blade(0, side))?;
+    let stroke = cuts.start(&path(0, size))?;
     let (mut times, mut touched) = (Vec::new(), 0);
     for k in 1..=length + count {
         let start = Instant::now();
-        let new = cuts.append(stroke, &blade(k, side))?;
+        let new = cuts.append(stroke, &path(k, size))?;
         let found = factors.update(&cuts, new, &inside);
         if k > length {
             times.push(start.elapsed().as_secs_f64());
-            touched = found.pairs.len();
+            touched += found.pairs.len();
         }
     }
-    Ok((times, touched))
+    Ok(Run {
+        times,
+        touched,
+        bytes: [factors.bytes(), cuts.bytes()],
+    })
 }

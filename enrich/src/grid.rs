@@ -173,6 +173,16 @@ impl EnrichmentGrid {
             .collect()
     }
 
+    /// The common frame: its origin (m), eqs. (39) and (45), and a unit vector, in the plane that of
+    /// the t axis, eq. (40), in space the normal of the common plane, eq. (46).
+    #[must_use]
+    pub fn frame(&self) -> (DVec3, DVec3) {
+        match &self.frame {
+            Frame::Planar(frame) => (frame.origin.extend(0.0), frame.along.extend(0.0)),
+            Frame::Spatial(frame) => (frame.origin, frame.normal),
+        }
+    }
+
     /// Number of lattice points along x, y, z; one along z in the plane.
     #[must_use]
     pub fn size(&self) -> [usize; 3] {

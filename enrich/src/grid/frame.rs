@@ -81,8 +81,8 @@ pub(super) enum Frame {
 pub(super) struct Planar {
     points: Vec<DVec2>,
     /// `p0` and the unit direction of `θ0`, eqs. (39) and (40).
-    origin: DVec2,
-    along: DVec2,
+    pub(super) origin: DVec2,
+    pub(super) along: DVec2,
     /// t-coordinates of the points, eq. (42), increasing.
     t: Vec<f64>,
 }
@@ -91,8 +91,8 @@ pub(super) struct Planar {
 pub(super) struct Spatial {
     blades: Vec<[DVec3; 2]>,
     /// `c0` and `n0`, eqs. (45) and (46).
-    origin: DVec3,
-    normal: DVec3,
+    pub(super) origin: DVec3,
+    pub(super) normal: DVec3,
     /// Origin and direction of the separators between groups, fig. 30.
     separators: Vec<(DVec3, DVec3)>,
     /// Two triangles per group: corners, projected corners, unit normal.

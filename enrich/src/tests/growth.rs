@@ -1,12 +1,14 @@
 //! Cuts that grow: prefixes, order of arrival, repetition, subdivision.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use testkit::cloud::Random;
 
 use super::shapes::{plane, space};
 use super::slow::{Cloud, inside};
 use super::space_cases::{body, cut, factors, fresh, settings};
-use crate::{CutSettings, Cuts};
+use crate::{Bend, Bounds, CutSettings, Cuts, Obstacle};
 
 #[test]
 fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
@@ -186,9 +188,84 @@ fn a_part_and_the_rest_cross_what_the_whole_crosses() {
             crossing += usize::from(whole);
             assert_eq!(old.crosses(a, b) || new.crosses(a, b), whole, "{name}");
             // What does not meet the box of a part is not crossed by it.
-            let near = crate::Bounds::of(&[a, b]);
+            let near = Bounds::of(&[a, b]);
             assert!(new.bounds().meets(&near) || !new.crosses(a, b), "{name}");
         }
         assert!(crossing > 3, "{name}: {crossing}");
     }
+}
+
+/// A cut that counts what it is asked.
+struct Counted<'a>(&'a Cuts, AtomicUsize);
+
+impl Counted<'_> {
+    fn cut(&self) -> &Cuts {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0
+    }
+}
+
+impl Obstacle for Counted<'_> {
+    fn piece_count(&self) -> usize {
+        self.0.piece_count()
+    }
+    fn piece_bounds(&self, piece: usize) -> Bounds {
+        self.cut().piece_bounds(piece)
+    }
+    fn piece_crosses(&self, piece: usize, a: DVec3, b: DVec3) -> bool {
+        self.cut().piece_crosses(piece, a, b)
+    }
+    fn crosses(&self, a: DVec3, b: DVec3) -> bool {
+        self.cut().crosses(a, b)
+    }
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+        self.cut().bends_into(near, out);
+    }
+    fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
+        self.cut().bend(bend, a, b)
+    }
+    fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+        self.cut().pieces_into(near, out);
+    }
+    fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3 {
+        self.cut().meeting_point(piece, a, b)
+    }
+    fn bend_distance(&self, bend: u32, point: DVec3) -> f64 {
+        self.cut().bend_distance(bend, point)
+    }
+}
+
+#[test]
+fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
+    // A bar without jitter, so that each step of the blade meets the same nodes again.
+    let x = testkit::cloud::lattice([530, 4, 3], 1.0, 0.0, 1);
+    let mut indices = Vec::new();
+    let mut offsets = vec![0];
+    for (i, p) in x.iter().enumerate() {
+        let places = i.saturating_sub(1100)..(i + 1100).min(x.len());
+        indices.extend(
+            places
+                .filter(|&j| j != i && p.distance(x[j]) < 1.5)
+                .map(|j| j as u32),
+        );
+        offsets.push(indices.len() as u32);
+    }
+    let mut factors =
+        crate::PairFactors::new(&x, &offsets, &indices, &crate::FactorSettings::default());
+    let blade = |k: usize| [0.3, 1.8].map(|z| DVec3::new(k as f64 + 4.4, 1.6, z));
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let stroke = cuts.start(&blade(0)).unwrap();
+    let mut asked = Vec::new();
+    for k in 1..=510 {
+        let new = cuts.append(stroke, &blade(k)).unwrap();
+        let counted = Counted(&cuts, AtomicUsize::new(0));
+        factors.update(&counted, new, &|_| true);
+        asked.push(counted.1.into_inner());
+    }
+    let sum = |range: std::ops::Range<usize>| asked[range].iter().sum::<usize>();
+    let (early, late) = (sum(5..15), sum(500..510));
+    if testkit::tol::print_residuals() {
+        println!("asked {early} times in 10 updates after 10 triangles, {late} after 1,000");
+    }
+    assert!(early > 500 && late * 100 <= early * 101, "{early} {late}");
 }
