@@ -11,6 +11,7 @@ mod geodesic;
 mod growth;
 mod hard;
 mod planar_cases;
+mod planar_growth;
 mod shapes;
 mod slow;
 mod space_cases;

@@ -66,7 +66,7 @@ pub(crate) fn inside(p: DVec3) -> bool {
 }
 
 /// Whether `ab` crosses `pq`, in plain floating point; for points in general position.
-fn cross2(a: DVec2, b: DVec2, p: DVec2, q: DVec2) -> bool {
+pub(crate) fn cross2(a: DVec2, b: DVec2, p: DVec2, q: DVec2) -> bool {
     let side = |u: DVec2, v: DVec2, w: DVec2| (v - u).perp_dot(w - u) > 0.0;
     side(p, q, a) != side(p, q, b) && side(a, b, p) != side(a, b, q)
 }
