@@ -54,6 +54,16 @@ fn straight(k: usize, size: [usize; 3]) -> [DVec3; 2] {
     [DVec3::new(x, y, z), DVec3::new(x, y, z + 1.5)]
 }
 
+/// Straight in steps of a fiftieth of a spacing, with a blade of eight spacings.
+fn tiny(k: usize, [side, ..]: [usize; 3]) -> [DVec3; 2] {
+    let middle = 0.5 * side as f64;
+    let (x, y) = (middle - 5.0 + 0.02 * k as f64, middle + 0.3);
+    [
+        DVec3::new(x, y, middle - 4.0),
+        DVec3::new(x, y, middle + 4.0),
+    ]
+}
+
 /// Up and down a folded path that fills a cube.
 fn folded(k: usize, [side, ..]: [usize; 3]) -> [DVec3; 2] {
     let side = side as f64;
@@ -72,7 +82,8 @@ fn folded(k: usize, [side, ..]: [usize; 3]) -> [DVec3; 2] {
 }
 
 /// Paths and the bodies they go through, of about 1,000, 6,000 and 100,000 nodes.
-const PATHS: [(&str, Path, [[usize; 3]; 3]); 2] = [
+const PATHS: [(&str, Path, [[usize; 3]; 3]); 3] = [
+    ("tiny", tiny, [[10; 3], [18; 3], [46; 3]]),
     (
         "straight",
         straight,
@@ -225,7 +236,10 @@ fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<
     let top = DVec3::from(size.map(|n| n as f64 - 0.5));
     let inside = |p: DVec3| p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(top).all();
     let mut factors = PairFactors::new(&x, &offsets, &indices, &FactorSettings::default());
-    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut cuts = Cuts::new(&CutSettings {
+        weld_tolerance: 1e-6,
+        ..CutSettings::for_spacing(1.0)
+    });
     let stroke = cuts.start(&path(0, size))?;
     let (mut times, mut touched) = (Vec::new(), 0);
     for k in 1..=length + count {

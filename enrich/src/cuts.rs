@@ -87,7 +87,7 @@ pub struct Cuts {
     edge_of: CellMap<[u32; 2], u32>,
     vertex_index: BoxIndex,
     forest: Forest,
-    edge_index: BoxIndex,
+    edge_index: Forest,
     dropped: Dropped,
 }
 
@@ -118,7 +118,7 @@ impl Cuts {
             edge_of: CellMap::default(),
             vertex_index: BoxIndex::new(settings.index_cell.max(settings.weld_tolerance)),
             forest: Forest::default(),
-            edge_index: BoxIndex::new(settings.index_cell),
+            edge_index: Forest::default(),
             dropped: Dropped::default(),
         }
     }
@@ -447,8 +447,8 @@ impl Cuts {
                 opposite: Vec::new(),
                 outward: DVec3::ZERO,
             });
-            let bounds = Bounds::of(&ends.map(|v| self.vertices[v as usize]));
-            self.edge_index.insert(number, bounds);
+            let [p, q] = ends.map(|v| self.vertices[v as usize]);
+            self.edge_index.insert(number, [p, q, q]);
             number
         });
         let edge = &mut self.edges[number as usize];
@@ -520,8 +520,13 @@ impl Obstacle for Cuts {
     }
 
     fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
-        self.edge_index.collect(near, out);
-        out.retain(|&edge| self.edges[edge as usize].outward != DVec3::ZERO);
+        out.clear();
+        self.edge_index.in_box(near, |edge| {
+            if self.edges[edge as usize].outward != DVec3::ZERO {
+                out.push(edge);
+            }
+        });
+        out.sort_unstable();
     }
 
     /// The best point of an edge is where the way, unfolded into a plane, is straight:

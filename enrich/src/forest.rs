@@ -1,8 +1,8 @@
-//! Trees of boxes and slabs over triangles that come one by one.
+//! Trees of boxes and slabs over triangles that come one by one; an edge is a triangle without area.
 
 use std::ops::ControlFlow;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 
 use crate::index::Bounds;
 use crate::predicate::segment_crosses_triangle;
@@ -33,6 +33,8 @@ struct Segment {
     bounds: Bounds,
     a: DVec3,
     b: DVec3,
+    middle: DVec3,
+    half: DVec3,
     round_off: f64,
 }
 
@@ -52,6 +54,8 @@ impl Segment {
             bounds,
             a,
             b,
+            middle: 0.5 * (a + b),
+            half: 0.5 * (b - a),
         }
     }
 
@@ -61,7 +65,19 @@ impl Segment {
             return true;
         }
         let (a, b) = (hull.normal.dot(self.a), hull.normal.dot(self.b));
-        a.max(b) < hull.least - self.round_off || a.min(b) > hull.most + self.round_off
+        if a.max(b) < hull.least - self.round_off || a.min(b) > hull.most + self.round_off {
+            return true;
+        }
+        // The box and the segment's line, seen along each axis; the round-off of a moment is below
+        // a tenth of the slack.
+        let size = 0.5 * (hull.bounds.high - hull.bounds.low);
+        let moment = (self.middle - 0.5 * (hull.bounds.high + hull.bounds.low))
+            .cross(self.half)
+            .abs();
+        let direction = self.half.abs();
+        let extent = size.yzx() * direction.zxy() + size.zxy() * direction.yzx();
+        let slack = 4.0 * (self.round_off + round_off(&hull.bounds)) * direction.max_element();
+        moment.cmpgt(extent + DVec3::splat(slack)).any()
     }
 }
 
