@@ -131,6 +131,7 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
     body.name = "organ".to_owned();
     // As in the embedded liver: strains are large and a wound's rim is held by few nodes.
     body.material.stabilization = 0.3;
+    body.damping_ratio = 0.1;
     let mut scene = Scene::new("mesh", vec![body]);
     scene.description = "default scene of a mesh: held at its back, cut from the front".to_owned();
     scene.supports.push(Support {
@@ -162,6 +163,7 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
         weld_tolerance: None,
     });
     scene.integration.duration = 2.5;
+    scene.integration.step_factor = 0.8;
     scene.pictures = Some(Pictures::default());
     scene
 }

@@ -191,6 +191,12 @@ fn body(path: &str, body: &Body) -> Check {
     finite(format_args!("{path}.position"), body.position)?;
     sampling(&format!("{path}.sampling"), &body.sampling, &body.shape)?;
     material(&format!("{path}.material"), &body.material)?;
+    require(
+        (0.0..=1.0).contains(&body.damping_ratio),
+        format_args!("{path}.damping_ratio"),
+        body.damping_ratio,
+        "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)",
+    )?;
     not_negative(format_args!("{path}.damping"), body.damping, " (1/s)")?;
     surfels(&format!("{path}.surfels"), &body.surfels)
 }

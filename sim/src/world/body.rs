@@ -28,6 +28,8 @@ const LIVER_WIDTH: f64 = 0.166;
 const RANK_TOLERANCE: f64 = 0.03;
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
+/// Share of the start of an estimate that comes from the motion.
+const STIRRED: f64 = 0.5;
 
 /// A body, its model and its motion.
 #[derive(Debug)]
@@ -181,6 +183,7 @@ impl Body {
             supports,
             MotionSettings {
                 damping: description.damping,
+                viscosity: 2.0 * description.damping_ratio / eigenvalue.value.sqrt(),
                 ..MotionSettings::default()
             },
         )?;
@@ -208,10 +211,10 @@ impl Body {
         })
     }
 
-    /// Step (s) for the eigenvalue as last estimated: the step factor times `2 / sqrt(lambda)`.
+    /// Step (s) for the eigenvalue as last estimated: the step factor times the critical step.
     #[must_use]
     pub fn step_size(&self) -> f64 {
-        self.step_factor * critical_step(self.current_eigenvalue, 0.0)
+        self.step_factor * critical_step(self.current_eigenvalue, self.motion.settings().viscosity)
     }
 
     /// Estimates the largest eigenvalue where the body is now, from the vector of the last time,
@@ -222,6 +225,7 @@ impl Body {
             margin: EIGENVALUE_MARGIN,
             ..EigenvalueSettings::default()
         };
+        self.stir();
         let elastic = &mut self.elastic;
         let found = largest_eigenvalue(
             &self.masses,
@@ -232,6 +236,34 @@ impl Body {
         )?;
         self.current_eigenvalue = found.value.max(self.eigenvalue.value);
         Ok(found.value)
+    }
+
+    /// Turns the vector of the last estimate towards what the nodes do against their neighbours. A
+    /// mode that has stiffened past the step grows there first, and the vector of before may know
+    /// nothing of it.
+    fn stir(&mut self) {
+        let forces = &self.motion.state().forces;
+        if forces.is_empty() || self.eigenvector.len() != self.rest.len() {
+            return;
+        }
+        let acceleration = |node: usize| forces[node] / self.masses[node];
+        let apart: Vec<DVec3> = (0..self.rest.len())
+            .map(|node| {
+                let row = self.neighborhoods.row(node);
+                let sum: DVec3 = row.iter().map(|&j| acceleration(j as usize)).sum();
+                #[allow(clippy::cast_precision_loss, reason = "a row's length")]
+                let count = row.len().max(1) as f64;
+                acceleration(node) - sum / count
+            })
+            .collect();
+        let length = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+        let size = length(&apart);
+        if size > 0.0 {
+            let share = STIRRED * length(&self.eigenvector) / size;
+            for (v, a) in self.eigenvector.iter_mut().zip(&apart) {
+                *v += *a * share;
+            }
+        }
     }
 
     /// Takes one step (s); the time in the force law is added to `spent`.

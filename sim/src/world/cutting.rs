@@ -18,7 +18,7 @@ const CAPS: [f64; 3] = [1.0, 0.5, 0.3];
 /// A node that a cut leaves fewer neighbours, or a moment matrix of a larger condition, has no strain
 /// of its own any more: a few neighbours turn inside out under load, and no penalty holds them.
 const FEWEST_NEIGHBORS: usize = 6;
-const LARGEST_CONDITION: f64 = 10.0;
+const LARGEST_CONDITION: f64 = 5.0;
 /// Strength of the cap on such nodes.
 const WEAK_CAP: f64 = 0.005;
 /// Pieces of fewer nodes are debris and count as weak.

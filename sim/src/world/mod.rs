@@ -23,7 +23,7 @@ use crate::scene::Scene;
 use state::Incision;
 
 /// Steps between two estimates of the largest eigenvalue: strain stiffens a body.
-const STEPS_PER_ESTIMATE: u64 = 50;
+const STEPS_PER_ESTIMATE: u64 = 25;
 /// Products with the stiffness per such estimate; it starts at the vector of the last.
 const ESTIMATE_PRODUCTS: usize = 4;
 
