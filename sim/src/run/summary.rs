@@ -378,7 +378,7 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
         .min_by(|a, b| a.step_size().total_cmp(&b.step_size()));
     let (critical_step, largest_eigenvalue, iterations) = stiffest.map_or((0.0, 0.0, 0), |body| {
         let found = &body.eigenvalue;
-        (found.critical_step, found.value, found.iterations)
+        (body.critical_step(), found.value, found.iterations)
     });
     let factor = world.scene().integration.step_factor;
     SteppingSummary {

@@ -67,7 +67,7 @@ pub fn guess_unit(extent: &MeshExtent) -> UnitGuess {
 }
 
 impl Scene {
-    /// The default scene of a mesh: held by the back quarter of its box, under gravity, cut from
+    /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
     /// the front down into its upper side, and drawn.
     ///
     /// `extent` is the box of the mesh as it lies in the file; OBJ and PLY files are taken to have
@@ -133,12 +133,14 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
     body.material.stabilization = 0.3;
     body.damping_ratio = 0.1;
     let mut scene = Scene::new("mesh", vec![body]);
-    scene.description = "default scene of a mesh: held at its back, cut from the front".to_owned();
+    scene.description =
+        "default scene of a mesh: held from below and behind, cut from the front".to_owned();
     scene.supports.push(Support {
         body: None,
         region: Region::HalfSpace {
-            point: at(0.5, 0.75, 0.5),
-            normal: DVec3::Y,
+            // Below the line from the middle of the front's foot to the top of the back.
+            point: at(0.5, 0.65, 0.45),
+            normal: DVec3::new(0.0, size.z, -size.y).normalize_or(DVec3::Y),
         },
         motion: super::Motion::Fixed,
     });

@@ -211,6 +211,12 @@ impl Body {
         })
     }
 
+    /// Largest stable step (s) of the uncut body at rest, damping included.
+    #[must_use]
+    pub fn critical_step(&self) -> f64 {
+        critical_step(self.eigenvalue.value, self.motion.settings().viscosity)
+    }
+
     /// Step (s) for the eigenvalue as last estimated: the step factor times the critical step.
     #[must_use]
     pub fn step_size(&self) -> f64 {

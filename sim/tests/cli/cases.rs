@@ -87,6 +87,7 @@ fn resume_cases() -> Vec<Case> {
                 "bodies[0].damping=1",
             ],
         ),
+        set("too much damping", "bodies[0].damping_ratio=1.5"),
         set("no time between checkpoints", "observe.checkpoint=Some(0)"),
     ]
 }
