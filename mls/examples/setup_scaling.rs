@@ -1,5 +1,6 @@
 //! Set-up time and memory from 1,000 nodes on: our search, weights and stencils against the search of
-//! rstar alone, on the same points, threads and run; and the conservative solve.
+//! rstar alone, on the same points, threads and run; and the conservative set-up on the edges of a
+//! jittered block of about as many nodes, solve included.
 //!
 //! `cargo run --release -p phyxel-mls --example setup_scaling` (add a folder and `1000000` for the
 //! largest size)
@@ -13,12 +14,16 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_mls::{GradientStencils, Kernel, NearestSettings, k_nearest, kernel_weights};
+use phyxel_mls::{
+    ConservativeSettings, ConservativeStencils, GradientStencils, Kernel, NearestSettings,
+    Neighborhoods, SolveReport, inverse_square_weights, k_nearest, kernel_weights,
+};
 use rayon::prelude::*;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 use study::{Line, median, write_csv, write_plot};
 use testkit::cloud::uniform;
+use testkit::kuhn::kuhn_block;
 
 mod study;
 
@@ -67,16 +72,53 @@ fn rstar_alone(points: &[DVec3]) -> f64 {
     .0
 }
 
+/// Seconds of weights and conservative stencils on a block of about `count` nodes.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "cells per side are few"
+)]
+fn conservative(count: usize) -> (f64, usize, SolveReport) {
+    let cells = (count as f64).cbrt().round() as usize - 1;
+    let block = kuhn_block([cells; 3], 1.0, 0.2, 1);
+    let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("edges");
+    let (seconds, stencils) = time(|| {
+        let weights = inverse_square_weights(&block.positions, &graph);
+        ConservativeStencils::new(
+            &block.positions,
+            &block.volumes,
+            &block.boundary_vectors,
+            &graph,
+            weights,
+            &ConservativeSettings::default(),
+        )
+        .expect("finite data")
+    });
+    (seconds, block.positions.len(), stencils.report)
+}
+
 fn main() {
     let largest = std::env::args()
         .nth(2)
         .map_or(100_000, |n| n.parse().expect("a number of nodes"));
     println!(
-        "{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7}",
-        "nodes", "rstar ms", "search", "weights", "stencils", "sum ms", "ratio", "B/node", "B/pair"
+        "{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} | {:>8} {:>10} {:>10} {:>7}",
+        "nodes",
+        "rstar ms",
+        "search",
+        "weights",
+        "stencils",
+        "sum ms",
+        "ratio",
+        "B/node",
+        "B/pair",
+        "nodes",
+        "conserv.",
+        "iterations",
+        "ratio"
     );
     let mut rows = Vec::new();
-    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let (mut ours, mut theirs, mut solved) = (Vec::new(), Vec::new(), Vec::new());
     for count in [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000] {
         if count > largest {
             break;
@@ -104,14 +146,27 @@ fn main() {
         let parts: Vec<f64> = times.into_iter().map(|t| 1e3 * median(t)).collect();
         let sum = parts[1] + parts[2] + parts[3];
         let ratio = sum / parts[0];
+        let (seconds, nodes, report) = conservative(count);
+        let milliseconds = 1e3 * seconds;
         println!(
-            "{count:>8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {sum:>9.2} {ratio:>7.2} {:>7} {:>7}",
-            parts[0], parts[1], parts[2], parts[3], memory.0, memory.1
+            "{count:>8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {sum:>9.2} {ratio:>7.2} {:>7} {:>7} | {nodes:>8} \
+             {milliseconds:>10.1} {:>10} {:>7.2}",
+            parts[0],
+            parts[1],
+            parts[2],
+            parts[3],
+            memory.0,
+            memory.1,
+            report.iterations,
+            milliseconds / parts[0]
         );
+        assert!(report.converged, "{report:?}");
+        solved.push((nodes as f64, milliseconds));
         rows.push(vec![
             count.to_string(),
             parts[0].to_string(),
             sum.to_string(),
+            milliseconds.to_string(),
         ]);
         theirs.push((count as f64, parts[0]));
         ours.push((count as f64, sum));
@@ -122,15 +177,20 @@ fn main() {
             );
         }
     }
-    write_csv("setup_scaling.csv", "nodes,rstar_ms,setup_ms", &rows);
+    write_csv(
+        "setup_scaling.csv",
+        "nodes,rstar_ms,setup_ms,conservative_ms",
+        &rows,
+    );
     let lines = [
         Line::new("rstar alone, 16 nearest", theirs),
-        Line::new("search, weights, stencils", ours),
+        Line::new("search, weights, plain stencils", ours),
+        Line::new("weights, conservative stencils on given edges", solved),
     ];
     write_plot(
         "setup_scaling.svg",
-        "Set-up time",
-        ["nodes", "ms"],
+        "Set-up time, two threads",
+        ["nodes", "set-up (ms)"],
         true,
         &lines,
     );

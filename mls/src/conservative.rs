@@ -178,7 +178,8 @@ impl ConservativeStencils {
     }
 
     /// Memory held: 24 + 72 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair. The set-up
-    /// solve needs about 500 bytes per node more while it runs, and up to 25 MB for its coarse space.
+    /// solve needs about 600 bytes per node and 8 per pair more while it runs, and up to 25 MB for its
+    /// coarse space.
     #[must_use]
     pub fn memory_bytes(&self) -> StencilMemory {
         StencilMemory {

@@ -6,7 +6,15 @@
 //! grid a few spacings wide. Their Galerkin matrix is factored once; adding its solution to the
 //! Jacobi step leaves only the short waves to the iteration.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "lanes are walked in step over several arrays"
+)]
+
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::solve::Operator;
@@ -17,7 +25,7 @@ use crate::symmetric::{SymmetricEigen, outer};
 const SMALLEST_CELL: f64 = 3.0;
 
 /// Most splines: the factor is dense, so its cost grows with the third power.
-const LARGEST_SPACE: usize = 1200;
+const LARGEST_SPACE: usize = 1600;
 
 /// Nodes per spline, at the least: below this the coarse solve costs more than it saves.
 const NODES_PER_SPLINE: usize = 12;
@@ -74,49 +82,65 @@ impl CoarseSpace {
         self.numbers[at[0] + self.sizes[0] * (at[1] + self.sizes[1] * at[2])]
     }
 
-    /// Calls `visit(spline number, value)` for the 27 splines at a node.
-    fn for_splines(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
+    /// Calls `visit(number of the first, values)` for the nine runs of three splines at a node; splines
+    /// next to each other along x that a node touches have consecutive numbers.
+    #[inline(always)]
+    fn for_runs(&self, node: usize, mut visit: impl FnMut(usize, [f64; 3])) {
         let Splines { first, values } = self.splines[node];
         let first = first.map(|f| f as usize);
         for (k, vz) in values[2].iter().enumerate() {
             for (j, vy) in values[1].iter().enumerate() {
                 let row = self.sizes[0] * (first[1] + j + self.sizes[1] * (first[2] + k));
-                for (i, vx) in values[0].iter().enumerate() {
-                    let number = self.numbers[row + first[0] + i];
-                    visit(number as usize, vx * vy * vz);
-                }
+                let yz = vy * vz;
+                let number = self.numbers[row + first[0]];
+                visit(number as usize, values[0].map(|vx| vx * yz));
             }
         }
+    }
+
+    /// Calls `visit(spline number, value)` for the 27 splines at a node.
+    fn for_splines(&self, node: usize, mut visit: impl FnMut(usize, f64)) {
+        self.for_runs(node, |first, values| {
+            for (number, value) in (first..).zip(values) {
+                visit(number, value);
+            }
+        });
     }
 
     /// Adds `P A_c⁻¹ Pᵀ r` to `z`.
     pub(super) fn add_correction(&self, r: &[DVec3], z: &mut [DVec3]) {
         let length = r.len().div_ceil(PARTS);
-        let parts: Vec<Vec<DVec3>> = (0..PARTS)
+        let arch = Arch::new();
+        let parts: Vec<Vec<[f64; 4]>> = (0..PARTS)
             .into_par_iter()
             .map(|part| {
-                let mut sums = vec![DVec3::ZERO; self.count];
-                for (node, &value) in r.iter().enumerate().skip(part * length).take(length) {
-                    self.for_splines(node, |number, spline| sums[number] += value * spline);
-                }
+                let mut sums = vec![[0.0; 4]; self.count];
+                arch.dispatch(Restriction {
+                    space: self,
+                    nodes: (part * length).min(r.len())..((part + 1) * length).min(r.len()),
+                    r,
+                    sums: &mut sums,
+                });
                 sums
             })
             .collect();
         let mut coarse = vec![DVec3::ZERO; self.count];
         for part in &parts {
             for (sum, value) in coarse.iter_mut().zip(part) {
-                *sum += *value;
+                *sum += DVec3::new(value[0], value[1], value[2]);
             }
         }
         self.solve(&mut coarse);
-        let coarse: &[DVec3] = &coarse;
-        z.par_iter_mut()
+        let coarse: Vec<[f64; 4]> = coarse.iter().map(|c| [c.x, c.y, c.z, 0.0]).collect();
+        z.par_chunks_mut(ROWS_PER_TASK)
             .enumerate()
-            .with_min_len(ROWS_PER_TASK)
-            .for_each(|(node, z)| {
-                let mut sum = DVec3::ZERO;
-                self.for_splines(node, |number, spline| sum += coarse[number] * spline);
-                *z += sum;
+            .for_each(|(chunk, z)| {
+                arch.dispatch(Prolongation {
+                    space: self,
+                    first: chunk * ROWS_PER_TASK,
+                    coarse: &coarse,
+                    z,
+                });
             });
     }
 
@@ -288,17 +312,18 @@ impl CoarseSpace {
             })
             .collect();
         self.pivots = vec![0.0; n];
+        let arch = Arch::new();
         for i in 0..n {
             let (above, rest) = matrix.split_at_mut(start(i));
             let row = &mut rest[..=i];
             for (entry, scale) in row.iter_mut().zip(&self.scale) {
                 *entry *= scale * self.scale[i];
             }
-            for j in 0..i {
-                let other = &above[start(j)..start(j) + j];
-                let sum: f64 = row[..j].iter().zip(other).map(|(a, b)| a * b).sum();
-                row[j] = (row[j] - sum) * self.pivots[j];
-            }
+            arch.dispatch(Elimination {
+                above,
+                pivots: &self.pivots,
+                row: &mut row[..i],
+            });
             let square: f64 = row[..i].iter().map(|a| a * a).sum();
             let pivot = row[i] - square;
             self.pivots[i] = if pivot > SMALLEST_PIVOT {
@@ -328,6 +353,97 @@ impl CoarseSpace {
                 *other -= value * *l;
             }
             b[i] = value * self.scale[i];
+        }
+    }
+}
+
+/// One row of the factor, but its pivot, from the rows above.
+struct Elimination<'a> {
+    above: &'a [f64],
+    pivots: &'a [f64],
+    row: &'a mut [f64],
+}
+
+impl WithSimd for Elimination<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for j in 0..self.row.len() {
+            let start = j * (j + 1) / 2;
+            let (done, rest) = self.row.split_at_mut(j);
+            rest[0] = (rest[0] - dot(done, &self.above[start..start + j])) * self.pivots[j];
+        }
+    }
+}
+
+/// Sum of products in eight lanes, whatever the width of a register.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (a, a_rest) = a.as_chunks::<8>();
+    let (b, b_rest) = b.as_chunks::<8>();
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// `sums += Pᵀ r` over some nodes.
+struct Restriction<'a> {
+    space: &'a CoarseSpace,
+    nodes: Range<usize>,
+    r: &'a [DVec3],
+    sums: &'a mut [[f64; 4]],
+}
+
+impl WithSimd for Restriction<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for node in self.nodes {
+            let r = self.r[node];
+            let r = [r.x, r.y, r.z, 0.0];
+            self.space.for_runs(node, |first, values| {
+                let run = &mut self.sums[first..first + 3];
+                for (sum, value) in run.iter_mut().zip(values) {
+                    for k in 0..4 {
+                        sum[k] += r[k] * value;
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// `z += P coarse` for some nodes.
+struct Prolongation<'a> {
+    space: &'a CoarseSpace,
+    first: usize,
+    coarse: &'a [[f64; 4]],
+    z: &'a mut [DVec3],
+}
+
+impl WithSimd for Prolongation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (node, z) in (self.first..).zip(self.z) {
+            let mut sum = [0.0; 4];
+            self.space.for_runs(node, |first, values| {
+                let run = &self.coarse[first..first + 3];
+                for (coarse, value) in run.iter().zip(values) {
+                    for k in 0..4 {
+                        sum[k] += coarse[k] * value;
+                    }
+                }
+            });
+            *z += DVec3::new(sum[0], sum[1], sum[2]);
         }
     }
 }

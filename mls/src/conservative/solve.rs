@@ -5,7 +5,15 @@
 //! `y_j = Σ_i D_ij e_ij − Σ_k D_jk e_jk`; the third term of `Eᵀ` vanishes because
 //! `Σ_j w_ij e_ij X_ijᵀ = 0`. The null space holds the affine fields of every connected piece.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "lanes and axes are walked in step over several arrays"
+)]
+
+use std::hint::black_box;
+
 use glam::{DMat3, DVec3};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::coarse::CoarseSpace;
@@ -13,14 +21,14 @@ use super::pieces::{make_solvable, pieces};
 use super::{ConservativeStencils, SolveReport};
 use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, SUM_CHUNK, ordered_sum};
-use crate::symmetric::outer;
 
 /// The operator `Eᵀ D E` on one cloud.
 pub(super) struct Operator<'a> {
     pub(super) positions: &'a [DVec3],
     pub(super) neighborhoods: &'a Neighborhoods,
     pub(super) weights: &'a [f64],
-    reverse: &'a [u32],
+    /// `w_ji` at the place of pair (i, j).
+    back_weights: Vec<f64>,
     pub(super) moment_inverses: &'a [DMat3],
     /// `V_i²`, zero on rows that take no part.
     pub(super) scale: Vec<f64>,
@@ -28,11 +36,21 @@ pub(super) struct Operator<'a> {
     first_moments: Vec<DVec3>,
 }
 
-/// Per row: `V_i² H_i` and the row's own term `Σ_k D_ik e_ik`.
-#[derive(Clone, Copy)]
-struct RowTerm {
-    tensor: DMat3,
-    own: DVec3,
+/// `μ_i`, `V_i²`, `X_i`, zero: what a neighbour reads of a node, one cache line.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+struct State([f64; 8]);
+
+/// Per row: three rows of `V_i² H_i`, and in the last lane the row's own term `Σ_k D_ik e_ik`.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
+struct RowTerm([[f64; 4]; 3]);
+
+/// What a product needs besides its input and output.
+struct Workspace {
+    states: Vec<State>,
+    terms: Vec<RowTerm>,
+    arch: Arch,
 }
 
 impl<'a> Operator<'a> {
@@ -64,60 +82,64 @@ impl<'a> Operator<'a> {
                 sum
             })
             .collect();
+        let weights = &stencils.weights;
+        let back = |&pair: &u32| weights[pair as usize];
+        let back_weights = stencils.reverse.par_iter().with_min_len(4 * SUM_CHUNK);
         Self {
             positions,
             neighborhoods,
-            weights: &stencils.weights,
-            reverse: &stencils.reverse,
+            weights,
+            back_weights: back_weights.map(back).collect(),
             moment_inverses: &stencils.moment_inverses,
             scale,
             first_moments,
         }
     }
 
+    fn workspace(&self) -> Workspace {
+        let state = |(x, scale): (&DVec3, &f64)| State([0.0, 0.0, 0.0, *scale, x.x, x.y, x.z, 0.0]);
+        Workspace {
+            states: self.positions.iter().zip(&self.scale).map(state).collect(),
+            terms: vec![RowTerm([[0.0; 4]; 3]); self.positions.len()],
+            arch: Arch::new(),
+        }
+    }
+
     /// `y = Eᵀ D E μ`.
-    fn apply(&self, mu: &[DVec3], terms: &mut [RowTerm], y: &mut [DVec3]) {
-        let indices = self.neighborhoods.indices();
-        terms
+    fn apply(&self, mu: &[DVec3], work: &mut Workspace, y: &mut [DVec3]) {
+        let Workspace {
+            states,
+            terms,
+            arch,
+        } = work;
+        states
             .par_iter_mut()
+            .zip(mu)
+            .with_min_len(SUM_CHUNK)
+            .for_each(|(state, mu)| [state.0[0], state.0[1], state.0[2]] = mu.to_array());
+        let states: &[State] = states;
+        terms
+            .par_chunks_mut(ROWS_PER_TASK)
             .enumerate()
-            .with_min_len(ROWS_PER_TASK)
-            .for_each(|(i, term)| {
-                if self.scale[i] == 0.0 {
-                    *term = RowTerm {
-                        tensor: DMat3::ZERO,
-                        own: DVec3::ZERO,
-                    };
-                    return;
-                }
-                let mut tensor = DMat3::ZERO;
-                let mut sum = DVec3::ZERO;
-                for pair in self.neighborhoods.pairs(i) {
-                    let j = indices[pair] as usize;
-                    let wd = (mu[j] - mu[i]) * self.weights[pair];
-                    tensor += outer(wd, self.positions[j] - self.positions[i]);
-                    sum += wd;
-                }
-                let tensor = tensor * self.moment_inverses[i] * self.scale[i];
-                *term = RowTerm {
-                    tensor,
-                    own: sum * self.scale[i] - tensor * self.first_moments[i],
-                };
+            .for_each(|(chunk, terms)| {
+                arch.dispatch(Terms {
+                    operator: self,
+                    states,
+                    first: chunk * ROWS_PER_TASK,
+                    terms,
+                });
             });
         let terms: &[RowTerm] = terms;
-        y.par_iter_mut()
+        y.par_chunks_mut(ROWS_PER_TASK)
             .enumerate()
-            .with_min_len(ROWS_PER_TASK)
-            .for_each(|(j, y)| {
-                let mut sum = -terms[j].own;
-                for pair in self.neighborhoods.pairs(j) {
-                    let i = indices[pair] as usize;
-                    let w = self.weights[self.reverse[pair] as usize];
-                    let x = self.positions[j] - self.positions[i];
-                    let e = (mu[j] - mu[i]) * self.scale[i] - terms[i].tensor * x;
-                    sum += e * w;
-                }
-                *y = sum;
+            .for_each(|(chunk, y)| {
+                arch.dispatch(Product {
+                    operator: self,
+                    states,
+                    terms,
+                    first: chunk * ROWS_PER_TASK,
+                    y,
+                });
             });
     }
 
@@ -134,7 +156,7 @@ impl<'a> Operator<'a> {
                 for pair in self.neighborhoods.pairs(j) {
                     total += self.weights[pair];
                     let i = indices[pair] as usize;
-                    let w = self.weights[self.reverse[pair] as usize];
+                    let w = self.back_weights[pair];
                     let x = self.positions[j] - self.positions[i];
                     let own = w * x.dot(self.moment_inverses[i] * x);
                     others += self.scale[i] * w * (1.0 - own).max(0.0);
@@ -143,6 +165,100 @@ impl<'a> Operator<'a> {
                 self.scale[j] * row.max(0.0) + others
             })
             .collect()
+    }
+}
+
+/// First half of a product for some rows.
+struct Terms<'a> {
+    operator: &'a Operator<'a>,
+    states: &'a [State],
+    first: usize,
+    terms: &'a mut [RowTerm],
+}
+
+impl WithSimd for Terms<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let operator = self.operator;
+        for (i, term) in (self.first..).zip(self.terms) {
+            let scale = operator.scale[i];
+            if scale == 0.0 {
+                *term = RowTerm([[0.0; 4]; 3]);
+                continue;
+            }
+            let own = self.states[i].0;
+            // Σ w (μ_j − μ_i) (X_ij, 1)ᵀ
+            let mut sum = [[0.0; 4]; 3];
+            let weights = &operator.weights[operator.neighborhoods.pairs(i)];
+            for (&j, &w) in operator.neighborhoods.row(i).iter().zip(weights) {
+                let other = &self.states[j as usize].0;
+                let z = [
+                    w * (other[4] - own[4]),
+                    w * (other[5] - own[5]),
+                    w * (other[6] - own[6]),
+                    w,
+                ];
+                for r in 0..3 {
+                    let d = other[r] - own[r];
+                    for k in 0..4 {
+                        sum[r][k] += d * z[k];
+                    }
+                }
+            }
+            let m = operator.first_moments[i];
+            for (row, [x, y, z, total]) in term.0.iter_mut().zip(black_box(sum)) {
+                let h = operator.moment_inverses[i] * (DVec3::new(x, y, z) * scale);
+                *row = [h.x, h.y, h.z, total * scale - h.dot(m)];
+            }
+        }
+    }
+}
+
+/// Second half of a product for some rows.
+struct Product<'a> {
+    operator: &'a Operator<'a>,
+    states: &'a [State],
+    terms: &'a [RowTerm],
+    first: usize,
+    y: &'a mut [DVec3],
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let operator = self.operator;
+        for (j, y) in (self.first..).zip(self.y) {
+            let own = self.states[j].0;
+            let mut bent = [[0.0; 4]; 3];
+            let mut direct = [0.0; 4];
+            let weights = &operator.back_weights[operator.neighborhoods.pairs(j)];
+            for (&i, &w) in operator.neighborhoods.row(j).iter().zip(weights) {
+                let (other, term) = (&self.states[i as usize].0, &self.terms[i as usize].0);
+                let mut d = [0.0; 8];
+                for k in 0..8 {
+                    d[k] = own[k] - other[k];
+                }
+                for r in 0..3 {
+                    for k in 0..4 {
+                        bent[r][k] += term[r][k] * (w * d[4 + k]);
+                    }
+                }
+                let share = w * other[3];
+                for k in 0..4 {
+                    direct[k] += share * d[k];
+                }
+            }
+            let (bent, direct) = black_box((bent, direct));
+            let part = |r: usize| {
+                let [a, b, c, _] = bent[r];
+                direct[r] - ((a + b) + c) - self.terms[j].0[r][3]
+            };
+            *y = DVec3::new(part(0), part(1), part(2));
+        }
     }
 }
 
@@ -318,13 +434,7 @@ fn conjugate_gradients(
     precondition(&residual, &mut conditioned);
     let mut direction = conditioned.clone();
     let mut product = vec![DVec3::ZERO; count];
-    let mut terms = vec![
-        RowTerm {
-            tensor: DMat3::ZERO,
-            own: DVec3::ZERO
-        };
-        count
-    ];
+    let mut work = operator.workspace();
     let mut energy = ordered_sum(count, |i| residual[i] * conditioned[i]);
     let mut best = Best {
         size: largest(&residual),
@@ -346,7 +456,7 @@ fn conjugate_gradients(
         if size > best.size * HOPELESS_GROWTH || iteration > best.at + PATIENCE {
             return (best.solution, iteration);
         }
-        operator.apply(&direction, &mut terms, &mut product);
+        operator.apply(&direction, &mut work, &mut product);
         let curvature = ordered_sum(count, |i| direction[i] * product[i]);
         let alpha = ratio(energy, curvature);
         if alpha == DVec3::ZERO {

@@ -10,12 +10,20 @@ use crate::symmetric::{SymmetricEigen, outer};
 /// normals 10° apart span a plane, numerical noise does not.
 const SPAN_TOLERANCE: f64 = 1e-3;
 
+/// Factor by which the stiffest row may grow: planar cuts raise the largest eigenvalue by up to 1.12,
+/// a step at half the critical one bears 4.
+const LARGEST_STIFFENING: f64 = 1.15;
+
 /// Outcome of [`ConservativeStencils::finish_stroke`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrokeReport {
-    /// Nodes whose boundary vector was moved along the cut's normals.
+    /// Whether the new rows were taken; if not, nothing has changed.
+    pub accepted: bool,
+    /// Stiffness of the stiffest row with the new rows, over that with the old ones.
+    pub stiffening: f64,
+    /// Nodes whose boundary vector the cut's normals moved.
     pub moved: usize,
-    /// The solve that followed.
+    /// The solve that followed, also if its result was not taken.
     pub solve: SolveReport,
 }
 
@@ -28,8 +36,12 @@ impl ConservativeStencils {
     /// faces near node j; each piece's remainder is made attainable, and μ is solved for from where
     /// it stands. Uniform stress parallel to the cut is then exact again.
     ///
-    /// Meant for the end of a stroke, not for every update. Keep a clone and go back to it if the
-    /// largest eigenvalue or the elastic energy rises by it.
+    /// Meant for the end of a stroke, not for every update. The new rows are taken only if they worsen
+    /// nothing: the solve must converge, and no row may become stiffer than 1.15 times the stiffest row
+    /// before, `q_i = V_i Σ_j |g_ij|² / V_j` with `j = i` included, which is what bounds an explicit step
+    /// where masses follow volumes. Otherwise all stays as [`ConservativeStencils::update_rows`] left it,
+    /// bit for bit, [`SolveReport`] in the stencils included: one call is safe on any cut. What a body's
+    /// elastic energy does at its present state is for the caller to see.
     ///
     /// # Arguments
     /// * `nodes` -- nodes of pairs that the cut crosses and their neighbours.
@@ -56,6 +68,7 @@ impl ConservativeStencils {
             "the graph of the set-up"
         );
         assert_eq!(nodes.len(), projectors.len(), "one projector per node");
+        let before = self.clone();
         let defect = self.defect(neighborhoods);
         let scale = self
             .boundary_vectors
@@ -75,10 +88,32 @@ impl ConservativeStencils {
         }
         let smallest = self.settings.smallest_piece;
         self.enforce(positions, neighborhoods, &spread, smallest);
-        StrokeReport {
-            moved,
-            solve: self.report,
+        let solve = self.report;
+        let stiffening = self.stiffest(neighborhoods) / before.stiffest(neighborhoods);
+        let accepted = solve.converged && stiffening <= LARGEST_STIFFENING;
+        if !accepted {
+            *self = before;
         }
+        StrokeReport {
+            accepted,
+            stiffening,
+            moved,
+            solve,
+        }
+    }
+
+    /// `max_i V_i Σ_j |g_ij|² / V_j` with `j = i` included (1/m²).
+    fn stiffest(&self, neighborhoods: &Neighborhoods) -> f64 {
+        let row = |i: usize| {
+            let own = self.self_gradients[i].length_squared();
+            let pairs = neighborhoods.pairs(i);
+            let others = neighborhoods.row(i).iter().zip(&self.pair_gradients[pairs]);
+            let sum: f64 = others
+                .map(|(&j, g)| g.length_squared() / self.volumes[j as usize])
+                .sum();
+            own + self.volumes[i] * sum
+        };
+        (0..self.volumes.len()).map(row).fold(0.0, f64::max)
     }
 }
 

@@ -234,6 +234,17 @@ fn parallel_stress_error(s: &ConservativeStencils, graph: &Neighborhoods, b0: &[
     sums.iter().fold(0.0_f64, |m, c| m.max(c.abs()))
 }
 
+/// Some nodes and their neighbours.
+fn with_ring(graph: &Neighborhoods, nodes: &[u32]) -> Vec<u32> {
+    let mut near = nodes.to_vec();
+    for &node in nodes {
+        near.extend_from_slice(graph.row(node as usize));
+    }
+    near.sort_unstable();
+    near.dedup();
+    near
+}
+
 #[test]
 fn finished_stroke_is_exact_for_stress_parallel_to_the_cut() {
     let block = block([8, 8, 6], 1.0, 0.2, 6);
@@ -242,18 +253,14 @@ fn finished_stroke_is_exact_for_stress_parallel_to_the_cut() {
     s.update_rows(&block.positions, &graph, &factors, &touched)
         .unwrap();
     let kept = parallel_stress_error(&s, &graph, &block.boundary_vectors);
-    let mut near = touched.clone();
-    for &node in &touched {
-        near.extend_from_slice(graph.row(node as usize));
-    }
-    near.sort_unstable();
-    near.dedup();
+    let near = with_ring(&graph, &touched);
     let projectors = vec![normal_projector(&[DVec3::X]); near.len()];
     let report = s.finish_stroke(&block.positions, &graph, &near, &projectors);
     assert!(
-        report.solve.converged && report.moved > touched.len() / 2,
+        report.accepted && report.solve.converged && report.moved > touched.len() / 2,
         "{report:?}"
     );
+    assert!(report.stiffening < 1.15, "{report:?}");
     let finished = parallel_stress_error(&s, &graph, &block.boundary_vectors);
     assert!(
         kept > 1e-3,
@@ -285,9 +292,10 @@ fn severed_pieces_each_stay_conservative() {
     let (factors, touched) = planar_cut(&block, &graph, 4.4, f64::INFINITY);
     s.update_rows(&block.positions, &graph, &factors, &touched)
         .unwrap();
-    let projectors = vec![normal_projector(&[DVec3::X]); touched.len()];
-    let report = s.finish_stroke(&block.positions, &graph, &touched, &projectors);
-    assert!(report.solve.converged, "{report:?}");
+    let near = with_ring(&graph, &touched);
+    let projectors = vec![normal_projector(&[DVec3::X]); near.len()];
+    let report = s.finish_stroke(&block.positions, &graph, &near, &projectors);
+    assert!(report.accepted && report.solve.converged, "{report:?}");
     for side in [false, true] {
         let sum: DVec3 = (0..block.positions.len())
             .filter(|&i| (block.positions[i].x < 4.4) == side)
@@ -307,8 +315,40 @@ fn severed_pieces_each_stay_conservative() {
     kept.update_rows(&block.positions, &graph, &factors, &touched)
         .unwrap();
     let before = kept.pair_gradients.clone();
-    kept.finish_stroke(&block.positions, &graph, &touched, &projectors);
+    kept.finish_stroke(&block.positions, &graph, &near, &projectors);
     assert_eq!(kept.pair_gradients, before);
+}
+
+/// Without their ring the crossed nodes alone must carry what irregular volumes leave over: the
+/// constraint can be met, but only by rows far stiffer than any before. The update's rows stay.
+#[test]
+fn a_finish_that_would_stiffen_the_body_is_not_taken() {
+    let block = block([8, 5, 5], 1.0, 0.2, 3);
+    let (graph, mut s) = build(&block);
+    let (factors, touched) = planar_cut(&block, &graph, 4.4, f64::INFINITY);
+    s.update_rows(&block.positions, &graph, &factors, &touched)
+        .unwrap();
+    let kept = s.clone();
+    let projectors = vec![normal_projector(&[DVec3::X]); touched.len()];
+    let report = s.finish_stroke(&block.positions, &graph, &touched, &projectors);
+    assert!(report.solve.converged && !report.accepted, "{report:?}");
+    assert!(report.stiffening > 10.0, "{report:?}");
+    assert_eq!(s, kept);
+    // Nor is one whose solve stops short.
+    let short = ConservativeSettings {
+        iteration_limit: 3,
+        ..Default::default()
+    };
+    let mut s = ConservativeStencils {
+        settings: short,
+        ..kept.clone()
+    };
+    let near = with_ring(&graph, &touched);
+    let projectors = vec![normal_projector(&[DVec3::X]); near.len()];
+    let report = s.finish_stroke(&block.positions, &graph, &near, &projectors);
+    assert!(!report.solve.converged && !report.accepted, "{report:?}");
+    assert_eq!(s.pair_gradients, kept.pair_gradients);
+    assert_eq!(s.multipliers, kept.multipliers);
 }
 
 #[test]
@@ -634,6 +674,7 @@ fn diced_bodies_stay_finite() {
     let projectors = vec![DMat3::IDENTITY; touched.len()];
     let report = s.finish_stroke(&block.positions, &graph, &touched, &projectors);
     assert!(report.solve.residual.is_finite(), "{report:?}");
+    assert!(!report.accepted || report.stiffening <= 1.15, "{report:?}");
     let all = s
         .pair_gradients
         .iter()
