@@ -186,9 +186,8 @@ fn sight() -> Result<(), CutError> {
         let edge =
             |k: usize| -> Vec<DVec3> { (0..=20).map(|z| place(k as f64, f64::from(z))).collect() };
         let stroke = cuts.start(&edge(0))?;
-        let mut newest = 0..0;
         for k in 1..=captures {
-            newest = cuts.append(stroke, &edge(k))?;
+            cuts.append(stroke, &edge(k))?;
         }
         let mut segments = Vec::new();
         for shift in cloud::uniform(2_000, 1.0, 5) {
@@ -203,18 +202,15 @@ fn sight() -> Result<(), CutError> {
                 }
             }
         }
-        let timed = |crosses: &dyn Fn(DVec3, DVec3) -> bool| {
-            let start = Instant::now();
-            let crossing = segments.iter().filter(|(a, b)| crosses(*a, *b)).count();
-            let each = start.elapsed().as_secs_f64() / segments.len() as f64;
-            (1e9 * each, crossing)
-        };
-        let (whole, crossing) = timed(&|a, b| cuts.crosses(a, b));
-        let part = cuts.part(newest);
-        let (new, crossing_new) = timed(&|a, b| part.crosses(a, b));
+        let start = Instant::now();
+        let crossing = segments
+            .iter()
+            .filter(|(a, b)| cuts.crosses(*a, *b))
+            .count();
         println!(
-            "{:7} triangles: {whole:5.1} ns per segment, {crossing} of {} cross; {new:5.1} ns for the newest 40 alone, {crossing_new} cross",
+            "{:7} triangles: {:6.1} ns per segment, {crossing} of {} cross",
             cuts.triangle_count(),
+            1e9 * start.elapsed().as_secs_f64() / segments.len() as f64,
             segments.len()
         );
     }

@@ -314,27 +314,6 @@ impl Cuts {
         self.forest.crossed(a, b)
     }
 
-    /// Some of the triangles by themselves, for many questions about what a new piece hides.
-    ///
-    /// What was not seen before a cut grew is not seen after: whoever keeps lines of sight need test
-    /// them against the new triangles only.
-    ///
-    /// # Panics
-    /// If there are no such triangles.
-    #[must_use]
-    pub fn part(&self, triangles: Range<usize>) -> CutPart {
-        let mut part = CutPart {
-            forest: Forest::default(),
-            bounds: Bounds::EMPTY,
-        };
-        for triangle in triangles {
-            let corners = self.triangle(triangle);
-            part.bounds = part.bounds.union(Bounds::of(&corners));
-            part.forest.insert(index32(triangle), corners);
-        }
-        part
-    }
-
     /// Numbers of the triangles that the segment `ab` crosses, sorted; replaces what `out` held.
     pub fn crossed_into(&self, a: DVec3, b: DVec3, out: &mut Vec<u32>) {
         out.clear();
@@ -465,28 +444,6 @@ impl Cuts {
             })
             .collect();
         edge.outward = outward(&mut inward);
-    }
-}
-
-/// Triangles of a cut by themselves, see [`Cuts::part`].
-#[derive(Debug, Clone)]
-pub struct CutPart {
-    forest: Forest,
-    bounds: Bounds,
-}
-
-impl CutPart {
-    /// Whether the segment `ab` (m, material coordinates) crosses one of the triangles; exact, as
-    /// [`Cuts::crosses`].
-    #[must_use]
-    pub fn crosses(&self, a: DVec3, b: DVec3) -> bool {
-        self.forest.crossed(a, b)
-    }
-
-    /// Smallest box round the triangles; what does not meet it they do not touch.
-    #[must_use]
-    pub fn bounds(&self) -> Bounds {
-        self.bounds
     }
 }
 

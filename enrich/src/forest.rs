@@ -200,7 +200,7 @@ fn morton(p: DVec3) -> u64 {
 }
 
 /// Triangles in trees of falling size; a new one is put aside until there are enough for a tree, and
-/// trees of equal size become one (Bentley, Saxe 1980). A query costs a logarithm of the count and
+/// trees of equal size become one (Bentley and Saxe 1980). A query costs a logarithm of the count and
 /// allocates nothing.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Forest {

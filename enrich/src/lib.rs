@@ -19,7 +19,7 @@ pub use comparators::{
     polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,
     triangle_solid_angle,
 };
-pub use cuts::{CutPart, CutSettings, Cuts, Dropped};
+pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::CutError;
 pub use face::{FaceAreas, NearestCut};
 pub use factors::{FactorError, FactorSettings, PairFactors, Touched};

@@ -171,30 +171,6 @@ fn update_work_does_not_grow_with_the_cut() {
     assert!(factors.crossed_count() > 300);
 }
 
-#[test]
-fn a_part_and_the_rest_cross_what_the_whole_crosses() {
-    let mut random = Random::new(4);
-    for (name, strokes, _) in space() {
-        let cloud = body(&name);
-        let cuts = cut(&strokes, &settings(&cloud));
-        let count = cuts.triangle_count();
-        let middle = count / 3;
-        let (old, new) = (cuts.part(0..middle), cuts.part(middle..count));
-        let mut crossing = 0;
-        for _ in 0..300 {
-            let a = DVec3::splat(0.5) + random.vector(0.6);
-            let b = a + random.vector(0.3);
-            let whole = cuts.crosses(a, b);
-            crossing += usize::from(whole);
-            assert_eq!(old.crosses(a, b) || new.crosses(a, b), whole, "{name}");
-            // What does not meet the box of a part is not crossed by it.
-            let near = Bounds::of(&[a, b]);
-            assert!(new.bounds().meets(&near) || !new.crosses(a, b), "{name}");
-        }
-        assert!(crossing > 3, "{name}: {crossing}");
-    }
-}
-
 /// A cut that counts what it is asked.
 struct Counted<'a>(&'a Cuts, AtomicUsize);
 
