@@ -85,6 +85,30 @@ pub enum SampleError {
         /// The spacing asked for.
         spacing: f64,
     },
+    /// The grading is out of range.
+    #[error(
+        "grading with coarsest {coarsest} and growth {growth}: coarsest must lie in 1 to 32, growth \
+         must be finite and not negative"
+    )]
+    Grading {
+        /// Largest spacing inside over that at the surface.
+        coarsest: f64,
+        /// Growth per distance.
+        growth: f64,
+    },
+    /// A refined place is out of range.
+    #[error(
+        "refinement {refinement} with factor {factor} and radius {radius}: the factor must lie in \
+         1/32 to 1, the radius must not be negative, its ends must be finite"
+    )]
+    Refinement {
+        /// Which one, from 0.
+        refinement: usize,
+        /// Its factor.
+        factor: f64,
+        /// Its radius.
+        radius: f64,
+    },
     /// Too few nodes asked for to make tetrahedra.
     #[error("{nodes} nodes are too few: ask for at least {least}")]
     TooFewNodes {

@@ -1,69 +1,67 @@
-//! Moving nodes near the surface so that tetrahedra get higher and rounder.
+//! Fewer and better placed nodes near the surface: longer explicit steps, rounder tetrahedra.
 //!
-//! Stuffing leaves tetrahedra whose smallest height is an eighth of the spacing; an explicit step
-//! is as short as the smallest height. A few guarded sweeps raise it.
+//! Stuffing leaves nodes with a fiftieth of the mean volume, and an explicit step is as short as the
+//! worst node allows. Short edges are collapsed and nodes moved where that helps the worst node or
+//! tetrahedron around; no operation makes the worst of its neighbourhood worse.
 
 use glam::DVec3;
 
-use crate::mesh::index;
+use crate::hierarchy::closest_on_triangle;
+use crate::mesh::area_vector;
+use crate::patch::{Measure, Patch};
 use crate::solid::Solid;
 use crate::stuffing::Stuffed;
 
-/// Height over cell at which a tetrahedron is good enough (a lattice tetrahedron has 0.71).
-const GOOD_HEIGHT: f64 = 0.4;
-/// Sine of the dihedral angle that is good enough (35 degrees).
-const GOOD_SINE: f64 = 0.57;
 /// Fractions of the way to the middle of the neighbours that are tried.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Lengths of the steps along the axes that are tried then, over the cell.
+const PROBES: [f64; 2] = [0.12, 0.04];
 /// A moved surface node must lie on the surface within this fraction of the cell.
 const ON_SURFACE: f64 = 1e-9;
+/// A collapse must raise the worst of its neighbourhood by this factor.
+const GAIN: f64 = 1.02;
+/// Cosine of the largest turn of a surface triangle in a collapse.
+const LARGEST_TURN: f64 = 0.7;
+/// Farthest that a collapse may leave the removed surface node off the surface, over the cell.
+const LARGEST_SAGITTA: f64 = 0.12;
 
-/// Sweeps over the nodes of bad tetrahedra in index order: a node moves toward the middle of its
-/// neighbours (a surface node toward that of its surface neighbours, then back onto the surface) if
-/// the worst tetrahedron at it gets better. No tetrahedron gets worse than the worst of its
-/// neighbourhood was, none is turned over, no node leaves the surface.
-pub(crate) fn improve(stuffed: &mut Stuffed, solid: &Solid, cell: f64, sweeps: usize) {
-    let n = stuffed.positions.len();
-    let mut offsets = vec![0_u32; n + 1];
-    for &v in stuffed.tetrahedra.iter().flatten() {
-        offsets[v as usize + 1] += 1;
+/// Sweeps of collapses and moves over the nodes near the surface, worst first. No tetrahedron is
+/// turned over, no node leaves the surface, the boundary keeps its topology.
+pub(crate) fn improve(stuffed: &mut Stuffed, solid: &Solid, sweeps: usize) {
+    if sweeps == 0 {
+        return;
     }
-    for i in 0..n {
-        offsets[i + 1] += offsets[i];
-    }
-    let mut fill = offsets.clone();
-    let mut around = vec![0_u32; stuffed.tetrahedra.len() * 4];
-    for (t, corners) in stuffed.tetrahedra.iter().enumerate() {
-        for &v in corners {
-            around[fill[v as usize] as usize] = index(t);
-            fill[v as usize] += 1;
-        }
-    }
+    let mut patch = Patch::new(std::mem::take(stuffed));
     for _ in 0..sweeps {
-        let mut moved = false;
-        for v in 0..n {
-            let own = &around[offsets[v] as usize..offsets[v + 1] as usize];
-            moved |= improve_node(stuffed, solid, cell, v, own);
+        let mut changed = false;
+        for v in patch.by_goodness() {
+            changed |= collapse_best(&mut patch, v);
         }
-        if !moved {
+        for v in patch.by_goodness() {
+            changed |= move_node(&mut patch, solid, v);
+        }
+        if !changed {
             break;
         }
     }
+    *stuffed = patch.finish();
 }
 
-fn improve_node(stuffed: &mut Stuffed, solid: &Solid, cell: f64, v: usize, own: &[u32]) -> bool {
-    let before = stuffed.positions[v];
-    let worst_now = worst(stuffed, cell, own, f64::NEG_INFINITY);
-    if worst_now >= 1.0 {
+/// Moves a node toward the middle of its neighbours (a surface node toward that of its surface
+/// neighbours, then back onto the surface) if the worst around gets better.
+fn move_node(patch: &mut Patch, solid: &Solid, v: u32) -> bool {
+    let now = patch.worst_around(v);
+    if now >= 1.0 {
         return false;
     }
-    let on_surface = stuffed.on_surface[v];
+    let before = patch.positions[v as usize];
+    let on_surface = patch.on_surface[v as usize];
+    let cell = patch.size[v as usize];
     let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-    for &t in own {
-        for &other in &stuffed.tetrahedra[t as usize] {
-            let other = other as usize;
-            if other != v && (!on_surface || stuffed.on_surface[other]) {
-                sum += stuffed.positions[other];
+    for &t in &patch.tetrahedra_at[v as usize] {
+        for &other in &patch.tetrahedra[t as usize] {
+            if other != v && (!on_surface || patch.on_surface[other as usize]) {
+                sum += patch.positions[other as usize];
                 count += 1.0;
             }
         }
@@ -72,8 +70,20 @@ fn improve_node(stuffed: &mut Stuffed, solid: &Solid, cell: f64, v: usize, own: 
         return false;
     }
     let middle = sum / count;
-    for step in STEPS {
-        let mut place = before + step * (middle - before);
+    let axes = [
+        DVec3::X,
+        DVec3::NEG_X,
+        DVec3::Y,
+        DVec3::NEG_Y,
+        DVec3::Z,
+        DVec3::NEG_Z,
+    ];
+    let toward = STEPS.into_iter().map(|step| step * (middle - before));
+    let probes = PROBES
+        .into_iter()
+        .flat_map(|length| axes.map(|axis| length * cell * axis));
+    for step in toward.chain(probes) {
+        let mut place = before + step;
         if on_surface {
             place = solid.project(place);
             let off = solid.mesh().is_none() && {
@@ -84,52 +94,97 @@ fn improve_node(stuffed: &mut Stuffed, solid: &Solid, cell: f64, v: usize, own: 
                 continue;
             }
         }
-        stuffed.positions[v] = place;
-        if worst(stuffed, cell, own, worst_now) > worst_now {
+        if patch.try_move(v, place, now, |p| on_surface || solid.contains(p)) {
             return true;
         }
     }
-    stuffed.positions[v] = before;
     false
 }
 
-/// Goodness of the worst tetrahedron of a list; stops early at or below `enough`.
-fn worst(stuffed: &Stuffed, cell: f64, list: &[u32], enough: f64) -> f64 {
-    let mut least = f64::INFINITY;
-    for &t in list {
-        let corners = stuffed.tetrahedra[t as usize].map(|v| stuffed.positions[v as usize]);
-        least = least.min(goodness(corners, cell));
-        if least <= enough {
-            break;
+/// Collapses an edge at `v`, onto either end, if the worst around gets better; the best of them.
+fn collapse_best(patch: &mut Patch, v: u32) -> bool {
+    if patch.goodness(v) >= 1.0 {
+        return false;
+    }
+    let mut best: Option<(f64, u32, u32)> = None;
+    let own = patch.worst_around(v);
+    for other in patch.neighbours(v) {
+        for (gone, kept) in [(v, other), (other, v)] {
+            if !patch.may_move[gone as usize]
+                || patch.on_surface[gone as usize] && !patch.on_surface[kept as usize]
+            {
+                continue;
+            }
+            let now = if gone == v {
+                own
+            } else {
+                patch.worst_around(gone)
+            };
+            let enough = best.map_or(now * GAIN, |(most, ..)| most);
+            if let Some(then) = patch.worst_after_collapse(gone, kept, enough)
+                && surface_stays(patch, gone, kept)
+                && patch.link_allows(gone, kept)
+            {
+                best = Some((then, gone, kept));
+            }
         }
     }
-    least
+    if let Some((_, gone, kept)) = best {
+        patch.collapse(gone, kept);
+    }
+    best.is_some()
 }
 
-/// The smaller of height over the good height and sine of the sharpest or flattest dihedral angle
-/// over the good sine; negative if turned over.
-fn goodness([a, b, c, d]: [DVec3; 4], cell: f64) -> f64 {
+/// Whether the surface round a node that goes is kept well enough: triangles hardly turn, and the
+/// node's place stays near one of them.
+fn surface_stays(patch: &Patch, gone: u32, kept: u32) -> bool {
+    if !patch.on_surface[gone as usize] {
+        return true;
+    }
+    let place = patch.positions[gone as usize];
+    let mut nearest = f64::INFINITY;
+    for &f in &patch.faces_at[gone as usize] {
+        let face = patch.faces[f as usize];
+        if face.contains(&kept) {
+            continue;
+        }
+        let now = face.map(|v| patch.positions[v as usize]);
+        let then = face.map(|v| patch.positions[if v == gone { kept } else { v } as usize]);
+        let (a, b) = (area_vector(now), area_vector(then));
+        if a.dot(b) < LARGEST_TURN * a.length() * b.length() {
+            return false;
+        }
+        nearest = nearest.min(closest_on_triangle(&then, place).distance_squared(place));
+    }
+    let limit = LARGEST_SAGITTA * patch.size[gone as usize];
+    nearest <= limit * limit
+}
+
+/// What a tetrahedron gives its corners.
+pub(crate) fn measure([a, b, c, d]: [DVec3; 4]) -> Option<Measure> {
     let (ab, ac, ad) = (b - a, c - a, d - a);
+    let six_volumes = ab.cross(ac).dot(ad);
     let normals = [
         (c - b).cross(d - b),
         ad.cross(ac),
         ab.cross(ad),
         ac.cross(ab),
     ];
-    let six_volumes = ab.cross(ac).dot(ad);
-    let lengths = normals.map(DVec3::length);
-    let largest = lengths.into_iter().fold(0.0, f64::max);
-    let height = six_volumes / (largest * cell * GOOD_HEIGHT);
-    if height <= 0.0 || height.is_nan() {
-        return -1.0;
+    let squared = normals.map(DVec3::length_squared);
+    let stiffness = squared.map(|n| n / (6.0 * six_volumes));
+    if six_volumes <= 0.0 || !stiffness.iter().all(|k| k.is_finite()) {
+        return None;
     }
     let mut cosine_squared = 0.0_f64;
     for i in 0..4 {
         for j in i + 1..4 {
-            let cosine = normals[i].dot(normals[j]) / (lengths[i] * lengths[j]);
-            cosine_squared = cosine_squared.max(cosine * cosine);
+            let dot = normals[i].dot(normals[j]);
+            cosine_squared = cosine_squared.max(dot * dot / (squared[i] * squared[j]));
         }
     }
-    let sine = (1.0 - cosine_squared).max(0.0).sqrt() / GOOD_SINE;
-    height.min(sine)
+    Some(Measure {
+        volume: six_volumes / 6.0,
+        stiffness,
+        sine: (1.0 - cosine_squared).max(0.0).sqrt(),
+    })
 }

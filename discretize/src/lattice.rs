@@ -1,8 +1,12 @@
 //! The body-centred cubic lattice: numbering, edges and tetrahedra.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use crate::background::{Background, Edge, Visit};
+use crate::error::SampleError;
 use crate::mesh::index;
+use crate::oracle::Oracle;
 
 /// Corners of the eight octants of a cell, in units of the cell.
 const OCTANTS: [[usize; 3]; 8] = [
@@ -16,6 +20,12 @@ const OCTANTS: [[usize; 3]; 8] = [
     [1, 1, 1],
 ];
 
+/// A lattice point moves onto the surface if a cut lies within this fraction of a long edge.
+/// Labelle & Shewchuk 2007, table 1 (the pair that bounds dihedral angles by 10.7 and 164.8).
+pub(crate) const WARP_LONG: f64 = 0.24999;
+/// The same for a short edge.
+pub(crate) const WARP_SHORT: f64 = 0.41189;
+
 /// A block of cells with points at the cell corners and cell centres.
 ///
 /// Ids: corners first (x fastest), then centres. Corner-corner and centre-centre edges are the long
@@ -27,31 +37,13 @@ pub(crate) struct Lattice {
     pub cells: [usize; 3],
 }
 
-/// An edge of the lattice.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Edge {
-    pub from: u32,
-    pub to: u32,
-    pub long: bool,
-}
-
 impl Lattice {
-    /// Moves the lattice by less than a cell, adding a layer of cells so that the rim stays whole.
-    pub(crate) fn shift(&mut self, fraction: DVec3) {
-        self.origin -= (fraction - fraction.floor()) * self.cell;
-        self.cells = self.cells.map(|n| n + 1);
-    }
-
     pub(crate) fn corner_count(&self) -> usize {
         self.cells.iter().map(|n| n + 1).product()
     }
 
     pub(crate) fn cell_count(&self) -> usize {
         self.cells.iter().product()
-    }
-
-    pub(crate) fn point_count(&self) -> usize {
-        self.corner_count() + self.cell_count()
     }
 
     pub(crate) fn corner(&self, [i, j, k]: [usize; 3]) -> u32 {
@@ -62,41 +54,16 @@ impl Lattice {
         index(self.corner_count() + i + self.cells[0] * (j + self.cells[1] * k))
     }
 
-    /// Place of a lattice id.
-    #[allow(
-        clippy::cast_precision_loss,
-        reason = "lattice coordinates are far below 2^52"
-    )]
-    pub(crate) fn position(&self, id: u32) -> DVec3 {
-        let id = id as usize;
-        let corners = self.corner_count();
-        let (id, [nx, ny], shift) = if id < corners {
-            (id, [self.cells[0] + 1, self.cells[1] + 1], 0.0)
-        } else {
-            (id - corners, [self.cells[0], self.cells[1]], 0.5)
-        };
-        let at = DVec3::new(
-            (id % nx) as f64,
-            (id / nx % ny) as f64,
-            (id / (nx * ny)) as f64,
-        );
-        self.origin + (at + shift) * self.cell
-    }
-
     /// Calls `visit` for the edges owned by the corner and centre at one cell coordinate; every
     /// edge is owned once.
-    pub(crate) fn edges_at(&self, at: [usize; 3], mut visit: impl FnMut(Edge)) {
+    fn edges_at(&self, at: [usize; 3], mut visit: impl FnMut(u32, u32, bool)) {
         let from = self.corner(at);
         for axis in 0..3 {
             if at[axis] < self.cells[axis] {
                 let mut next = at;
                 next[axis] += 1;
                 let to = self.corner(next);
-                visit(Edge {
-                    from,
-                    to,
-                    long: true,
-                });
+                visit(from, to, true);
             }
         }
         if (0..3).any(|axis| at[axis] >= self.cells[axis]) {
@@ -108,26 +75,18 @@ impl Lattice {
                 let mut next = at;
                 next[axis] += 1;
                 let to = self.center(next);
-                visit(Edge {
-                    from,
-                    to,
-                    long: true,
-                });
+                visit(from, to, true);
             }
         }
         for o in OCTANTS {
             let to = self.corner([at[0] + o[0], at[1] + o[1], at[2] + o[2]]);
-            visit(Edge {
-                from,
-                to,
-                long: false,
-            });
+            visit(from, to, false);
         }
     }
 
     /// Calls `visit` for the twelve tetrahedra between one cell and its three next neighbours,
     /// corners ordered centre, centre, corner, corner.
-    pub(crate) fn tetrahedra_at(&self, at: [usize; 3], mut visit: impl FnMut([u32; 4])) {
+    fn tetrahedra_at(&self, at: [usize; 3], mut visit: impl FnMut([u32; 4])) {
         let center = self.center(at);
         for axis in 0..3 {
             if at[axis] + 1 >= self.cells[axis] {
@@ -152,4 +111,75 @@ impl Lattice {
 
 /// Length classes of the edges of a lattice tetrahedron in the order of
 /// [`Lattice::tetrahedra_at`]: edges 0-1 and 2-3 are long.
-pub(crate) const CLASSES: [[u8; 4]; 4] = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]];
+const CLASSES: [[u8; 4]; 4] = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]];
+
+impl Background for Lattice {
+    fn point_count(&self) -> usize {
+        self.corner_count() + self.cell_count()
+    }
+
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "lattice coordinates are far below 2^52"
+    )]
+    fn position(&self, id: u32) -> DVec3 {
+        let id = id as usize;
+        let corners = self.corner_count();
+        let (id, [nx, ny], shift) = if id < corners {
+            (id, [self.cells[0] + 1, self.cells[1] + 1], 0.0)
+        } else {
+            (id - corners, [self.cells[0], self.cells[1]], 0.5)
+        };
+        let at = DVec3::new(
+            (id % nx) as f64,
+            (id / nx % ny) as f64,
+            (id / (nx * ny)) as f64,
+        );
+        self.origin + (at + shift) * self.cell
+    }
+
+    fn size(&self, _: u32) -> f64 {
+        self.cell.element_sum() / 3.0
+    }
+
+    fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError> {
+        oracle.lattice_signs(self)
+    }
+
+    fn crossed_edges(&self, sign: &[i8]) -> Vec<Edge> {
+        (0..=self.cells[2])
+            .into_par_iter()
+            .flat_map_iter(|k| {
+                let mut out = Vec::new();
+                for j in 0..=self.cells[1] {
+                    for i in 0..=self.cells[0] {
+                        self.edges_at([i, j, k], |from, to, long| {
+                            if sign[from as usize] * sign[to as usize] < 0 {
+                                let reach = if long { WARP_LONG } else { WARP_SHORT };
+                                out.push(Edge::new(from, to, reach));
+                            }
+                        });
+                    }
+                }
+                out
+            })
+            .collect()
+    }
+
+    fn chunks(&self) -> usize {
+        self.cells[2]
+    }
+
+    fn tetrahedra_in(&self, chunk: usize, visit: &mut Visit<'_>) {
+        for j in 0..self.cells[1] {
+            for i in 0..self.cells[0] {
+                self.tetrahedra_at([i, j, chunk], |corners| visit(corners, &CLASSES));
+            }
+        }
+    }
+
+    fn may_warp(&self, _: u32, _: DVec3, _: &dyn Fn(u32) -> DVec3) -> bool {
+        // The thresholds leave every tetrahedron positive, wherever their corners go.
+        true
+    }
+}

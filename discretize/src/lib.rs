@@ -1,15 +1,22 @@
 #![doc = include_str!("../README.md")]
 
+mod background;
 mod error;
 mod file;
+mod fill;
+mod graded;
+mod grading;
 mod hierarchy;
 mod improve;
 mod intersections;
 mod lattice;
 mod liver;
+mod losses;
 mod mesh;
+mod octree;
 mod oracle;
 mod order;
+mod patch;
 mod quality;
 mod read;
 mod repair;
@@ -24,9 +31,11 @@ mod write;
 
 pub use error::{RepairError, SampleError};
 pub use file::{FileError, SampledFile, sample_file};
+pub use grading::{Grading, Refinement};
 pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
 pub use intersections::self_intersections;
 pub use mesh::{Bounds, Mesh};
+pub use octree::{Leaf, Octree};
 pub use order::{NodeOrder, space_filling_order};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{

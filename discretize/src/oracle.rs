@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::background::Background;
 use crate::error::SampleError;
 use crate::hierarchy::{Crossing, Hierarchy};
 use crate::lattice::Lattice;
@@ -45,8 +46,28 @@ impl<'a> Oracle<'a> {
             .map(|(t, _)| t)
     }
 
-    /// Signs at all lattice points: 1 inside, 0 on the surface, -1 outside.
-    pub(crate) fn signs(&self, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
+    /// Sign at a point: 1 inside, 0 on the surface, -1 outside.
+    pub(crate) fn sign_at(&self, at: DVec3) -> Result<i8, SampleError> {
+        if self.solid.mesh().is_some() {
+            return Ok(if self.solid.contains(at) { 1 } else { -1 });
+        }
+        let value = self.solid.signed_distance(at);
+        if value.is_nan() {
+            return Err(SampleError::NotANumber { at });
+        }
+        Ok(
+            if value.abs() <= ON_SURFACE * self.solid.bounds().diagonal() {
+                0
+            } else if value < 0.0 {
+                1
+            } else {
+                -1
+            },
+        )
+    }
+
+    /// Signs at all lattice points.
+    pub(crate) fn lattice_signs(&self, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
         let Some((mesh, hierarchy)) = self.solid.mesh().zip(self.solid.hierarchy()) else {
             return self.signs_implicit(lattice);
         };
@@ -54,24 +75,12 @@ impl<'a> Oracle<'a> {
     }
 
     fn signs_implicit(&self, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
-        let zero = ON_SURFACE * self.solid.bounds().diagonal();
         let mut sign = vec![0_i8; lattice.point_count()];
         sign.par_chunks_mut(4096)
             .enumerate()
             .try_for_each(|(chunk, out)| {
                 for (offset, sign) in out.iter_mut().enumerate() {
-                    let at = lattice.position(index(chunk * 4096 + offset));
-                    let value = self.solid.signed_distance(at);
-                    if value.is_nan() {
-                        return Err(SampleError::NotANumber { at });
-                    }
-                    *sign = if value.abs() <= zero {
-                        0
-                    } else if value < 0.0 {
-                        1
-                    } else {
-                        -1
-                    };
+                    *sign = self.sign_at(lattice.position(index(chunk * 4096 + offset)))?;
                 }
                 Ok(())
             })?;

@@ -1,6 +1,11 @@
 //! How one background tetrahedron is cut along the surface (Labelle & Shewchuk 2007, figure 3).
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
+
+/// Cosine of the angle at which two equally long edges of the lattice meet.
+const TIED_COSINE: f64 = 1.0 / 3.0;
 
 /// One background tetrahedron to be cut.
 ///
@@ -16,17 +21,9 @@ pub(crate) struct Stencil<'a, C, P> {
     pub position: P,
 }
 
-/// What [`Stencil::emit`] does with a prism whose three diagonals chase each other.
-pub(crate) enum Prism {
-    /// Three tetrahedra were emitted.
-    Split,
-    /// The diagonals are cyclic: nothing was emitted.
-    Cyclic,
-}
-
 impl<C: Fn(u32, u32) -> u32, P: Fn(u32) -> DVec3> Stencil<'_, C, P> {
     /// Emits the tetrahedra that fill the inside part, each with positive volume.
-    pub(crate) fn emit(&self, out: &mut Vec<[u32; 4]>) -> Prism {
+    pub(crate) fn emit(&self, out: &mut Vec<[u32; 4]>) {
         let pick = |wanted: i8| -> ([usize; 4], usize) {
             let mut found = [0; 4];
             let mut count = 0;
@@ -77,7 +74,7 @@ impl<C: Fn(u32, u32) -> u32, P: Fn(u32) -> DVec3> Stencil<'_, C, P> {
                 } else {
                     to_s
                 };
-                return self.prism(x, y, [to_r, free, to_s], out);
+                self.prism(x, y, [to_r, free, to_s], out);
             }
             _ => {
                 let (p, q, s, m) = (plus[0], plus[1], plus[2], minus[0]);
@@ -88,21 +85,15 @@ impl<C: Fn(u32, u32) -> u32, P: Fn(u32) -> DVec3> Stencil<'_, C, P> {
                     self.diagonal(q, s, m),
                     self.diagonal(p, s, m),
                 ];
-                return self.prism(x, y, diagonals, out);
+                self.prism(x, y, diagonals, out);
             }
         }
-        Prism::Split
     }
 
     /// Splits the prism with triangles x and y; `diagonals` for the column pairs (0,1), (1,2),
-    /// (0,2): true joins x of the first to y of the second.
-    fn prism(
-        &self,
-        x: [u32; 3],
-        y: [u32; 3],
-        diagonals: [bool; 3],
-        out: &mut Vec<[u32; 4]>,
-    ) -> Prism {
+    /// (0,2): true joins x of the first to y of the second. They never chase each other round:
+    /// [`Stencil::diagonal`] follows one order of the cut edges.
+    fn prism(&self, x: [u32; 3], y: [u32; 3], diagonals: [bool; 3], out: &mut Vec<[u32; 4]>) {
         let [d01, d12, d02] = diagonals;
         // "i before j" if the diagonal starts at x_i.
         let before = [
@@ -110,39 +101,42 @@ impl<C: Fn(u32, u32) -> u32, P: Fn(u32) -> DVec3> Stencil<'_, C, P> {
             usize::from(!d01) + usize::from(d12),
             usize::from(!d12) + usize::from(!d02),
         ];
-        let mut order = [usize::MAX; 3];
+        let mut order = [0; 3];
         for (column, count) in before.iter().enumerate() {
             order[2 - count] = column;
-        }
-        if order.contains(&usize::MAX) {
-            return Prism::Cyclic;
         }
         let [i, j, k] = order;
         self.push([x[i], x[j], x[k], y[k]], out);
         self.push([x[i], x[j], y[j], y[k]], out);
         self.push([x[i], y[i], y[j], y[k]], out);
-        Prism::Split
     }
 
     /// Diagonal of the face p q m between inside corners p, q: true from p to the cut on q-m.
-    /// Depends on the face alone, so both
-    /// tetrahedra at it agree.
+    ///
+    /// The longer edge's cut takes it; of equally long edges the one that gives the shorter
+    /// diagonal, up to moved corners. Both tetrahedra at the face see the same order of its edges.
     fn diagonal(&self, p: usize, q: usize, m: usize) -> bool {
-        let (class_p, class_q) = (self.class[p][m], self.class[q][m]);
-        if class_p != class_q {
-            return class_q > class_p;
-        }
-        let (ip, iq, im) = (self.corners[p], self.corners[q], self.corners[m]);
-        self.shorter(ip, (self.cut)(iq, im), iq, (self.cut)(ip, im))
+        let by_class = self.class[q][m].cmp(&self.class[p][m]);
+        let by_length = || self.reach(p, m).total_cmp(&self.reach(q, m));
+        let by_id = || self.corners[p].cmp(&self.corners[q]);
+        by_class.then_with(by_length).then_with(by_id) == Ordering::Greater
+    }
+
+    /// Grows with the diagonal that ends in the cut of the edge p-m, by the law of cosines.
+    fn reach(&self, p: usize, m: usize) -> f64 {
+        let (p, m) = (self.corners[p], self.corners[m]);
+        let (at, from) = ((self.position)(m), (self.position)(p));
+        let t = at.distance((self.position)((self.cut)(p, m))) / at.distance(from);
+        t * (t - 2.0 * TIED_COSINE)
     }
 
     /// Whether a-b is shorter than c-d; equal lengths by the ids of a and c.
     fn shorter(&self, a: u32, b: u32, c: u32, d: u32) -> bool {
         let length = |u, v| (self.position)(u).distance_squared((self.position)(v));
         match length(a, b).total_cmp(&length(c, d)) {
-            std::cmp::Ordering::Less => true,
-            std::cmp::Ordering::Greater => false,
-            std::cmp::Ordering::Equal => a < c,
+            Ordering::Less => true,
+            Ordering::Greater => false,
+            Ordering::Equal => a < c,
         }
     }
 

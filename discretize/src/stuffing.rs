@@ -1,19 +1,13 @@
-//! Isosurface stuffing on a uniform lattice (Labelle & Shewchuk 2007).
+//! Isosurface stuffing (Labelle & Shewchuk 2007) of a body by a background of tetrahedra.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::background::{Background, Edge};
 use crate::error::SampleError;
-use crate::lattice::{CLASSES, Edge, Lattice};
 use crate::mesh::index;
 use crate::oracle::Oracle;
-use crate::stencil::{Prism, Stencil};
-
-/// A lattice point moves onto the surface if a cut lies within this fraction of a long edge.
-/// Labelle & Shewchuk 2007, table 1 (the pair that bounds dihedral angles by 10.7 and 164.8).
-const WARP_LONG: f64 = 0.24999;
-/// The same for a short edge.
-const WARP_SHORT: f64 = 0.41189;
+use crate::stencil::Stencil;
 
 /// Tetrahedra before renumbering: every node is used.
 #[derive(Debug, Default)]
@@ -21,80 +15,72 @@ pub(crate) struct Stuffed {
     pub positions: Vec<DVec3>,
     /// On the surface (cut point or moved lattice point).
     pub on_surface: Vec<bool>,
+    /// Edge of the background cell that the node comes from.
+    pub size: Vec<f64>,
     pub tetrahedra: Vec<[u32; 4]>,
     /// Part of the input surface for each crossing found (see [`Oracle::crossing`]), as a set.
     pub parts_hit: Vec<bool>,
 }
 
-/// A place where an edge of the lattice passes the surface.
+/// A place where an edge of the background passes the surface.
 struct Cut {
     edge: Edge,
     at: DVec3,
     alive: bool,
 }
 
-/// Fills the body with tetrahedra of the lattice, cut along the surface.
-pub(crate) fn stuff(lattice: &Lattice, oracle: &Oracle<'_>) -> Result<Stuffed, SampleError> {
-    let mut sign = oracle.signs(lattice)?;
+/// Fills the body with tetrahedra of the background, cut along the surface.
+pub(crate) fn stuff(
+    background: &dyn Background,
+    oracle: &Oracle<'_>,
+) -> Result<Stuffed, SampleError> {
+    let mut sign = background.signs(oracle)?;
+    check_bounds(background, oracle, &sign)?;
     let mut stuffed = Stuffed {
         parts_hit: vec![false; oracle.part_count()],
         ..Stuffed::default()
     };
-    let mut cuts = find_cuts(lattice, oracle, &sign, &mut stuffed.parts_hit);
-    let moved = warp(lattice, &mut cuts, &mut sign);
+    let mut cuts = find_cuts(background, oracle, &sign, &mut stuffed.parts_hit);
+    let moved = warp(background, &mut cuts, &mut sign);
 
-    let points = lattice.point_count();
+    let points = background.point_count();
     let cut_id = |a: u32, b: u32| -> u32 {
-        let key = (a.min(b), a.max(b));
+        let key = [a.min(b), a.max(b)];
         let found = cuts
-            .binary_search_by(|c| key_of(&c.edge).cmp(&key))
+            .binary_search_by(|c| c.edge.ends.cmp(&key))
             .expect("an edge with a sign change has a cut");
         index(points + found)
     };
     let position = |id: u32| -> DVec3 {
-        let id = id as usize;
-        if id >= points {
-            return cuts[id - points].at;
+        match (id as usize).checked_sub(points) {
+            Some(cut) => cuts[cut].at,
+            None if sign[id as usize] == 0 => place_of(background, &moved, id),
+            None => background.position(id),
         }
-        let place = index(id);
-        if sign[id] == 0
-            && let Ok(found) = moved.binary_search_by(|(v, _)| v.cmp(&place))
-        {
-            return moved[found].1;
-        }
-        lattice.position(place)
     };
-    let slabs: Vec<Vec<[u32; 4]>> = (0..lattice.cells[2])
+    let chunks: Vec<Vec<[u32; 4]>> = (0..background.chunks())
         .into_par_iter()
-        .map(|k| {
+        .map(|chunk| {
             let mut out = Vec::new();
-            for j in 0..lattice.cells[1] {
-                for i in 0..lattice.cells[0] {
-                    lattice.tetrahedra_at([i, j, k], |corners| {
-                        let signs = corners.map(|c| sign[c as usize]);
-                        if signs.contains(&1) {
-                            let stencil = Stencil {
-                                corners,
-                                sign: signs,
-                                class: &CLASSES,
-                                cut: cut_id,
-                                position,
-                            };
-                            let prism = stencil.emit(&mut out);
-                            debug_assert!(
-                                matches!(prism, Prism::Split),
-                                "two classes of edges cannot be cyclic"
-                            );
-                        }
-                    });
+            background.tetrahedra_in(chunk, &mut |corners, class| {
+                let signs = corners.map(|c| sign[c as usize]);
+                if signs.contains(&1) {
+                    let stencil = Stencil {
+                        corners,
+                        sign: signs,
+                        class,
+                        cut: cut_id,
+                        position,
+                    };
+                    stencil.emit(&mut out);
                 }
-            }
+            });
             out
         })
         .collect();
 
     let mut number = vec![u32::MAX; points + cuts.len()];
-    stuffed.tetrahedra = slabs.concat();
+    stuffed.tetrahedra = chunks.concat();
     for tetrahedron in &mut stuffed.tetrahedra {
         for corner in tetrahedron {
             let id = *corner as usize;
@@ -102,6 +88,13 @@ pub(crate) fn stuff(lattice: &Lattice, oracle: &Oracle<'_>) -> Result<Stuffed, S
                 number[id] = index(stuffed.positions.len());
                 stuffed.positions.push(position(*corner));
                 stuffed.on_surface.push(id >= points || sign[id] == 0);
+                stuffed.size.push(match id.checked_sub(points) {
+                    Some(cut) => {
+                        let [a, b] = cuts[cut].edge.ends;
+                        background.size(a).min(background.size(b))
+                    }
+                    None => background.size(*corner),
+                });
             }
             *corner = number[id];
         }
@@ -109,90 +102,97 @@ pub(crate) fn stuff(lattice: &Lattice, oracle: &Oracle<'_>) -> Result<Stuffed, S
     Ok(stuffed)
 }
 
-fn key_of(edge: &Edge) -> (u32, u32) {
-    (edge.from.min(edge.to), edge.from.max(edge.to))
+/// Refuses an implicit body that reaches beyond its bounds.
+fn check_bounds(
+    background: &dyn Background,
+    oracle: &Oracle<'_>,
+    sign: &[i8],
+) -> Result<(), SampleError> {
+    if oracle.solid.mesh().is_some() {
+        return Ok(());
+    }
+    let bounds = oracle.solid.bounds();
+    let slack = 1e-9 * bounds.diagonal();
+    let beyond = (0..sign.len())
+        .into_par_iter()
+        .filter(|v| sign[*v] > 0)
+        .map(|v| background.position(index(v)))
+        .find_first(|p| bounds.distance_squared(*p) > slack * slack);
+    beyond.map_or(Ok(()), |at| Err(SampleError::OutsideBounds { at }))
+}
+
+/// Place of a background point: where it was moved to, or where it always was.
+fn place_of(background: &dyn Background, moved: &[(u32, DVec3)], id: u32) -> DVec3 {
+    match moved.binary_search_by(|(v, _)| v.cmp(&id)) {
+        Ok(found) => moved[found].1,
+        Err(_) => background.position(id),
+    }
 }
 
 /// One cut for every edge with ends inside and outside, sorted by the ends' ids.
 fn find_cuts(
-    lattice: &Lattice,
+    background: &dyn Background,
     oracle: &Oracle<'_>,
     sign: &[i8],
     parts_hit: &mut [bool],
 ) -> Vec<Cut> {
-    let slabs: Vec<Vec<(Cut, u32)>> = (0..=lattice.cells[2])
+    let mut edges = background.crossed_edges(sign);
+    edges.par_sort_unstable_by_key(|e| e.ends);
+    let found: Vec<(Cut, u32)> = edges
         .into_par_iter()
-        .map(|k| {
-            let mut out = Vec::new();
-            let mut scratch = Vec::new();
-            for j in 0..=lattice.cells[1] {
-                for i in 0..=lattice.cells[0] {
-                    lattice.edges_at([i, j, k], |edge| {
-                        let (s, t) = (sign[edge.from as usize], sign[edge.to as usize]);
-                        if s * t < 0 {
-                            let (inside, outside) = if s > 0 {
-                                (edge.from, edge.to)
-                            } else {
-                                (edge.to, edge.from)
-                            };
-                            let (at, part) = oracle.crossing(
-                                lattice.position(inside),
-                                lattice.position(outside),
-                                &mut scratch,
-                            );
-                            let cut = Cut {
-                                edge,
-                                at,
-                                alive: true,
-                            };
-                            out.push((cut, part));
-                        }
-                    });
-                }
-            }
-            out
+        .map_init(Vec::new, |scratch, edge| {
+            let [a, b] = edge.ends;
+            let (inside, outside) = if sign[a as usize] > 0 { (a, b) } else { (b, a) };
+            let (at, part) = oracle.crossing(
+                background.position(inside),
+                background.position(outside),
+                scratch,
+            );
+            let alive = true;
+            (Cut { edge, at, alive }, part)
         })
         .collect();
-    let mut cuts = Vec::with_capacity(slabs.iter().map(Vec::len).sum());
-    for (cut, part) in slabs.into_iter().flatten() {
-        if let Some(hit) = parts_hit.get_mut(part as usize) {
-            *hit = true;
-        }
-        cuts.push(cut);
-    }
-    cuts.par_sort_unstable_by_key(|c| key_of(&c.edge));
-    cuts
+    found
+        .into_iter()
+        .map(|(cut, part)| {
+            if let Some(hit) = parts_hit.get_mut(part as usize) {
+                *hit = true;
+            }
+            cut
+        })
+        .collect()
 }
 
-/// Moves lattice points that have a cut too near onto the nearest such cut, in the order of their
-/// ids; the cuts on all their edges die with it. Returns the moved points, sorted by id.
-fn warp(lattice: &Lattice, cuts: &mut Vec<Cut>, sign: &mut [i8]) -> Vec<(u32, DVec3)> {
+/// Moves background points that have a cut too near onto the nearest such cut, in the order of
+/// their ids; the cuts on all their edges die with it. Returns the moved points, sorted by id.
+fn warp(background: &dyn Background, cuts: &mut Vec<Cut>, sign: &mut [i8]) -> Vec<(u32, DVec3)> {
     let mut ends: Vec<(u32, u32)> = cuts
         .iter()
         .enumerate()
-        .flat_map(|(c, cut)| [(cut.edge.from, index(c)), (cut.edge.to, index(c))])
+        .flat_map(|(c, cut)| cut.edge.ends.map(|v| (v, index(c))))
         .collect();
     ends.par_sort_unstable();
-    let mut moved = Vec::new();
+    let mut moved: Vec<(u32, DVec3)> = Vec::new();
     for group in ends.chunk_by(|a, b| a.0 == b.0) {
         let vertex = group[0].0;
-        let place = lattice.position(vertex);
+        let place = background.position(vertex);
         let mut nearest: Option<(f64, DVec3)> = None;
         for &(_, c) in group {
             let cut = &cuts[c as usize];
             if !cut.alive {
                 continue;
             }
-            let length = lattice
-                .position(cut.edge.from)
-                .distance(lattice.position(cut.edge.to));
+            let [a, b] = cut.edge.ends;
+            let length = background.position(a).distance(background.position(b));
             let distance = cut.at.distance(place);
-            let threshold = if cut.edge.long { WARP_LONG } else { WARP_SHORT };
-            if distance < threshold * length && nearest.is_none_or(|(d, _)| distance < d) {
+            if distance < cut.edge.reach * length && nearest.is_none_or(|(d, _)| distance < d) {
                 nearest = Some((distance, cut.at));
             }
         }
-        if let Some((_, at)) = nearest {
+        let now = |id| place_of(background, &moved, id);
+        if let Some((_, at)) = nearest
+            && background.may_warp(vertex, at, &now)
+        {
             moved.push((vertex, at));
             sign[vertex as usize] = 0;
             for &(_, c) in group {

@@ -1,0 +1,310 @@
+//! Filling a body with tetrahedra at a cell size, and the search for the cell size that gives a
+//! wanted number of nodes.
+
+use glam::DVec3;
+
+use crate::error::SampleError;
+use crate::graded::Graded;
+use crate::improve::improve;
+use crate::lattice::Lattice;
+use crate::mesh::{Bounds, Mesh};
+use crate::octree::Octree;
+use crate::oracle::Oracle;
+use crate::sampling::SampleSettings;
+use crate::stuffing::{Stuffed, stuff};
+use crate::sums::boundary_triangles;
+
+/// Mean edge of the lattice's tetrahedra over the cell: six long edges of 1 and eight short ones
+/// of `sqrt(3)/2` meet in every point.
+pub(crate) const MEAN_EDGE: f64 = 0.923_433_008_258_963_5;
+/// Fewest nodes that can be asked for.
+const LEAST_NODES: usize = 30;
+/// Rounds of the search for a spacing that gives the wanted number of nodes.
+const COUNT_ROUNDS: usize = 16;
+/// Rounds in which only a promising filling is improved.
+const CHEAP_ROUNDS: usize = 3;
+/// Rounds after which the lattice leaves the symmetry of the body.
+const SYMMETRIC_ROUNDS: usize = 5;
+/// Direction of the shifts that break symmetry: the R3 sequence (Roberts 2018).
+const SHIFT: DVec3 = DVec3::new(
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_2,
+    0.549_700_477_901_970_2,
+);
+/// Nodes on a surface patch of one squared cell, from the samplings of `examples/quality.rs`;
+/// only the first guess of the search uses it.
+const SURFACE_NODES: f64 = 0.09;
+
+/// Share of the surface nodes that improving removes, from the same samplings; a first guess too.
+const REMOVED: f64 = 0.66;
+
+/// Fills one body as the settings say.
+pub(crate) struct Filler<'a> {
+    oracle: &'a Oracle<'a>,
+    settings: &'a SampleSettings,
+}
+
+impl<'a> Filler<'a> {
+    pub(crate) fn new(
+        oracle: &'a Oracle<'a>,
+        settings: &'a SampleSettings,
+    ) -> Result<Self, SampleError> {
+        settings.grading.check()?;
+        Ok(Self { oracle, settings })
+    }
+
+    /// Tetrahedra at a cell size.
+    pub(crate) fn fill(&self, cell: f64) -> Result<Stuffed, SampleError> {
+        let mut stuffed = self.raw(cell, DVec3::ZERO)?;
+        self.improve(&mut stuffed);
+        Ok(stuffed)
+    }
+
+    fn improve(&self, stuffed: &mut Stuffed) {
+        if !self.oracle.solid.is_box() {
+            improve(stuffed, self.oracle.solid, self.settings.smoothing_sweeps);
+        }
+    }
+
+    /// Tetrahedra before they are improved, with the background moved by fractions of a cell; a box, whose faces have to stay
+    /// on the background's planes, is rounded differently instead.
+    fn raw(&self, cell: f64, shift: DVec3) -> Result<Stuffed, SampleError> {
+        if !(cell.is_finite() && cell > 0.0) {
+            let spacing = cell * MEAN_EDGE;
+            return Err(SampleError::Spacing { spacing });
+        }
+        let solid = self.oracle.solid;
+        let bounds = solid.bounds();
+        let (cells, start) = if solid.is_box() {
+            let count = (bounds.size() / cell + 0.5 + shift - shift.round()).floor();
+            (bounds.size() / count.max(DVec3::ONE), bounds.min)
+        } else {
+            (DVec3::splat(cell), bounds.min - shift.fract() * cell)
+        };
+        if self.settings.grading.is_uniform() {
+            let lattice = lattice_from(&bounds, cells, start, self.settings.largest_lattice)?;
+            self.stuff(&lattice, cell)
+        } else {
+            let grading = &self.settings.grading;
+            let largest = self.settings.largest_lattice;
+            let octree = Octree::build(solid, cells, start, grading, largest)?;
+            self.stuff(&Graded::new(&octree), cell)
+        }
+    }
+
+    fn stuff(
+        &self,
+        background: &dyn crate::background::Background,
+        cell: f64,
+    ) -> Result<Stuffed, SampleError> {
+        let stuffed = stuff(background, self.oracle)?;
+        if stuffed.tetrahedra.is_empty() {
+            return Err(SampleError::Vanished {
+                spacing: cell * MEAN_EDGE,
+                advice: 0.5 * cell * MEAN_EDGE,
+            });
+        }
+        Ok(stuffed)
+    }
+
+    /// Finds a cell size that gives the wanted number of nodes.
+    ///
+    /// Model: `n = r (2 V / a^3 + s A / a^2)`, solved for a; r from the last round, then bisection
+    /// between the nearest samplings above and below.
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "counts"
+    )]
+    pub(crate) fn search(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
+        if wanted < LEAST_NODES {
+            return Err(SampleError::TooFewNodes {
+                nodes: wanted,
+                least: LEAST_NODES,
+            });
+        }
+        let target = wanted as f64;
+        let tolerance = self.settings.count_tolerance * target;
+        // Share of the surface nodes that improving removes.
+        let mut removed = if self.settings.smoothing_sweeps == 0 || self.oracle.solid.is_box() {
+            0.0
+        } else {
+            REMOVED
+        };
+        let solid = self.oracle.solid;
+        if solid.is_box() && self.settings.grading.is_uniform() {
+            return self.fill_box(wanted);
+        }
+        let size = solid.bounds().size();
+        let (mut volume, mut area) = solid.mesh().map_or_else(
+            || {
+                let v = 0.5 * size.element_product();
+                (v, 5.0 * v.powf(2.0 / 3.0))
+            },
+            |mesh| (mesh.volume(), mesh.area()),
+        );
+        let model =
+            |a: f64, volume: f64, area: f64| (2.0 * volume / a + SURFACE_NODES * area) / (a * a);
+        let mut ratio = 1.0;
+        let (mut coarse, mut fine) = (f64::INFINITY, 0.0_f64);
+        let mut nearest = 0.0_f64;
+        for round in 0..COUNT_ROUNDS {
+            let mut cell = solve_cell(
+                target / ratio,
+                |a| model(a, volume, area),
+                size.max_element(),
+            );
+            if round < SYMMETRIC_ROUNDS && !(cell < coarse && cell > fine) {
+                cell = if coarse.is_finite() {
+                    0.5 * (coarse + fine)
+                } else {
+                    2.0 * fine
+                };
+            }
+            // A body as symmetric as the lattice jumps in count: leave the symmetry.
+            let shift = SHIFT * round.saturating_sub(SYMMETRIC_ROUNDS - 1) as f64;
+            let mut stuffed = match self.raw(cell, shift) {
+                Err(SampleError::Vanished { .. }) => {
+                    coarse = cell;
+                    continue;
+                }
+                other => other?,
+            };
+            let raw = stuffed.positions.len() as f64;
+            let on_surface = stuffed.on_surface.iter().filter(|s| **s).count() as f64;
+            let mut nodes = raw - removed * on_surface;
+            if round >= CHEAP_ROUNDS || (nodes - target).abs() <= 0.7 * tolerance {
+                self.improve(&mut stuffed);
+                nodes = stuffed.positions.len() as f64;
+                removed = (raw - nodes) / on_surface;
+                if (nodes - target).abs() <= tolerance {
+                    return Ok((stuffed, cell));
+                }
+                if (nodes - target).abs() < (nearest - target).abs() {
+                    nearest = nodes;
+                }
+            }
+            if nodes < target {
+                coarse = coarse.min(cell);
+            } else {
+                fine = fine.max(cell);
+            }
+            if solid.mesh().is_none() {
+                let triangles =
+                    boundary_triangles(&stuffed.tetrahedra, |v| stuffed.on_surface[v as usize]);
+                let mesh = Mesh {
+                    vertices: stuffed.positions,
+                    triangles,
+                };
+                (volume, area) = (mesh.volume(), mesh.area());
+            }
+            ratio = nodes / model(cell, volume, area);
+        }
+        Err(SampleError::NodeCount {
+            wanted,
+            reached: nearest as usize,
+        })
+    }
+
+    /// Fits a lattice to a box: of the cell counts that give the wanted number of nodes, the one
+    /// whose cells are nearest to cubes.
+    ///
+    /// A fitted lattice of `a b c` cells has `(a+1)(b+1)(c+1)` corners, `a b c` centres and
+    /// `2 (a b + b c + c a)` nodes in the middles of the outer squares.
+    #[allow(clippy::cast_precision_loss, reason = "counts")]
+    fn fill_box(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
+        let size = self.oracle.solid.bounds().size();
+        let target = wanted as f64;
+        let nodes = |n: DVec3| {
+            (n + 1.0).element_product()
+                + n.element_product()
+                + 2.0 * n.dot(DVec3::new(n.y, n.z, n.x))
+        };
+        let scale = (2.0 * size.element_product() / target).cbrt();
+        let mut best = (f64::INFINITY, f64::INFINITY, DVec3::ONE);
+        for step in 0..200 {
+            let count = size / (scale * 1.02_f64.powi(step - 60));
+            for rounding in 0..8 {
+                let up = |axis: i32, x: f64| {
+                    if rounding >> axis & 1 == 0 {
+                        x.floor()
+                    } else {
+                        x.ceil()
+                    }
+                };
+                let n = DVec3::new(up(0, count.x), up(1, count.y), up(2, count.z)).max(DVec3::ONE);
+                let miss = (nodes(n) / target - 1.0).abs();
+                let cell = size / n;
+                let stretch = cell.max_element() / cell.min_element();
+                // Counts within the tolerance compete by shape, others by count alone.
+                let rank = if miss <= self.settings.count_tolerance {
+                    (0.0, stretch)
+                } else {
+                    (miss, stretch)
+                };
+                if rank < (best.0, best.1) {
+                    best = (rank.0, rank.1, n);
+                }
+            }
+        }
+        let n = best.2;
+        if best.0 > 0.0 {
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a small count"
+            )]
+            let reached = nodes(n) as usize;
+            return Err(SampleError::NodeCount { wanted, reached });
+        }
+        let bounds = self.oracle.solid.bounds();
+        let lattice = lattice_from(&bounds, size / n, bounds.min, self.settings.largest_lattice)?;
+        let cell = (size / n).element_sum() / 3.0;
+        Ok((self.stuff(&lattice, cell)?, cell))
+    }
+}
+
+/// The lattice of `cell` that contains a box with a rim of one cell, with planes at `start`.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "limited by `largest` before"
+)]
+fn lattice_from(
+    bounds: &Bounds,
+    cell: DVec3,
+    start: DVec3,
+    largest: usize,
+) -> Result<Lattice, SampleError> {
+    let count = ((bounds.max - start) / cell - 1e-9).ceil().max(DVec3::ONE) + 2.0;
+    let cells = count.element_product();
+    let limit = largest as f64;
+    if cells > limit.min(1e9) || cells.is_nan() {
+        return Err(SampleError::TooFine {
+            spacing: cell.max_element() * MEAN_EDGE,
+            cells,
+            limit,
+        });
+    }
+    Ok(Lattice {
+        origin: start - cell,
+        cell,
+        cells: count.to_array().map(|n| n as usize),
+    })
+}
+
+/// Root of a falling function by bisection of the logarithm.
+fn solve_cell(target: f64, model: impl Fn(f64) -> f64, largest: f64) -> f64 {
+    let (mut low, mut high) = (1e-5 * largest, 10.0 * largest);
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if model(middle) > target {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    (low * high).sqrt()
+}
