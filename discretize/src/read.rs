@@ -1,7 +1,9 @@
 //! Reading surface and tetrahedra files. Content decides the format, not the name.
 //!
-//! The readers are small and of our own because every error has to name line or byte, and because
-//! no allocation may follow a count in a header that the file's length does not justify.
+//! The readers are small and of our own because every error has to name line or byte, because no
+//! allocation may follow a count in a header that the file's length does not justify, and because
+//! the libraries at hand stop short of it: `mshio` reads MSH 4.1 only and panics on a large integer,
+//! `vtkio` allocates by header, none reads OFF.
 
 mod gmsh;
 mod obj;
@@ -10,6 +12,7 @@ mod ply;
 mod stl;
 mod text;
 mod vtk;
+mod vtu;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -37,7 +40,9 @@ pub enum Format {
     Off,
     /// VTK legacy (text or binary): polydata or tetrahedra.
     Vtk,
-    /// Gmsh MSH 1, 2.2 or 4.1 as text.
+    /// VTK XML (ascii, base64 or raw, plain or zlib): polydata or unstructured grid.
+    VtkXml,
+    /// Gmsh MSH 1 as text, 2.2 or 4.1 as text or binary.
     Gmsh,
 }
 
@@ -85,7 +90,7 @@ pub enum ReadErrorKind {
     #[error("cannot read the file: {0}")]
     Io(std::io::ErrorKind),
     /// No format matches the content.
-    #[error("not a mesh in a known format (OBJ, STL, PLY, OFF, VTK legacy, Gmsh text)")]
+    #[error("not a mesh in a known format (OBJ, STL, PLY, OFF, VTK, Gmsh)")]
     UnknownFormat,
     /// A variant that is not read.
     #[error("{what} are not read: {fix}")]
@@ -168,14 +173,20 @@ struct Raw {
 }
 
 impl Raw {
-    /// Adds a polygon as a fan; fewer than three corners are no face and dropped.
-    fn polygon(&mut self, corners: &[u32]) {
+    /// Adds a polygon as a fan.
+    fn polygon(&mut self, corners: &[u32], place: Place) -> Result<(), Failure> {
+        if corners.len() < 3 {
+            let found = corners.len().to_string();
+            let expected = "a face of three or more corners";
+            return Err(text::unexpected(expected, found.as_bytes(), place));
+        }
         if corners.len() > 3 {
             self.polygons += 1;
         }
         for pair in corners.windows(2).skip(1) {
             self.triangles.push([corners[0], pair[0], pair[1]]);
         }
+        Ok(())
     }
 }
 
@@ -183,13 +194,15 @@ impl Raw {
 fn vertex_index(value: i64, count: usize, place: Place) -> Result<u32, Failure> {
     match u32::try_from(value) {
         Ok(v) if (v as usize) < count => Ok(v),
-        _ => Err(Failure {
-            place,
-            kind: ReadErrorKind::IndexOutOfRange {
-                index: value,
-                count,
-            },
-        }),
+        _ => Err(out_of_range(value, count, place)),
+    }
+}
+
+/// An index, as the file writes it, that names no vertex.
+fn out_of_range(index: i64, count: usize, place: Place) -> Failure {
+    Failure {
+        place,
+        kind: ReadErrorKind::IndexOutOfRange { index, count },
     }
 }
 
@@ -248,6 +261,7 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
         Format::Ply => ply::parse(bytes),
         Format::Off => off::parse(bytes),
         Format::Vtk => vtk::parse(bytes),
+        Format::VtkXml => vtu::parse(bytes),
         Format::Gmsh => gmsh::parse(bytes),
     }?;
     let nothing = |what| Failure {
@@ -322,13 +336,7 @@ fn detect(bytes: &[u8]) -> Result<Format, Failure> {
         return Ok(Format::Gmsh);
     }
     if starts(b"<?xml") || starts(b"<VTKFile") {
-        return Err(Failure {
-            place: Place::File,
-            kind: ReadErrorKind::Unsupported {
-                what: "XML files",
-                fix: "write legacy VTK (.vtk) or PLY instead",
-            },
-        });
+        return Ok(Format::VtkXml);
     }
     if stl::is_binary(bytes) {
         return Ok(Format::StlBinary);

@@ -12,6 +12,9 @@ use crate::mesh::{Bounds, Mesh, index};
 use crate::oracle::find;
 use crate::topology::{Edges, boundary_loops, orient};
 
+/// Points of a part that are asked whether they lie in another one.
+const SAMPLES: usize = 5;
+
 /// What [`repair()`] may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RepairSettings {
@@ -356,7 +359,7 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> (usize, usize) 
         o.min.cmple(i.min).all()
             && o.max.cmpge(i.max).all()
             && volumes[outer].abs() > volumes[inner].abs()
-            && winding_number(&pieces[outer], pieces[inner].vertices[0]).abs() > 0.5
+            && lies_in(&pieces[inner], &pieces[outer])
     };
     let mut turn = vec![false; parts];
     let mut cavities = 0;
@@ -376,6 +379,19 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> (usize, usize) 
         }
     }
     (turn.iter().filter(|t| **t).count(), cavities)
+}
+
+/// Whether most of a few points of one part lie inside another; single ones may lie on it.
+fn lies_in(inner: &Mesh, outer: &Mesh) -> bool {
+    let step = (inner.triangles.len() / SAMPLES).max(1);
+    let inside = (0..SAMPLES)
+        .map(|k| {
+            let corners = inner.corners(k * step % inner.triangles.len());
+            corners.into_iter().sum::<DVec3>() / 3.0
+        })
+        .filter(|p| winding_number(outer, *p).abs() > 0.5)
+        .count();
+    2 * inside > SAMPLES
 }
 
 /// Drops parts of less than `fraction` of the largest part's volume; returns how many.

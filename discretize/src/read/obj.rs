@@ -1,13 +1,13 @@
 //! Wavefront OBJ: `v` and `f`; everything else is skipped.
 
 use super::text::{Text, unexpected};
-use super::{Failure, Raw, point, vertex_index};
+use super::{Failure, Place, Raw, out_of_range, point, vertex_index};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     let mut raw = Raw::default();
     // Faces may precede their vertices: indices are checked at the end.
-    let mut faces: Vec<(i64, super::Place)> = Vec::new();
-    let mut sizes: Vec<usize> = Vec::new();
+    let mut corners: Vec<i64> = Vec::new();
+    let mut faces: Vec<(usize, Place)> = Vec::new();
     let mut text = Text::new(bytes);
     while let Some(mut words) = text.line() {
         let place = words.place();
@@ -20,36 +20,39 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
                 raw.vertices.push(point(xyz, place)?);
             }
             Some(b"f") => {
-                let before = faces.len();
+                let before = corners.len();
                 for word in words {
                     let first = word.split(|b| *b == b'/').next().unwrap_or(word);
                     let written = super::text::integer(first, place, "a vertex number")?;
                     let vertices = i64::try_from(raw.vertices.len()).unwrap_or(i64::MAX);
-                    let zero_based = match written {
+                    corners.push(match written {
                         0 => return Err(unexpected("a vertex number from 1", first, place)),
-                        n if n > 0 => n - 1,
+                        n if n > 0 => n,
                         n => match vertices.checked_add(n) {
-                            Some(v) if v >= 0 => v,
+                            Some(v) if v >= 0 => v + 1,
                             _ => vertex_index(n, raw.vertices.len(), place).map(i64::from)?,
                         },
-                    };
-                    faces.push((zero_based, place));
+                    });
                 }
-                sizes.push(faces.len() - before);
+                faces.push((corners.len() - before, place));
             }
             _ => {}
         }
     }
-    let mut corners = Vec::new();
-    let mut rest = faces.as_slice();
-    for size in sizes {
-        let (face, after) = rest.split_at(size);
+    let count = raw.vertices.len();
+    let mut face = Vec::new();
+    let mut rest = corners.as_slice();
+    for (size, place) in faces {
+        let (own, after) = rest.split_at(size);
         rest = after;
-        corners.clear();
-        for &(v, place) in face {
-            corners.push(vertex_index(v, raw.vertices.len(), place)?);
+        face.clear();
+        for &number in own {
+            match u32::try_from(number - 1) {
+                Ok(v) if (v as usize) < count => face.push(v),
+                _ => return Err(out_of_range(number, count, place)),
+            }
         }
-        raw.polygon(&corners);
+        raw.polygon(&face, place)?;
     }
     Ok(raw)
 }

@@ -61,7 +61,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
             let v = words.integer("a vertex number")?;
             corners.push(vertex_index(v, vertices, place)?);
         }
-        raw.polygon(&corners);
+        raw.polygon(&corners, place)?;
     }
     Ok(raw)
 }

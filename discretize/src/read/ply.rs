@@ -252,7 +252,9 @@ fn read_element(element: &Element, source: &mut Source<'_>, raw: &mut Raw) -> Re
                         corners.push(vertex_index(v, raw.vertices.len(), place)?);
                     }
                 }
-                raw.polygon(&corners);
+                if property.role == Role::Corners && element.role == ElementRole::Face {
+                    raw.polygon(&corners, place)?;
+                }
             } else {
                 let value = source.float(property.value)?;
                 if let Role::Coordinate(axis) = property.role {

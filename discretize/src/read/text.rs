@@ -74,6 +74,17 @@ impl<'a> Text<'a> {
         Err(self.truncated(expected))
     }
 
+    /// Skips what is left of the present line: the end of a word is known, a block of bytes follows.
+    pub(super) fn end_line(&mut self) {
+        let rest = self.rest();
+        if rest.starts_with(b"\r\n") {
+            self.skip(2);
+        } else if matches!(rest.first(), Some(b'\n' | b'\r')) {
+            self.skip(1);
+        }
+        self.line += 1;
+    }
+
     /// The next word, over line ends; `None` at the end.
     pub(super) fn word(&mut self) -> Option<&'a [u8]> {
         while let Some(&byte) = self.bytes.get(self.at) {

@@ -95,7 +95,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
 }
 
 /// Adds cells of the known kinds; others are skipped.
-fn add<'a>(
+pub(super) fn add<'a>(
     raw: &mut Raw,
     cells: impl Iterator<Item = (i64, &'a Vec<i64>)>,
     place: Place,
@@ -130,7 +130,7 @@ fn add<'a>(
                     raw.triangles.push(turned);
                 }
             }
-            (_, polygon) => raw.polygon(polygon),
+            (_, polygon) => raw.polygon(polygon, place)?,
         }
     }
     Ok(())

@@ -357,11 +357,8 @@ fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>), BodyProbl
             (placed(Primitive::Liver, turn, width / natural, at), None)
         }
         Shape::Box { size } => {
-            let half_extents = *size * 0.5;
-            (
-                placed(Primitive::Box { half_extents }, still, 1.0, at),
-                None,
-            )
+            let (min, max) = (at - *size * 0.5, at + *size * 0.5);
+            (Solid::from(Bounds { min, max }), None)
         }
         Shape::Ellipsoid { radii } => {
             let semi_axes = *radii;

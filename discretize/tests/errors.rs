@@ -1,0 +1,304 @@
+//! Every reason for which a file, a surface or a sampling is refused.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+use glam::DVec3;
+use phyxel_discretize::{
+    Bounds, FileError, Mesh, Place, ReadErrorKind, RepairError, RepairSettings, SampleError,
+    SampleSettings, Shape, Solid, Target, parse_mesh, read_mesh, read_point_cloud, repair,
+    sample_file, sample_tetrahedra,
+};
+use testkit::tol::assert_relative;
+
+/// Why a text is refused, and the message.
+fn refused(text: &str) -> (ReadErrorKind, Place, String) {
+    let error = parse_mesh(text.as_bytes()).unwrap_err();
+    let message = error.to_string();
+    (error.kind, error.place, message)
+}
+
+#[test]
+fn reading_names_reason_and_place() {
+    let (kind, place, message) = refused("v 0 0 0\nv 1 x 0\n");
+    assert!(matches!(kind, ReadErrorKind::Unexpected { .. }));
+    assert_eq!(place, Place::Line(2));
+    assert_eq!(message, "line 2: expected a number, found `x`");
+    // The index as the file writes it, whether the vertices come before or after.
+    for text in ["v 0 0 0\nf 1 2 3\n", "f 1 2 3\nv 0 0 0\n"] {
+        let (kind, _, message) = refused(text);
+        assert_eq!(kind, ReadErrorKind::IndexOutOfRange { index: 2, count: 1 });
+        assert!(message.contains("vertex 2 does not exist, the file has 1"));
+    }
+    let (kind, ..) = refused("v 0 0 0\nf -1 -2 -3\n");
+    assert_eq!(
+        kind,
+        ReadErrorKind::IndexOutOfRange {
+            index: -2,
+            count: 1
+        }
+    );
+    let (_, place, message) = refused("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n");
+    assert_eq!(place, Place::Line(5));
+    assert!(
+        message.contains("three or more corners, found `2`"),
+        "{message}"
+    );
+    let (_, _, message) = refused("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n");
+    assert!(
+        message.starts_with("line 6: expected a face of three"),
+        "{message}"
+    );
+    let (kind, place, _) = refused("v 0 0 0\nv nan 0 0\n");
+    assert_eq!((kind, place), (ReadErrorKind::NotFinite, Place::Line(2)));
+    let (kind, ..) = refused("OFF\n4000000000 1 0\n0 0 0\n");
+    assert!(matches!(
+        kind,
+        ReadErrorKind::Count {
+            count: 4_000_000_000,
+            ..
+        }
+    ));
+    let (kind, ..) = refused("hello");
+    assert_eq!(kind, ReadErrorKind::UnknownFormat);
+    let (kind, ..) = refused("OFF\n3 1 0\n0.00 0.00 0.00\n1.00 0.00 0.00\n");
+    assert!(matches!(kind, ReadErrorKind::Truncated { .. }), "{kind}");
+    let (kind, ..) = refused("OFF BINARY\n3 1 0\n");
+    assert!(matches!(kind, ReadErrorKind::Unsupported { .. }));
+    let (kind, ..) = refused("$MeshFormat\n4.0 0 8\n");
+    assert!(matches!(kind, ReadErrorKind::Unsupported { .. }));
+    let lz4 = "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"></VTKFile>";
+    assert!(matches!(refused(lz4).0, ReadErrorKind::Unsupported { .. }));
+    let (kind, place, _) = refused("# nothing\nv 0 0 0\n");
+    assert_eq!(
+        (kind, place),
+        (ReadErrorKind::Nothing { what: "faces" }, Place::File)
+    );
+    let (kind, ..) = refused("OFF\n0 0 0\n");
+    assert_eq!(kind, ReadErrorKind::Nothing { what: "vertices" });
+    let missing = read_mesh("no/such/mesh.obj".as_ref()).unwrap_err();
+    assert_eq!(
+        missing.kind,
+        ReadErrorKind::Io(std::io::ErrorKind::NotFound)
+    );
+    assert!(
+        missing
+            .to_string()
+            .starts_with("no/such/mesh.obj: cannot read")
+    );
+}
+
+#[test]
+fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
+    let folder = tempfile();
+    for (name, text, expected) in [
+        ("five", "0 0 0 1 0\n", "six numbers"),
+        ("flat", "# cloud\n0 0 0 0 0 0\n", "line 2: a coordinate"),
+        ("none", "# nothing\n", "no points"),
+    ] {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        let error = read_point_cloud(&path).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.contains(name), "{error}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+fn tempfile() -> std::path::PathBuf {
+    let folder = std::env::temp_dir().join(format!("phyxel-errors-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Corners of a cube of edge 1 at a place, and its triangles.
+fn cube(at: DVec3) -> Mesh {
+    let vertices = (0..8)
+        .map(|k| at + DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
+        .collect();
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    Mesh {
+        vertices,
+        triangles: quads
+            .iter()
+            .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+            .collect(),
+    }
+}
+
+fn join(a: &Mesh, b: &Mesh, inverted: bool) -> Mesh {
+    let mut both = a.clone();
+    let first = u32::try_from(a.vertices.len()).unwrap();
+    both.vertices.extend(&b.vertices);
+    both.triangles.extend(b.triangles.iter().map(|t| {
+        let [p, q, r] = t.map(|v| v + first);
+        if inverted { [p, r, q] } else { [p, q, r] }
+    }));
+    both
+}
+
+/// Two closed cubes along one edge, one of them inside out: two parts, one turned.
+#[test]
+fn parts_that_share_an_edge_stay_two() {
+    for inverted in [false, true] {
+        for place in [DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 1.0, 1.0)] {
+            let both = join(&cube(DVec3::ZERO), &cube(place), inverted);
+            let (mesh, report) = repair(&both, &RepairSettings::default()).unwrap();
+            assert_eq!(report.parts, 2);
+            assert_eq!(report.turned_parts, usize::from(inverted));
+            assert_eq!(report.cavities, 0);
+            assert_eq!(report.non_manifold_edges, usize::from(place.z == 0.0));
+            assert_relative("volume", mesh.volume(), 2.0, 0.0, 1e-12);
+            let solid = Solid::from_mesh(mesh);
+            assert!(solid.contains(DVec3::splat(0.5)) && solid.contains(place + 0.5));
+            assert!(!solid.contains(DVec3::new(1.5, 0.5, 0.5)));
+        }
+    }
+}
+
+#[test]
+fn repair_names_why_a_surface_is_no_solid() {
+    let settings = RepairSettings::default();
+    let why = |mesh: &Mesh| repair(mesh, &settings).unwrap_err();
+    let good = cube(DVec3::ZERO);
+    assert_eq!(why(&Mesh::default()), RepairError::Empty { dropped: 0 });
+    let mut lines = good.clone();
+    lines.triangles.iter_mut().for_each(|t| t[2] = t[1]);
+    assert_eq!(why(&lines), RepairError::Empty { dropped: 12 });
+    let mut nan = good.clone();
+    nan.vertices[2].x = f64::NAN;
+    assert_eq!(why(&nan), RepairError::NotFinite { vertex: 2 });
+    let mut range = good.clone();
+    range.triangles[1][0] = 8;
+    let expected = RepairError::IndexOutOfRange {
+        triangle: 1,
+        vertex: 8,
+        vertex_count: 8,
+    };
+    assert_eq!(why(&range), expected);
+    let huge = good.clone().scaled(1e91);
+    assert!(matches!(why(&huge), RepairError::Scale { .. }));
+    let mut open = good.clone();
+    open.triangles.truncate(10);
+    let RepairError::Open { holes, limit, .. } = why(&open) else {
+        panic!("a cube without a side is open")
+    };
+    assert_eq!(holes, 1);
+    assert_relative("limit", limit, 0.2 * 3.0_f64.sqrt(), 0.0, 1e-12);
+    // Two cubes with one wall between them: three sheets meet along its rim.
+    let mut wall = join(&good, &cube(DVec3::X), false);
+    wall.triangles.retain(|t| {
+        let x = t.map(|v| (v >= 8, wall.vertices[v as usize].x));
+        x.iter()
+            .any(|(second, x)| !second || (*x - 1.0).abs() > 0.5)
+    });
+    let RepairError::Unbalanced { edges, near } = why(&wall) else {
+        panic!("three sheets bound no solid: {:?}", why(&wall))
+    };
+    assert_eq!(edges, 4);
+    assert!((near.x - 1.0).abs() < 1e-12, "{near}");
+    let mut flat = Mesh {
+        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0)],
+        triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+    };
+    assert!(matches!(why(&flat), RepairError::NoVolume { .. }));
+    flat.vertices[3].z = 1.0;
+    assert!(repair(&flat, &settings).is_ok());
+}
+
+#[test]
+fn sampling_names_why_it_stops() {
+    let at = |solid: &Solid, target| {
+        let settings = SampleSettings {
+            target,
+            ..SampleSettings::default()
+        };
+        sample_tetrahedra(solid, &settings).unwrap_err()
+    };
+    let liver = Solid::from(Shape::Liver);
+    for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = at(&liver, Target::Spacing(spacing));
+        assert!(matches!(error, SampleError::Spacing { .. }), "{error}");
+    }
+    let few = at(&liver, Target::NodeCount(3));
+    assert!(matches!(few, SampleError::TooFewNodes { nodes: 3, .. }));
+    let fine = at(&liver, Target::Spacing(1e-9));
+    assert!(matches!(fine, SampleError::TooFine { .. }));
+    let plate = Shape::Ellipsoid {
+        semi_axes: DVec3::new(1.0, 1.0, 1e-5),
+    };
+    // A point off the plate's middle: no lattice point lies in it.
+    let lower = Bounds {
+        min: DVec3::new(-1.0, -1.0, -0.37),
+        max: DVec3::new(1.0, 1.0, 0.4),
+    };
+    let thin = Solid::implicit(lower, move |p| plate.value(p));
+    let gone = at(&thin, Target::Spacing(0.3));
+    assert!(matches!(gone, SampleError::Vanished { .. }), "{gone}");
+    let nan = Solid::implicit(Shape::Liver.bounds(), |p| {
+        if p.x > 0.0 {
+            f64::NAN
+        } else {
+            p.length() - 0.05
+        }
+    });
+    let SampleError::NotANumber { at: place } = at(&nan, Target::Spacing(0.01)) else {
+        panic!("the function is not a number")
+    };
+    assert!(place.x > 0.0);
+    let half = Bounds {
+        min: DVec3::splat(-1.2),
+        max: DVec3::new(1.2, 1.2, 0.3),
+    };
+    let cut = Solid::implicit(half, |p| p.length() - 1.0);
+    let SampleError::OutsideBounds { at: place } = at(&cut, Target::Spacing(0.2)) else {
+        panic!("the ball is not inside its bounds")
+    };
+    assert!(place.z > 0.3 && place.length() < 1.0, "{place}");
+    let exact = SampleSettings {
+        target: Target::NodeCount(1001),
+        count_tolerance: 0.0,
+        ..SampleSettings::default()
+    };
+    let block = Solid::from(Shape::Box {
+        half_extents: DVec3::ONE,
+    });
+    let missed = sample_tetrahedra(&block, &exact).unwrap_err();
+    assert!(matches!(
+        missed,
+        SampleError::NodeCount { wanted: 1001, .. }
+    ));
+}
+
+#[test]
+fn one_call_from_a_file_says_which_stage_failed() {
+    let folder = tempfile().join("stages");
+    std::fs::create_dir_all(&folder).unwrap();
+    let settings = SampleSettings::default();
+    let run = |name: &str, bytes: &[u8], settings: &SampleSettings| {
+        let path = folder.join(name);
+        std::fs::write(&path, bytes).unwrap();
+        sample_file(&path, 1.0, &RepairSettings::default(), settings).unwrap_err()
+    };
+    assert!(matches!(run("read", b"?", &settings), FileError::Read(_)));
+    let sheet = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    assert!(matches!(
+        run("repair", sheet, &settings),
+        FileError::Repair(_)
+    ));
+    let few = SampleSettings {
+        target: Target::NodeCount(1),
+        ..settings
+    };
+    let whole = phyxel_discretize::ply_mesh(&cube(DVec3::ZERO));
+    assert!(matches!(run("sample", &whole, &few), FileError::Sample(_)));
+    std::fs::remove_dir_all(folder).unwrap();
+}
