@@ -1,5 +1,5 @@
-//! Criterion benches of `phyxel-discretize`: read, repair and inspect, inside test, stuffing,
-//! surfels. The body is the built-in liver; reading measures the surface written as PLY.
+//! Criterion benches of `phyxel-discretize`: read, repair and inspect, inside test, octree, stuffing,
+//! nodes without tetrahedra, surfels. The body is the built-in liver; reading measures the surface written as PLY.
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 
 use std::hint::black_box;
@@ -7,8 +7,9 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, RepairSettings, SampleSettings, Shape, Solid, Target, parse_mesh, ply_mesh, repair,
-    sample_surfels, sample_tetrahedra, space_filling_order, surface_mesh, tetrahedra_edges,
+    Grading, Mesh, Octree, Refinement, RepairSettings, SampleSettings, Shape, Solid, Target,
+    parse_mesh, ply_mesh, repair, sample_points, sample_surfels, sample_tetrahedra,
+    space_filling_order, surface_mesh, tetrahedra_edges,
 };
 
 fn surface(spacing: f64) -> Mesh {
@@ -81,6 +82,67 @@ fn stuffing(c: &mut Criterion) {
     });
 }
 
+/// Four times coarser inside, half the spacing in a ball at the front of the left lobe.
+fn grading() -> Grading {
+    let center = DVec3::new(0.04, 0.03, 0.03);
+    Grading {
+        coarsest: 4.0,
+        refinements: vec![Refinement {
+            from: center,
+            to: center,
+            radius: 0.02,
+            factor: 0.5,
+        }],
+        ..Grading::default()
+    }
+}
+
+fn graded(c: &mut Criterion) {
+    let bodies = [
+        ("function", Solid::from(Shape::Liver)),
+        ("mesh", Solid::from_mesh(surface(0.004))),
+    ];
+    let mut group = c.benchmark_group("discretize/octree");
+    group.sample_size(10);
+    for (name, solid) in &bodies {
+        for cell in [0.008, 0.004, 0.002] {
+            let tree = Octree::new(solid, cell, &grading(), 100_000_000);
+            let leaves = tree.expect("a spacing in range").leaves().len() as u64;
+            group.throughput(Throughput::Elements(leaves));
+            group.bench_function(BenchmarkId::new(*name, leaves), |b| {
+                b.iter(|| Octree::new(black_box(solid), cell, &grading(), 100_000_000));
+            });
+        }
+    }
+    group.finish();
+    for (kind, points) in [("graded_tetrahedra", false), ("points", true)] {
+        let mut group = c.benchmark_group(format!("discretize/{kind}"));
+        group.sample_size(10);
+        for (name, solid) in &bodies {
+            for spacing in [0.012, 0.006, 0.003] {
+                let settings = SampleSettings {
+                    target: Target::Spacing(spacing),
+                    grading: grading(),
+                    ..SampleSettings::default()
+                };
+                let run = || {
+                    if points {
+                        let s = sample_points(black_box(solid), &settings, true);
+                        s.map(|s| s.positions.len())
+                    } else {
+                        let s = sample_tetrahedra(black_box(solid), &settings);
+                        s.map(|s| s.positions.len())
+                    }
+                };
+                let nodes = run().expect("the liver is sampled") as u64;
+                group.throughput(Throughput::Elements(nodes));
+                group.bench_function(BenchmarkId::new(*name, nodes), |b| b.iter(run));
+            }
+        }
+        group.finish();
+    }
+}
+
 fn surfels(c: &mut Criterion) {
     let mesh = surface(0.004);
     let solid = Solid::from(Shape::Liver);
@@ -95,5 +157,5 @@ fn surfels(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, files, inside, stuffing, surfels);
+criterion_group!(benches, files, inside, stuffing, graded, surfels);
 criterion_main!(benches);

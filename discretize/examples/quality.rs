@@ -1,8 +1,9 @@
 //! Reads, repairs and samples meshes, and prints one table row per mesh and spacing.
 //!
-//! `cargo run --release -p phyxel-discretize --example quality -- [--nodes N,N...] FILE...`; for a
-//! file of tetrahedra the row of the tetrahedra as they come is printed first. The word `liver`
-//! stands for the built-in shape.
+//! `cargo run --release -p phyxel-discretize --example quality -- [--nodes N,N...] [--sweeps N]
+//! [--coarsest C] FILE...`; for a file of tetrahedra the row of the tetrahedra as they come is printed
+//! first. The word `liver` stands for the built-in shape. `step` is the stable explicit step times the
+//! wave speed over the mean edge, as the smallest nodal value gives it.
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use std::path::Path;
@@ -15,11 +16,12 @@ use phyxel_discretize::{
 
 fn row(name: &str, nodes: usize, tets: usize, q: &TetrahedraQuality, error: f64, seconds: f64) {
     println!(
-        "| {name} | {nodes} | {tets} | {:.1} | {:.1} | {:.2} | {:.2} | {:+.2} % | {:.0} ms |",
+        "| {name} | {nodes} | {tets} | {:.1} | {:.1} | {:.2} | {:.3} | {:.2} | {:+.2} % | {:.0} ms |",
         q.smallest_dihedral,
         q.largest_dihedral,
         q.shortest_edge / q.mean_edge,
-        q.smallest_height / q.mean_edge,
+        q.smallest_volume,
+        3.0 * q.smallest_step / q.mean_edge,
         100.0 * error,
         1e3 * seconds,
     );
@@ -27,10 +29,11 @@ fn row(name: &str, nodes: usize, tets: usize, q: &TetrahedraQuality, error: f64,
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
-        "| mesh | nodes | tets | min dihedral | max dihedral | shortest/mean edge | min height/mean edge | volume error | time |"
+        "| mesh | nodes | tets | min dihedral | max dihedral | shortest/mean edge | min/mean nodal volume | step | volume error | time |"
     );
-    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
     let mut counts = vec![1000, 6000, 30_000];
+    let mut settings = SampleSettings::default();
     let mut arguments = std::env::args().skip(1);
     while let Some(file) = arguments.next() {
         if file == "--nodes" {
@@ -38,8 +41,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             counts = list.split(',').map(str::parse).collect::<Result<_, _>>()?;
             continue;
         }
+        if file == "--sweeps" {
+            settings.smoothing_sweeps = arguments.next().ok_or("a number")?.parse()?;
+            continue;
+        }
+        if file == "--coarsest" {
+            settings.grading.coarsest = arguments.next().ok_or("a number")?.parse()?;
+            continue;
+        }
         if file == "liver" {
-            sample(&file, &Shape::Liver.into(), &counts);
+            sample(&file, &Shape::Liver.into(), &counts, &settings);
             continue;
         }
         let path = Path::new(&file);
@@ -82,7 +93,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             start.elapsed().as_secs_f64()
         ));
         let solid = Solid::from_mesh(mesh);
-        sample(&name, &solid, &counts);
+        sample(&name, &solid, &counts, &settings);
     }
     Ok(())
 }
@@ -95,11 +106,11 @@ fn eprintln_report(text: &str) {
     eprintln!("{text}\n");
 }
 
-fn sample(name: &str, solid: &Solid, counts: &[usize]) {
+fn sample(name: &str, solid: &Solid, counts: &[usize], settings: &SampleSettings) {
     for &count in counts {
         let settings = SampleSettings {
             target: Target::NodeCount(count),
-            ..SampleSettings::default()
+            ..settings.clone()
         };
         let start = Instant::now();
         match sample_tetrahedra(solid, &settings) {

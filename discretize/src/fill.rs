@@ -18,7 +18,7 @@ use crate::sums::boundary_triangles;
 /// of `sqrt(3)/2` meet in every point.
 pub(crate) const MEAN_EDGE: f64 = 0.923_433_008_258_963_5;
 /// Fewest nodes that can be asked for.
-const LEAST_NODES: usize = 30;
+pub(crate) const LEAST_NODES: usize = 30;
 /// Rounds of the search for a spacing that gives the wanted number of nodes.
 const COUNT_ROUNDS: usize = 16;
 /// Rounds in which only a promising filling is improved.
@@ -26,7 +26,7 @@ const CHEAP_ROUNDS: usize = 3;
 /// Rounds after which the lattice leaves the symmetry of the body.
 const SYMMETRIC_ROUNDS: usize = 5;
 /// Direction of the shifts that break symmetry: the R3 sequence (Roberts 2018).
-const SHIFT: DVec3 = DVec3::new(
+pub(crate) const SHIFT: DVec3 = DVec3::new(
     0.819_172_513_396_164_4,
     0.671_043_606_703_789_2,
     0.549_700_477_901_970_2,
@@ -225,15 +225,9 @@ impl<'a> Filler<'a> {
         let mut best = (f64::INFINITY, f64::INFINITY, DVec3::ONE);
         for step in 0..200 {
             let count = size / (scale * 1.02_f64.powi(step - 60));
-            for rounding in 0..8 {
-                let up = |axis: i32, x: f64| {
-                    if rounding >> axis & 1 == 0 {
-                        x.floor()
-                    } else {
-                        x.ceil()
-                    }
-                };
-                let n = DVec3::new(up(0, count.x), up(1, count.y), up(2, count.z)).max(DVec3::ONE);
+            for rounding in 0..27 {
+                let step = [rounding % 3, rounding / 3 % 3, rounding / 9].map(|s| s - 1);
+                let n = (count.round() + DVec3::from_array(step.map(f64::from))).max(DVec3::ONE);
                 let miss = (nodes(n) / target - 1.0).abs();
                 let cell = size / n;
                 let stretch = cell.max_element() / cell.min_element();

@@ -6,6 +6,7 @@ mod file;
 mod fill;
 mod graded;
 mod grading;
+mod grid;
 mod hierarchy;
 mod improve;
 mod intersections;
@@ -17,11 +18,13 @@ mod octree;
 mod oracle;
 mod order;
 mod patch;
+mod points;
 mod quality;
 mod read;
 mod repair;
 mod sampling;
 mod solid;
+mod spread;
 mod stencil;
 mod stuffing;
 mod sums;
@@ -37,6 +40,7 @@ pub use intersections::self_intersections;
 pub use mesh::{Bounds, Mesh};
 pub use octree::{Leaf, Octree};
 pub use order::{NodeOrder, space_filling_order};
+pub use points::{PointReport, PointSampling, sample_points};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{
     Format, MeshFile, Place, ReadError, ReadErrorKind, parse_mesh, read_mesh, read_point_cloud,
@@ -50,4 +54,4 @@ pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
 pub use surfels::{Surfels, sample_surfels};
-pub use write::{Field, ply_mesh, ply_surfels, vtk_tetrahedra};
+pub use write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};

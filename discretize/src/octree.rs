@@ -198,6 +198,17 @@ impl Octree {
         self.origin + 0.5 * self.unit * DVec3::from_array(halves.map(f64::from))
     }
 
+    /// Mean edge of the leaf that holds a point, of the smallest cell outside the block.
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "places in the block are below 2^20 units"
+    )]
+    pub(crate) fn size_at(&self, p: DVec3) -> f64 {
+        let at = ((p - self.origin) / self.unit).floor().to_array();
+        let leaf = self.leaf_at(at.map(|x| x as i64));
+        self.edge(leaf.map_or(1, |leaf| self.cells[leaf].width()))
+    }
+
     /// Mean edge of a cell of a width in units.
     pub(crate) fn edge(&self, width: u32) -> f64 {
         self.unit.element_sum() / 3.0 * f64::from(width)

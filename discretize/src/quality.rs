@@ -22,6 +22,11 @@ pub struct TetrahedraQuality {
     pub longest_edge: f64,
     /// Smallest height of a corner over its opposite face (m): what limits an explicit step.
     pub smallest_height: f64,
+    /// Smallest nodal volume over the mean one.
+    pub smallest_volume: f64,
+    /// Smallest `sqrt(V_i / K_i)` of a node (m), `K_i = sum_T V_T / h_T^2` with its heights: the
+    /// stable explicit step is about three times this over the speed of pressure waves.
+    pub smallest_step: f64,
     /// Tetrahedra without positive volume.
     pub inverted: usize,
 }
@@ -39,18 +44,35 @@ pub fn tetrahedra_quality(positions: &[DVec3], tetrahedra: &[[u32; 4]]) -> Tetra
         mean_edge: 0.0,
         longest_edge: 0.0,
         smallest_height: f64::INFINITY,
+        smallest_volume: f64::INFINITY,
+        smallest_step: f64::INFINITY,
         inverted: 0,
     };
+    // Volume and stiffness of each node.
+    let mut nodal = vec![(0.0, 0.0); positions.len()];
     for tetrahedron in tetrahedra {
         let corners = tetrahedron.map(|v| positions[v as usize]);
         let volume = tetrahedron_volume(corners);
         if volume <= 0.0 || volume.is_nan() {
             quality.inverted += 1;
         }
+        for (v, normal) in tetrahedron.iter().zip(faces(corners)) {
+            let (own, stiffness) = &mut nodal[*v as usize];
+            *own += 0.25 * volume;
+            *stiffness += normal.length_squared() / (36.0 * volume);
+        }
         let (low, high) = dihedral_range(corners);
         quality.smallest_dihedral = quality.smallest_dihedral.min(low);
         quality.largest_dihedral = quality.largest_dihedral.max(high);
         quality.smallest_height = quality.smallest_height.min(smallest_height(corners));
+    }
+    let used = nodal.iter().filter(|(_, stiffness)| *stiffness != 0.0);
+    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    let mean = nodal.iter().map(|(v, _)| v).sum::<f64>() / used.clone().count() as f64;
+    for (volume, stiffness) in used {
+        let step = (volume / stiffness).max(0.0).sqrt();
+        quality.smallest_volume = quality.smallest_volume.min(volume / mean);
+        quality.smallest_step = quality.smallest_step.min(step);
     }
     let (offsets, indices) = tetrahedra_edges(positions.len(), tetrahedra);
     let mut sum = 0.0;

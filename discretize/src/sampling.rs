@@ -125,6 +125,12 @@ impl fmt::Display for SamplingReport {
             "dihedral angles {:.1} to {:.1} degrees, {} inverted",
             q.smallest_dihedral, q.largest_dihedral, q.inverted
         )?;
+        write!(
+            f,
+            "\nsmallest nodal volume {:.3} of the mean; explicit step {:.3} mean edges over the wave speed",
+            q.smallest_volume,
+            3.0 * q.smallest_step / q.mean_edge
+        )?;
         if self.lost_cavities > 0 {
             write!(
                 f,

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::solid::Solid;
 
@@ -53,7 +54,13 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfe
                 break;
             }
             if !taken[i]
-                && !grid.any_within(&candidates, candidate.position, candidate.normal, radius)
+                && !any_within(
+                    &grid,
+                    &candidates,
+                    candidate.position,
+                    candidate.normal,
+                    radius,
+                )
             {
                 taken[i] = true;
                 kept.push(index(i));
@@ -82,7 +89,7 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfe
         let owner = if taken[i] {
             index(i)
         } else {
-            grid.nearest(&candidates, candidate.position, candidate.normal)
+            nearest(&grid, &candidates, candidate.position, candidate.normal)
         };
         surfels.areas[place[owner as usize] as usize] += share;
     }
@@ -154,88 +161,35 @@ fn shuffle<T>(items: &mut [T]) {
     }
 }
 
-/// Points hashed by cell: buckets of a fixed table, so no order of a map is ever seen.
-struct Grid {
-    cell: f64,
-    buckets: Vec<Vec<u32>>,
+/// Whether a point of the same side (normals not opposed) lies within `radius`, at most a cell.
+fn any_within(grid: &Grid, all: &[Candidate], p: DVec3, normal: DVec3, radius: f64) -> bool {
+    let mut found = false;
+    grid.visit(p, 1, |id| {
+        let other = &all[id as usize];
+        found |=
+            other.position.distance_squared(p) < radius * radius && other.normal.dot(normal) > -0.5;
+    });
+    found
 }
 
-impl Grid {
-    fn new(cell: f64, expected: usize) -> Self {
-        Self {
-            cell,
-            buckets: vec![Vec::new(); (expected / 2).next_power_of_two().max(64)],
-        }
-    }
-
-    #[allow(
-        clippy::cast_possible_truncation,
-        reason = "cells wrap in the hash anyway"
-    )]
-    fn coordinates(&self, p: DVec3) -> [i64; 3] {
-        (p / self.cell).floor().to_array().map(|x| x as i64)
-    }
-
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a hash"
-    )]
-    fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
-        let mixed =
-            x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
-        mixed as usize & (self.buckets.len() - 1)
-    }
-
-    fn insert(&mut self, p: DVec3, id: u32) {
-        let bucket = self.bucket(self.coordinates(p));
-        self.buckets[bucket].push(id);
-    }
-
-    /// Calls `visit` for every point in cells up to `rings` away (some of other cells too).
-    fn visit(&self, p: DVec3, rings: i64, mut visit: impl FnMut(u32)) {
-        let [x, y, z] = self.coordinates(p);
-        for dz in -rings..=rings {
-            for dy in -rings..=rings {
-                for dx in -rings..=rings {
-                    for &id in &self.buckets[self.bucket([x + dx, y + dy, z + dz])] {
-                        visit(id);
-                    }
+/// The nearest inserted point of the same side, of any side if there is none near.
+fn nearest(grid: &Grid, all: &[Candidate], p: DVec3, normal: DVec3) -> u32 {
+    for rings in 1.. {
+        for same_side in [true, false] {
+            let mut best = (f64::INFINITY, u32::MAX);
+            grid.visit(p, rings, |id| {
+                let other = &all[id as usize];
+                if !same_side || other.normal.dot(normal) > -0.5 {
+                    best = match (other.position.distance_squared(p), id) {
+                        nearer if nearer < best => nearer,
+                        _ => best,
+                    };
                 }
+            });
+            if best.1 != u32::MAX {
+                return best.1;
             }
         }
     }
-
-    /// Whether a point of the same side (normals not opposed) lies within `radius <= cell`.
-    fn any_within(&self, all: &[Candidate], p: DVec3, normal: DVec3, radius: f64) -> bool {
-        let mut found = false;
-        self.visit(p, 1, |id| {
-            let other = &all[id as usize];
-            found |= other.position.distance_squared(p) < radius * radius
-                && other.normal.dot(normal) > -0.5;
-        });
-        found
-    }
-
-    /// The nearest inserted point of the same side, of any side if there is none near.
-    fn nearest(&self, all: &[Candidate], p: DVec3, normal: DVec3) -> u32 {
-        for rings in 1.. {
-            for same_side in [true, false] {
-                let mut best = (f64::INFINITY, u32::MAX);
-                self.visit(p, rings, |id| {
-                    let other = &all[id as usize];
-                    if !same_side || other.normal.dot(normal) > -0.5 {
-                        best = match (other.position.distance_squared(p), id) {
-                            nearer if nearer < best => nearer,
-                            _ => best,
-                        };
-                    }
-                });
-                if best.1 != u32::MAX {
-                    return best.1;
-                }
-            }
-        }
-        unreachable!("at least one surfel was inserted")
-    }
+    unreachable!("at least one surfel was inserted")
 }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::mesh::{Mesh, index};
+use crate::points::PointSampling;
 use crate::sampling::Sampling;
 use crate::surfels::Surfels;
 
@@ -71,6 +72,27 @@ pub fn vtk_tetrahedra(
     tetrahedra: &[[u32; 4]],
     fields: &[(&str, Field<'_>)],
 ) -> Vec<u8> {
+    vtk_cells(positions, tetrahedra, 10, fields)
+}
+
+/// Points with fields as binary legacy VTK (unstructured grid of vertices). Spaces in field names
+/// become underscores.
+///
+/// # Panics
+/// If a field has not one value per node.
+#[must_use]
+pub fn vtk_points(positions: &[DVec3], fields: &[(&str, Field<'_>)]) -> Vec<u8> {
+    let cells: Vec<[u32; 1]> = (0..positions.len()).map(|v| [index(v)]).collect();
+    vtk_cells(positions, &cells, 1, fields)
+}
+
+/// Cells of one VTK type.
+fn vtk_cells<const N: usize>(
+    positions: &[DVec3],
+    cells: &[[u32; N]],
+    kind: u32,
+    fields: &[(&str, Field<'_>)],
+) -> Vec<u8> {
     let mut out = format!(
         "# vtk DataFile Version 3.0\nphyxel nodes\nBINARY\nDATASET UNSTRUCTURED_GRID\n\
          POINTS {} double\n",
@@ -84,15 +106,15 @@ pub fn vtk_tetrahedra(
         out.push(b'\n');
     };
     vectors(&mut out, positions);
-    let count = tetrahedra.len();
-    out.extend(format!("CELLS {count} {}\n", 5 * count).bytes());
-    for t in tetrahedra {
-        out.extend(4_u32.to_be_bytes());
-        t.iter().for_each(|v| out.extend(v.to_be_bytes()));
+    let count = cells.len();
+    out.extend(format!("CELLS {count} {}\n", (N + 1) * count).bytes());
+    for cell in cells {
+        out.extend(index(N).to_be_bytes());
+        cell.iter().for_each(|v| out.extend(v.to_be_bytes()));
     }
     out.extend(format!("\nCELL_TYPES {count}\n").bytes());
     for _ in 0..count {
-        out.extend(10_u32.to_be_bytes());
+        out.extend(kind.to_be_bytes());
     }
     out.extend(format!("\nPOINT_DATA {}\n", positions.len()).bytes());
     for (name, field) in fields {
@@ -144,5 +166,17 @@ impl Sampling {
                 .collect(),
         };
         (mesh, node_of)
+    }
+}
+
+impl PointSampling {
+    /// Nodes with volumes and boundary vectors as binary legacy VTK.
+    #[must_use]
+    pub fn to_vtk(&self) -> Vec<u8> {
+        let fields = [
+            ("volume", Field::Scalars(&self.volumes)),
+            ("boundary_vector", Field::Vectors(&self.boundary_vectors)),
+        ];
+        vtk_points(&self.positions, &fields)
     }
 }

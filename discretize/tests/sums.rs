@@ -87,6 +87,27 @@ fn a_box_is_filled_exactly() {
 }
 
 #[test]
+fn boxes_of_any_shape_get_the_count_asked_for() {
+    for half_extents in [
+        DVec3::new(0.03, 0.015, 0.02),
+        DVec3::new(0.05, 0.05, 0.2),
+        DVec3::new(1.0, 0.1, 0.7),
+    ] {
+        for count in [200, 300, 450, 1408, 5000] {
+            let s = nodes(&Shape::Box { half_extents }.into(), count);
+            check_sums("box", &s);
+            let n = s.positions.len();
+            assert!(
+                n.abs_diff(count) * 20 <= count,
+                "{half_extents}: {n} of {count}"
+            );
+            let q = s.report.quality;
+            assert!(q.smallest_dihedral > 25.0, "{half_extents} {count}: {q:?}");
+        }
+    }
+}
+
+#[test]
 fn volumes_converge_to_closed_forms() {
     let ellipsoid = Shape::Ellipsoid {
         semi_axes: DVec3::new(1.0, 0.6, 0.8),

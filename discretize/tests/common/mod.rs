@@ -1,4 +1,5 @@
 //! What more than one test file checks.
+#![allow(dead_code, reason = "not every test file needs all of it")]
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::Sampling;

@@ -4,7 +4,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use phyxel_discretize::{FileError, RepairSettings, SampleSettings, Target, ply_mesh, sample_file};
+use glam::DVec3;
+use phyxel_discretize::{
+    FileError, Grading, Mesh, Refinement, RepairSettings, SampleSettings, Solid, Target, ply_mesh,
+    read_mesh, repair, sample_file, sample_points,
+};
 
 use super::CliError;
 use crate::output::OutputFolder;
@@ -25,6 +29,17 @@ pub(super) struct SampleArguments {
     /// Metres per unit of the file.
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     scale: f64,
+    /// Largest distance between nodes inside over that at the surface, 1 to 32.
+    #[arg(long, value_name = "C", default_value_t = 1.0)]
+    coarsest: f64,
+    /// A ball with smaller distances between nodes: middle and radius (m, after scaling) and the
+    /// factor of the distance, 1/32 to 1. May be given several times.
+    #[arg(long, value_name = "X,Y,Z,R,F", value_parser = ball, allow_hyphen_values = true)]
+    refine: Vec<Refinement>,
+    /// Nodes without tetrahedra: cell centres of a lattice, or of an octree with --coarsest or
+    /// --refine, and points of the surface.
+    #[arg(long)]
+    points: bool,
     /// File to write: .vtk for nodes and tetrahedra with volumes and boundary vectors, .ply for the
     /// surface of the tetrahedra [default: the mesh's name with .nodes.vtk, in this folder]
     #[arg(long, value_name = "FILE")]
@@ -34,11 +49,35 @@ pub(super) struct SampleArguments {
     quiet: bool,
 }
 
+/// A refined ball from the command line.
+fn ball(text: &str) -> Result<Refinement, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|word| {
+            word.trim()
+                .parse()
+                .map_err(|_| format!("`{word}` is not a number"))
+        })
+        .collect::<Result<_, _>>()?;
+    let &[x, y, z, radius, factor] = numbers.as_slice() else {
+        return Err(format!("five numbers are needed, found {}", numbers.len()));
+    };
+    let center = DVec3::new(x, y, z);
+    Ok(Refinement {
+        from: center,
+        to: center,
+        radius,
+        factor,
+    })
+}
+
 /// A mesh that cannot be sampled as asked.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SampleProblem {
     #[error("--out {}: give the file the ending .vtk or .ply", file.display())]
     Ending { file: PathBuf },
+    #[error("--points writes no surface: give --out the ending .vtk")]
+    NoSurface,
     #[error("--scale {scale}: it must be finite and above 0 (metres per unit of the file)")]
     Scale { scale: f64 },
     #[error(transparent)]
@@ -69,33 +108,63 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
             Some(spacing) => Target::Spacing(spacing),
             None => Target::NodeCount(arguments.nodes.unwrap_or(DEFAULT_NODES)),
         },
+        grading: Grading {
+            coarsest: arguments.coarsest,
+            refinements: arguments.refine.clone(),
+            ..Grading::default()
+        },
         ..SampleSettings::default()
     };
-    let sampled =
-        sample_file(mesh, scale, &RepairSettings::default(), &settings).map_err(|problem| {
-            match problem {
-                // The reader names the file itself.
-                FileError::Read(_) => SampleProblem::Read(problem),
-                problem => SampleProblem::Mesh {
-                    file: mesh.clone(),
-                    problem,
-                },
-            }
-        })?;
-    let content = if surface_only {
-        ply_mesh(&sampled.sampling.surface().0)
+    if arguments.points && surface_only {
+        return Err(SampleProblem::NoSurface.into());
+    }
+    let sampled = if arguments.points {
+        points(mesh, scale, &settings)
     } else {
-        sampled.sampling.to_vtk()
+        tetrahedra(mesh, scale, &settings, surface_only)
     };
+    let (content, mesh_report, report) = sampled.map_err(|problem| match problem {
+        // The reader names the file itself.
+        FileError::Read(_) => SampleProblem::Read(problem),
+        problem => SampleProblem::Mesh {
+            file: mesh.clone(),
+            problem,
+        },
+    })?;
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = OutputFolder::create(folder.unwrap_or(Path::new(".")))?;
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     folder.write(&name, &content)?;
     if !arguments.quiet {
         let mut terminal = io::stderr().lock();
-        writeln!(terminal, "mesh: {}", sampled.mesh_report).map_err(CliError::Stderr)?;
-        writeln!(terminal, "nodes: {}", sampled.sampling.report).map_err(CliError::Stderr)?;
+        writeln!(terminal, "mesh: {mesh_report}").map_err(CliError::Stderr)?;
+        writeln!(terminal, "nodes: {report}").map_err(CliError::Stderr)?;
         writeln!(terminal, "{}", out.display()).map_err(CliError::Stderr)?;
     }
     Ok(())
+}
+
+/// Content of the file, report of the mesh, report of the nodes.
+type Sampled = Result<(Vec<u8>, String, String), FileError>;
+
+fn tetrahedra(mesh: &Path, scale: f64, settings: &SampleSettings, surface_only: bool) -> Sampled {
+    let sampled = sample_file(mesh, scale, &RepairSettings::default(), settings)?;
+    let content = if surface_only {
+        ply_mesh(&sampled.sampling.surface().0)
+    } else {
+        sampled.sampling.to_vtk()
+    };
+    let report = sampled.sampling.report.to_string();
+    Ok((content, sampled.mesh_report.to_string(), report))
+}
+
+fn points(mesh: &Path, scale: f64, settings: &SampleSettings) -> Sampled {
+    let file = read_mesh(mesh)?;
+    let (mesh, report) = repair(&Mesh::scaled(file.mesh, scale), &RepairSettings::default())?;
+    let sampling = sample_points(&Solid::from_mesh(mesh), settings, true)?;
+    Ok((
+        sampling.to_vtk(),
+        report.to_string(),
+        sampling.report.to_string(),
+    ))
 }

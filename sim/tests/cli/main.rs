@@ -88,6 +88,30 @@ fn sample_fills_a_mesh_with_nodes() {
     );
     let vtk = std::fs::read(sandbox.path().join("organ.nodes.vtk")).unwrap();
     assert!(vtk.starts_with(b"# vtk DataFile"), "a VTK file");
+    let points = [
+        "sample",
+        "organ.obj",
+        "--spacing",
+        "0.1",
+        "--points",
+        "--refine",
+        "-0.1,0,0,0.3,0.5",
+    ];
+    let points = sandbox.run(&points);
+    assert_eq!(points.status, 0, "{points:?}");
+    let graded = [
+        "sample",
+        "organ.obj",
+        "--spacing",
+        "0.04",
+        "--coarsest",
+        "4",
+        "--out",
+        "a/c.vtk",
+    ];
+    let graded = sandbox.run(&graded);
+    assert_eq!(graded.status, 0, "{graded:?}");
+    std::fs::remove_file(sandbox.path().join("a/c.vtk")).unwrap();
     // The surface that was written is a mesh that can be sampled again.
     let again = sandbox.run(&["sample", "a/b.ply", "--nodes", "200"]);
     assert_eq!(again.status, 0, "{again:?}");

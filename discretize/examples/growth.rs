@@ -1,0 +1,139 @@
+//! Time and memory against the number of nodes, from 1e3 to 1e6, as a table and a plot.
+//!
+//! `cargo run --release -p phyxel-discretize --example growth -- growth.svg [FILE]`; the built-in liver
+//! where no mesh file is given. Each time is the best of three (of one from 300,000 nodes on), search
+//! for the spacing included.
+#![allow(
+    clippy::print_stdout,
+    clippy::cast_precision_loss,
+    reason = "an example prints counts"
+)]
+
+use std::time::Instant;
+
+use phyxel_discretize::{
+    Grading, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target, read_mesh, repair,
+    sample_points, sample_tetrahedra,
+};
+use plotters::prelude::*;
+
+/// Nodes and seconds of one way of sampling.
+struct Curve {
+    name: &'static str,
+    points: Vec<(f64, f64)>,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let out = arguments.next().ok_or("name the SVG file to write")?;
+    let solid = match arguments.next() {
+        None => Solid::from(Shape::Liver),
+        Some(file) => {
+            let mesh = read_mesh(file.as_ref())?.mesh;
+            Solid::from_mesh(repair(&mesh, &RepairSettings::default())?.0)
+        }
+    };
+    let octree = Grading {
+        coarsest: 4.0,
+        ..Grading::default()
+    };
+    let ways = [
+        ("tetrahedra, one spacing", Grading::default(), false),
+        ("tetrahedra on an octree", octree.clone(), false),
+        ("points of an octree", octree, true),
+    ];
+    println!("| nodes | way | time (s) | peak memory so far (MB) |\n|---:|---|---:|---:|");
+    let mut curves = Vec::new();
+    for (name, grading, points) in ways {
+        let mut curve = Curve {
+            name,
+            points: Vec::new(),
+        };
+        for wanted in [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000] {
+            let settings = SampleSettings {
+                target: Target::NodeCount(wanted),
+                grading: grading.clone(),
+                ..SampleSettings::default()
+            };
+            let run = || -> Result<usize, SampleError> {
+                Ok(if points {
+                    sample_points(&solid, &settings, true)?.positions.len()
+                } else {
+                    sample_tetrahedra(&solid, &settings)?.positions.len()
+                })
+            };
+            let mut best = f64::INFINITY;
+            let mut nodes = 0;
+            for _ in 0..if wanted < 300_000 { 3 } else { 1 } {
+                let start = Instant::now();
+                nodes = run()?;
+                best = best.min(start.elapsed().as_secs_f64());
+            }
+            println!("| {nodes} | {name} | {best:.3} | {} |", peak_memory());
+            curve.points.push((nodes as f64, best));
+        }
+        println!("slope of {name}: {:.2}\n", slope(&curve.points));
+        curves.push(curve);
+    }
+    plot(&out, &curves)?;
+    let steepest = curves.iter().map(|c| slope(&c.points)).fold(0.0, f64::max);
+    assert!(steepest < 1.3, "time grows faster than the number of nodes");
+    Ok(())
+}
+
+/// Least-squares slope of the logarithms.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;
+    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
+    let covariance: f64 = logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
+    covariance / logs.iter().map(|(x, _)| (x - mx) * (x - mx)).sum::<f64>()
+}
+
+/// Largest resident memory of this process in megabytes, where the system tells.
+fn peak_memory() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
+    kilobytes.map_or_else(|| "?".to_owned(), |k| (k / 1024).to_string())
+}
+
+fn plot(out: &str, curves: &[Curve]) -> Result<(), Box<dyn std::error::Error>> {
+    let root = SVGBackend::new(out, (720, 480)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption("Time against the number of nodes", ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(60)
+        .build_cartesian_2d((800.0..1.3e6).log_scale(), (0.004..60.0).log_scale())?;
+    chart
+        .configure_mesh()
+        .x_desc("nodes")
+        .y_desc("seconds")
+        .x_label_formatter(&|x| format!("{x:e}"))
+        .y_label_formatter(&|y| format!("{y}"))
+        .draw()?;
+    let colors = [RED, BLUE, GREEN];
+    for (curve, color) in curves.iter().zip(colors) {
+        let label = format!("{} (slope {:.2})", curve.name, slope(&curve.points));
+        chart
+            .draw_series(LineSeries::new(curve.points.iter().copied(), &color))?
+            .label(label)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color));
+        let dots = curve
+            .points
+            .iter()
+            .map(|p| Circle::new(*p, 3, color.filled()));
+        chart.draw_series(dots)?;
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
+        .border_style(BLACK)
+        .background_style(WHITE)
+        .draw()?;
+    root.present()?;
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! Points hashed by cell, to find those near a place.
+
+use glam::DVec3;
+
+/// Points hashed by cell: buckets of a fixed table, so no order of a map is ever seen.
+pub(crate) struct Grid {
+    cell: f64,
+    buckets: Vec<Vec<u32>>,
+}
+
+impl Grid {
+    pub(crate) fn new(cell: f64, expected: usize) -> Self {
+        Self {
+            cell,
+            buckets: vec![Vec::new(); (expected / 2).next_power_of_two().max(64)],
+        }
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "cells wrap in the hash anyway"
+    )]
+    fn coordinates(&self, p: DVec3) -> [i64; 3] {
+        (p / self.cell).floor().to_array().map(|x| x as i64)
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a hash"
+    )]
+    fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
+        let mixed =
+            x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
+        mixed as usize & (self.buckets.len() - 1)
+    }
+
+    pub(crate) fn insert(&mut self, p: DVec3, id: u32) {
+        let bucket = self.bucket(self.coordinates(p));
+        self.buckets[bucket].push(id);
+    }
+
+    /// Calls `visit` for every point in cells up to `rings` away (some of other cells too).
+    pub(crate) fn visit(&self, p: DVec3, rings: i64, mut visit: impl FnMut(u32)) {
+        let [x, y, z] = self.coordinates(p);
+        for dz in -rings..=rings {
+            for dy in -rings..=rings {
+                for dx in -rings..=rings {
+                    for &id in &self.buckets[self.bucket([x + dx, y + dy, z + dz])] {
+                        visit(id);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Ids of the points within a radius, ascending; `at` gives their places.
+    pub(crate) fn within_into(
+        &self,
+        p: DVec3,
+        radius: f64,
+        at: impl Fn(u32) -> DVec3,
+        out: &mut Vec<u32>,
+    ) {
+        out.clear();
+        #[allow(clippy::cast_possible_truncation, reason = "a few rings")]
+        let rings = (radius / self.cell).ceil() as i64;
+        self.visit(p, rings, |id| {
+            if at(id).distance_squared(p) <= radius * radius {
+                out.push(id);
+            }
+        });
+        out.sort_unstable();
+        out.dedup();
+    }
+
+    /// The nearest point, the one of smaller id where two are equally near. At least one must have
+    /// been inserted.
+    pub(crate) fn nearest(&self, p: DVec3, at: impl Fn(u32) -> DVec3) -> u32 {
+        let mut best = (f64::INFINITY, u32::MAX);
+        let mut reach = 0.0;
+        for rings in 1.. {
+            self.visit(p, rings, |id| {
+                let candidate = (at(id).distance_squared(p), id);
+                if candidate < best {
+                    best = candidate;
+                }
+            });
+            reach += self.cell;
+            if best.0 <= reach * reach {
+                break;
+            }
+        }
+        best.1
+    }
+}

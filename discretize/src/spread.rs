@@ -1,0 +1,141 @@
+//! Boundary vectors of nodes that no triangle joins.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use crate::grid::Grid;
+use crate::mesh::{Mesh, area_vector};
+
+/// Support radius tried first and its growth, over the cell at the nearest node.
+const FIRST_SUPPORT: f64 = 2.0;
+const GROWTH: f64 = 1.25;
+/// Most times that the radius grows.
+const GROWTHS: usize = 24;
+/// Least `det C / (tr C / 3)^3` of the nodes' weighted second moments C: 0 if they lie in a plane,
+/// 1 if they spread evenly. An ill-posed shape function is large and of both signs.
+const LEAST_SPREAD: f64 = 0.02;
+/// Longest edge of a piece of the surface with one quadrature point, over the cell.
+const LONGEST_EDGE: f64 = 0.5;
+/// Most pieces along a triangle's edge.
+const MOST_PIECES: f64 = 64.0;
+
+/// What one triangle gives nodes, and the largest support radius it took.
+type Part = (Vec<(u32, DVec3)>, f64);
+
+/// `b_i = sum_q phi_i(x_q) n_q a_q` with linear moving-least-squares functions phi of the nodes;
+/// `sum b_i = 0` and `sum b_i (x) X_i = V I` follow from linear reproduction, as the rule integrates
+/// linear functions over each triangle exactly. Also the largest support radius; `None` if the
+/// nodes lie in a plane.
+pub(crate) fn boundary_vectors(
+    nodes: &[DVec3],
+    size: &[f64],
+    surface: &Mesh,
+    grid: &Grid,
+) -> Option<(Vec<DVec3>, f64)> {
+    let parts: Vec<Option<Part>> = (0..surface.triangles.len())
+        .into_par_iter()
+        .with_min_len(64)
+        .map_init(Vec::new, |near, t| {
+            let corners = surface.corners(t);
+            let local = size[grid.nearest(corners[0], |v| nodes[v as usize]) as usize];
+            let mut out = Vec::new();
+            let mut largest = 0.0_f64;
+            for (x, area) in pieces(corners, LONGEST_EDGE * local) {
+                let mut radius = FIRST_SUPPORT * local;
+                let mut found = false;
+                for _ in 0..GROWTHS {
+                    grid.within_into(x, radius, |v| nodes[v as usize], near);
+                    if shape_functions(x, radius, nodes, near, |v, phi| out.push((v, phi * area))) {
+                        found = true;
+                        break;
+                    }
+                    radius *= GROWTH;
+                }
+                if !found {
+                    return None;
+                }
+                largest = largest.max(radius);
+            }
+            Some((out, largest))
+        })
+        .collect();
+    let mut vectors = vec![DVec3::ZERO; nodes.len()];
+    let mut largest = 0.0_f64;
+    for part in parts {
+        let (part, radius) = part?;
+        largest = largest.max(radius);
+        for (v, b) in part {
+            vectors[v as usize] += b;
+        }
+    }
+    Some((vectors, largest))
+}
+
+/// A triangle in equal pieces with edges up to `longest`: middles and area vectors.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "at most 64"
+)]
+fn pieces([a, b, c]: [DVec3; 3], longest: f64) -> Vec<(DVec3, DVec3)> {
+    let edge = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let n = (edge / longest).ceil().clamp(1.0, MOST_PIECES) as usize;
+    let area = area_vector([a, b, c]) / (n * n) as f64;
+    let (u, v) = ((b - a) / n as f64, (c - a) / n as f64);
+    let mut out = Vec::with_capacity(n * n);
+    for i in 0..n {
+        for j in 0..n - i {
+            let corner = a + u * i as f64 + v * j as f64;
+            out.push((corner + (u + v) / 3.0, area));
+            if i + j + 1 < n {
+                out.push((corner + (u + v) * (2.0 / 3.0), area));
+            }
+        }
+    }
+    out
+}
+
+/// Linear moving-least-squares shape functions at x, with the constant taken out so that a 3x3
+/// system is left: `phi_j = w_j (1/W + (d_j - m) . g)`, `C g = -m`. False, and nothing emitted, if
+/// the nodes are too nearly in a plane.
+fn shape_functions(
+    x: DVec3,
+    radius: f64,
+    nodes: &[DVec3],
+    near: &[u32],
+    mut emit: impl FnMut(u32, f64),
+) -> bool {
+    let offset = |v: u32| (nodes[v as usize] - x) / radius;
+    let weight = |d: DVec3| {
+        let rest = (1.0 - d.length_squared()).max(0.0);
+        rest * rest * rest
+    };
+    let (mut total, mut mean) = (0.0, DVec3::ZERO);
+    for &v in near {
+        let d = offset(v);
+        total += weight(d);
+        mean += weight(d) * d;
+    }
+    if near.len() < 5 || total <= 0.0 {
+        return false;
+    }
+    mean /= total;
+    let mut moments = DMat3::ZERO;
+    for &v in near {
+        let d = offset(v);
+        let (w, e) = (weight(d), d - mean);
+        moments += w * DMat3::from_cols(e * e.x, e * e.y, e * e.z);
+    }
+    let trace = moments.x_axis.x + moments.y_axis.y + moments.z_axis.z;
+    let even = trace / 3.0;
+    if moments.determinant() < LEAST_SPREAD * even * even * even || even <= 0.0 {
+        return false;
+    }
+    let slope = moments.inverse() * -mean;
+    for &v in near {
+        let d = offset(v);
+        emit(v, weight(d) * (1.0 / total + (d - mean).dot(slope)));
+    }
+    true
+}

@@ -1,0 +1,218 @@
+//! Nodes without tetrahedra: sums, places, volumes.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+mod common;
+
+use common::check_boundary;
+use glam::{DQuat, DVec3};
+use phyxel_discretize::{
+    Bounds, Grading, PointSampling, Refinement, SampleError, SampleSettings, Shape, Solid, Target,
+    parse_mesh, read_mesh, repair, sample_points, surface_mesh,
+};
+use proptest::prelude::*;
+use testkit::strategies::{rotation, scale, vector};
+use testkit::tol::{assert_below, assert_relative};
+
+fn check(name: &str, s: &PointSampling) {
+    assert!(s.volumes.iter().all(|v| *v > 0.0), "{name}");
+    let volume: f64 = s.volumes.iter().sum();
+    assert_relative(name, volume, s.report.volume, 0.0, 1e-12);
+    let area = s.report.area;
+    check_boundary(name, &s.positions, &s.boundary_vectors, volume, area);
+    // A plate little thicker than a cell is the worst.
+    assert_below(name, s.report.correction.abs(), 0.15);
+}
+
+fn gradings(center: DVec3, radius: f64) -> [Grading; 3] {
+    let fine = Refinement {
+        from: center,
+        to: center,
+        radius,
+        factor: 0.5,
+    };
+    [
+        Grading::default(),
+        Grading {
+            coarsest: 4.0,
+            ..Grading::default()
+        },
+        Grading {
+            coarsest: 2.0,
+            refinements: vec![fine],
+            ..Grading::default()
+        },
+    ]
+}
+
+fn with(target: Target, grading: Grading) -> SampleSettings {
+    SampleSettings {
+        target,
+        grading,
+        ..SampleSettings::default()
+    }
+}
+
+#[test]
+fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
+    let shapes = [
+        Shape::Ellipsoid {
+            semi_axes: DVec3::new(0.1, 0.06, 0.08),
+        },
+        Shape::Tube {
+            half_length: 0.1,
+            outer_radius: 0.05,
+            inner_radius: 0.025,
+        },
+        Shape::Box {
+            half_extents: DVec3::new(0.04, 0.05, 0.1),
+        },
+        Shape::Liver,
+    ];
+    for shape in shapes {
+        let analytic = Solid::from(shape);
+        let mesh = Solid::from_mesh(surface_mesh(&analytic, 0.006).unwrap());
+        for solid in [&analytic, &mesh] {
+            for grading in gradings(DVec3::new(0.03, 0.02, 0.02), 0.01) {
+                for on_surface in [false, true] {
+                    let name = format!("{shape:?} {grading:?} {on_surface}");
+                    let settings = with(Target::NodeCount(1000), grading.clone());
+                    let s = sample_points(solid, &settings, on_surface).unwrap();
+                    check(&name, &s);
+                    let n = s.positions.len();
+                    assert!(n.abs_diff(1000) <= 50, "{name}: {n}");
+                    let count = s.on_surface.iter().filter(|on| **on).count();
+                    assert_eq!(count, s.report.surface_nodes);
+                    assert_eq!(count > 0, on_surface);
+                    for (p, on) in s.positions.iter().zip(&s.on_surface) {
+                        if solid.mesh().is_none() {
+                            let value = shape.value(*p);
+                            assert_below(&name, value, 1e-12);
+                            assert!(!on || value > -1e-9, "{name}");
+                        } else if !on {
+                            assert!(solid.contains(*p), "{name}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A regular lattice is what it says: every inner node has a neighbour at one spacing.
+#[test]
+fn one_spacing_is_a_regular_lattice() {
+    let solid = Solid::from(Shape::Liver);
+    let h = 0.012;
+    let settings = with(Target::Spacing(h), Grading::default());
+    let s = sample_points(&solid, &settings, false).unwrap();
+    for p in &s.positions {
+        let cells = (*p - s.positions[0]) / h;
+        assert_below("off the lattice", (cells - cells.round()).length(), 1e-9);
+    }
+    // Inner nodes own a whole cell, up to the correction.
+    let whole = h * h * h * (1.0 + s.report.correction);
+    let largest = s.volumes.iter().copied().fold(0.0, f64::max);
+    assert!(
+        s.volumes
+            .iter()
+            .filter(|v| (**v / whole - 1.0).abs() < 1e-9)
+            .count()
+            > 100
+    );
+    assert!(largest < 3.0 * whole);
+}
+
+#[test]
+fn real_meshes_without_tetrahedra() {
+    let Some(folder) = std::env::var_os("PHYXEL_MESHES") else {
+        #[allow(clippy::print_stderr, reason = "a skipped test says so")]
+        {
+            eprintln!("skipped: set PHYXEL_MESHES to the folder of test meshes");
+        }
+        return;
+    };
+    let folder = std::path::PathBuf::from(folder);
+    for name in [
+        "liver.obj",
+        "liver-smooth.obj",
+        "spot.ply",
+        "raptor_8kp.obj",
+        "tissue_volume.msh",
+    ] {
+        let file = read_mesh(&folder.join(name)).unwrap();
+        let solid = Solid::from_mesh(repair(&file.mesh, &Default::default()).unwrap().0);
+        for (target, grading) in [1000, 3000, 10_000]
+            .into_iter()
+            .zip(gradings(DVec3::ZERO, 0.1))
+        {
+            let settings = with(Target::NodeCount(target), grading);
+            let s = sample_points(&solid, &settings, true).unwrap();
+            check(name, &s);
+            assert!(s.positions.len().abs_diff(target) * 20 <= target, "{name}");
+        }
+    }
+}
+
+#[test]
+fn bad_targets_are_refused_and_threads_change_nothing() {
+    let solid = Solid::from(Shape::Liver);
+    let refused = |target| sample_points(&solid, &with(target, Grading::default()), true);
+    assert!(matches!(
+        refused(Target::NodeCount(3)),
+        Err(SampleError::TooFewNodes { .. })
+    ));
+    assert!(matches!(
+        refused(Target::Spacing(-1.0)),
+        Err(SampleError::Spacing { .. })
+    ));
+    assert!(matches!(
+        refused(Target::Spacing(1e-9)),
+        Err(SampleError::TooFine { .. })
+    ));
+    let run = |threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap()
+            .install(|| refused(Target::NodeCount(1500)).unwrap())
+    };
+    let one = run(1);
+    assert_eq!(one, run(3));
+    let file = parse_mesh(&one.to_vtk());
+    assert!(file.is_err(), "points are no mesh");
+    assert!(one.to_vtk().len() > 1500 * (24 + 8 + 24));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn random_blobs_in_any_frame_and_scale(
+        turn in rotation(), size in scale(), shift in vector(1.0), bump in vector(1.0),
+        radius in 0.3..0.9_f64, kind in 0..3_usize,
+    ) {
+        check_blob(turn, size, shift, bump, radius, kind);
+    }
+}
+
+fn check_blob(turn: DQuat, size: f64, shift: DVec3, bump: DVec3, radius: f64, kind: usize) {
+    let value = move |p: DVec3| {
+        let p = turn.inverse() * (p / size - shift);
+        size * (p.length() - 1.0).min((p - bump).length() - radius)
+    };
+    let bounds = Bounds {
+        min: size * (shift - 2.8),
+        max: size * (shift + 2.8),
+    };
+    let solid = Solid::implicit(bounds, value);
+    let grading = gradings(size * (shift + bump), 0.3 * size)[kind].clone();
+    let settings = with(Target::Spacing(0.25 * size), grading);
+    let s = sample_points(&solid, &settings, kind != 1).unwrap();
+    check("blob", &s);
+    for p in &s.positions {
+        assert_below("node outside", value(*p), 1e-11 * size);
+    }
+}
