@@ -13,7 +13,9 @@ use phyxel_discretize::{
     tetrahedra_edges, tetrahedron_volume,
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
-use phyxel_integrate::{Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue};
+use phyxel_integrate::{
+    Coupling, Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue,
+};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
@@ -34,6 +36,7 @@ pub(crate) struct Body {
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) elastic: Elastic,
     pub(crate) blocks: Vec<DMat3>,
+    coupling: Coupling,
 }
 
 /// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), as six tetrahedra a cell,
@@ -165,6 +168,7 @@ impl Body {
             triangles,
             elastic,
             blocks,
+            coupling: Coupling::two_rings(graph.offsets(), graph.indices()),
         }
     }
 
@@ -222,5 +226,9 @@ impl ForceLaw for Body {
     fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
         blocks.copy_from_slice(&self.blocks);
         true
+    }
+
+    fn coupling(&self) -> Option<&Coupling> {
+        Some(&self.coupling)
     }
 }

@@ -16,5 +16,7 @@ mod integrate_bodies;
 mod integrate_dynamics;
 /// Indentation against finite elements and Hertz.
 mod integrate_indentation;
+/// Blocks under a sphere, for that and the study.
+mod integrate_press;
 /// Conservative stencils on sampled livers.
 mod organ_stencils;

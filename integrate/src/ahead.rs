@@ -1,6 +1,6 @@
 //! Contact forces at the middle of the coming step: explicit motion that a penalty does not limit.
 
-use crate::contact::{Contact, ContactForce};
+use crate::contact::{Contact, ContactForce, ContactPoint};
 use crate::friction::Limit;
 use crate::shape::{Pose, Shape};
 use crate::surface::ContactSurface;
@@ -39,6 +39,11 @@ pub(crate) struct Ahead {
     direction: Vec<DVec3>,
     image: Vec<DVec3>,
     blocks: Vec<DMat3>,
+    /// Stiffness between the members of a group, row by row, for the groups in `assembled`.
+    coupling: Vec<DMat3>,
+    assembled: Vec<u32>,
+    /// Active points of all other groups.
+    loose: Vec<u32>,
 }
 
 impl PartialEq for Ahead {
@@ -57,7 +62,7 @@ impl Ahead {
         self.forces.resize(surface.members.len(), DVec3::ZERO);
     }
 
-    /// Lists the groups whose nodes are no farther from the tool than from each other.
+    /// Lists the groups whose middle is no farther from the tool than from their nodes.
     pub(crate) fn choose_near(
         &mut self,
         surface: &ContactSurface,
@@ -66,16 +71,25 @@ impl Ahead {
         all: bool,
     ) {
         self.near.clear();
+        let placed = shape.placed(pose);
         for group in 0..surface.group_count() {
             let members = surface.group_members(group);
-            let first = self.positions[members[0] as usize];
-            let reach = members.iter().skip(1);
-            let reach = reach.map(|n| first.distance_squared(self.positions[*n as usize]));
-            let reach = reach.fold(0.0, f64::max).sqrt();
-            if all || shape.distance_value(pose, first) <= reach {
+            let at = |member: &u32| self.positions[*member as usize];
+            let sum: DVec3 = members.iter().map(at).sum();
+            let middle = sum * surface.share(group);
+            let value = placed.value(middle);
+            let far = |member: &u32| middle.distance_squared(at(member)) < value * value;
+            if all || value <= 0.0 || !members.iter().all(far) {
                 self.near.push(group);
             }
         }
+    }
+
+    /// Keeps the groups with points in contact: forces only push away.
+    fn keep_touching(&mut self, active: &[ContactPoint]) {
+        self.near.clear();
+        self.near.extend(active.iter().map(|active| active.group));
+        self.near.dedup();
     }
 
     /// What it costs to leave the predicted places (J).
@@ -192,6 +206,7 @@ impl Contact {
         let mut at = *pose;
         let mut sum = self.evaluate(shape, &at, ahead, Some(Limit::Lagged));
         let mut potential = sum.energy;
+        ahead.keep_touching(&self.active);
         for _ in 0..NEWTON {
             for &i in &ahead.local {
                 let i = i as usize;
@@ -228,6 +243,74 @@ impl Contact {
         (sum, at)
     }
 
+    /// Stiffness of the active points, group by group where that is less work than point by point, and
+    /// its diagonal blocks.
+    fn assemble(&self, a: &mut Ahead) {
+        a.coupling.clear();
+        a.assembled.clear();
+        a.loose.clear();
+        let mut first = 0;
+        for points in self.active.chunk_by(|one, two| one.group == two.group) {
+            let group = points[0].group;
+            let members = self.surface.group_members(group);
+            let count = members.len();
+            let dense = count <= 2 * points.len();
+            if dense {
+                a.assembled.push(group);
+                let begin = a.coupling.len();
+                a.coupling.resize(begin + count * count, DMat3::ZERO);
+                let blocks = &mut a.coupling[begin..];
+                for active in points {
+                    let bound = self.surface.weights_of(group, active.point);
+                    for (row, (_, w)) in blocks.chunks_exact_mut(count).zip(bound.clone()) {
+                        for (block, (_, v)) in row.iter_mut().zip(bound.clone()) {
+                            *block += active.rigid * (w * v);
+                        }
+                    }
+                }
+                for (k, member) in members.iter().enumerate() {
+                    a.blocks[*member as usize] += blocks[k * count + k];
+                }
+            } else {
+                for (index, active) in (first..).zip(points) {
+                    a.loose.push(index);
+                    for (n, w) in self.surface.weights_of(group, active.point) {
+                        a.blocks[n] += active.rigid * (w * w);
+                    }
+                }
+            }
+            first += u32::try_from(points.len()).expect("no more points than the surface has");
+        }
+    }
+
+    /// Adds that stiffness times `a.direction`, less the tool's, to `a.image`; returns the sum.
+    fn couple(&self, a: &mut Ahead, tool_direction: DVec3) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        let mut blocks = a.coupling.iter();
+        for &group in &a.assembled {
+            let members = self.surface.group_members(group);
+            for row in members {
+                let mut change = DVec3::ZERO;
+                for (column, block) in members.iter().zip(&mut blocks) {
+                    change += *block * (a.direction[*column as usize] - tool_direction);
+                }
+                a.image[*row as usize] += change;
+                sum += change;
+            }
+        }
+        for &index in &a.loose {
+            let active = &self.active[index as usize];
+            let bound = self.surface.weights_of(active.group, active.point);
+            let gap: DVec3 = bound.clone().map(|(n, w)| a.direction[n] * w).sum();
+            let change = active.rigid * (gap - tool_direction);
+            for (n, w) in bound {
+                a.image[n] += change * w;
+            }
+            sum += change;
+        }
+        sum
+    }
+
     /// Conjugate gradients for the change of members (`ahead.change`) and of the tool, preconditioned
     /// by blocks; returns the latter, and how fast the potential falls along it.
     fn linear_ahead(&self, tool: Option<f64>, on_tool: DVec3, ahead: &mut Ahead) -> (DVec3, f64) {
@@ -238,13 +321,9 @@ impl Contact {
             a.change[i] = DVec3::ZERO;
         }
         let mut tool_block = DMat3::from_diagonal(DVec3::splat(tool.unwrap_or(1.0)));
-        for active in &self.active {
-            for (n, w) in self.surface.weights_of(active.group, active.point) {
-                a.blocks[n] += active.rigid * (w * w);
-            }
-            if tool.is_some() {
-                tool_block += active.rigid;
-            }
+        self.assemble(a);
+        if tool.is_some() {
+            tool_block += self.active.iter().map(|active| active.rigid).sum::<DMat3>();
         }
         for &i in &a.local {
             a.blocks[i as usize] = a.blocks[i as usize].inverse();
@@ -277,15 +356,7 @@ impl Contact {
                 a.image[i] = a.direction[i] * a.inertia[i];
             }
             let mut tool_image = tool_direction * tool.unwrap_or(0.0);
-            for active in &self.active {
-                let bound = self.surface.weights_of(active.group, active.point);
-                let gap: DVec3 = bound.clone().map(|(n, w)| a.direction[n] * w).sum();
-                let change = active.rigid * (gap - tool_direction);
-                for (n, w) in bound {
-                    a.image[n] += change * w;
-                }
-                tool_image -= change;
-            }
+            tool_image -= self.couple(a, tool_direction);
             for &i in &a.local {
                 let i = i as usize;
                 a.image[i] = a.free[i] * a.image[i];

@@ -158,8 +158,8 @@ impl Contact {
     /// If the slices differ in length or are shorter than the surface's nodes require.
     ///
     /// # Numerics
-    /// Groups of points whose nodes are farther from the tool than they are from each other are
-    /// skipped. Sums run in the order of points.
+    /// Groups of points are skipped whose middle is farther from the tool than from their nodes. Sums
+    /// run in the order of points.
     pub fn add_forces(
         &mut self,
         shape: &Shape,
@@ -204,16 +204,17 @@ impl Contact {
         let mut sum = ContactForce::default();
         let stiffness = self.settings.penalty;
         let surface = &self.surface;
+        let placed = shape.placed(pose);
         for &group in &ahead.near {
             for point in surface.points(group) {
                 let bound = surface.weights_of(group, point);
                 let position: DVec3 = bound.clone().map(|(n, w)| ahead.positions[n] * w).sum();
                 let multiplier = self.multipliers.get(point as usize).copied().unwrap_or(0.0);
-                let value = shape.distance_value(pose, position);
+                let value = placed.value(position);
                 if multiplier - stiffness * value <= 0.0 {
                     continue;
                 }
-                let at = shape.distance(pose, position);
+                let at = placed.distance(position);
                 let pressure = multiplier - stiffness * at.value;
                 let area = surface.areas[point as usize];
                 let force = at.normal * (area * pressure);

@@ -149,3 +149,67 @@ fn errors_say_what_is_missing() {
     let error = relax(law, &mut y, &[1.0; 4], &free, &loads, 0.0, &settings);
     assert_eq!(error, Err(SolveError::BadStep { step: 0.0 }), "step");
 }
+
+/// A chain long enough that conjugate gradients need many iterations.
+#[cfg(feature = "faer")]
+struct Coupled {
+    chain: Chain,
+    coupling: crate::Coupling,
+}
+
+#[cfg(feature = "faer")]
+impl ForceLaw for Coupled {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.chain.forces(positions, forces)
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        self.chain.product(vector, product);
+    }
+
+    fn coupling(&self) -> Option<&crate::Coupling> {
+        Some(&self.coupling)
+    }
+}
+
+#[cfg(feature = "faer")]
+#[test]
+fn a_factor_solves_a_long_chain_in_one_iteration() {
+    let n = 300_u32;
+    let mut offsets = vec![0];
+    let mut indices = Vec::new();
+    for i in 0..n {
+        indices.extend(i.checked_sub(1));
+        indices.extend((i + 1 < n).then_some(i + 1));
+        offsets.push(u32::try_from(indices.len()).unwrap());
+    }
+    let chain = Chain::new(n as usize, 7.0, 1.0);
+    let mut supports = Supports::free(n as usize);
+    supports.slide(40, DVec3::new(1.0, 2.0, 0.0));
+    let loads = vec![DVec3::new(0.01, 0.003, -0.02); n as usize];
+    let load = StaticLoad {
+        forces: &loads,
+        ..StaticLoad::default()
+    };
+    let mut found = Vec::new();
+    for preconditioner in [crate::Preconditioner::Blocks, crate::Preconditioner::Factor] {
+        let mut law = Coupled {
+            chain: Chain::new(n as usize, 7.0, 1.0),
+            coupling: crate::Coupling::two_rings(&offsets, &indices),
+        };
+        let settings = NewtonSettings {
+            preconditioner,
+            tolerance: 1e-10,
+            ..NewtonSettings::default()
+        };
+        let mut x = chain.rest.clone();
+        let report = solve_static(&mut law, &mut x, &supports, &load, &settings).unwrap();
+        found.push((x, report.steps[0].clone()));
+    }
+    let (blocks, factor) = (&found[0], &found[1]);
+    assert!(blocks.1.linear_iterations > 100, "{:?}", blocks.1);
+    assert!(factor.1.linear_iterations <= 3, "{:?}", factor.1);
+    assert_eq!(factor.1.factors, 1, "made once");
+    let apart = blocks.0.iter().zip(&factor.0).map(|(a, b)| a.distance(*b));
+    assert!(apart.fold(0.0, f64::max) < 1e-6, "same answer");
+}

@@ -1,5 +1,6 @@
 //! What implicit solvers need to know of forces.
 
+use crate::coupling::Coupling;
 use glam::{DMat3, DVec3};
 
 /// Forces with their tangent, for solvers that need `K v`.
@@ -17,6 +18,12 @@ pub trait ForceLaw {
     fn tangent_blocks_into(&mut self, _blocks: &mut [DMat3]) -> bool {
         false
     }
+
+    /// Which nodes the tangent couples; needed to factor it ([`crate::Preconditioner`]). Entries of the
+    /// tangent outside are neglected in the factor, never in the solution.
+    fn coupling(&self) -> Option<&Coupling> {
+        None
+    }
 }
 
 impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
@@ -30,5 +37,9 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 
     fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
         (**self).tangent_blocks_into(blocks)
+    }
+
+    fn coupling(&self) -> Option<&Coupling> {
+        (**self).coupling()
     }
 }

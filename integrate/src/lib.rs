@@ -3,10 +3,13 @@
 mod ahead;
 mod audit;
 mod contact;
+mod coupling;
 mod eigenvalue;
 mod equilibrium;
 mod error;
 mod explicit;
+#[cfg(feature = "faer")]
+mod factor;
 mod friction;
 mod implicit;
 mod law;
@@ -27,6 +30,7 @@ mod view;
 
 pub use audit::{Audit, Warning};
 pub use contact::{Contact, ContactForce, ContactPoint, ContactSettings, penalty};
+pub use coupling::Coupling;
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
 };
@@ -36,7 +40,9 @@ pub use explicit::Applied;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
 pub use law::ForceLaw;
 pub use motion::{Frame, Motion, MotionSettings, Scheme, State};
-pub use newton::{NewtonReport, NewtonSettings, SolveError};
+#[cfg(feature = "faer")]
+pub use newton::FACTOR_LASTS;
+pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};
 pub use path::{Ease, Path, PathError};
 pub use pressed::Pressed;
 pub use shape::{Distance, Pose, Shape};

@@ -21,6 +21,9 @@ pub(crate) struct Conjugate {
     image: Vec<DVec3>,
     /// Inverse of each node's diagonal block on its free directions; one for all if empty.
     pub(crate) inverse_blocks: Vec<DMat3>,
+    /// Takes the place of the blocks.
+    #[cfg(feature = "faer")]
+    pub(crate) factor: Option<crate::factor::Factor>,
 }
 
 impl Conjugate {
@@ -50,8 +53,8 @@ impl Conjugate {
         mut apply: impl FnMut(&[DVec3], &mut [DVec3]),
         b: &[DVec3],
         x: &mut [DVec3],
-        tolerance: f64,
-        iterations: usize,
+        supports: &Supports,
+        (tolerance, iterations): (f64, usize),
     ) -> LinearReport {
         let n = b.len();
         x.fill(DVec3::ZERO);
@@ -65,7 +68,7 @@ impl Conjugate {
             iterations: 0,
             indefinite: false,
         };
-        let mut rho = self.precondition();
+        let mut rho = self.precondition(supports);
         self.direction.copy_from_slice(&self.preconditioned);
         while norm(&self.residual) > goal && report.iterations < iterations && rho > 0.0 {
             apply(&self.direction, &mut self.image);
@@ -81,7 +84,7 @@ impl Conjugate {
             let alpha = rho / curvature;
             add_scaled(x, alpha, &self.direction);
             add_scaled(&mut self.residual, -alpha, &self.image);
-            let next = self.precondition();
+            let next = self.precondition(supports);
             let beta = next / rho;
             rho = next;
             let z = &self.preconditioned;
@@ -91,7 +94,16 @@ impl Conjugate {
     }
 
     /// `z = P r`; returns `r · z`.
-    fn precondition(&mut self) -> f64 {
+    #[cfg_attr(
+        not(feature = "faer"),
+        allow(unused_variables, reason = "for the factor")
+    )]
+    fn precondition(&mut self, supports: &Supports) -> f64 {
+        #[cfg(feature = "faer")]
+        if let Some(factor) = &mut self.factor {
+            factor.solve(&self.residual, &mut self.preconditioned, supports);
+            return dot(&self.residual, &self.preconditioned);
+        }
         let (r, blocks) = (&self.residual, &self.inverse_blocks);
         if blocks.is_empty() {
             self.preconditioned.copy_from_slice(r);

@@ -7,6 +7,25 @@ use crate::supports::Supports;
 use crate::vector::{add_scaled, dot, norm};
 use glam::{DMat3, DVec3};
 
+/// What speeds up the conjugate gradients of a linear solve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Preconditioner {
+    /// Diagonal blocks where the law gives them.
+    #[default]
+    Blocks,
+    /// A sparse Cholesky factor of the tangent, where the law gives its coupling: a direct solve at the
+    /// state it was made for, kept until it takes more than [`FACTOR_LASTS`] iterations. Blocks where
+    /// the tangent is not positive definite.
+    #[cfg(feature = "faer")]
+    Factor,
+}
+
+/// Iterations of a linear solve after which a factor is made anew.
+#[cfg(feature = "faer")]
+pub const FACTOR_LASTS: usize = 20;
+
 /// When to stop, and how hard to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -22,6 +41,8 @@ pub struct NewtonSettings {
     /// residual (Eisenstat and Walker 1996, doi:10.1137/0917003, choice 2), which keeps the
     /// convergence quadratic.
     pub linear_tolerance: f64,
+    /// What speeds up the linear solves.
+    pub preconditioner: Preconditioner,
 }
 
 impl Default for NewtonSettings {
@@ -31,6 +52,7 @@ impl Default for NewtonSettings {
             iterations: 40,
             linear_iterations: 2000,
             linear_tolerance: 0.1,
+            preconditioner: Preconditioner::default(),
         }
     }
 }
@@ -46,6 +68,8 @@ pub struct NewtonReport {
     pub linear_iterations: usize,
     /// Force evaluations in all.
     pub evaluations: usize,
+    /// Factors made of the tangent.
+    pub factors: usize,
     /// Energy (J) that the force law states at the solution.
     pub energy: f64,
 }
@@ -145,6 +169,9 @@ pub(crate) struct Newton {
     trial_forces: Vec<DVec3>,
     trial_residual: Vec<DVec3>,
     blocks: Vec<DMat3>,
+    /// The inertia that the factor was made for.
+    #[cfg(feature = "faer")]
+    factored: Option<Option<f64>>,
 }
 
 impl Problem<'_> {
@@ -236,6 +263,12 @@ impl Newton {
                 self.tangent(law, problem, moved);
                 add_scaled(&mut self.residual, -1.0, &self.trial_residual);
             }
+            #[cfg(feature = "faer")]
+            if settings.preconditioner == Preconditioner::Factor {
+                report.factors += self.refactor(law, problem);
+            } else {
+                self.conjugate.factor = None;
+            }
             // No tighter than what ends the iteration.
             let enough = 0.3 * settings.tolerance * report.scale / norm(&self.residual);
             let tolerance = forcing.max(enough).min(settings.linear_tolerance);
@@ -245,11 +278,15 @@ impl Newton {
                     |v, out| tangent_product(law, supports, inertia, v, out),
                     &self.residual,
                     &mut self.step,
-                    tolerance,
-                    settings.linear_iterations,
+                    problem.supports,
+                    (tolerance, settings.linear_iterations),
                 )
             };
             report.linear_iterations += linear.iterations;
+            #[cfg(feature = "faer")]
+            if linear.iterations > FACTOR_LASTS || linear.indefinite {
+                self.conjugate.factor = None;
+            }
             if let Some(moved) = moved {
                 add_scaled(&mut self.step, 1.0, moved);
                 add_scaled(x, 1.0, &self.step);
@@ -329,6 +366,28 @@ impl Newton {
             None => {}
         }
         self.conjugate.set_blocks(&self.blocks, problem.supports);
+    }
+
+    /// Makes a factor if there is none for this inertia; returns how many it made.
+    #[cfg(feature = "faer")]
+    fn refactor(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>) -> usize {
+        let inertia = problem.inertia.map(|(c, _, _)| c);
+        if self.conjugate.factor.is_some() && self.factored == Some(inertia) {
+            return 0;
+        }
+        let Some(coupling) = law.coupling().cloned() else {
+            return 0;
+        };
+        let (supports, inertia_terms) = (problem.supports, problem.inertia);
+        let apply = |v: &[DVec3], out: &mut [DVec3]| {
+            law.tangent_product_into(v, out);
+            if let Some((c, masses, _)) = inertia_terms {
+                crate::vector::update(out, |i, out| *out += v[i] * (c * masses[i]));
+            }
+        };
+        self.conjugate.factor = crate::factor::Factor::new(&coupling, supports, apply);
+        self.factored = Some(inertia);
+        1
     }
 
     /// Norm of the internal forces on held directions.

@@ -1,6 +1,7 @@
 //! A force law with contacts added.
 
 use crate::contact::{Contact, ContactForce};
+use crate::coupling::Coupling;
 use crate::friction::Limit;
 use crate::law::ForceLaw;
 use crate::shape::{Pose, Shape};
@@ -59,5 +60,9 @@ impl<L: ForceLaw> ForceLaw for Pressed<'_, L> {
             }
         }
         known
+    }
+
+    fn coupling(&self) -> Option<&Coupling> {
+        self.law.coupling()
     }
 }

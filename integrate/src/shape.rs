@@ -67,21 +67,46 @@ impl Shape {
     /// not unique; a fixed one is given.
     #[must_use]
     pub fn distance(&self, pose: &Pose, point: DVec3) -> Distance {
-        let local = pose.rotation.inverse() * (point - pose.position);
-        let found = self.local_distance(local);
-        let turn = DMat3::from_quat(pose.rotation);
-        Distance {
-            value: found.value,
-            normal: turn * found.normal,
-            curvature: turn * found.curvature * turn.transpose(),
-        }
+        self.placed(pose).distance(point)
     }
 
     /// Only the signed distance (m), for deciding what is near.
     #[must_use]
     pub fn distance_value(&self, pose: &Pose, point: DVec3) -> f64 {
-        self.local_distance(pose.rotation.inverse() * (point - pose.position))
-            .value
+        self.placed(pose).value(point)
+    }
+
+    /// The shape at a pose, for many points.
+    pub(crate) fn placed(&self, pose: &Pose) -> Placed {
+        Placed {
+            shape: *self,
+            position: pose.position,
+            turn: DMat3::from_quat(pose.rotation),
+        }
+    }
+
+    #[inline]
+    fn local_value(&self, x: DVec3) -> f64 {
+        match *self {
+            Self::Sphere { radius } => x.length() - radius,
+            Self::Plane => x.z,
+            Self::Capsule {
+                half_length,
+                radius,
+            } => {
+                let along = x.z.clamp(-half_length, half_length);
+                (x - DVec3::Z * along).length() - radius
+            }
+            Self::Box { half } => {
+                let q = x.abs() - half;
+                let inside = q.max_element();
+                if inside <= 0.0 {
+                    inside
+                } else {
+                    q.max(DVec3::ZERO).length()
+                }
+            }
+        }
     }
 
     fn local_distance(&self, x: DVec3) -> Distance {
@@ -127,6 +152,35 @@ impl Shape {
                     curvature,
                 }
             }
+        }
+    }
+}
+
+/// A shape at a pose.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed {
+    shape: Shape,
+    position: DVec3,
+    turn: DMat3,
+}
+
+impl Placed {
+    #[inline]
+    fn local(&self, point: DVec3) -> DVec3 {
+        self.turn.transpose() * (point - self.position)
+    }
+
+    #[inline]
+    pub(crate) fn value(&self, point: DVec3) -> f64 {
+        self.shape.local_value(self.local(point))
+    }
+
+    pub(crate) fn distance(&self, point: DVec3) -> Distance {
+        let found = self.shape.local_distance(self.local(point));
+        Distance {
+            value: found.value,
+            normal: self.turn * found.normal,
+            curvature: self.turn * found.curvature * self.turn.transpose(),
         }
     }
 }
@@ -202,6 +256,8 @@ mod tests {
             let turn = (b.normal - a.normal) / (2.0 * t);
             prop_assert!((turn - here.curvature * direction).length() < 1e-3, "{shape:?} {turn}");
             prop_assert!((here.normal.length() - 1.0).abs() < 1e-12);
+            let value = shape.distance_value(&pose, position + offset);
+            prop_assert!((value - here.value).abs() < 1e-14, "the short way: {value}");
         }
     }
 

@@ -171,6 +171,12 @@ impl ContactSurface {
         &self.members
     }
 
+    /// One over the number of a group's members.
+    pub(crate) fn share(&self, group: u32) -> f64 {
+        let [begin, end] = self.groups[group as usize].nodes;
+        f64::from(end - begin).recip()
+    }
+
     pub(crate) fn group_count(&self) -> u32 {
         index(self.groups.len())
     }
