@@ -1,5 +1,5 @@
 //! Cuts and mechanics together: cracks with a known answer, through cuts, and the trap of setting up
-//! anew. `cargo run -p tests --example cut_table fine` prints all forms on all benchmarks.
+//! anew. `phyxel study crack` prints all forms on all problems.
 
 #![allow(
     clippy::cast_possible_truncation,
@@ -9,30 +9,14 @@
     reason = "test helpers: counts are small, inputs sound, coupling exactly 0"
 )]
 
-#[allow(dead_code, reason = "the example that prints the table uses the rest")]
-mod body;
-#[allow(dead_code, reason = "the example that prints the table uses the rest")]
-mod problems;
+mod traps;
 
-use body::Form;
 use glam::{DVec2, DVec3};
+use phyxel::study::cracks::{self, Form, PLACES, Ratios};
 use phyxel_enrich::Rule;
-use problems::Ratios;
 use testkit::tol::{assert_below, assert_within};
 
-const DETOUR: Form = Form::Rule(Rule::Detour);
-
-/// Eight places of the tip and the line relative to the nodes, in spacings.
-const SHIFTS: [[f64; 2]; 8] = [
-    [0.0, 0.25],
-    [0.25, 0.25],
-    [0.5, 0.25],
-    [0.75, 0.25],
-    [0.0, 0.4],
-    [0.25, 0.4],
-    [0.5, 0.4],
-    [0.75, 0.4],
-];
+const DETOUR: Form = Form::DETOUR;
 
 fn mean(runs: &[Ratios], of: fn(&Ratios) -> f64) -> f64 {
     runs.iter().map(of).sum::<f64>() / runs.len() as f64
@@ -42,28 +26,36 @@ fn mean(runs: &[Ratios], of: fn(&Ratios) -> f64) -> f64 {
 fn tada_paris_irwin_edge_crack() {
     // Mean over eight places: 6 % at a = 8 spacings, 3 % at 16.
     for (cells, jitter, allowed) in [(20, 0.0, 0.06), (20, 0.2, 0.06), (40, 0.0, 0.03)] {
-        let runs: Vec<Ratios> = SHIFTS
+        let runs: Vec<Ratios> = PLACES
             .iter()
-            .map(|&s| problems::edge_crack(cells, jitter, s, DETOUR).unwrap())
+            .map(|&s| {
+                cracks::edge_crack(cells, jitter, s, DETOUR)
+                    .unwrap()
+                    .unwrap()
+            })
             .collect();
         assert_within("K_I", mean(&runs, |r| r.first), 1.0, allowed);
         assert_within("mouth", mean(&runs, |r| r.second), 1.0, allowed);
     }
     // The comparator is worse: the crack acts too long.
-    let seen = problems::edge_crack(20, 0.0, SHIFTS[1], Form::Rule(Rule::Visibility)).unwrap();
+    let seen = cracks::edge_crack(20, 0.0, PLACES[1], Form::Rule(Rule::Visibility))
+        .unwrap()
+        .unwrap();
     assert!(seen.second > 1.1, "{seen:?}");
 }
 
 #[test]
 fn tada_paris_irwin_centre_crack() {
-    let found = problems::centre_crack(30, [0.25, 0.2], DETOUR).unwrap();
+    let found = cracks::centre_crack(30, [0.25, 0.2], DETOUR)
+        .unwrap()
+        .unwrap();
     assert_within("K_I", found.first, 1.0, 0.02);
     assert_within("opening", found.second, 1.0, 0.03);
 }
 
 #[test]
 fn inclined_crack() {
-    let found = problems::inclined_crack(50, 0.0, DETOUR).unwrap();
+    let found = cracks::inclined_crack(50, 0.0, DETOUR).unwrap().unwrap();
     assert_within("K_I", found.first, 1.0, 0.07);
     assert_within("K_II", found.second, 1.0, 0.07);
 }
@@ -80,7 +72,7 @@ fn sneddon_1946_penny_crack_in_a_cube() {
     let mut runs = Vec::new();
     for jitter in [0.0, 0.2] {
         for shift in shifts.map(DVec3::from) {
-            runs.push(problems::penny(20, jitter, shift, DETOUR).unwrap());
+            runs.push(cracks::penny(20, jitter, shift, DETOUR).unwrap().unwrap());
         }
     }
     if testkit::tol::print_residuals() {
@@ -102,7 +94,7 @@ fn sneddon_1946_penny_crack_in_a_cube() {
 
 #[test]
 fn beam_with_a_slit_under_its_weight() {
-    let found = problems::gravity_slit(64, DETOUR).unwrap();
+    let found = cracks::gravity_slit(64, DETOUR).unwrap().unwrap();
     assert_within("growth of the sag", found.first, 1.0, 0.01);
     assert_within("mouth", found.second, 1.0, 0.03);
 }
@@ -110,15 +102,15 @@ fn beam_with_a_slit_under_its_weight() {
 #[test]
 fn stress_parallel_to_a_finished_cut_is_exact() {
     for jitter in [0.0, 0.2] {
-        assert_below("finished", problems::parallel_stress(jitter, true), 1e-8);
-        let before = problems::parallel_stress(jitter, false);
+        assert_below("finished", traps::parallel_stress(jitter, true), 1e-8);
+        let before = traps::parallel_stress(jitter, false);
         assert!(before > 1e-3, "nothing to restore: {before}");
     }
 }
 
 #[test]
 fn a_set_up_after_the_cut_opens_it_and_the_trap_glues_it() {
-    let [run, resumed, trap] = problems::mouths();
+    let [run, resumed, trap] = traps::mouths();
     assert_eq!(run.to_bits(), resumed.to_bits());
     assert!(
         trap < 0.2 * run,
@@ -138,7 +130,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
     // A plane with margin, one that overshoots by 0.01, a wavy one, a closed plug, a T.
     for margin in [0.3, 0.01] {
         let strip = [level(-margin, margin), level(1.0 + margin, margin)];
-        let [moved, other] = problems::force_across(&[&strip], |p| p.z > 0.53);
+        let [moved, other] = traps::force_across(&[&strip], |p| p.z > 0.53);
         assert!(moved > 1e-3 && other == 0.0, "margin {margin}: {other}");
     }
     let wave = |x: f64| DVec2::new(x, 0.53 + 0.1 * (9.0 * x).sin());
@@ -150,7 +142,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
         let k = points.windows(2).position(|w| p.x <= w[1].x).unwrap();
         (points[k + 1] - points[k]).perp_dot(p.truncate() - points[k]) > 0.0
     };
-    let [moved, other] = problems::force_across(&[&strip], above);
+    let [moved, other] = traps::force_across(&[&strip], above);
     assert!(moved > 1e-3 && other == 0.0, "wave: {other}");
     let ring: Vec<[DVec3; 2]> = (0..=24)
         .map(|k| {
@@ -164,7 +156,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
             (b - a).perp_dot(p.truncate() - a) > 0.0
         })
     };
-    let [moved, other] = problems::force_across(&[&ring], inside);
+    let [moved, other] = traps::force_across(&[&ring], inside);
     assert!(moved > 1e-3 && other == 0.0, "plug: {other}");
     // The stem ends on the bar between two of its captures; each of the three pieces in turn.
     let bar = [-0.3, 0.2, 0.7, 1.3].map(|x| upright(DVec2::new(x, 0.53)));
@@ -174,7 +166,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
         |p: DVec3| p.y < 0.53 && p.x < 0.47,
         |p: DVec3| p.y < 0.53 && p.x > 0.47,
     ] {
-        let [moved, others] = problems::force_across(&[&bar, &stem], piece);
+        let [moved, others] = traps::force_across(&[&bar, &stem], piece);
         assert!(moved > 1e-3 && others == 0.0, "T: {others}");
     }
 }

@@ -6,8 +6,7 @@ use phyxel_elastic::{
     Dilatation, Elastic, Law, Material, Materials, Nodes, Precision, Settings, Stencils,
 };
 use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, GradientStencils, Kernel, NearestSettings,
-    Neighborhoods, dissertation_masses, inverse_square_weights, k_nearest, kernel_weights,
+    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
 use testkit::block::Block;
 use testkit::statics::{Equilibrium, Request, solve};
@@ -47,41 +46,10 @@ fn body(block: &Block, material: Material, settings: &Settings) -> Elastic {
     Elastic::new(&stencils, &nodes, &Materials::Uniform(material), settings).expect("sound rows")
 }
 
-/// The dissertation's own: 16 nearest nodes, its volumes, plain gradients, no control.
+/// The dissertation's own mechanics.
 fn dissertation(block: &Block, material: Material) -> Elastic {
-    let near = k_nearest(&block.positions, &NearestSettings::default()).expect("a cloud");
-    let graph = &near.neighborhoods;
-    let weights = kernel_weights(
-        Kernel::Polynomial,
-        &block.positions,
-        &near.support_radii,
-        graph,
-    );
-    let rows =
-        GradientStencils::new(&block.positions, graph, weights, 1e-3).expect("a sound cloud");
-    let masses = dissertation_masses(
-        &block.positions,
-        graph,
-        &near.mean_distances,
-        &near.support_radii,
-        1.0,
-    );
-    let stencils = Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        gradients: &rows.pair_gradients,
-        self_gradients: &rows.self_gradients,
-        weights: &[],
-    };
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &masses.volumes,
-    };
-    let settings = Settings {
-        zero_energy_control: 0.0,
-        ..Settings::default()
-    };
-    Elastic::new(&stencils, &nodes, &Materials::Uniform(material), &settings).expect("sound rows")
+    let model = phyxel::study::model::dissertation(&block.positions, material, 1.0);
+    model.expect("a sound cloud").0
 }
 
 fn ask(body: &mut Elastic) -> impl FnMut(Request<'_>) -> f64 + '_ {

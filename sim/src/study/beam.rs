@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_elastic::Elastic;
-use phyxel_integrate::{ForceLaw, NewtonSettings, StaticLoad, solve_static};
+use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 
+use super::model::Law;
 use super::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use super::{Effort, StudyError};
 use crate::scene::{self, Material, Region, Scene, Shape, Support, Target};
@@ -26,19 +26,6 @@ const TOLERANCE: f64 = 1e-6;
 const REFERENCE: [(f64, f64); 3] = [(0.3, 2544.2), (0.45, 2506.8), (0.49, 2491.4)];
 /// Steps that are timed, after as many that are not.
 const STEPS: u32 = 40;
-
-/// The elastic model as the static solver wants it.
-struct Law<'a>(&'a mut Elastic);
-
-impl ForceLaw for Law<'_> {
-    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        self.0.forces_into(positions, forces)
-    }
-
-    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
-        self.0.tangent_product_into(vector, product);
-    }
-}
 
 struct Measured {
     nodes: usize,

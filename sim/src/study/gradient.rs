@@ -9,6 +9,7 @@ use phyxel_mls::{
 };
 
 use super::clock::median_time;
+use super::noise::noise;
 use super::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use super::{Effort, StudyError};
 
@@ -207,17 +208,6 @@ fn cloud(side: u32) -> Result<Cloud, StudyError> {
         volumes,
         boundary,
     })
-}
-
-/// A number from -1 to 1 (xorshift64*, Vigna 2016): the same on every machine.
-fn noise(state: &mut u64) -> f64 {
-    *state ^= *state >> 12;
-    *state ^= *state << 25;
-    *state ^= *state >> 27;
-    let bits = state.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 40;
-    #[allow(clippy::cast_precision_loss, reason = "24 bits")]
-    let unit = bits as f64 / f64::from(1_u32 << 24);
-    2.0 * unit - 1.0
 }
 
 /// Surface of the unit cube, triangles anticlockwise from outside.

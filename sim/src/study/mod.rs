@@ -4,11 +4,23 @@
 //! plot as SVG, and one HTML page with all of them and the machine.
 
 mod beam;
+pub mod block;
 mod clock;
+mod crack;
+pub mod cracks;
+mod cut;
 mod gradient;
+mod hanging;
+mod hertz;
+pub mod indentation;
+pub mod model;
+mod nearest;
+mod noise;
 mod page;
 mod plot;
 mod report;
+mod splat;
+mod stretch;
 mod time;
 
 use std::path::PathBuf;
@@ -57,6 +69,36 @@ pub const STUDIES: &[Study] = &[
         run: beam::run,
     },
     Study {
+        name: "stretch",
+        title: "A cube stretched with free sides",
+        question: "how far off is the stress of each material, and what does its solution cost?",
+        run: stretch::run,
+    },
+    Study {
+        name: "hertz",
+        title: "A sphere pressed into a block",
+        question: "how far off is the force of a tool, against half-space theory and finite elements?",
+        run: hertz::run,
+    },
+    Study {
+        name: "crack",
+        title: "Cracks with a known answer",
+        question: "how far off are stress intensity and opening of a cut, and what does it cost?",
+        run: crack::run,
+    },
+    Study {
+        name: "cut",
+        title: "Cutting, and the dissertation's chapter 6 again",
+        question: "what does a blade update cost, and how fast do the dissertation's bodies run?",
+        run: cut::run,
+    },
+    Study {
+        name: "splat",
+        title: "Surfaces drawn as splats",
+        question: "how far is a picture of splats from the exact one, and what does it cost?",
+        run: splat::run,
+    },
+    Study {
         name: "time",
         title: "Time of a step",
         question: "what does a step cost as the body grows?",
@@ -97,24 +139,60 @@ pub enum StudyError {
     /// A body of the study cannot be built or moved.
     #[error(transparent)]
     World(#[from] WorldError),
-    /// A body of the study finds no equilibrium.
-    #[error("beam study: {0}")]
+    /// A body of a study finds no equilibrium.
+    #[error("a study's body: {0}")]
     Equilibrium(#[from] phyxel_integrate::SolveError),
+    /// A linear system of a study was not solved.
+    #[error("a study's linear system stopped at a relative residual of {residual:e}")]
+    NotSolved {
+        /// Relative residual that was reached.
+        residual: f64,
+    },
     /// A cloud was not made as the stencils need it.
-    #[error("gradient study: {0}")]
+    #[error("a study's body: {0}")]
     Stencil(#[from] phyxel_mls::StencilError),
     /// Neighbours could not be searched.
-    #[error("gradient study: {0}")]
+    #[error("a study's body: {0}")]
     Cloud(#[from] phyxel_mls::CloudError),
     /// Neighbourhoods could not be made symmetric.
-    #[error("gradient study: {0}")]
+    #[error("a study's body: {0}")]
     Graph(#[from] phyxel_mls::GraphError),
     /// The surface could not be spread over the nodes.
-    #[error("gradient study: {0}")]
+    #[error("a study's body: {0}")]
     Boundary(#[from] phyxel_mls::BoundaryError),
     /// Shape functions do not exist at a node.
-    #[error("gradient study: {0}")]
+    #[error("a study's body: {0}")]
     Shape(#[from] phyxel_mls::ShapeError),
+    /// The elastic model does not take a body.
+    #[error("a study's body: {0}")]
+    Elastic(#[from] phyxel_elastic::ElasticError),
+    /// A body has no surface to press.
+    #[error("a study's body: {0}")]
+    Surface(#[from] phyxel_integrate::SurfaceError),
+    /// A support of a study does not move as asked.
+    #[error("a study's body: {0}")]
+    Path(#[from] phyxel_integrate::PathError),
+    /// A body of a study has no largest eigenvalue.
+    #[error("a study's body: {0}")]
+    Eigenvalue(#[from] phyxel_integrate::EigenvalueError),
+    /// A body of a study does not move.
+    #[error("a study's body: {0}")]
+    Motion(#[from] phyxel_integrate::MotionError),
+    /// A body of a study went astray.
+    #[error("a study's body: {0}")]
+    Step(#[from] phyxel_integrate::StepError),
+    /// A mesh of a study cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] phyxel_discretize::ReadError),
+    /// A surface of a study cannot be sampled.
+    #[error("a study's surface: {0}")]
+    Sample(#[from] phyxel_discretize::SampleError),
+    /// Surfels of a study are not usable.
+    #[error("a study's surface: {0}")]
+    Surfel(#[from] phyxel_splat::SurfelError),
+    /// A cut of a study is none.
+    #[error("a study's cut: {0}")]
+    Cut(#[from] phyxel_enrich::CutError),
 }
 
 /// What a study found.

@@ -78,6 +78,163 @@ fn beam_study_comes_near_the_finite_elements() {
     }
 }
 
+/// The rows of a table, and one of its columns by name.
+fn entries(findings: &Value, table: &str, heading: &str) -> Vec<(Vec<Value>, f64)> {
+    let tables = findings["report"]["tables"].as_array().expect("a list");
+    let table = tables
+        .iter()
+        .find(|found| found["name"] == table)
+        .expect("the table is there");
+    let columns = table["columns"].as_array().expect("a list");
+    let at = columns
+        .iter()
+        .position(|column| column["name"] == heading)
+        .expect("the column is there");
+    let rows = table["rows"].as_array().expect("a list").iter();
+    rows.map(|row| row.as_array().expect("a list").clone())
+        .filter_map(|row| row[at].as_f64().map(|value| (row.clone(), value)))
+        .collect()
+}
+
+#[test]
+fn crack_study_finds_the_default_nearest_to_the_handbook() {
+    let findings = study("crack");
+    let off = |form| column(&findings, "both, RMS", form);
+    let default = off("detour");
+    assert!(default.iter().all(|error| *error < 8.0), "{default:?}");
+    // Comparators: a crack that acts too long, and forms that were never meant to weaken pairs.
+    for (form, least) in [
+        ("visibility", 10.0),
+        ("grid, product", 10.0),
+        ("pieces", 100.0),
+    ] {
+        let errors = off(form);
+        assert_eq!(errors.len(), 2, "{form}");
+        assert!(
+            errors.iter().all(|error| *error > least),
+            "{form}: {errors:?}"
+        );
+    }
+    // The elastic model refuses pairs that weigh more in one direction.
+    assert_eq!(off("grid, one-sided").len(), 2, "the mean of both only");
+}
+
+#[test]
+fn hertz_study_meets_the_block_and_the_half_space() {
+    let findings = study("hertz");
+    let errors = |model| column(&findings, "error, r 1 d 0.1", model);
+    for model in ["default, even", "default, graded"] {
+        let found = errors(model);
+        assert!(
+            found.iter().all(|error| error.abs() < 6.0),
+            "{model}: {found:?}"
+        );
+    }
+    // Nodal volumes of eqs (17) and (18) sum to half as much again as the cube's.
+    let paper = errors("dissertation");
+    assert!(paper.iter().all(|error| *error > 15.0), "{paper:?}");
+    let space = entries(&findings, "half-space", "force");
+    assert!(space[0].1.abs() < 6.0, "{space:?}");
+    let (_, blocks) = &entries(&findings, "half-space", "block")[0];
+    assert!(*blocks > 40.0, "large enough to be a half-space: {blocks}");
+    // The held cube is stiffer than a half-space.
+    for (row, ratio) in entries(&findings, "curves", "over half-space") {
+        assert!(ratio > 1.0, "{row:?}");
+    }
+}
+
+#[test]
+fn cut_study_cuts_three_bodies_twice() {
+    let findings = study("cut");
+    let severed = entries(&findings, "chapter6", "severed pairs");
+    assert_eq!(severed.len(), 13, "three states of four bodies, and one");
+    let mut before = 0.0;
+    for (row, count) in severed {
+        match row[1].as_str().expect("a state") {
+            "hanging" => assert!(count < 0.5, "{row:?}"),
+            _ => assert!(count > before, "{row:?}"),
+        }
+        before = count;
+    }
+    let dropped = entries(&findings, "chapter6", "drop");
+    let place = |body: &str, state: &str| {
+        let of = dropped
+            .iter()
+            .find(|(row, _)| row[0] == body && row[1] == state);
+        of.expect("the row is there").1
+    };
+    for body in ["block, 16 neighbours", "block, sampled"] {
+        // It sags by a few centimetres under its weight, and a piece that was cut off falls.
+        let hanging = place(body, "hanging");
+        assert!((10.0..60.0).contains(&hanging), "{body}: {hanging} mm");
+        assert!(place(body, "cut twice") > hanging + 20.0, "{body}");
+    }
+    for (row, triangles) in entries(&findings, "updates", "triangles") {
+        assert!(triangles > 20.0, "{row:?}");
+    }
+    for (row, sag) in entries(&findings, "slit", "growth of the sag") {
+        assert!(sag.abs() < 3.0, "{row:?}");
+    }
+    for (row, mouth) in entries(&findings, "slit", "mouth") {
+        assert!(mouth.abs() < 3.0, "{row:?}");
+    }
+}
+
+#[test]
+fn stretch_study_finds_every_material_exact() {
+    let findings = study("stretch");
+    let mut materials = Vec::new();
+    for (row, error) in entries(&findings, "stretch", "error") {
+        let model = row[1].as_str().expect("a model");
+        match model {
+            "default" | "mean dilatation" => assert!(error.abs() < 1e-4, "{row:?}"),
+            "default, pairs in f32" => assert!(error.abs() < 0.1, "{row:?}"),
+            // Nodal volumes that sum to too much.
+            _ => assert!(error > 20.0, "{row:?}"),
+        }
+        materials.push(row[0].as_str().expect("a material").to_owned());
+    }
+    assert_eq!(materials.len(), 32, "every row found an equilibrium");
+    materials.dedup();
+    assert_eq!(materials.len(), 5, "{materials:?}");
+    for (row, across) in entries(&findings, "stretch", "stretch across") {
+        let far = row[1] == "dissertation";
+        assert!(far || across.abs() < 0.01, "{row:?}");
+    }
+}
+
+#[test]
+fn splat_study_finds_no_hole_in_the_default() {
+    let findings = study("splat");
+    let of = |heading| entries(&findings, "rules", heading);
+    let default = |row: &[Value]| row[1].as_str().is_some_and(|rule| rule.contains("default"));
+    for heading in ["holes", "strays"] {
+        for (row, pixels) in of(heading).iter().filter(|(row, _)| default(row)) {
+            assert!(*pixels < 0.5, "{row:?}");
+        }
+    }
+    let rest: f64 = of("holes").iter().map(|(_, pixels)| pixels).sum();
+    assert!(rest > 0.5, "the other rules leave holes");
+    let errors = |body: &str, heading| -> Vec<f64> {
+        let all = of(heading).into_iter();
+        all.filter(|(row, _)| row[0] == body && default(row))
+            .map(|(_, error)| error)
+            .collect()
+    };
+    for heading in ["depth", "normal"] {
+        let ball = errors("ball", heading);
+        assert!(ball[1] < 0.5 * ball[0], "{heading}: {ball:?}");
+        let block = errors("box", heading);
+        assert!(
+            block.iter().all(|error| *error < 1.0),
+            "{heading}: {block:?}"
+        );
+    }
+    for (row, outline) in of("outline") {
+        assert!(outline < 3.0, "{row:?}");
+    }
+}
+
 #[test]
 fn time_study_measures_bodies_of_the_size_asked_for() {
     let findings = study("time");
