@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// A number from -1 to 1 (SplitMix64: Steele, Lea and Flood 2014); any `state` will do.
+/// A number from -1 to 1 (the splitting generator of Steele 2014); any `state` will do.
 pub(super) fn noise(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut bits = *state;
