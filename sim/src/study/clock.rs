@@ -1,6 +1,5 @@
 //! Measured time, and the machine it was measured on.
 
-use std::fs;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -22,15 +21,10 @@ pub(super) fn median_time<T>(times: usize, mut work: impl FnMut() -> T) -> (T, f
     (result, seconds[times / 2])
 }
 
-/// Processor, processors in use and version, in a line.
+/// Threads in use and version, in a line.
 pub(super) fn machine() -> String {
-    let model = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    });
     format!(
-        "{}, {} threads, phyxel {}, {} build",
-        model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        "{} threads, phyxel {}, {} build",
         rayon::current_num_threads(),
         env!("CARGO_PKG_VERSION"),
         if cfg!(debug_assertions) {

@@ -16,7 +16,7 @@ use crate::scene::{MeshExtent, Override, Scene};
 use crate::world::World;
 
 /// Times (s) at which the blades start, and how long they take.
-const BLADES: [f64; 2] = [0.25, 0.45];
+const BLADES: [f64; 2] = [0.5, 0.9];
 const PASSING: f64 = 0.1;
 /// Frames per second that Aras 2014, chapter 6, reports.
 pub(super) const THEN: [f64; 3] = [80.0, 125.0, 120.0];
@@ -57,7 +57,7 @@ impl Care {
     fn of(effort: Effort) -> Self {
         match effort {
             Effort::Full => Self {
-                steps: 200,
+                steps: 150,
                 pictures: 11,
                 surfels: 30_000,
                 size: [960, 540],
@@ -196,8 +196,9 @@ fn run(scene: Scene, name: &'static str, then: f64, care: Care) -> Result<Vec<St
     let mut found = Vec::new();
     let ends = [BLADES[0], BLADES[1], f64::INFINITY];
     for (state, end) in STATES.into_iter().zip(ends) {
-        // Up to the next blade's start, but for the last state: to some time after its end.
-        let end = end.min(BLADES[1] + PASSING + 0.05);
+        // The measured steps end before the next blade starts; the last state's after the last.
+        let measured = 1.1 * f64::from(care.steps) * world.step_size();
+        let end = (end - measured).min(BLADES[1] + PASSING + 0.05);
         while world.scene_time().is_some_and(|now| now < end) {
             world.step()?;
             let pieces = world.take_new_pieces();
@@ -223,7 +224,6 @@ fn measured(
         painter.draw(world);
         drawing.push(start.elapsed().as_secs_f64());
     }
-    // Steps that do not move the scene on to the next blade: few of them pass before it starts.
     let mut steps = Vec::new();
     for _ in 0..care.steps {
         let start = Instant::now();

@@ -114,8 +114,8 @@ where
             .configure_mesh()
             .x_desc(&plot.x.label)
             .y_desc(&plot.y.label)
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
+            .x_label_formatter(&|value| tick(plot.x.scale, *value))
+            .y_label_formatter(&|value| tick(plot.y.scale, *value))
             .light_line_style(RGBColor(238, 238, 238))
             .bold_line_style(RGBColor(205, 205, 205))
             .label_style(("sans-serif", 13))
@@ -147,8 +147,18 @@ where
     Ok(text)
 }
 
-fn tick(value: f64) -> String {
+/// Label of a tick; on a logarithmic axis 1, 2 and 5 of each decade have one, the rest no room.
+fn tick(scale: Scale, value: f64) -> String {
     let size = value.abs();
+    if scale == Scale::Logarithmic {
+        let digit = (size / 10_f64.powf((size.log10() + 1e-9).floor())).round();
+        if ![1.0, 2.0, 5.0]
+            .iter()
+            .any(|kept| (digit - kept).abs() < 0.1)
+        {
+            return String::new();
+        }
+    }
     if size > 0.0 && !(0.01..1e4).contains(&size) {
         format!("{value:.0e}")
     } else {

@@ -254,9 +254,9 @@ fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
 pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (cells, ratios, stretches): (u32, &[f64], &[f64]) = match effort {
         Effort::Full => (
-            8,
+            6,
             &[0.3, 0.45, 0.49, 0.499],
-            &[0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.35, 1.5],
+            &[0.7, 0.8, 0.9, 1.1, 1.2, 1.35],
         ),
         Effort::Quick => (3, &[0.3, 0.499], &[0.8, 1.2]),
     };
