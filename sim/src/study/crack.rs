@@ -79,10 +79,12 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
             (&mut mouth, seconds),
             (&mut by_time, costs),
         ] {
-            plot.push(Series {
-                name: name.clone(),
-                points,
-            });
+            if !points.is_empty() {
+                plot.push(Series {
+                    name: name.clone(),
+                    points,
+                });
+            }
         }
     }
     let mut tables = vec![Table {

@@ -159,7 +159,9 @@ fn tick(scale: Scale, value: f64) -> String {
             return String::new();
         }
     }
-    if size > 0.0 && !(0.01..1e4).contains(&size) {
+    if scale == Scale::Linear && size < 1e-12 {
+        "0".to_owned()
+    } else if size > 0.0 && !(0.01..1e4).contains(&size) {
         format!("{value:.0e}")
     } else {
         let text = format!("{value:.3}");
