@@ -197,8 +197,8 @@ fn run(scene: Scene, name: &'static str, then: f64, care: Care) -> Result<Vec<St
     let ends = [BLADES[0], BLADES[1], f64::INFINITY];
     for (state, end) in STATES.into_iter().zip(ends) {
         // The measured steps end before the next blade starts; the last state's after the last.
-        let measured = 1.1 * f64::from(care.steps) * world.step_size();
-        let end = (end - measured).min(BLADES[1] + PASSING + 0.05);
+        let window = 1.1 * f64::from(care.steps) * world.step_size();
+        let end = (end - window).min(BLADES[1] + PASSING + 0.05);
         while world.scene_time().is_some_and(|now| now < end) {
             world.step()?;
             let pieces = world.take_new_pieces();
