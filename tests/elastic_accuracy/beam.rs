@@ -1,0 +1,207 @@
+//! Bodies to compare on one beam: conservative stencils, the dissertation's own mode, linear
+//! tetrahedra; and the error of the beam's tip.
+#![allow(dead_code, reason = "tests and the study take what they need each")]
+
+use glam::{DMat3, DVec3};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_mls::{
+    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
+};
+use testkit::block::Block;
+use testkit::statics::{Equilibrium, Request, solve};
+
+/// Whether a coordinate lies on a face of the box.
+pub(crate) fn on(coordinate: f64, face: f64) -> bool {
+    (coordinate - face).abs() < 1e-12
+}
+
+/// A body on the edges of the block's tetrahedra with stencils of `phyxel-mls`.
+pub(crate) fn body(block: &Block, material: Material, settings: &Settings) -> Elastic {
+    on_graph(block, &edges(block), material, settings)
+}
+
+/// Edges of the block's tetrahedra.
+pub(crate) fn edges(block: &Block) -> Neighborhoods {
+    Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
+        .expect("edges of tetrahedra")
+}
+
+/// The same on any symmetric graph.
+pub(crate) fn on_graph(
+    block: &Block,
+    graph: &Neighborhoods,
+    material: Material,
+    settings: &Settings,
+) -> Elastic {
+    let weights = inverse_square_weights(&block.positions, graph);
+    let rows = ConservativeStencils::new(
+        &block.positions,
+        &block.volumes,
+        &block.boundary_vectors,
+        graph,
+        weights,
+        &ConservativeSettings::default(),
+    )
+    .expect("a sound block");
+    assert!(rows.report.converged, "{:?}", rows.report);
+    let stencils = Stencils {
+        offsets: graph.offsets(),
+        indices: graph.indices(),
+        gradients: &rows.pair_gradients,
+        self_gradients: &rows.self_gradients,
+        weights: &rows.weights,
+    };
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    Elastic::new(&stencils, &nodes, &Materials::Uniform(material), settings).expect("sound rows")
+}
+
+/// The dissertation's own mechanics.
+pub(crate) fn dissertation(block: &Block, material: Material) -> Elastic {
+    let model = phyxel::study::model::dissertation(&block.positions, material, 1.0);
+    model.expect("a sound cloud").0
+}
+
+pub(crate) fn ask(body: &mut Elastic) -> impl FnMut(Request<'_>) -> f64 + '_ {
+    |request| match request {
+        Request::Forces(x, f) => body.forces_into(x, f),
+        Request::Product(v, kv) => {
+            body.tangent_product_into(v, kv);
+            0.0
+        }
+    }
+}
+
+/// Linear tetrahedra, one point each: the reference every book has.
+pub(crate) struct Tetrahedra<'a> {
+    block: &'a Block,
+    material: Material,
+    /// Shape gradients, volume and present `F` per element.
+    elements: Vec<([DVec3; 4], f64, DMat3)>,
+}
+
+impl<'a> Tetrahedra<'a> {
+    pub(crate) fn new(block: &'a Block, material: Material) -> Self {
+        let elements = block
+            .tetrahedra
+            .iter()
+            .map(|t| {
+                let [a, b, c, d] = t.map(|v| block.positions[v as usize]);
+                let edges = DMat3::from_cols(b - a, c - a, d - a);
+                let inverse = edges.inverse().transpose();
+                let g = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
+                let volume = edges.determinant() / 6.0;
+                (
+                    [-(g[0] + g[1] + g[2]), g[0], g[1], g[2]],
+                    volume,
+                    DMat3::IDENTITY,
+                )
+            })
+            .collect();
+        Self {
+            block,
+            material,
+            elements,
+        }
+    }
+
+    fn gradient(values: &[DVec3], t: [u32; 4], g: &[DVec3; 4]) -> DMat3 {
+        let mut sum = DMat3::ZERO;
+        for (v, g) in t.iter().zip(g) {
+            let u = values[*v as usize];
+            sum += DMat3::from_cols(u * g.x, u * g.y, u * g.z);
+        }
+        sum
+    }
+
+    pub(crate) fn answer(&mut self, request: Request<'_>) -> f64 {
+        let mut energy = 0.0;
+        match request {
+            Request::Forces(x, f) => {
+                f.fill(DVec3::ZERO);
+                for (&t, (g, volume, grad)) in self.block.tetrahedra.iter().zip(&mut self.elements)
+                {
+                    *grad = Self::gradient(x, t, g);
+                    let (w, stress) = self.material.energy_and_stress(*grad);
+                    energy += w * *volume;
+                    for (v, g) in t.iter().zip(g) {
+                        f[*v as usize] -= stress * *g * *volume;
+                    }
+                }
+            }
+            Request::Product(v, kv) => {
+                kv.fill(DVec3::ZERO);
+                for (&t, (g, volume, grad)) in self.block.tetrahedra.iter().zip(&self.elements) {
+                    let change = self.material.stress_change(*grad, Self::gradient(v, t, g));
+                    for (v, g) in t.iter().zip(g) {
+                        kv[*v as usize] += change * *g * *volume;
+                    }
+                }
+            }
+        }
+        energy
+    }
+}
+
+pub(crate) fn beam(cells: [usize; 3], jitter: f64) -> Block {
+    Block::new(cells, DVec3::new(1.0, 0.2, 0.2), jitter, 4)
+}
+
+/// Clamp at x = 0, a total force `pull` spread over the face x = 1.
+pub(crate) fn cantilever(
+    block: &Block,
+    pull: DVec3,
+    tolerance: f64,
+    answer: &mut dyn FnMut(Request<'_>) -> f64,
+) -> (DVec3, Equilibrium) {
+    let held: Vec<[bool; 3]> = block.positions.iter().map(|x| [on(x.x, 0.0); 3]).collect();
+    let tip: Vec<f64> = tip_areas(block);
+    let total: f64 = tip.iter().sum();
+    let load: Vec<DVec3> = tip.iter().map(|a| pull * (*a / total)).collect();
+    let mut x = block.positions.clone();
+    let outcome = solve(&mut x, &held, &load, tolerance, answer);
+    let mean = x
+        .iter()
+        .zip(&block.positions)
+        .zip(&tip)
+        .map(|((x, rest), a)| (*x - *rest) * (*a / total))
+        .sum();
+    (mean, outcome)
+}
+
+/// Area of the face x = 1 that belongs to each node.
+pub(crate) fn tip_areas(block: &Block) -> Vec<f64> {
+    let mut areas = vec![0.0; block.node_count()];
+    for t in &block.triangles {
+        let [a, b, c] = t.map(|v| block.positions[v as usize]);
+        if on(a.x, 1.0) && on(b.x, 1.0) && on(c.x, 1.0) {
+            for &v in t {
+                areas[v as usize] += (b - a).cross(c - a).length() / 6.0;
+            }
+        }
+    }
+    areas
+}
+
+/// Error in per cent of the small-strain tip deflection; references: hex27 finite elements, three
+/// meshes extrapolated (tolerances 0.05, 0.15 and 0.5 %).
+pub(crate) fn tip_error(
+    block: &Block,
+    nu: f64,
+    tolerance: f64,
+    answer: &mut dyn FnMut(Request<'_>) -> f64,
+) -> f64 {
+    let reference = if nu < 0.4 {
+        2544.2
+    } else if nu < 0.47 {
+        2506.8
+    } else {
+        2486.7
+    };
+    let pull = 1e-7;
+    let (tip, outcome) = cantilever(block, DVec3::new(0.0, 0.0, -pull), tolerance, answer);
+    assert!(outcome.residual <= tolerance, "nu {nu}: {outcome:?}");
+    100.0 * (-tip.z / pull / reference - 1.0)
+}
