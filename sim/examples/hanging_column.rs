@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p phyxel --example hanging_column`
 
+#![allow(clippy::print_stdout, reason = "it prints what it found")]
+
 use glam::DVec3;
 use phyxel::scene::{Body, Motion, Region, Scene, Shape, Support, Target};
 use phyxel::world::World;
