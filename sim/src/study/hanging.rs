@@ -12,7 +12,7 @@ use super::nearest;
 use super::report::{Axis, Cell, Plot, Scale, Series, Table};
 use super::{Effort, StudyError};
 use crate::picture::Painter;
-use crate::scene::{MeshExtent, Override, Scene};
+use crate::scene::{MeshExtent, Motion, Override, Region, Scene, Shape, Support};
 use crate::world::World;
 
 /// Times (s) at which the blades start, and how long they take.
@@ -165,6 +165,17 @@ fn liver() -> Result<Scene, StudyError> {
         let p = low + (high - low) * DVec3::new(x, y, z);
         format!("({}, {}, {})", p.x, p.y, p.z)
     };
+    if matches!(scene.bodies[0].shape, Shape::Mesh { .. }) {
+        // Held at its back, so that it hangs.
+        scene.supports = vec![Support {
+            body: None,
+            region: Region::HalfSpace {
+                point: low + (high - low) * DVec3::new(0.5, 0.75, 0.5),
+                normal: DVec3::Y,
+            },
+            motion: Motion::Fixed,
+        }];
+    }
     let deep = 1.5 * (high.z - low.z);
     let wide = 1.5 * (high.y - low.y);
     let ends = [
