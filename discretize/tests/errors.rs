@@ -92,7 +92,7 @@ fn reading_names_reason_and_place() {
 
 #[test]
 fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
-    let folder = tempfile();
+    let folder = folder_of("clouds");
     for (name, text, expected) in [
         ("five", "0 0 0 1 0\n", "six numbers"),
         ("flat", "# cloud\n0 0 0 0 0 0\n", "line 2: a coordinate"),
@@ -106,8 +106,9 @@ fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-fn tempfile() -> std::path::PathBuf {
-    let folder = std::env::temp_dir().join(format!("phyxel-errors-{}", std::process::id()));
+/// A folder of one test's own.
+fn folder_of(test: &str) -> std::path::PathBuf {
+    let folder = std::env::temp_dir().join(format!("phyxel-{test}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     folder
 }
@@ -280,8 +281,7 @@ fn sampling_names_why_it_stops() {
 
 #[test]
 fn one_call_from_a_file_says_which_stage_failed() {
-    let folder = tempfile().join("stages");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder_of("stages");
     let settings = SampleSettings::default();
     let run = |name: &str, bytes: &[u8], settings: &SampleSettings| {
         let path = folder.join(name);

@@ -24,7 +24,7 @@ pub(crate) fn parallel_stress(jitter: f64, finish: bool) -> f64 {
     if finish {
         let report = cut.finish(&cuts);
         assert!(
-            report.moved > 0 && report.solve.residual < 1e-9,
+            report.accepted && report.moved > 0 && report.solve.residual < 1e-9,
             "{report:?}"
         );
     }

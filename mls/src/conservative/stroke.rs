@@ -12,7 +12,7 @@ const SPAN_TOLERANCE: f64 = 1e-3;
 
 /// Factor by which the stiffest row may grow: planar cuts raise the largest eigenvalue by up to 1.12,
 /// a step at half the critical one bears 4.
-const LARGEST_STIFFENING: f64 = 1.15;
+const LARGEST_STIFFENING: f64 = 2.0;
 
 /// Outcome of [`ConservativeStencils::finish_stroke`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ impl ConservativeStencils {
     /// it stands. Uniform stress parallel to the cut is then exact again.
     ///
     /// Meant for the end of a stroke, not for every update. The new rows are taken only if they worsen
-    /// nothing: the solve must converge, and no row may become stiffer than 1.15 times the stiffest row
+    /// nothing: the solve must converge, and no row may become stiffer than twice the stiffest row
     /// before, `q_i = V_i Σ_j |g_ij|² / V_j` with `j = i` included, which is what bounds an explicit step
     /// where masses follow volumes. Otherwise all stays as [`ConservativeStencils::update_rows`] left it,
     /// bit for bit, [`SolveReport`] in the stencils included: one call is safe on any cut. What a body's

@@ -674,7 +674,7 @@ fn diced_bodies_stay_finite() {
     let projectors = vec![DMat3::IDENTITY; touched.len()];
     let report = s.finish_stroke(&block.positions, &graph, &touched, &projectors);
     assert!(report.solve.residual.is_finite(), "{report:?}");
-    assert!(!report.accepted || report.stiffening <= 1.15, "{report:?}");
+    assert!(!report.accepted || report.stiffening <= 2.0, "{report:?}");
     let all = s
         .pair_gradients
         .iter()
