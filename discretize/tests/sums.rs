@@ -290,7 +290,8 @@ fn check_blob(turn: DQuat, size: f64, shift: DVec3, bump: DVec3, radius: f64) {
     let q = s.report.quality;
     assert!(q.smallest_dihedral > 10.7, "{q:?}");
     assert_eq!(q.inverted, 0);
-    assert!((q.mean_edge / (0.22 * size) - 1.0).abs() < 0.1, "{q:?}");
+    // Short edges of the surface are collapsed, so the mean is rather above the wish.
+    assert!((q.mean_edge / (0.22 * size) - 1.0).abs() < 0.15, "{q:?}");
     assert!(q.shortest_edge > 0.2 * q.mean_edge, "{q:?}");
     for p in &s.positions {
         assert_below("node outside", value(*p), 1e-11 * reach);
