@@ -165,7 +165,7 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
         weld_tolerance: None,
     });
     scene.integration.duration = 2.5;
-    scene.integration.step_factor = 0.8;
+    scene.integration.step_factor = 0.5;
     scene.pictures = Some(Pictures::default());
     scene
 }
