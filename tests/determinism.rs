@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use phyxel::output::{Interrupt, read_checkpoint};
-use phyxel::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, resume, run};
+use phyxel::output::{Interrupt, read_checkpoint, read_input};
+use phyxel::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, replay, resume, run};
 use phyxel::scene::Scene;
 
-/// A block that hangs, is cut through while it settles into motion, and is drawn.
+/// A block that hangs, is cut through and pushed while it settles into motion, and is drawn.
 const SCENE: &str = r#"(
     version: 1,
     name: "bits",
@@ -26,7 +26,16 @@ const SCENE: &str = r#"(
         ],
         capture: Distance(0.005),
     )],
+    tools: [(
+        shape: Capsule(from: (0, 0, 0), to: (0, -0.05, 0), radius: 0.006),
+        path: [
+            (time: 0, position: (-0.018, -0.023, 0)),
+            (time: 0.1, position: (-0.015, -0.016, 0), rotation: (15, 0, 0)),
+        ],
+        friction: 0.5,
+    )],
     integration: (duration: 0.16, settle: Some((limit: 0.1))),
+    observe: (input: true),
     pictures: Some((width: 160, height: 90, rate: 20, animation: true)),
 )"#;
 
@@ -60,7 +69,8 @@ fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut json = serde_json::to_value(summary).expect("a summary is JSON");
     json.as_object_mut().expect("an object").remove("timings");
     let mut files = vec![("summary".to_owned(), json.to_string().into_bytes())];
-    for name in ["history.csv", "animation.png"] {
+    assert!(summary.tools[0].largest_force > 0.01, "the tool pushes");
+    for name in ["history.csv", "tools.csv", "input.csv", "animation.png"] {
         let content = std::fs::read(folder.join(name)).expect("the run wrote it");
         files.push((name.to_owned(), content));
     }
@@ -142,4 +152,29 @@ fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
         let summary = resume(&scene, state, &options(1, &folder)).expect("it goes on");
         same(label, &whole, &results(&summary, &folder));
     }
+}
+
+/// What tools and blades did, as a run wrote it down, makes the same run again from a scene whose
+/// paths lead nowhere.
+#[test]
+fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
+    let root = tempfile::tempdir().expect("a temporary folder");
+    let folder = root.path().join("first");
+    let first = run_with(1, &folder);
+    let mut still = scene();
+    let inputs = read_input(&folder.join("input.csv"), &still).expect("the run wrote it");
+    assert!(inputs.len() > 100, "{} inputs", inputs.len());
+    for key in &mut still.cuts[0].path {
+        key.position.x += 1.0;
+    }
+    still.tools[0].path.truncate(1);
+    // Where the blade's picture is comes from the scene.
+    let same_but_frames = |files: &[(String, Vec<u8>)]| -> Vec<(String, Vec<u8>)> {
+        let kept = files.iter().filter(|(name, _)| !name.ends_with(".png"));
+        kept.cloned().collect()
+    };
+    let folder = root.path().join("again");
+    let summary = replay(&still, inputs, &options(2, &folder)).expect("it runs");
+    let again = results(&summary, &folder);
+    same("again", &same_but_frames(&first), &same_but_frames(&again));
 }

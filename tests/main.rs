@@ -20,3 +20,5 @@ mod integrate_indentation;
 mod integrate_press;
 /// Conservative stencils on sampled livers.
 mod organ_stencils;
+/// Scenes with tools: weight on a table, a dropped ball, a torn surface.
+mod scene_tools;

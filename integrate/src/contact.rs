@@ -146,6 +146,16 @@ impl Contact {
         &self.settings
     }
 
+    /// Bytes of the surface and of the state of the contact.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.surface.bytes()
+            + size_of_val(&*self.multipliers)
+            + size_of_val(&*self.anchors)
+            + size_of_val(&*self.limits)
+            + size_of_val(&*self.sticking)
+    }
+
     /// Points in contact at the last evaluation, in order.
     #[must_use]
     pub fn points(&self) -> &[ContactPoint] {

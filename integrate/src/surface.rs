@@ -153,6 +153,34 @@ impl ContactSurface {
         Ok(surface.numbered())
     }
 
+    /// Points of both surfaces of one body.
+    #[must_use]
+    pub fn joined(mut self, other: &Self) -> Self {
+        for node in &mut self.nodes {
+            *node = self.members[*node as usize];
+        }
+        for group in 0..other.group_count() {
+            let members = other.group_members(group).iter();
+            let nodes: Vec<u32> = members.map(|m| other.members[*m as usize]).collect();
+            let points = other.points(group);
+            let begin = other.groups[group as usize].weights as usize;
+            let weights = &other.weights[begin..begin + points.len() * nodes.len()];
+            let area = other.areas[points.start as usize];
+            self.push(&nodes, weights.iter().copied(), area, points.len());
+        }
+        self.numbered()
+    }
+
+    /// Bytes of the arrays.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.members)
+            + size_of_val(&*self.groups)
+            + size_of_val(&*self.nodes)
+            + size_of_val(&*self.areas)
+            + size_of_val(&*self.weights)
+    }
+
     /// Number of points.
     #[must_use]
     pub fn point_count(&self) -> usize {
@@ -283,6 +311,38 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn joined_surfaces_have_all_points_on_their_nodes() {
+        let x = [
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::Y,
+            DVec3::new(1.0, 1.0, 0.3),
+            DVec3::Z,
+        ];
+        let one = ContactSurface::from_triangles(&[[4, 2, 1]], &x, 2).unwrap();
+        let two = ContactSurface::from_nodes(&[0, 3, 1], &[0.2, 0.3, 0.5], 5).unwrap();
+        let both = one.clone().joined(&two);
+        assert_eq!(both.members(), [0, 1, 2, 3, 4], "every node");
+        assert!((both.area() - one.area() - 1.0).abs() < 1e-15, "areas add");
+        let places = |surface: &ContactSurface| -> Vec<DVec3> {
+            (0..surface.group_count())
+                .flat_map(|group| surface.points(group).map(move |point| (group, point)))
+                .map(|(group, point)| {
+                    let bound = surface.weights_of(group, point);
+                    bound.map(|(m, w)| x[surface.members[m] as usize] * w).sum()
+                })
+                .collect()
+        };
+        let mut expected = places(&one);
+        expected.extend(places(&two));
+        assert_eq!(
+            places(&both),
+            expected,
+            "points keep their order and places"
+        );
     }
 
     #[test]

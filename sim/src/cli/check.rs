@@ -10,7 +10,7 @@ use super::source::Source;
 use super::{CliError, Overrides};
 use crate::run::RunError;
 use crate::scene::Scene;
-use crate::world::{Body, World};
+use crate::world::{Member, World};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArguments {
@@ -83,11 +83,7 @@ fn costs(scene: Scene) -> Result<Costs, CliError> {
     let step = world.step_size();
     Ok(Costs {
         scene: name,
-        bodies: world
-            .members()
-            .iter()
-            .map(|member| body_costs(&member.body))
-            .collect(),
+        bodies: world.members().iter().map(body_costs).collect(),
         step,
         step_factor: integration.step_factor,
         steps: (integration.duration / step).ceil(),
@@ -100,7 +96,8 @@ fn costs(scene: Scene) -> Result<Costs, CliError> {
     })
 }
 
-fn body_costs(body: &Body) -> BodyCosts {
+fn body_costs(member: &Member) -> BodyCosts {
+    let body = &member.body;
     let stencils = &body.stencils;
     let state = body.motion.state();
     BodyCosts {
@@ -137,6 +134,7 @@ fn body_costs(body: &Body) -> BodyCosts {
                     + size_of_val(&*state.applied)
                     + size_of_val(&*state.viscous),
             ),
+            ("contact", member.contact_bytes()),
         ],
     }
 }

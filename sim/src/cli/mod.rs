@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::output::{CheckpointError, OutputError};
+use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::study::StudyError;
@@ -72,6 +72,8 @@ enum CliError {
     Run(#[from] RunError),
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    #[error(transparent)]
+    Input(#[from] InputFileError),
     #[error("--resume goes on with the scene in its checkpoint: leave out '{scene}'")]
     ResumeOfScene { scene: String },
     #[error(

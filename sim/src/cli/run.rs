@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::source::Source;
 use super::{CliError, Overrides};
-use crate::output::{Interrupt, read_checkpoint};
-use crate::run::{RunOptions, resume, run as run_scene, table};
+use crate::output::{Interrupt, read_checkpoint, read_input};
+use crate::run::{RunOptions, replay, resume, run as run_scene, table};
 use crate::scene::Override;
 
 #[derive(Debug, Args)]
@@ -31,6 +31,10 @@ pub(super) struct RunFlags {
     /// `observe` of its scene can be set.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
+    /// Let tools and blades do what a recording says (`input.csv` of a run with `observe.input`), in
+    /// place of the scene's paths.
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    replay: Option<PathBuf>,
     /// Number of threads [default: all of the machine's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -73,7 +77,10 @@ pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliErr
         }
         let folder = || PathBuf::from("out").join(&scene.name);
         options.out = flags.out.clone().unwrap_or_else(folder);
-        run_scene(&scene, &options)?
+        match &flags.replay {
+            Some(file) => replay(&scene, read_input(file, &scene)?, &options)?,
+            None => run_scene(&scene, &options)?,
+        }
     };
     if !flags.quiet {
         write!(io::stderr(), "{}", table(&summary, &options.out)).map_err(CliError::Stderr)?;

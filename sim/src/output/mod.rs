@@ -3,10 +3,12 @@
 
 mod checkpoint;
 mod folder;
+mod input;
 mod interrupt;
 mod progress;
 
 pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
 pub use folder::{OutputError, OutputFile, OutputFolder};
+pub use input::{InputFileError, input_csv, read_input};
 pub use interrupt::Interrupt;
 pub use progress::Progress;

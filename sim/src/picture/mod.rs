@@ -90,7 +90,7 @@ impl Painter {
     /// [`WorldError`] if a piece is not finite.
     pub fn grow(&mut self, world: &World, pieces: &[CutPiece]) -> Result<(), WorldError> {
         for piece in pieces {
-            let Member { body, cutting } = &world.members()[piece.member];
+            let Member { body, cutting, .. } = &world.members()[piece.member];
             let Some(cutting) = cutting else { continue };
             let cuts = cutting.cuts();
             // A blade reaches far out of the body; skin grows where it is inside or near.

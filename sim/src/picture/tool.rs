@@ -1,9 +1,9 @@
-//! Blades as pictures show them.
+//! Tools and blades as pictures show them.
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use phyxel_splat::Mesh;
 
-use crate::scene::Cut;
+use crate::scene::{Cut, Pose, ToolShape};
 use crate::world::World;
 
 /// Time (s) for which a blade is shown before and after its stroke.
@@ -14,8 +14,64 @@ const LARGEST_WIDTH: f64 = 0.011;
 /// Half the thickness of the spine over the width.
 const HALF_THICKNESS: f64 = 0.05;
 
-/// Meshes of all blades that are shown now.
+/// Edge length of the piece of a plane that is shown, over the bodies' largest extent.
+const PLANE_SIZE: f64 = 1.6;
+
+/// Meshes of all tools, and of the blades that are shown now.
 pub(super) fn meshes(world: &World) -> Vec<Mesh> {
+    let tools = world.scene().tools.iter().zip(world.tool_forces());
+    let extent = world.members().iter().map(|member| {
+        let bounds = member.body.solid.bounds();
+        bounds.size().max_element()
+    });
+    let extent = PLANE_SIZE * extent.fold(0.0, f64::max);
+    let mut meshes: Vec<Mesh> = tools
+        .map(|(tool, now)| rigid(&tool.shape, &now.pose, extent))
+        .collect();
+    meshes.extend(blades(world));
+    meshes
+}
+
+/// What a tool occupies; of a plane a square piece of edge length `extent` (m).
+fn rigid(shape: &ToolShape, pose: &Pose, extent: f64) -> Mesh {
+    match *shape {
+        ToolShape::Sphere { radius } => Mesh::capsule(pose.position, pose.position, radius),
+        ToolShape::Capsule { from, to, radius } => {
+            Mesh::capsule(pose.apply(from), pose.apply(to), radius)
+        }
+        ToolShape::Box { size } => block(pose, size * 0.5, DVec3::ZERO),
+        ToolShape::Plane { normal } => {
+            let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize_or(DVec3::Z));
+            let slab = Pose {
+                rotation: pose.rotation * turn,
+                position: pose.position,
+            };
+            let half = DVec3::new(0.5, 0.5, 0.01) * extent;
+            block(&slab, half, DVec3::Z * -half.z)
+        }
+    }
+}
+
+/// A box of half edge lengths `half` (m) about a point of a pose's frame.
+fn block(pose: &Pose, half: DVec3, center: DVec3) -> Mesh {
+    let mut vertices = Vec::new();
+    let mut triangles = Vec::new();
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+            let first = u32::try_from(vertices.len()).unwrap_or(0);
+            // Counter-clockwise seen from outside; every face has its own corners and normals.
+            for (a, b) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                let corner = DVec3::AXES[axis] * side + u * (a * side) + v * b;
+                vertices.push(pose.apply(center + corner * half));
+            }
+            triangles.extend([[0, 1, 2], [0, 2, 3]].map(|face| face.map(|k| first + k)));
+        }
+    }
+    Mesh::metal(vertices, triangles)
+}
+
+fn blades(world: &World) -> Vec<Mesh> {
     let Some(time) = world.scene_time() else {
         return Vec::new();
     };

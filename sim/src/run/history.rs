@@ -4,6 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::output::{OutputError, OutputFolder};
+use crate::run::series::Series;
 use crate::world::{Body, Cutting, World};
 
 /// Extremes of one body over all records.
@@ -24,35 +25,46 @@ impl Default for Extremes {
     }
 }
 
-/// The file in the making; some 200 bytes a row.
+/// The file in the making.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct History {
-    text: String,
-    next: f64,
+    series: Series,
     worst: Vec<Extremes>,
 }
 
-const HEADER: &str = "time_s,scene_time_s,body,kinetic_J,elastic_J,external_work_J,dissipated_J,\
-booked_J,balance_J,momentum_kg_m_s,momentum_error,smallest_determinant,largest_speed_m_s,\
-severed_pairs\n";
+const HEADER: [&str; 14] = [
+    "time_s",
+    "scene_time_s",
+    "body",
+    "kinetic_J",
+    "elastic_J",
+    "external_work_J",
+    "dissipated_J",
+    "booked_J",
+    "balance_J",
+    "momentum_kg_m_s",
+    "momentum_error",
+    "smallest_determinant",
+    "largest_speed_m_s",
+    "severed_pairs",
+];
 
 impl History {
     pub(super) fn new() -> Self {
         Self {
-            text: HEADER.to_owned(),
-            next: 0.0,
+            series: Series::new(&HEADER),
             worst: Vec::new(),
         }
     }
 
     /// Whether a row is due at `rate` rows a second (1/s).
     pub(super) fn is_due(&self, world: &World, rate: f64) -> bool {
-        world.time() >= self.next / rate
+        self.series.is_due(world.time(), rate)
     }
 
     /// Adds a row per body.
     pub(super) fn record(&mut self, world: &World, rate: f64) {
-        self.next = (world.time() * rate).floor() + 1.0;
+        self.series.done(world.time(), rate);
         self.worst
             .resize(world.members().len(), Extremes::default());
         for (member, worst) in world.members().iter().zip(&mut self.worst) {
@@ -62,12 +74,8 @@ impl History {
             worst.smallest_determinant = worst.smallest_determinant.min(now.smallest_determinant);
             worst.largest_speed = worst.largest_speed.max(now.largest_speed);
             let audit = body.motion.audit();
-            let scene_time = world.scene_time().map_or(String::new(), |t| t.to_string());
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
-            self.text.push_str(&format!(
-                "{},{scene_time},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{:e},{severed}\n",
-                world.time(),
-                csv_field(&body.name),
+            let numbers = [
                 audit.kinetic,
                 audit.elastic,
                 audit.external_work(),
@@ -78,27 +86,20 @@ impl History {
                 now.momentum_error,
                 now.smallest_determinant,
                 now.largest_speed,
-            ));
+            ];
+            self.series
+                .row(world, &body.name, &numbers, &[severed.to_string()]);
         }
     }
 
     /// Writes the file.
     pub(super) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
-        folder.write("history.csv", self.text.as_bytes())
+        folder.write("history.csv", self.series.text().as_bytes())
     }
 
     /// The extremes per body.
     pub(super) fn worst(&self) -> &[Extremes] {
         &self.worst
-    }
-}
-
-/// A field that may hold any text.
-fn csv_field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
     }
 }
 
@@ -119,16 +120,5 @@ fn extremes(body: &Body) -> Extremes {
             .map(glam::DMat3::determinant)
             .fold(f64::INFINITY, f64::min),
         largest_speed: speeds.map(|v| v.length()).fold(0.0, f64::max),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_with_commas_and_quotes_stay_one_field() {
-        assert_eq!(csv_field("liver"), "liver");
-        assert_eq!(csv_field("a,\"b\""), "\"a,\"\"b\"\"\"");
     }
 }

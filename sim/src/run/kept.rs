@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::history::History;
 use super::movie::{Movie, MoviePlace};
-use super::{Run, RunError};
+use super::{Records, Run, RunError};
 use crate::output::{OutputError, write_checkpoint};
 use crate::picture::Painter;
 use crate::world::{World, WorldError, WorldState};
@@ -16,7 +15,7 @@ pub const CHECKPOINT: &str = "state.checkpoint";
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunState {
     world: WorldState,
-    history: History,
+    records: Records,
     movie: Option<MoviePlace>,
     frames: usize,
     course: Course,
@@ -55,7 +54,7 @@ impl RunState {
         self,
         world: &mut World,
         mut painter: Option<&mut Painter>,
-    ) -> Result<(History, Option<MoviePlace>, Course), WorldError> {
+    ) -> Result<(Records, Option<MoviePlace>, Course), WorldError> {
         world.restore(self.world, |world, pieces| match &mut painter {
             Some(painter) => painter.grow(world, pieces),
             None => Ok(()),
@@ -66,7 +65,7 @@ impl RunState {
         let mut course = self.course;
         let period = world.scene().observe.checkpoint;
         course.next_checkpoint = period.map_or(f64::INFINITY, |period| world.time() + period);
-        Ok((self.history, self.movie, course))
+        Ok((self.records, self.movie, course))
     }
 }
 
@@ -85,7 +84,7 @@ impl Run {
         self.course.kept = Some(time);
         let state = RunState {
             world: self.world.state(),
-            history: self.history.clone(),
+            records: self.records.clone(),
             movie: self.movie.as_ref().map(Movie::place),
             frames: self.painter.as_ref().map_or(0, Painter::frames),
             course: Course {

@@ -1,9 +1,11 @@
 //! Running a scene: from the validated scene to the files of its folder.
 
+mod forces;
 mod history;
 mod kept;
 mod movie;
 mod report;
+mod series;
 mod summary;
 
 use std::path::PathBuf;
@@ -11,13 +13,15 @@ use std::time::Instant;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Field, vtk_tetrahedra};
+use serde::{Deserialize, Serialize};
 
-use crate::output::{Interrupt, OutputError, OutputFolder, Progress};
+use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
 use crate::phases::Phase;
 use crate::picture::Painter;
 use crate::scene::Scene;
-use crate::world::{World, WorldError};
+use crate::world::{Input, InputError, World, WorldError};
 
+use forces::Forces;
 use history::History;
 use kept::Course;
 pub use kept::{CHECKPOINT, RunState};
@@ -25,7 +29,7 @@ use movie::Movie;
 pub use report::table;
 pub use summary::{
     BodySummary, CutSummary, EnergySummary, Latency, PhaseTiming, PictureSummary, SteppingSummary,
-    Summary, Timings,
+    Summary, Timings, ToolSummary,
 };
 
 /// How a scene is run, beside what it says itself.
@@ -75,6 +79,9 @@ pub enum RunError {
         /// The file that holds the state.
         checkpoint: PathBuf,
     },
+    /// An input does not belong to the scene.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The threads cannot be started.
     #[error("cannot start {threads} threads: {source}; ask for fewer with --threads")]
     Threads {
@@ -98,7 +105,20 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`] says what went wrong; the folder then holds no half-written file.
 pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
-    go(scene, None, options)
+    go(scene, From::Start, options)
+}
+
+/// Runs `scene` with tools and blades doing what `inputs` say, such as those of
+/// [`crate::output::read_input`], in place of what the scene's paths say.
+///
+/// # Errors
+/// As [`run`], and [`RunError::Input`].
+pub fn replay(
+    scene: &Scene,
+    inputs: Vec<Input>,
+    options: &RunOptions,
+) -> Result<Summary, RunError> {
+    go(scene, From::Input(inputs), options)
 }
 
 /// Goes on with a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
@@ -108,10 +128,17 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
 /// # Errors
 /// As [`run`].
 pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Summary, RunError> {
-    go(scene, Some(state), options)
+    go(scene, From::State(Box::new(state)), options)
 }
 
-fn go(scene: &Scene, state: Option<RunState>, options: &RunOptions) -> Result<Summary, RunError> {
+/// What a run begins with, beside its scene.
+enum From {
+    Start,
+    State(Box<RunState>),
+    Input(Vec<Input>),
+}
+
+fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunError> {
     let threads = options
         .threads
         .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
@@ -120,7 +147,7 @@ fn go(scene: &Scene, state: Option<RunState>, options: &RunOptions) -> Result<Su
         .num_threads(threads)
         .build()
         .map_err(|source| RunError::Threads { threads, source })?;
-    pool.install(|| Run::start(scene, state, options)?.finish(threads))
+    pool.install(|| Run::start(scene, from, options)?.finish(threads))
 }
 
 /// A body's name with what file systems refuse replaced.
@@ -136,6 +163,48 @@ fn von_mises(stress: DMat3) -> f64 {
     (1.5 * squares).sqrt()
 }
 
+/// What is written down of a run over time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Records {
+    history: History,
+    forces: Option<Forces>,
+}
+
+impl Records {
+    fn new(world: &World) -> Self {
+        Self {
+            history: History::new(),
+            forces: Forces::of(world),
+        }
+    }
+
+    /// Records what is due, or a last row at the `end`.
+    fn take(&mut self, world: &World, end: bool) {
+        let observe = &world.scene().observe;
+        if end || self.history.is_due(world, observe.history_rate) {
+            self.history.record(world, observe.history_rate);
+        }
+        if let Some(forces) = &mut self.forces {
+            forces.record(world, observe.force_rate);
+        }
+    }
+
+    /// Writes the files; their names.
+    fn write(&self, folder: &OutputFolder, world: &World) -> Result<Vec<String>, OutputError> {
+        let mut names = vec!["history.csv".to_owned()];
+        self.history.write(folder)?;
+        if let Some(forces) = &self.forces {
+            forces.write(folder)?;
+            names.push(forces::FILE.to_owned());
+        }
+        if let Some(inputs) = world.record() {
+            folder.write("input.csv", &input_csv(world.scene(), inputs))?;
+            names.push("input.csv".to_owned());
+        }
+        Ok(names)
+    }
+}
+
 /// A scene on its way.
 struct Run {
     begun: Instant,
@@ -144,17 +213,13 @@ struct Run {
     world: World,
     painter: Option<Painter>,
     movie: Option<Movie>,
-    history: History,
+    records: Records,
     course: Course,
     interrupt: Option<Interrupt>,
 }
 
 impl Run {
-    fn start(
-        scene: &Scene,
-        state: Option<RunState>,
-        options: &RunOptions,
-    ) -> Result<Self, RunError> {
+    fn start(scene: &Scene, from: From, options: &RunOptions) -> Result<Self, RunError> {
         let begun = Instant::now();
         let folder = OutputFolder::create(&options.out)?;
         let progress = Progress::new(options.quiet);
@@ -169,11 +234,15 @@ impl Run {
             }
             None => None,
         };
-        let (history, movie, course) = match state {
-            Some(state) => state.restore(&mut world, painter.as_mut())?,
-            None => {
-                folder.remove(CHECKPOINT)?;
-                (History::new(), None, Course::new(&world))
+        if !matches!(from, From::State(_)) {
+            folder.remove(CHECKPOINT)?;
+        }
+        let (records, movie, course) = match from {
+            From::State(state) => state.restore(&mut world, painter.as_mut())?,
+            From::Start => (Records::new(&world), None, Course::new(&world)),
+            From::Input(inputs) => {
+                world.give(inputs)?;
+                (Records::new(&world), None, Course::new(&world))
             }
         };
         folder.write("scene.ron", scene.to_ron().as_bytes())?;
@@ -189,7 +258,7 @@ impl Run {
             world,
             painter,
             movie,
-            history,
+            records,
             course,
             interrupt: options.interrupt.clone(),
         })
@@ -199,14 +268,14 @@ impl Run {
         let outcome = self.settle().and_then(|()| self.play());
         if outcome.is_err() {
             // What was recorded up to the failure helps to find its cause.
-            self.history.write(&self.folder)?;
+            self.records.write(&self.folder, &self.world)?;
         }
         outcome?;
         self.grow()?;
         self.keep()?;
         self.record(true)?;
-        let mut files = vec!["scene.ron".to_owned(), "history.csv".to_owned()];
-        self.history.write(&self.folder)?;
+        let mut files = vec!["scene.ron".to_owned()];
+        files.extend(self.records.write(&self.folder, &self.world)?);
         if let Some(movie) = self.movie.take() {
             self.progress.phase("animation");
             let start = Instant::now();
@@ -219,7 +288,7 @@ impl Run {
         let summary = summary::of(
             &mut self.world,
             self.painter.as_ref(),
-            self.history.worst(),
+            &self.records,
             &summary::Ending {
                 wall,
                 threads,
@@ -325,10 +394,7 @@ impl Run {
 
     /// Writes what is due, or everything at the `end`.
     fn record(&mut self, end: bool) -> Result<(), RunError> {
-        let rate = self.world.scene().observe.history_rate;
-        if end || self.history.is_due(&self.world, rate) {
-            self.history.record(&self.world, rate);
-        }
+        self.records.take(&self.world, end);
         if let (Some(painter), Some(movie)) = (&mut self.painter, &mut self.movie)
             && (end || movie.is_due(&self.world))
         {

@@ -117,6 +117,20 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             ),
         )?;
     }
+    for tool in &summary.tools {
+        row(
+            text,
+            "tool",
+            format_args!(
+                "{}: at most {:.3} N and {:.3} mm deep; {:.3} N at the end; work on it {:.3e} J",
+                tool.name,
+                tool.largest_force,
+                1e3 * tool.deepest_penetration,
+                tool.force,
+                tool.work
+            ),
+        )?;
+    }
     if let Some(pictures) = &summary.pictures {
         row(
             text,

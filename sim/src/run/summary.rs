@@ -3,6 +3,7 @@
 use phyxel_enrich::connected_pieces;
 use serde::Serialize;
 
+use super::Records;
 use super::history::Extremes;
 use super::kept::Course;
 use crate::phases::{Phase, Phases};
@@ -25,6 +26,9 @@ pub struct Summary {
     /// Cuts; absent if the scene has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts: Option<CutSummary>,
+    /// One entry per tool; absent if the scene has none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<ToolSummary>,
     /// Pictures; absent if the scene draws none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureSummary>,
@@ -135,6 +139,21 @@ pub struct CutSummary {
     pub eigenvalue_growth: f64,
     /// Nodes whose stiffness was capped at least once.
     pub capped_nodes: usize,
+}
+
+/// What a tool felt.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ToolSummary {
+    /// Name in the scene.
+    pub name: String,
+    /// Largest force (N) over all steps.
+    pub largest_force: f64,
+    /// Deepest penetration (m) over all steps.
+    pub deepest_penetration: f64,
+    /// Force (N) at the end.
+    pub force: f64,
+    /// Work (J) of the bodies on the tool.
+    pub work: f64,
 }
 
 /// What was drawn.
@@ -279,13 +298,13 @@ pub(super) struct Ending {
 pub(super) fn of(
     world: &mut World,
     painter: Option<&Painter>,
-    worst: &[Extremes],
+    records: &Records,
     ending: &Ending,
 ) -> Summary {
     let bodies: Vec<BodySummary> = world
         .members()
         .iter()
-        .zip(worst)
+        .zip(records.history.worst())
         .map(|(member, worst)| body_summary(member, worst))
         .collect();
     let stepping = stepping_summary(world, &ending.course);
@@ -295,6 +314,7 @@ pub(super) fn of(
         scene: scene.name.clone(),
         version: env!("CARGO_PKG_VERSION"),
         bodies,
+        tools: tool_summaries(world, records),
         cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
         pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, wish)| {
             let (surfels, skin_surfels) = painter.surfel_counts();
@@ -319,7 +339,7 @@ pub(super) fn of(
     }
 }
 
-fn body_summary(Member { body, cutting }: &Member, worst: &Extremes) -> BodySummary {
+fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> BodySummary {
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
     let pieces = cutting.as_ref().map_or_else(
@@ -395,6 +415,21 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
             1e3 * critical_step
         ),
     }
+}
+
+fn tool_summaries(world: &World, records: &Records) -> Vec<ToolSummary> {
+    let largest = records.forces.iter().flat_map(|forces| forces.largest());
+    let tools = world.scene().tools.iter().zip(world.tool_forces());
+    tools
+        .zip(largest)
+        .map(|((tool, now), largest)| ToolSummary {
+            name: tool.name.clone(),
+            largest_force: largest.force,
+            deepest_penetration: largest.penetration,
+            force: now.force.length(),
+            work: now.work,
+        })
+        .collect()
 }
 
 fn cut_summary(world: &World) -> CutSummary {

@@ -23,6 +23,11 @@ pub const EMBEDDED: &[Embedded] = &[
         summary: "a hanging block is cut half through from one side, then from the other",
         text: include_str!("../../scenes/block.ron"),
     },
+    Embedded {
+        name: "press",
+        summary: "a probe presses a liver from the front, slides along it and lets go",
+        text: include_str!("../../scenes/press.ron"),
+    },
 ];
 
 /// The embedded scene `name`.

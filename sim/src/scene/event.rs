@@ -1,4 +1,4 @@
-//! What acts on the bodies: supports, gravity, tools and cuts.
+//! What acts on the bodies: supports, gravity and cuts.
 
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -99,53 +99,6 @@ impl Default for Gravity {
             ramp: 0.3,
         }
     }
-}
-
-/// A rigid tool that touches the bodies.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Tool {
-    /// Name in reports; unique among the tools.
-    #[serde(default = "Tool::default_name")]
-    pub name: String,
-    /// What the tool occupies in its own frame.
-    pub shape: ToolShape,
-    /// How the tool moves through the world.
-    pub path: Vec<Key>,
-}
-
-impl Tool {
-    fn default_name() -> String {
-        "tool".to_owned()
-    }
-}
-
-/// What a tool occupies in its own frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub enum ToolShape {
-    /// A ball centred at the tool's origin.
-    Sphere {
-        /// Radius (m).
-        radius: f64,
-    },
-    /// A half-space through the tool's origin; its normal points away from the solid side.
-    Plane {
-        /// Outward normal, of any length above zero.
-        #[schemars(with = "[f64; 3]")]
-        normal: DVec3,
-    },
-    /// A cylinder with round ends.
-    Capsule {
-        /// First end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
-        from: DVec3,
-        /// Second end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
-        to: DVec3,
-        /// Radius (m).
-        radius: f64,
-    },
 }
 
 /// A stroke of a blade: the surface that its edge sweeps through the world is cut open.

@@ -15,6 +15,7 @@ mod path;
 mod read;
 mod settings;
 mod suggest;
+mod tool;
 mod validate;
 
 #[cfg(test)]
@@ -26,13 +27,14 @@ use serde::{Deserialize, Serialize};
 pub use body::{Axis, Body, Material, Model, Sampling, Shape, SurfelTarget, Surfels, Target};
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
-pub use event::{Capture, Cut, Gravity, Motion, Region, Support, Tool, ToolShape};
+pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 pub use keys::key_reference;
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
 pub use settings::{Integration, Observe, Pictures, Settle, View};
 pub(crate) use suggest::nearest;
+pub use tool::{Release, Tool, ToolShape};
 
 /// The version of the scene format that this program reads.
 pub const VERSION: u32 = 1;

@@ -24,7 +24,7 @@ pub struct Key {
 }
 
 /// Rotation and translation of a path at one time: `x = rotation * local + position`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Rotation from the local frame to the world.
     pub rotation: DQuat,

@@ -54,6 +54,12 @@ impl Default for Settle {
 pub struct Observe {
     /// Rows of `history.csv` per simulated second (1/s).
     pub history_rate: f64,
+    /// Rows of `tools.csv` per simulated second (1/s): the contact's forces on the tools, as a haptic
+    /// device would be sent them.
+    pub force_rate: f64,
+    /// Whether what tools and blades did is written down step by step, in `input.csv`; a run with
+    /// `--replay` does it again.
+    pub input: bool,
     /// Simulated time (s) between two checkpoints; `None` keeps one at the end only.
     pub checkpoint: Option<f64>,
 }
@@ -62,6 +68,8 @@ impl Default for Observe {
     fn default() -> Self {
         Self {
             history_rate: 100.0,
+            force_rate: 1000.0,
+            input: false,
             checkpoint: Some(0.25),
         }
     }

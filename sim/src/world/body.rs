@@ -18,6 +18,7 @@ use phyxel_mls::{
 
 use super::error::{BodyProblem, WorldError};
 use super::support::supports_of;
+use super::tool::Touch;
 use crate::scene::{self, Scene, Shape};
 
 /// Extent of the built-in liver from right to left (m), as its own function has it.
@@ -272,16 +273,32 @@ impl Body {
         }
     }
 
-    /// Takes one step (s); the time in the force law is added to `spent`.
-    pub(super) fn advance(&mut self, step: f64, spent: &mut Duration) -> Result<(), BodyProblem> {
+    /// Takes one step (s) with the tools that may touch the body; the times in the force law and in
+    /// contact are added to `in_forces` and `in_contact`.
+    pub(super) fn advance(
+        &mut self,
+        step: f64,
+        touches: &mut [Touch],
+        in_forces: &mut Duration,
+        in_contact: &mut Duration,
+    ) -> Result<(), BodyProblem> {
         std::mem::replace(&mut self.pending, Ok(()))?;
         let elastic = &mut self.elastic;
-        self.motion.step(step, |positions, forces| {
+        let law = |positions: &[DVec3], forces: &mut [DVec3]| {
             let start = Instant::now();
             let energy = elastic.forces_into(positions, forces);
-            *spent += start.elapsed();
+            *in_forces += start.elapsed();
             energy
-        })?;
+        };
+        if touches.is_empty() {
+            self.motion.step(step, law)?;
+        } else {
+            self.motion.step_with(step, law, &mut |view, forces| {
+                for touch in touches.iter_mut() {
+                    touch.press(view, forces, in_contact);
+                }
+            })?;
+        }
         Ok(())
     }
 

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::body::{Body, stencil_view};
 use super::error::BodyProblem;
 use super::state::Incision;
-use crate::scene::Cut;
 
 /// Growth of the largest eigenvalue in one update above which the cap is strengthened.
 const ALLOWED_GROWTH: f64 = 1.05;
@@ -149,18 +148,17 @@ impl Cutting {
         self.capped.iter().filter(|&&capped| capped).count()
     }
 
-    /// The blade's edge at a scene time (s), mapped into the material.
+    /// A blade's edge in the world (m), mapped into the material.
     pub(super) fn edge_in_material(
         &self,
         body: &Body,
-        cut: &Cut,
-        time: f64,
+        edge: &[DVec3],
     ) -> Result<Vec<DVec3>, BodyProblem> {
         let frame = self.map.frame(
             body.motion.positions(),
             body.elastic.deformation_gradients(),
         )?;
-        let world = divided(&cut.edge_at(time), self.division);
+        let world = divided(edge, self.division);
         Ok(world
             .iter()
             .map(|&point| frame.to_material(point).position)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use phyxel_discretize::{ReadError, RepairError, SampleError};
 use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
-use phyxel_integrate::{EigenvalueError, MotionError, StepError};
+use phyxel_integrate::{EigenvalueError, MotionError, StepError, SurfaceError};
 use phyxel_mls::{GraphError, MapError, StencilError};
 use phyxel_splat::SurfelError;
 
@@ -51,6 +51,9 @@ pub enum BodyProblem {
     /// A step failed.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// The surface cannot be touched.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// The surface cannot be bound to the nodes.
     #[error(transparent)]
     Surfel(#[from] SurfelError),

@@ -6,8 +6,10 @@
 mod body;
 mod cutting;
 mod error;
+mod input;
 mod state;
 mod support;
+mod tool;
 
 use std::time::{Duration, Instant};
 
@@ -16,11 +18,15 @@ use glam::DVec3;
 pub use body::Body;
 pub use cutting::{Capture, Cutting, Moment};
 pub use error::{BodyProblem, WorldError};
+pub use input::{Action, Input, InputError};
 pub use state::WorldState;
+pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
-use crate::scene::Scene;
+use crate::scene::{Scene, pose_at};
+use input::Hands;
 use state::Incision;
+use tool::Touch;
 
 /// Steps between two estimates of the largest eigenvalue: strain stiffens a body.
 const STEPS_PER_ESTIMATE: u64 = 25;
@@ -34,14 +40,8 @@ pub struct Member {
     pub body: Body,
     /// Present from the first capture of a blade.
     pub cutting: Option<Cutting>,
-}
-
-/// A capture of a blade that is due at a scene time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Due {
-    time: f64,
-    cut: usize,
-    moment: Moment,
+    /// Tools that may touch it.
+    touches: Vec<Touch>,
 }
 
 /// New pieces of a cut in one body, for whoever draws or records them.
@@ -63,8 +63,7 @@ pub struct World {
     /// Motion time at which scene time is 0; `None` while settling.
     origin: Option<f64>,
     gravity: Option<DVec3>,
-    due: Vec<Due>,
-    next_due: usize,
+    hands: Hands,
     phases: Phases,
     /// When the newest blade update began, until the step that follows it is done.
     waiting: Option<Instant>,
@@ -86,37 +85,27 @@ impl World {
                 .bodies
                 .iter()
                 .map(|description| {
+                    let body = Body::new(&scene, description)?;
+                    let touches = touches_of(&scene, description, &body);
                     Ok(Member {
-                        body: Body::new(&scene, description)?,
+                        touches: touches.map_err(|problem| WorldError {
+                            body: description.name.clone(),
+                            problem,
+                        })?,
+                        body,
                         cutting: None,
                     })
                 })
                 .collect::<Result<Vec<_>, WorldError>>()
         })?;
-        let mut due: Vec<Due> = Vec::new();
-        for (index, cut) in scene.cuts.iter().enumerate() {
-            let times = cut.capture_times();
-            let last = times.len().saturating_sub(1);
-            due.extend(times.iter().enumerate().map(|(k, &time)| Due {
-                time,
-                cut: index,
-                moment: match k {
-                    0 => Moment::Start,
-                    k if k == last => Moment::End,
-                    _ => Moment::Update,
-                },
-            }));
-        }
-        due.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.cut.cmp(&b.cut)));
         let mut world = Self {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
+            hands: Hands::of(&scene),
             scene,
             members,
             step: 0.0,
             first_step: 0.0,
             origin: None,
-            due,
-            next_due: 0,
             phases,
             waiting: None,
             latencies: Vec::new(),
@@ -229,33 +218,82 @@ impl World {
             if let Some(supports) = driven {
                 body.motion.set_supports(supports);
             }
+            let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
+            for touch in &mut member.touches {
+                if let Some(release) = &self.scene.tools[touch.tool].release {
+                    touch.release(release, gravity);
+                }
+            }
         }
         Ok(())
     }
 
-    /// Takes one step: blades first, then motion.
+    /// From the next step on, tools and blades do what they are given and no longer what the scene's
+    /// paths say: a recording, or what someone does now. Steps are counted as [`World::steps`] does;
+    /// what is given for a step that is past is done at the next. A tool stays where it was led last.
+    ///
+    /// # Errors
+    /// [`InputError`]; nothing is taken over then.
+    pub fn give(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
+        self.hands.give(&self.scene, inputs)
+    }
+
+    /// What tools and blades did so far; `None` unless the scene's `observe.input` asks for a record.
+    #[must_use]
+    pub fn record(&self) -> Option<&[Input]> {
+        self.hands.record()
+    }
+
+    /// Forces on the tools at the end of the last step, in the scene's order.
+    #[must_use]
+    pub fn tool_forces(&self) -> Vec<ToolForce> {
+        let tools = self.scene.tools.iter().enumerate();
+        let forces = tools.map(|(index, tool)| {
+            let mut sum = ToolForce::free(*self.hands.pose(index));
+            for touch in self.members.iter().flat_map(|member| &member.touches) {
+                if touch.tool == index {
+                    touch.add_to(&tool.shape, &mut sum);
+                }
+            }
+            sum
+        });
+        forces.collect()
+    }
+
+    /// Takes one step: blades first, then motion with the tools.
     ///
     /// # Errors
     /// [`WorldError`] if a blade's edge cannot be taken up or a motion diverges.
     pub fn step(&mut self) -> Result<(), WorldError> {
         self.load_gravity()?;
-        self.capture_blades()?;
-        if self.steps().is_multiple_of(STEPS_PER_ESTIMATE) {
+        let number = self.steps();
+        self.capture_blades(number)?;
+        if number.is_multiple_of(STEPS_PER_ESTIMATE) {
             self.fit_step()?;
         }
-        let step = self.step;
-        for Member { body, .. } in &mut self.members {
-            let mut spent = Duration::ZERO;
+        let (time, step) = (self.time(), self.step);
+        let end = self.scene_time().map(|now| now + step);
+        let poses = self.hands.tools(&self.scene, number, end);
+        for Member { body, touches, .. } in &mut self.members {
+            for touch in touches.iter_mut() {
+                let (from, to) = (self.hands.pose(touch.tool), &poses[touch.tool]);
+                touch.lead(&self.scene.tools[touch.tool].shape, from, to, time, step);
+            }
+            let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
             let start = Instant::now();
-            let result = body.advance(step, &mut spent);
-            self.phases.add(Phase::Forces, spent);
-            self.phases
-                .add(Phase::Integration, start.elapsed().saturating_sub(spent));
+            let result = body.advance(step, touches, &mut in_forces, &mut in_contact);
+            let rest = start.elapsed().saturating_sub(in_forces + in_contact);
+            self.phases.add(Phase::Forces, in_forces);
+            self.phases.add(Phase::Integration, rest);
+            if !touches.is_empty() {
+                self.phases.add(Phase::Contact, in_contact);
+            }
             result.map_err(|problem| WorldError {
                 body: body.name.clone(),
                 problem,
             })?;
         }
+        self.hands.arrive(poses);
         if let Some(since) = self.waiting.take() {
             self.latencies.push(1e3 * since.elapsed().as_secs_f64());
         }
@@ -336,40 +374,36 @@ impl World {
     }
 
     /// Takes up the edges of all blades that are due.
-    fn capture_blades(&mut self) -> Result<(), WorldError> {
-        let Some(now) = self.scene_time() else {
-            return Ok(());
-        };
-        while let Some(&due) = self.due.get(self.next_due).filter(|due| due.time <= now) {
-            self.next_due += 1;
+    fn capture_blades(&mut self, step: u64) -> Result<(), WorldError> {
+        let time = self.scene_time();
+        for (index, moment, edge) in self.hands.blades(&self.scene, step, time) {
             let begun = Instant::now();
             let mut changed = false;
-            let cut = &self.scene.cuts[due.cut];
-            for (index, member) in self.members.iter_mut().enumerate() {
-                if cut
-                    .body
-                    .as_ref()
-                    .is_some_and(|name| *name != member.body.name)
-                {
+            let cut = &self.scene.cuts[index];
+            for (place, member) in self.members.iter_mut().enumerate() {
+                let name = &member.body.name;
+                if cut.body.as_ref().is_some_and(|body| body != name) {
                     continue;
                 }
                 let (capture, edge, level) =
-                    member.capture(due, cut).map_err(|problem| WorldError {
-                        body: member.body.name.clone(),
-                        problem,
-                    })?;
+                    member
+                        .capture(index, cut, &edge, moment)
+                        .map_err(|problem| WorldError {
+                            body: member.body.name.clone(),
+                            problem,
+                        })?;
                 self.incisions.push(Incision {
                     steps: member.body.motion.steps(),
-                    member: index,
-                    cut: due.cut,
-                    moment: due.moment,
+                    member: place,
+                    cut: index,
+                    moment,
                     edge,
                     level,
                 });
                 changed |= capture.changed;
                 if !capture.triangles.is_empty() {
                     self.new_pieces.push(CutPiece {
-                        member: index,
+                        member: place,
                         triangles: capture.triangles,
                     });
                 }
@@ -385,16 +419,49 @@ impl World {
 }
 
 impl Member {
-    /// Takes up a blade's edge; also the edge in the material and the level of the cap.
+    /// Heap bytes of the contacts of tools.
+    #[must_use]
+    pub fn contact_bytes(&self) -> usize {
+        self.touches.iter().map(Touch::bytes).sum()
+    }
+}
+
+/// The contacts of all tools that may touch a body.
+fn touches_of(
+    scene: &Scene,
+    description: &crate::scene::Body,
+    body: &Body,
+) -> Result<Vec<Touch>, BodyProblem> {
+    let tools = scene.tools.iter().enumerate();
+    tools
+        .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == body.name))
+        .map(|(index, tool)| {
+            let pose = pose_at(&tool.path, 0.0);
+            let modulus = description.material.youngs_modulus;
+            Touch::new(body, index, tool, &pose, modulus)
+        })
+        .collect()
+}
+
+impl Member {
+    /// Takes up a blade's edge (m); also the edge in the material and the level of the cap.
     fn capture(
         &mut self,
-        due: Due,
+        index: usize,
         cut: &crate::scene::Cut,
+        edge: &[DVec3],
+        moment: Moment,
     ) -> Result<(Capture, Vec<DVec3>, usize), BodyProblem> {
         let (body, cutting) = self.with_cutting(cut)?;
-        let edge = cutting.edge_in_material(body, cut, due.time)?;
-        let capture = cutting.capture(body, due.cut, &edge, due.moment)?;
-        Ok((capture, edge, cutting.level()))
+        let edge = cutting.edge_in_material(body, edge)?;
+        let capture = cutting.capture(body, index, &edge, moment)?;
+        let level = cutting.level();
+        if capture.changed {
+            for touch in &mut self.touches {
+                touch.tear(&self.body)?;
+            }
+        }
+        Ok((capture, edge, level))
     }
 
     fn replay(

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::cutting::Moment;
 use super::error::{BodyProblem, WorldError};
+use super::input::HandsState;
+use super::tool::Touch;
 use super::{CutPiece, Member, World};
 use crate::phases::Phases;
 
@@ -17,7 +19,7 @@ use crate::phases::Phases;
 pub struct WorldState {
     origin: Option<f64>,
     gravity: Option<DVec3>,
-    next_due: usize,
+    hands: HandsState,
     phases: Phases,
     latencies: Vec<f64>,
     bodies: Vec<BodyState>,
@@ -32,6 +34,7 @@ struct BodyState {
     eigenvalue: f64,
     eigenvector: Vec<DVec3>,
     growth: Option<f64>,
+    touches: Vec<Touch>,
 }
 
 /// A blade's edge as it was taken up.
@@ -55,20 +58,24 @@ impl World {
     /// as handed out.
     #[must_use]
     pub fn state(&self) -> WorldState {
-        let bodies = self
-            .members
-            .iter()
-            .map(|Member { body, cutting }| BodyState {
+        let bodies = self.members.iter().map(
+            |Member {
+                 body,
+                 cutting,
+                 touches,
+             }| BodyState {
                 fingerprint: fingerprint(&body.rest),
                 motion: body.motion.state().clone(),
                 eigenvalue: body.current_eigenvalue,
                 eigenvector: body.eigenvector.clone(),
                 growth: cutting.as_ref().map(super::Cutting::growth),
-            });
+                touches: touches.clone(),
+            },
+        );
         WorldState {
             origin: self.origin,
             gravity: self.gravity,
-            next_due: self.next_due,
+            hands: self.hands.state(),
             phases: self.phases.clone(),
             latencies: self.latencies.clone(),
             bodies: bodies.collect(),
@@ -101,14 +108,16 @@ impl World {
             self.start_scene_at(start)?;
         }
         self.set_gravity(state.gravity)?;
-        for (Member { body, cutting }, kept) in self.members.iter_mut().zip(state.bodies) {
+        for (member, kept) in self.members.iter_mut().zip(state.bodies) {
+            let body = &mut member.body;
             body.restore(kept.motion, kept.eigenvalue, kept.eigenvector);
-            if let (Some(cutting), Some(growth)) = (cutting, kept.growth) {
+            member.touches = kept.touches;
+            if let (Some(cutting), Some(growth)) = (&mut member.cutting, kept.growth) {
                 cutting.set_growth(growth);
             }
         }
         self.step = self.smallest_step_size();
-        self.next_due = state.next_due;
+        self.hands.restore(state.hands);
         self.phases = state.phases;
         self.latencies = state.latencies;
         self.incisions = state.incisions;

@@ -26,6 +26,18 @@ fn changed(name: &str, from: &str, to: &str) -> Case {
     }
 }
 
+/// The same with a tool, of which `from` is replaced; more keys where that is empty.
+fn tool(name: &str, from: &str, to: &str) -> Case {
+    let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0)])], ";
+    let tool = if from.is_empty() {
+        tool.replacen("tools: [(", &format!("tools: [({to} "), 1)
+    } else {
+        assert!(tool.contains(from), "{name}: the tool has no '{from}'");
+        tool.replacen(from, to, 1)
+    };
+    changed(name, "cuts: [", &format!("{tool}cuts: ["))
+}
+
 /// The embedded scene with one override.
 fn set(name: &str, change: &str) -> Case {
     Case {
@@ -54,7 +66,57 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(file_cases());
     cases.extend(mesh_cases());
     cases.extend(resume_cases());
+    cases.extend(replay_cases());
     cases
+}
+
+/// Recordings that do not fit, for the embedded block.
+fn replay_cases() -> Vec<Case> {
+    const HEADER: &str = "step,kind,name,moment,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
+    let replay = |name: &str, rows: &str| {
+        let content = format!("{HEADER}{rows}");
+        let arguments = [
+            "run",
+            "block",
+            "--out",
+            "results/here",
+            "--replay",
+            "in.csv",
+        ];
+        given(name, &[("in.csv", content.as_str())], &arguments)
+    };
+    let fine = "1,blade,from the left,Start,0,0,0,0,,,,\n";
+    vec![
+        given(
+            "recording that is not there",
+            &[],
+            &["run", "block", "--replay", "in.csv"],
+        ),
+        replay(
+            "recording of another cut",
+            "1,blade,from the leftt,Start,0,0,0,0,,,,\n",
+        ),
+        replay(
+            "recording without a moment",
+            "1,blade,from the left,,0,0,0,0,,,,\n",
+        ),
+        replay("recording of a tool", "1,tool,probe,,0,0,0,0,0,0,0,1\n"),
+        replay("recording with a gap", &fine.replace("Start,0", "Start,1")),
+        replay("recording of half an edge", fine),
+        replay(
+            "recording with a word",
+            &fine.replace(",0,0,0,,", ",0,x,0,,"),
+        ),
+        replay(
+            "recording out of order",
+            &format!("{fine}{}", fine.replace("1,b", "0,b")),
+        ),
+        replay(
+            "recording of nowhere",
+            &fine.replace(",0,0,0,,", ",0,0,NaN,,"),
+        ),
+        replay("recording cut short", &fine[..20]),
+    ]
 }
 
 fn resume_cases() -> Vec<Case> {
@@ -181,10 +243,27 @@ fn value_cases() -> Vec<Case> {
         ),
         changed("no capture rate", "Rate(60)", "Rate(0)"),
         changed("captures without end", "Rate(60)", "Distance(1e-9)"),
-        changed(
-            "tools",
-            "cuts: [",
-            "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0)])], cuts: [",
+        tool("tool of another body", "", "body: \"livre\","),
+        tool("rough tool", "", "friction: -0.1,"),
+        tool("tool without size", "radius: 0.01", "radius: 0"),
+        tool(
+            "released tool on a path",
+            "(time: 0)]",
+            "(time: 0), (time: 1)], release: (mass: 1)",
+        ),
+        tool("released tool without mass", "", "release: (mass: 0),"),
+        tool("misspelt tool shape", "Sphere", "Spere"),
+        given(
+            "too many rows of forces",
+            &[],
+            &[
+                "run",
+                "press",
+                "--out",
+                "results/here",
+                "--set",
+                "observe.force_rate=1e9",
+            ],
         ),
         changed(
             "misspelt body",

@@ -1,0 +1,89 @@
+//! Rigid tools: shape, way through the world, and how they touch.
+
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::path::Key;
+
+/// A rigid tool that touches the bodies.
+///
+/// It is in the world from the first step on: while the bodies settle it stands at its first key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tool {
+    /// Name in reports; unique among the tools.
+    #[serde(default = "Tool::default_name")]
+    pub name: String,
+    /// Name of the body that it touches; every body where not given.
+    #[serde(default)]
+    pub body: Option<String>,
+    /// What the tool occupies in its own frame.
+    pub shape: ToolShape,
+    /// How the tool moves through the world; one key for a tool that stands still or is released.
+    pub path: Vec<Key>,
+    /// Lets the tool go at scene time 0 from its only key: forces move it from then on.
+    #[serde(default)]
+    pub release: Option<Release>,
+    /// Coulomb's coefficient of friction.
+    #[serde(default)]
+    pub friction: f64,
+    /// Pressure over penetration (N/m^3); 40 E over the distance of nodes where not given.
+    #[serde(default)]
+    pub penalty: Option<f64>,
+}
+
+impl Tool {
+    fn default_name() -> String {
+        "tool".to_owned()
+    }
+}
+
+/// What moves a tool that no path moves, beside the contact; it does not turn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Release {
+    /// Mass (kg); the scene's gravity acts on it.
+    pub mass: f64,
+    /// Constant force (N), as of a hand.
+    #[serde(default)]
+    #[schemars(with = "[f64; 3]")]
+    pub force: DVec3,
+    /// Mass-proportional damping (1/s).
+    #[serde(default)]
+    pub damping: f64,
+}
+
+/// What a tool occupies in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ToolShape {
+    /// A ball centred at the tool's origin.
+    Sphere {
+        /// Radius (m).
+        radius: f64,
+    },
+    /// A half-space through the tool's origin; its normal points away from the solid side.
+    Plane {
+        /// Outward normal, of any length above zero.
+        #[schemars(with = "[f64; 3]")]
+        normal: DVec3,
+    },
+    /// A cylinder with round ends.
+    Capsule {
+        /// First end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        from: DVec3,
+        /// Second end of the axis (m).
+        #[schemars(with = "[f64; 3]")]
+        to: DVec3,
+        /// Radius (m).
+        radius: f64,
+    },
+    /// A box centred at the tool's origin, its edges along the tool's axes.
+    Box {
+        /// Full edge lengths (m).
+        #[schemars(with = "[f64; 3]")]
+        size: DVec3,
+    },
+}

@@ -1,0 +1,194 @@
+//! Bodies: shape, sampling, material and looks.
+
+use std::path::Path;
+
+use super::check::{
+    Check, fault, finite, not_negative, positive, positive_components, require, triple,
+};
+use crate::scene::body::{Body, Material, Sampling, Shape, SurfelTarget, Surfels, Target};
+
+pub(super) fn body(path: &str, body: &Body) -> Check {
+    shape(&format!("{path}.shape"), &body.shape)?;
+    finite(format_args!("{path}.position"), body.position)?;
+    sampling(&format!("{path}.sampling"), &body.sampling, &body.shape)?;
+    material(&format!("{path}.material"), &body.material)?;
+    require(
+        (0.0..=1.0).contains(&body.damping_ratio),
+        format_args!("{path}.damping_ratio"),
+        body.damping_ratio,
+        "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)",
+    )?;
+    not_negative(format_args!("{path}.damping"), body.damping, " (1/s)")?;
+    surfels(&format!("{path}.surfels"), &body.surfels)
+}
+
+fn shape(path: &str, shape: &Shape) -> Check {
+    match shape {
+        Shape::Liver { width } => positive(
+            format_args!("{path}.width"),
+            *width,
+            " (m), such as 0.166 for 1.2 litres",
+        ),
+        Shape::Box { size } => positive_components(&format!("{path}.size"), *size),
+        Shape::Ellipsoid { radii } => positive_components(&format!("{path}.radii"), *radii),
+        Shape::Capsule { from, to, radius } => {
+            finite(format_args!("{path}.from"), *from)?;
+            finite(format_args!("{path}.to"), *to)?;
+            positive(format_args!("{path}.radius"), *radius, " (m)")
+        }
+        Shape::Tube {
+            from,
+            to,
+            inner_radius,
+            outer_radius,
+        } => {
+            finite(format_args!("{path}.from"), *from)?;
+            finite(format_args!("{path}.to"), *to)?;
+            require(
+                from != to,
+                format_args!("{path}.to"),
+                triple(*to),
+                "it must differ from 'from', the other end of the axis",
+            )?;
+            positive(format_args!("{path}.inner_radius"), *inner_radius, " (m)")?;
+            require(
+                outer_radius.is_finite() && outer_radius > inner_radius,
+                format_args!("{path}.outer_radius"),
+                outer_radius,
+                format_args!("it must be above the inner radius, {inner_radius} m"),
+            )
+        }
+        Shape::Mesh { file, scale, .. } => {
+            mesh_file(&format!("{path}.file"), file)?;
+            positive(
+                format_args!("{path}.scale"),
+                *scale,
+                " (metres per unit of the file), such as 0.001 for millimetres",
+            )
+        }
+    }
+}
+
+fn mesh_file(path: &str, file: &Path) -> Check {
+    let found = format!("'{}'", file.display());
+    require(
+        file.to_str().is_some(),
+        path,
+        &found,
+        "a path in a scene must be UTF-8; rename the file or its folder",
+    )?;
+    match std::fs::metadata(file) {
+        Ok(metadata) => require(
+            metadata.is_file(),
+            path,
+            found,
+            "it must name a mesh file, and this is a folder",
+        ),
+        Err(error) => Err(fault(
+            path,
+            found,
+            format_args!(
+                "the file cannot be read ({error}); relative paths start at the scene's folder"
+            ),
+        )),
+    }
+}
+
+fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
+    const FEWEST_NODES: u32 = 4;
+    let limit = sampling.limit;
+    require(
+        limit >= FEWEST_NODES,
+        format_args!("{path}.limit"),
+        limit,
+        format_args!("a body needs {FEWEST_NODES} nodes at least"),
+    )?;
+    let target = format!("{path}.target");
+    match sampling.target {
+        Target::Nodes(count) => require(
+            (FEWEST_NODES..=limit).contains(&count),
+            target,
+            format_args!("Nodes({count})"),
+            format_args!("it must be from {FEWEST_NODES} to the limit, {limit} nodes"),
+        ),
+        Target::Spacing(spacing) => {
+            require(
+                spacing.is_finite() && spacing > 0.0,
+                &target,
+                format_args!("Spacing({spacing:?})"),
+                "it must be above 0 (m), such as 0.006 for an organ",
+            )?;
+            let Some(volume) = shape.rough_volume() else {
+                return Ok(());
+            };
+            let nodes = volume / (spacing * spacing * spacing);
+            let wider = 1.05 * (volume / f64::from(limit)).cbrt();
+            require(
+                nodes <= f64::from(limit),
+                &target,
+                format_args!("Spacing({spacing:?})"),
+                format_args!(
+                    "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
+                     {wider:.2e} m or more, or raise the limit"
+                ),
+            )
+        }
+    }
+}
+
+fn material(path: &str, material: &Material) -> Check {
+    positive(
+        format_args!("{path}.youngs_modulus"),
+        material.youngs_modulus,
+        " (Pa), such as 5e3 for liver",
+    )?;
+    require(
+        material.poissons_ratio > -1.0 && material.poissons_ratio < 0.5,
+        format_args!("{path}.poissons_ratio"),
+        material.poissons_ratio,
+        "it must be above -1 and below 0.5, such as 0.45 for soft tissue",
+    )?;
+    positive(
+        format_args!("{path}.density"),
+        material.density,
+        " (kg/m^3), such as 1060 for soft tissue",
+    )?;
+    not_negative(
+        format_args!("{path}.stabilization"),
+        material.stabilization,
+        ", 0.1 is the measured choice",
+    )
+}
+
+fn surfels(path: &str, surfels: &Surfels) -> Check {
+    const MOST_SURFELS: u32 = 10_000_000;
+    let target = format!("{path}.target");
+    match surfels.target {
+        SurfelTarget::Count(count) => require(
+            (1..=MOST_SURFELS).contains(&count),
+            target,
+            format_args!("Count({count})"),
+            format_args!("it must be from 1 to {MOST_SURFELS}"),
+        )?,
+        SurfelTarget::Density(density) => require(
+            density.is_finite() && density > 0.0,
+            target,
+            format_args!("Density({density:?})"),
+            "it must be above 0 (1/m^2), such as 3e5",
+        )?,
+    }
+    if let Some(density) = surfels.cut_density {
+        positive(format_args!("{path}.cut_density"), density, " (1/m^2)")?;
+    }
+    for (name, color) in [("color", surfels.color), ("cut_color", surfels.cut_color)] {
+        for (index, value) in color.into_iter().enumerate() {
+            require(
+                (0.0..=1.0).contains(&value),
+                format_args!("{path}.{name}[{index}]"),
+                value,
+                "colours are three numbers from 0 to 1",
+            )?;
+        }
+    }
+    Ok(())
+}

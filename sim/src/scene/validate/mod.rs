@@ -1,0 +1,193 @@
+//! What a scene's values must be: checked once, so that nothing later meets a surprise.
+
+mod body;
+mod check;
+mod event;
+
+pub(super) use check::Fault;
+
+use super::settings::{Integration, Pictures, View};
+use super::{Scene, VERSION};
+use body::body;
+use check::{Check, finite, not_negative, positive, require, triple};
+use event::{cut, support, tool};
+
+/// Checks every value of a scene.
+pub(super) fn validate(scene: &Scene) -> Check {
+    require(
+        scene.version == VERSION,
+        "version",
+        scene.version,
+        format_args!("this program reads version {VERSION}"),
+    )?;
+    require(
+        is_file_name(&scene.name),
+        "name",
+        format_args!("'{}'", scene.name),
+        "it names the output folder: use letters, digits, '-', '_', '.' or spaces, and begin with \
+         a letter or digit",
+    )?;
+    require(
+        !scene.bodies.is_empty(),
+        "bodies",
+        "empty",
+        "a scene needs one body at least, such as (shape: Liver(width: 0.166))",
+    )?;
+    for (index, item) in scene.bodies.iter().enumerate() {
+        body(&format!("bodies[{index}]"), item)?;
+    }
+    unique("bodies", scene.bodies.iter().map(|body| body.name.as_str()))?;
+    for (index, item) in scene.supports.iter().enumerate() {
+        support(&format!("supports[{index}]"), item, &scene.bodies)?;
+    }
+    if let Some(gravity) = &scene.gravity {
+        finite("gravity.acceleration", gravity.acceleration)?;
+        not_negative("gravity.ramp", gravity.ramp, " (s)")?;
+    }
+    for (index, item) in scene.tools.iter().enumerate() {
+        tool(&format!("tools[{index}]"), item, &scene.bodies)?;
+    }
+    unique("tools", scene.tools.iter().map(|tool| tool.name.as_str()))?;
+    for (index, item) in scene.cuts.iter().enumerate() {
+        cut(&format!("cuts[{index}]"), item, scene)?;
+    }
+    unique("cuts", scene.cuts.iter().map(|cut| cut.name.as_str()))?;
+    integration(&scene.integration)?;
+    let rate = scene.observe.history_rate;
+    positive("observe.history_rate", rate, " (1/s)")?;
+    limited("observe.history_rate", rate, MOST_ROWS, scene, "rows")?;
+    let rate = scene.observe.force_rate;
+    positive("observe.force_rate", rate, " (1/s)")?;
+    if !scene.tools.is_empty() {
+        limited("observe.force_rate", rate, MOST_ROWS, scene, "rows")?;
+    }
+    if let Some(period) = scene.observe.checkpoint {
+        positive("observe.checkpoint", period, " (s)")?;
+    }
+    if let Some(settings) = &scene.pictures {
+        pictures(settings)?;
+        limited("pictures.rate", settings.rate, MOST_FRAMES, scene, "frames")?;
+    }
+    Ok(())
+}
+
+/// Most rows of `history.csv` and of `tools.csv`.
+const MOST_ROWS: f64 = 1e7;
+/// Most frames of a run.
+const MOST_FRAMES: f64 = 1e5;
+/// Most pixels of a frame (64 megapixels).
+const MOST_PIXELS: u64 = 1 << 26;
+
+fn limited(path: &str, rate: f64, most: f64, scene: &Scene, what: &str) -> Check {
+    let count = rate * (scene.integration.duration);
+    require(
+        count <= most,
+        path,
+        rate,
+        format_args!(
+            "over {} s it makes {count:.2e} {what} and the limit is {most:.0e}",
+            scene.integration.duration
+        ),
+    )
+}
+
+fn is_file_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_alphanumeric())
+        && name.len() <= 100
+        && name
+            .chars()
+            .all(|c| c.is_alphanumeric() || "-_. ".contains(c))
+}
+
+fn unique<'a>(path: &str, names: impl Iterator<Item = &'a str>) -> Check {
+    let names: Vec<&str> = names.collect();
+    for (index, name) in names.iter().enumerate() {
+        require(
+            !names[..index].contains(name),
+            format_args!("{path}[{index}].name"),
+            format_args!("'{name}'"),
+            "an earlier one has this name already; give each its own",
+        )?;
+    }
+    Ok(())
+}
+
+fn integration(settings: &Integration) -> Check {
+    not_negative(
+        "integration.duration",
+        settings.duration,
+        " (s after settling)",
+    )?;
+    require(
+        settings.step_factor > 0.0 && settings.step_factor <= 1.0,
+        "integration.step_factor",
+        settings.step_factor,
+        "it must be above 0 and at most 1, the largest stable step",
+    )?;
+    if let Some(settle) = settings.settle {
+        positive("integration.settle.speed", settle.speed, " (m/s)")?;
+        positive("integration.settle.limit", settle.limit, " (s)")?;
+        not_negative("integration.settle.damping", settle.damping, " (1/s)")?;
+    }
+    Ok(())
+}
+
+fn pictures(pictures: &Pictures) -> Check {
+    for (name, size) in [("width", pictures.width), ("height", pictures.height)] {
+        require(
+            size >= 16,
+            format_args!("pictures.{name}"),
+            size,
+            "it must be 16 pixels or more",
+        )?;
+    }
+    let pixels = u64::from(pictures.width) * u64::from(pictures.height);
+    require(
+        pixels <= MOST_PIXELS,
+        "pictures.width",
+        pictures.width,
+        format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}"),
+    )?;
+    positive("pictures.rate", pictures.rate, " (frames per second)")?;
+    match pictures.view {
+        View::Around {
+            azimuth,
+            elevation,
+            zoom,
+        } => {
+            require(
+                azimuth.is_finite(),
+                "pictures.view.azimuth",
+                azimuth,
+                "it must be finite (degrees)",
+            )?;
+            require(
+                (-90.0..=90.0).contains(&elevation),
+                "pictures.view.elevation",
+                elevation,
+                "it must be from -90 (below) to 90 (above)",
+            )?;
+            positive("pictures.view.zoom", zoom, ", 1 fits the bodies")
+        }
+        View::Explicit {
+            eye,
+            target,
+            field_of_view,
+        } => {
+            finite("pictures.view.eye", eye)?;
+            finite("pictures.view.target", target)?;
+            require(
+                eye != target,
+                "pictures.view.target",
+                triple(target),
+                "it must differ from the eye",
+            )?;
+            require(
+                field_of_view > 0.0 && field_of_view < 180.0,
+                "pictures.view.field_of_view",
+                field_of_view,
+                "it must be above 0 and below 180 (degrees)",
+            )
+        }
+    }
+}

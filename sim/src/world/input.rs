@@ -1,0 +1,297 @@
+//! What hands do to the world, step by step: tools and blades as a scene's paths move them, as a
+//! recording has it, or as a program gives it.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::cutting::Moment;
+use crate::scene::{Cut, Pose, Scene, pose_at};
+
+/// One thing that a hand does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Action {
+    /// Moves a tool; it stays there until the next of these.
+    Tool {
+        /// Index of the scene's tool.
+        tool: usize,
+        /// Where it is at the end of the step.
+        pose: Pose,
+    },
+    /// Takes up a blade's edge.
+    Blade {
+        /// Index of the scene's cut.
+        cut: usize,
+        /// When in the stroke.
+        moment: Moment,
+        /// Points of the edge in the world (m).
+        edge: Vec<DVec3>,
+    },
+}
+
+/// An action and the step that it belongs to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Steps that were taken before, settling included.
+    pub step: u64,
+    /// What is done.
+    pub action: Action,
+}
+
+/// An input that cannot be done.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// There is no such tool or cut in the scene.
+    #[error("input {index}: the scene has {count} {what}, so there is none of index {asked}")]
+    NoSuch {
+        /// Which of the inputs.
+        index: usize,
+        /// "tools" or "cuts".
+        what: &'static str,
+        /// The index it names.
+        asked: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A place is not finite, a rotation none, or an edge has fewer than two points.
+    #[error(
+        "input {index}: places must be finite, rotations of unit length, edges two points long"
+    )]
+    BadPlace {
+        /// Which of the inputs.
+        index: usize,
+    },
+    /// An input belongs to a step before that of the input before it.
+    #[error("input {index}: step {step} comes after step {last}; inputs must be in order")]
+    Order {
+        /// Which of the inputs.
+        index: usize,
+        /// Its step.
+        step: u64,
+        /// The step before it.
+        last: u64,
+    },
+}
+
+impl Input {
+    fn check(&self, scene: &Scene, index: usize) -> Result<(), InputError> {
+        let (what, asked, count, sound) = match &self.action {
+            Action::Tool { tool, pose } => {
+                let turned = (pose.rotation.length() - 1.0).abs() < 1e-6;
+                let sound = turned && pose.position.is_finite();
+                ("tools", *tool, scene.tools.len(), sound)
+            }
+            Action::Blade { cut, edge, .. } => {
+                let sound = edge.len() >= 2 && edge.iter().all(|point| point.is_finite());
+                ("cuts", *cut, scene.cuts.len(), sound)
+            }
+        };
+        if asked >= count {
+            return Err(InputError::NoSuch {
+                index,
+                what,
+                asked,
+                count,
+            });
+        }
+        sound.then_some(()).ok_or(InputError::BadPlace { index })
+    }
+}
+
+/// A capture of a blade that is due at a scene time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Due {
+    time: f64,
+    cut: usize,
+    moment: Moment,
+}
+
+/// Where actions come from.
+#[derive(Debug)]
+enum Source {
+    /// The scene's paths.
+    Scene {
+        /// Captures of blades, in order.
+        due: Vec<Due>,
+        next: usize,
+    },
+    /// Whoever gave them.
+    Given(VecDeque<Input>),
+}
+
+/// Hands, and a record of what they did if one is asked for.
+#[derive(Debug)]
+pub(super) struct Hands {
+    source: Source,
+    /// Where each tool is that a path or someone leads.
+    poses: Vec<Pose>,
+    record: Option<Vec<Input>>,
+}
+
+/// All of it that a scene does not say.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct HandsState {
+    next: usize,
+    given: Option<VecDeque<Input>>,
+    poses: Vec<Pose>,
+    record: Option<Vec<Input>>,
+}
+
+impl Hands {
+    /// Hands that do what the scene says.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let mut due: Vec<Due> = Vec::new();
+        for (index, cut) in scene.cuts.iter().enumerate() {
+            due.extend(captures_of(index, cut));
+        }
+        due.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.cut.cmp(&b.cut)));
+        Self {
+            source: Source::Scene { due, next: 0 },
+            poses: scene.tools.iter().map(|t| pose_at(&t.path, 0.0)).collect(),
+            record: scene.observe.input.then(Vec::new),
+        }
+    }
+
+    /// From now on only what is given is done.
+    pub(super) fn give(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
+        let mut last = 0;
+        if let Source::Given(given) = &self.source {
+            last = given.back().map_or(0, |input| input.step);
+        }
+        for (index, input) in inputs.iter().enumerate() {
+            input.check(scene, index)?;
+            if input.step < last {
+                let step = input.step;
+                return Err(InputError::Order { index, step, last });
+            }
+            last = input.step;
+        }
+        match &mut self.source {
+            Source::Given(given) => given.extend(inputs),
+            source => *source = Source::Given(inputs.into()),
+        }
+        Ok(())
+    }
+
+    /// Where a tool is at the beginning of the step.
+    pub(super) fn pose(&self, tool: usize) -> &Pose {
+        &self.poses[tool]
+    }
+
+    /// Blades' edges that are due in a step that begins at a scene time (s), which is `None` while
+    /// bodies settle.
+    pub(super) fn blades(
+        &mut self,
+        scene: &Scene,
+        step: u64,
+        time: Option<f64>,
+    ) -> Vec<(usize, Moment, Vec<DVec3>)> {
+        let mut blades = Vec::new();
+        match &mut self.source {
+            Source::Scene { due, next } => {
+                let now = time.unwrap_or(f64::NEG_INFINITY);
+                while let Some(at) = due.get(*next).filter(|due| due.time <= now) {
+                    *next += 1;
+                    blades.push((at.cut, at.moment, scene.cuts[at.cut].edge_at(at.time)));
+                }
+            }
+            Source::Given(given) => {
+                for input in given.iter().take_while(|input| input.step <= step) {
+                    if let Action::Blade { cut, moment, edge } = &input.action {
+                        blades.push((*cut, *moment, edge.clone()));
+                    }
+                }
+            }
+        }
+        if let Some(record) = &mut self.record {
+            record.extend(blades.iter().map(|(cut, moment, edge)| Input {
+                step,
+                action: Action::Blade {
+                    cut: *cut,
+                    moment: *moment,
+                    edge: edge.clone(),
+                },
+            }));
+        }
+        blades
+    }
+
+    /// Where the tools are at the end of a step, whose end is at a scene time (s). Ends the step's
+    /// input.
+    pub(super) fn tools(&mut self, scene: &Scene, step: u64, end: Option<f64>) -> Vec<Pose> {
+        let mut poses = self.poses.clone();
+        match &mut self.source {
+            Source::Scene { .. } => {
+                for (pose, tool) in poses.iter_mut().zip(&scene.tools) {
+                    *pose = pose_at(&tool.path, end.unwrap_or(0.0));
+                }
+            }
+            Source::Given(given) => {
+                while given.front().is_some_and(|input| input.step <= step) {
+                    let input = given.pop_front();
+                    if let Some(Action::Tool { tool, pose }) = input.map(|input| input.action) {
+                        poses[tool] = pose;
+                    }
+                }
+            }
+        }
+        if let Some(record) = &mut self.record {
+            for (tool, (before, pose)) in self.poses.iter().zip(&poses).enumerate() {
+                if before != pose {
+                    let action = Action::Tool { tool, pose: *pose };
+                    record.push(Input { step, action });
+                }
+            }
+        }
+        poses
+    }
+
+    /// The step is taken: the tools are there.
+    pub(super) fn arrive(&mut self, poses: Vec<Pose>) {
+        self.poses = poses;
+    }
+
+    /// What was done so far; `None` if the scene asks for no record.
+    pub(super) fn record(&self) -> Option<&[Input]> {
+        self.record.as_deref()
+    }
+
+    pub(super) fn state(&self) -> HandsState {
+        let (next, given) = match &self.source {
+            Source::Scene { next, .. } => (*next, None),
+            Source::Given(given) => (0, Some(given.clone())),
+        };
+        HandsState {
+            next,
+            given,
+            poses: self.poses.clone(),
+            record: self.record.clone(),
+        }
+    }
+
+    pub(super) fn restore(&mut self, state: HandsState) {
+        match (&mut self.source, state.given) {
+            (_, Some(given)) => self.source = Source::Given(given),
+            (Source::Scene { next, .. }, None) => *next = state.next,
+            (Source::Given(_), None) => {}
+        }
+        self.poses = state.poses;
+        self.record = state.record;
+    }
+}
+
+fn captures_of(index: usize, cut: &Cut) -> impl Iterator<Item = Due> {
+    let times = cut.capture_times();
+    let last = times.len().saturating_sub(1);
+    times.into_iter().enumerate().map(move |(k, time)| Due {
+        time,
+        cut: index,
+        moment: match k {
+            0 => Moment::Start,
+            k if k == last => Moment::End,
+            _ => Moment::Update,
+        },
+    })
+}

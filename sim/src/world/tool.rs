@@ -1,0 +1,231 @@
+//! Rigid tools that touch the bodies.
+
+use std::time::{Duration, Instant};
+
+use glam::{DQuat, DVec3};
+use phyxel_discretize::boundary_triangles;
+use phyxel_integrate::{
+    Contact, ContactSettings, ContactSurface, Drive, Ease, Path, Pose as Placed, Shape, StepView,
+    Turn, penalty,
+};
+use serde::{Deserialize, Serialize};
+
+use super::body::Body;
+use super::error::BodyProblem;
+use crate::scene::{self, Pose, Release, ToolShape};
+
+/// Contact points along a side of a surface triangle: enough for contacts of two spacings.
+const DIVISIONS: u32 = 4;
+
+/// The contact of one tool with one body.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Touch {
+    /// Index of the scene's tool.
+    pub(super) tool: usize,
+    hand: phyxel_integrate::Tool,
+    contact: Contact,
+    /// Surface triangles that a cut has torn.
+    torn: usize,
+}
+
+/// Forces on a tool at the end of the last step, of all bodies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolForce {
+    /// Where the tool is.
+    pub pose: Pose,
+    /// Force on the tool (N).
+    pub force: DVec3,
+    /// Torque on the tool about its origin (N m).
+    pub torque: DVec3,
+    /// Deepest penetration (m).
+    pub penetration: f64,
+    /// Area of contact at rest (m²).
+    pub area: f64,
+    /// Work of the bodies on the tool so far (J).
+    pub work: f64,
+}
+
+impl ToolForce {
+    pub(super) fn free(pose: Pose) -> Self {
+        Self {
+            pose,
+            force: DVec3::ZERO,
+            torque: DVec3::ZERO,
+            penetration: 0.0,
+            area: 0.0,
+            work: 0.0,
+        }
+    }
+}
+
+impl Touch {
+    /// The contact of a tool at `pose` with an uncut body.
+    pub(super) fn new(
+        body: &Body,
+        tool: usize,
+        description: &scene::Tool,
+        pose: &Pose,
+        youngs_modulus: f64,
+    ) -> Result<Self, BodyProblem> {
+        let (shape, _) = shape_of(&description.shape);
+        let stiffness = description
+            .penalty
+            .unwrap_or_else(|| penalty(youngs_modulus, body.spacing));
+        let settings = ContactSettings {
+            friction: description.friction,
+            ..ContactSettings::new(stiffness)
+        };
+        let (surface, torn) = surface_of(body)?;
+        let still = Path::new(vec![(0.0, DVec3::ZERO)], Ease::Linear);
+        let path = still.expect("one finite key is a path");
+        let placed = placed(&description.shape, pose);
+        Ok(Self {
+            tool,
+            hand: phyxel_integrate::Tool::on_path(shape, placed, path),
+            contact: Contact::new(surface, settings),
+            torn,
+        })
+    }
+
+    /// Leads the tool from where it is to where it will be after a step (s) that begins at `time` (s),
+    /// and as far again, for contact forces that look ahead. A released tool goes its own way.
+    pub(super) fn lead(&mut self, shape: &ToolShape, from: &Pose, to: &Pose, time: f64, step: f64) {
+        if matches!(self.hand.drive, Drive::Force { .. }) {
+            return;
+        }
+        let (from, to) = (placed(shape, from), placed(shape, to));
+        let end = time + 2.0 * step;
+        let way = (to.position - from.position) * 2.0;
+        let path = Path::new(vec![(time, DVec3::ZERO), (end, way)], Ease::Linear);
+        let half = (to.rotation * from.rotation.inverse()).normalize();
+        let turn = (half.w.abs() < 1.0).then(|| {
+            let keys = vec![(time, DQuat::IDENTITY), (end, half * half)];
+            Turn::new(keys, Ease::Linear).expect("finite keys in rising order")
+        });
+        self.hand.drive = Drive::Path {
+            origin: from,
+            path: path.expect("finite keys in rising order"),
+            turn,
+        };
+    }
+
+    /// Lets the tool go.
+    pub(super) fn release(&mut self, release: &Release, gravity: DVec3) {
+        self.hand.velocity = DVec3::ZERO;
+        self.hand.drive = Drive::Force {
+            mass: release.mass,
+            force: release.force + gravity * release.mass,
+            damping: release.damping,
+        };
+    }
+
+    /// Moves the tool to the end of a step and adds its forces on the body.
+    pub(super) fn press(
+        &mut self,
+        view: &StepView<'_>,
+        forces: &mut [DVec3],
+        spent: &mut Duration,
+    ) {
+        let start = Instant::now();
+        self.hand.press(&mut self.contact, view, forces);
+        *spent += start.elapsed();
+    }
+
+    /// Gives way where a cut has torn the surface: a torn triangle's area goes to its corners, so that
+    /// nothing spans the gap. Where friction sticks is forgotten then.
+    pub(super) fn tear(&mut self, body: &Body) -> Result<(), BodyProblem> {
+        let (surface, torn) = surface_of(body)?;
+        if torn != self.torn {
+            self.contact = Contact::new(surface, *self.contact.settings());
+            self.torn = torn;
+        }
+        Ok(())
+    }
+
+    /// Adds this body's share of the forces; where the tool is, if it goes its own way.
+    pub(super) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
+        let (_, local) = shape_of(shape);
+        if matches!(self.hand.drive, Drive::Force { .. }) {
+            let rotation = (self.hand.pose.rotation * local.rotation.inverse()).normalize();
+            sum.pose = Pose {
+                rotation,
+                position: self.hand.pose.position - rotation * local.position,
+            };
+        }
+        let found = &self.hand.contact;
+        let arm = self.hand.pose.position - sum.pose.position;
+        sum.force += found.force;
+        sum.torque += found.torque + arm.cross(found.force);
+        sum.penetration = sum.penetration.max(found.penetration);
+        sum.area += found.area;
+        sum.work += self.hand.contact_work;
+    }
+
+    /// Bytes of the contact's arrays.
+    pub(super) fn bytes(&self) -> usize {
+        self.contact.bytes()
+    }
+}
+
+/// A scene's shape as contact has it, and where that lies in the tool's frame.
+fn shape_of(shape: &ToolShape) -> (Shape, Placed) {
+    let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
+    match *shape {
+        ToolShape::Sphere { radius } => (Shape::Sphere { radius }, Placed::at(DVec3::ZERO)),
+        ToolShape::Plane { normal } => {
+            let rotation = along(normal);
+            let position = DVec3::ZERO;
+            (Shape::Plane, Placed { position, rotation })
+        }
+        ToolShape::Capsule { from, to, radius } => {
+            let capsule = Shape::Capsule {
+                half_length: 0.5 * from.distance(to),
+                radius,
+            };
+            let (position, rotation) = (from.midpoint(to), along(to - from));
+            (capsule, Placed { position, rotation })
+        }
+        ToolShape::Box { size } => (Shape::Box { half: size * 0.5 }, Placed::at(DVec3::ZERO)),
+    }
+}
+
+/// Where contact's shape is in the world when the tool is at `pose`.
+fn placed(shape: &ToolShape, pose: &Pose) -> Placed {
+    let (_, local) = shape_of(shape);
+    Placed {
+        position: pose.apply(local.position),
+        rotation: (pose.rotation * local.rotation).normalize(),
+    }
+}
+
+/// Contact points on a body's outside, and how many of its triangles a cut has torn.
+fn surface_of(body: &Body) -> Result<(ContactSurface, usize), BodyProblem> {
+    let triangles = boundary_triangles(&body.tetrahedra, |_| true);
+    let holds = |a: u32, b: u32| {
+        let row = body.neighborhoods.row(a as usize);
+        let first = body.neighborhoods.pairs(a as usize).start;
+        row.binary_search(&b)
+            .is_ok_and(|place| body.stencils.weights[first + place] > 0.0)
+    };
+    let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
+        .into_iter()
+        .partition(|&[a, b, c]| holds(a, b) && holds(b, c) && holds(c, a));
+    let mut surface = ContactSurface::from_triangles(&whole, &body.rest, DIVISIONS)?;
+    if !torn.is_empty() {
+        let mut areas = vec![0.0; body.rest.len()];
+        for triangle in &torn {
+            let [a, b, c] = triangle.map(|node| body.rest[node as usize]);
+            for &node in triangle {
+                areas[node as usize] += (b - a).cross(c - a).length() / 6.0;
+            }
+        }
+        let (nodes, areas): (Vec<u32>, Vec<f64>) =
+            (0_u32..).zip(areas).filter(|&(_, area)| area > 0.0).unzip();
+        surface = surface.joined(&ContactSurface::from_nodes(
+            &nodes,
+            &areas,
+            body.rest.len(),
+        )?);
+    }
+    Ok((surface, torn.len()))
+}

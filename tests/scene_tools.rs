@@ -1,0 +1,207 @@
+//! Tools in scenes: forces against weights, momentum and torn surfaces, with nothing but a scene and
+//! [`World`].
+
+use std::path::Path;
+
+use glam::{DQuat, DVec3};
+use phyxel::scene::{Pose, Scene};
+use phyxel::world::{Action, Input, InputError, World};
+
+const BLOCK: &str = r#"
+    version: 1,
+    bodies: [(
+        name: "block",
+        shape: Box(size: (0.06, 0.06, 0.03)),
+        sampling: (target: Nodes(600)),
+        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
+        damping: 8,
+    )],
+"#;
+
+fn scene(rest: &str) -> Scene {
+    let text = format!("({BLOCK}{rest})");
+    Scene::from_text(&text, "test", Path::new(""), &[]).expect("the scene is valid")
+}
+
+fn world(rest: &str) -> World {
+    World::new(scene(rest)).expect("the world can be built")
+}
+
+fn play(world: &mut World, until: f64) {
+    while world.time() < until {
+        world.step().expect("it steps");
+    }
+}
+
+fn weight(world: &World) -> f64 {
+    9.81 * world.members()[0].body.masses.iter().sum::<f64>()
+}
+
+/// A block that lies on a table presses it with its weight, in the middle, and slides down it as far
+/// as Coulomb allows where gravity is tilted.
+#[test]
+fn a_block_rests_on_a_table_and_slides_off_a_slippery_one() {
+    let table = |friction: f64| {
+        format!(
+            "tools: [(shape: Plane(normal: (0, 0, 1)), friction: {friction},
+                path: [(time: 0, position: (0, 0, -0.015))])],
+             integration: (settle: None), gravity: (acceleration: (0, 0, -9.81), ramp: 0.2),"
+        )
+    };
+    let mut flat = world(&table(0.0));
+    play(&mut flat, 1.0);
+    let force = flat.tool_forces()[0];
+    let expected = weight(&flat);
+    assert!(
+        (force.force.z / expected + 1.0).abs() < 2e-3,
+        "{force:?} of {expected} N"
+    );
+    assert!(
+        force.force.truncate().length() < 1e-3 * expected,
+        "{force:?}"
+    );
+    assert!(force.torque.length() < 1e-4 * expected, "{force:?}");
+    // tan 10 degrees is 0.176: it holds at 0.3 and slides at 0.1 with g (sin - 0.1 cos).
+    let moved = |world: &World| {
+        let body = &world.members()[0].body;
+        let sum: DVec3 = body
+            .motion
+            .positions()
+            .iter()
+            .zip(&body.rest)
+            .map(|(x, r)| *x - *r)
+            .sum();
+        (sum / f64::from(u32::try_from(body.rest.len()).unwrap())).x
+    };
+    let gravity = "gravity: (acceleration: (1.7035, 0, -9.6610), ramp: 0),";
+    let tilted = |friction: f64| {
+        let text = table(friction);
+        let (text, _) = text.split_once("gravity").expect("it has gravity");
+        let mut world = world(&format!("{text}{gravity}"));
+        play(&mut world, 0.4);
+        moved(&world)
+    };
+    let (held, slid) = (tilted(0.3), tilted(0.1));
+    assert!(held.abs() < 2e-3, "held by friction, it moved {held} m");
+    assert!(slid > 10.0 * held.abs() && slid > 0.005, "it slid {slid} m");
+}
+
+/// A ball that is let go above a block without supports: what the ball loses of its momentum the block
+/// has, and energies add up.
+#[test]
+fn a_dropped_ball_and_its_block_keep_their_momentum() {
+    let mut world = world(
+        "gravity: None, integration: (settle: None),
+         tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 0.0262))],
+             release: Some((mass: 0.02, force: (0, 0, -0.5))))],",
+    );
+    world.step().expect("it steps");
+    let until = 0.06;
+    play(&mut world, until);
+    let touched = world.tool_forces()[0];
+    assert!(touched.work < 0.0, "the ball has been braked: {touched:?}");
+    let body = &world.members()[0].body;
+    let audit = body.motion.audit();
+    // Damping of the block takes momentum; what the ball gave is the force's impulse.
+    assert!(audit.momentum.z < 0.0, "the block is pushed down");
+    assert!(
+        audit.balance().abs() < 0.01 * audit.scale(),
+        "balance {} of {}",
+        audit.balance(),
+        audit.scale()
+    );
+    assert!(
+        (audit.applied_work + touched.work).abs() < 0.02 * touched.work.abs(),
+        "work on the ball \
+        {} is work on the block {}",
+        touched.work,
+        audit.applied_work
+    );
+}
+
+/// A blade that parts a block under a tool tears the contact surface: no force spans the gap, and the
+/// two halves' forces still sum to their weight.
+#[test]
+fn a_cut_block_still_weighs_the_same() {
+    let mut world = world(
+        "tools: [(shape: Plane(normal: (0, 0, 1)), path: [(time: 0, position: (0, 0, -0.015))],
+             friction: 0.5)],
+         cuts: [(edge: [(0, 0, -0.03), (0, 0, 0.03)], path: [
+             (time: 0.5, position: (0.001, -0.05, 0)), (time: 0.7, position: (0.001, 0.05, 0))])],
+         integration: (settle: None),
+         gravity: (acceleration: (0, 0, -9.81), ramp: 0.2),",
+    );
+    play(&mut world, 1.6);
+    let cutting = world.members()[0].cutting.as_ref().expect("it was cut");
+    assert!(cutting.severed_pairs() > 100, "through");
+    let force = world.tool_forces()[0];
+    assert!(
+        (force.force.z / weight(&world) + 1.0).abs() < 0.02,
+        "{force:?}"
+    );
+}
+
+/// A program may lead tools and blades itself, step by step, and is told what is wrong with what it
+/// gives.
+#[test]
+fn a_program_leads_a_tool_by_hand() {
+    let mut world = world(
+        "gravity: None, integration: (settle: None),
+         supports: [(region: HalfSpace(point: (0, 0, -0.014), normal: (0, 0, -1)))],
+         tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 0.03))])],",
+    );
+    let at = |z: f64| Pose {
+        rotation: DQuat::IDENTITY,
+        position: DVec3::new(0.0, 0.0, z),
+    };
+    let mut largest: f64 = 0.0;
+    for step in 0..200_u64 {
+        let depth = 2e-5 * f64::from(u32::try_from(step).unwrap());
+        let action = Action::Tool {
+            tool: 0,
+            pose: at(0.0255 - depth),
+        };
+        world
+            .give(vec![Input { step, action }])
+            .expect("it is sound");
+        world.step().expect("it steps");
+        let force = world.tool_forces()[0];
+        assert!((force.pose.position.z - (0.0255 - depth)).abs() < 1e-15);
+        largest = largest.max(force.force.z);
+    }
+    assert!(largest > 0.05, "the block pushes back with {largest} N");
+    let mut bad = |step, tool, z| {
+        let pose = at(z);
+        let action = Action::Tool { tool, pose };
+        world.give(vec![Input { step, action }])
+    };
+    assert_eq!(
+        bad(300, 1, 0.0),
+        Err(InputError::NoSuch {
+            index: 0,
+            what: "tools",
+            asked: 1,
+            count: 1
+        })
+    );
+    assert_eq!(
+        bad(300, 0, f64::NAN),
+        Err(InputError::BadPlace { index: 0 })
+    );
+    let late = |step| Input {
+        step,
+        action: Action::Tool {
+            tool: 0,
+            pose: at(0.1),
+        },
+    };
+    let order = world.give(vec![late(300), late(250)]);
+    assert_eq!(
+        order,
+        Err(InputError::Order {
+            index: 1,
+            step: 250,
+            last: 300
+        })
+    );
+}
