@@ -10,6 +10,8 @@ mod cut_accuracy;
 mod determinism;
 /// Patch test, beams, stretch, modes and convergence of nodal elasticity.
 mod elastic_accuracy;
+/// Hard cases, each with what must happen.
+mod hard_cases;
 /// Elastic blocks as force laws, for the tests of `phyxel-integrate` with `phyxel-elastic`.
 mod integrate_bodies;
 /// Waves, energy, stability, impact.

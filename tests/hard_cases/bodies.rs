@@ -1,0 +1,297 @@
+//! Hard cases of bodies, motion and tools.
+
+use std::path::Path;
+
+use glam::DVec3;
+use phyxel::scene::Scene;
+use phyxel::world::World;
+
+use super::stage::*;
+
+#[test]
+fn a_bar_is_twisted_by_360_degrees_and_back() {
+    let bar = BLOCK.replace("(0.04, 0.04, 0.06)", "(0.02, 0.02, 0.06)");
+    let turn = |time: f64, angle: f64| format!("(time: {time}, rotation: (0, 0, {angle}))");
+    let keys: Vec<String> = (0..=8)
+        .map(|k| {
+            let k = f64::from(k);
+            turn(0.1 * k, 90.0 * if k <= 4.0 { k } else { 8.0 - k })
+        })
+        .collect();
+    let supports = format!(
+        "supports: [
+            (region: HalfSpace(point: (0, 0, 0.0299), normal: (0, 0, 1)), motion: Driven(path: [{}])),
+            (region: HalfSpace(point: (0, 0, -0.0299), normal: (0, 0, -1)))],",
+        keys.join(", ")
+    );
+    let mut world = world(
+        &bar,
+        &format!("{supports} integration: (settle: None), gravity: None,"),
+    );
+    play(&mut world, 0.4).expect("it runs");
+    let body = &world.members()[0].body;
+    let smallest = body
+        .elastic
+        .deformation_gradients()
+        .iter()
+        .map(glam::DMat3::determinant);
+    let smallest = smallest.fold(f64::INFINITY, f64::min);
+    assert!(smallest > 0.2, "det F falls to {smallest}");
+    let twisted = body.motion.audit().elastic;
+    play(&mut world, 1.2).expect("it runs");
+    let body = &world.members()[0].body;
+    let back = body.motion.audit().elastic;
+    assert!(back < 1e-3 * twisted, "{back} J of {twisted} J are left");
+    let moved = body
+        .motion
+        .positions()
+        .iter()
+        .zip(&body.rest)
+        .map(|(x, r)| x.distance(*r));
+    assert!(moved.fold(0.0, f64::max) < 1e-3, "it is not back");
+    assert!(imbalance(body) < 0.01, "audit off by {}", imbalance(body));
+}
+
+#[test]
+fn nearly_incompressible_tissue_sags_and_keeps_its_volume() {
+    let hang = |ratio: &str| {
+        let body = BLOCK.replace("poissons_ratio: 0.4", &format!("poissons_ratio: {ratio}"));
+        let body = body
+            .replace("damping: 4", "damping: 20")
+            .replace("2e4", "1e4");
+        let mut world = world(&body, &format!("{HELD} {AT_ONCE}"));
+        play(&mut world, 0.5).expect("it runs");
+        let body = &world.members()[0].body;
+        let lowest = body
+            .motion
+            .positions()
+            .iter()
+            .map(|x| x.z)
+            .fold(f64::INFINITY, f64::min);
+        let volume: f64 = body
+            .elastic
+            .deformation_gradients()
+            .iter()
+            .zip(&body.volumes)
+            .map(|(f, v)| f.determinant() * v)
+            .sum();
+        (-0.03 - lowest, (volume / body.initial.volume - 1.0).abs())
+    };
+    let (soft, changed) = hang("0.45");
+    let (stiff, kept) = hang("0.499");
+    assert!(
+        stiff < soft && stiff > 0.6 * soft,
+        "sag {stiff} m at 0.499, {soft} m at 0.45"
+    );
+    assert!(
+        kept < 0.1 * changed,
+        "volume changes by {kept}, by {changed} at 0.45"
+    );
+}
+
+#[test]
+fn a_stiff_body_beside_a_soft_one_sets_the_step() {
+    let body = |name: &str, modulus: &str, x: f64| {
+        BLOCK
+            .replace("\"block\"", &format!("\"{name}\", position: ({x}, 0, 0)"))
+            .replace("2e4", modulus)
+            .replace("Nodes(500)", "Nodes(150)")
+    };
+    let soft = world(&body("soft", "1e3", 0.0), &format!("{HELD} {AT_ONCE}")).step_size();
+    let both = format!(
+        "{}, {}",
+        body("soft", "1e3", 0.0),
+        body("stiff", "1e9", 0.1)
+    );
+    let mut world = world(&both, &format!("{HELD} {AT_ONCE}"));
+    let ratio = soft / world.step_size();
+    assert!(
+        (900.0..1100.0).contains(&ratio),
+        "the step is {ratio} times shorter"
+    );
+    while world.steps() < 3000 {
+        world.step().expect("it runs");
+    }
+    check(&world);
+    for member in world.members() {
+        let off = imbalance(&member.body);
+        assert!(off < 0.01, "{}: audit off by {off}", member.body.name);
+    }
+}
+
+#[test]
+fn ten_nodes_are_too_few_and_some_thirty_hang() {
+    let few = BLOCK.replace("Nodes(500)", "Nodes(10)");
+    let text = format!("(version: 1, bodies: [{few}], {HELD} {AT_ONCE})");
+    let error = World::new(scene(&text)).expect_err("too few");
+    let said = error.to_string();
+    assert!(said.contains("10 nodes") && said.contains("30"), "{said}");
+    let few = BLOCK.replace("Nodes(500)", "Spacing(0.018)");
+    let mut world = world(&few, &format!("{HELD} {AT_ONCE}"));
+    play(&mut world, 0.3).expect("it runs");
+    let body = &world.members()[0].body;
+    assert!(
+        (30..100).contains(&body.rest.len()),
+        "{} nodes",
+        body.rest.len()
+    );
+    let nodes = body.rest.iter().zip(body.motion.positions());
+    let fallen: f64 = nodes.map(|(rest, x)| rest.z - x.z).sum();
+    assert!(fallen > 0.0, "it sags");
+    assert!(imbalance(body) < 0.01, "audit off by {}", imbalance(body));
+}
+
+/// Lengths by `s`, stiffness by `s` and times by its root leave the motion as it is.
+#[test]
+fn motion_does_not_depend_on_the_unit_of_length() {
+    let run = |s: f64| {
+        let t = s.sqrt();
+        let body = format!(
+            "(shape: Box(size: ({}, {}, {})), sampling: (target: Nodes(300)),
+              material: (youngs_modulus: {}, poissons_ratio: 0.4, density: 1000), damping: {})",
+            0.04 * s,
+            0.04 * s,
+            0.06 * s,
+            2e4 * s,
+            4.0 / t
+        );
+        let cut = stroke(
+            "cut",
+            DVec3::Y * (0.05 * s),
+            DVec3::new(-0.04, 0.0, 0.001) * s,
+            DVec3::new(0.01, 0.0, 0.001) * s,
+            [0.02 * t, 0.1 * t],
+        )
+        .replace("Distance(0.01)", &format!("Distance({})", 0.01 * s));
+        let held = format!(
+            "supports: [(region: HalfSpace(point: (0, 0, {}), normal: (0, 0, 1)))],",
+            0.0299 * s
+        );
+        let duration = format!(
+            "integration: (settle: None, duration: {}),",
+            4.0 * t.max(1.0)
+        );
+        let rest = format!(
+            "cuts: [{cut}], {held} {duration}
+            gravity: (acceleration: (0, 0, -9.81), ramp: 0),"
+        );
+        let mut world = world(&body, &rest);
+        play(&mut world, 0.15 * t).expect("it runs");
+        assert!(severed(&world) > 20, "scale {s}");
+        let body = &world.members()[0].body;
+        body.motion
+            .positions()
+            .iter()
+            .map(|x| *x / s)
+            .collect::<Vec<DVec3>>()
+    };
+    let one = run(1.0);
+    for s in [1e-6, 1e6] {
+        let other = run(s);
+        assert_eq!(one.len(), other.len(), "scale {s}");
+        let apart = one
+            .iter()
+            .zip(&other)
+            .map(|(a, b)| a.distance(*b))
+            .fold(0.0, f64::max);
+        assert!(apart < 1e-7, "scale {s}: {apart} m apart");
+    }
+}
+
+#[test]
+fn steps_at_the_limit_stay_bounded_and_longer_ones_are_refused() {
+    let free = BLOCK.replace("damping: 4, damping_ratio: 0.1", "damping: 0");
+    let rest = |factor: f64| {
+        format!(
+            "{HELD} integration: (settle: None, step_factor: {factor}),
+            gravity: (acceleration: (0, 0, -0.5), ramp: 0),"
+        )
+    };
+    let mut limit = world(&free, &rest(1.0));
+    play(&mut limit, 1.0).expect("it stays bounded");
+    let off = imbalance(&limit.members()[0].body);
+    assert!(off < 0.05, "audit off by {off}");
+    let text = format!("(version: 1, bodies: [{free}], {})", rest(1.2));
+    let error = Scene::from_text(&text, "test", Path::new(""), &[]).expect_err("it is too long");
+    let said = error.to_string();
+    assert!(
+        said.contains("step_factor") && said.contains("at most 1"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_tool_is_pushed_through_the_body() {
+    let tool = "tools: [(shape: Sphere(radius: 0.008), path: [
+        (time: 0, position: (-0.04, 0, 0)), (time: 0.3, position: (0.05, 0, 0))])],";
+    let mut world = world(BLOCK, &format!("{tool} {HELD} {AT_ONCE}"));
+    match play(&mut world, 0.5) {
+        Ok(()) => {
+            let force = world.tool_forces()[0];
+            assert!(
+                (force.pose.position.x - 0.05).abs() < 1e-12,
+                "it went its way"
+            );
+            assert!(force.force.length() < 10.0, "{force:?}");
+        }
+        Err(error) => {
+            let said = error.to_string();
+            assert!(
+                said.contains("body 'block'") && said.contains("node"),
+                "{said}"
+            );
+        }
+    }
+}
+
+#[test]
+fn flipped_parts_of_a_mesh_are_turned_and_weigh_as_much() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let two_boxes = |flipped: bool| {
+        let file = folder.path().join(format!("{flipped}.obj"));
+        let mut text = String::new();
+        for part in 0..2_u32 {
+            for k in 0..8_u32 {
+                let bit = |b: u32| f64::from(k >> b & 1) * 0.03;
+                let x = bit(0) + 0.05 * f64::from(part);
+                text += &format!("v {x} {} {}\n", bit(1), bit(2));
+            }
+        }
+        let faces = [
+            [1, 3, 4, 2],
+            [5, 6, 8, 7],
+            [1, 2, 6, 5],
+            [3, 7, 8, 4],
+            [1, 5, 7, 3],
+            [2, 4, 8, 6],
+        ];
+        for part in 0..2 {
+            for mut face in faces {
+                if part == 1 && flipped {
+                    face.reverse();
+                }
+                let corners = face.map(|v| (v + 8 * part).to_string());
+                text += &format!("f {}\n", corners.join(" "));
+            }
+        }
+        std::fs::write(&file, text).expect("it can be written");
+        let name = file.to_str().expect("UTF-8");
+        let body = format!("(shape: Mesh(file: {name:?}), sampling: (target: Nodes(400)))");
+        world(&body, "gravity: None, integration: (settle: None),")
+    };
+    let (sound, mut flipped) = (two_boxes(false), two_boxes(true));
+    let turned = |world: &World| {
+        let report = world.members()[0]
+            .body
+            .report
+            .as_ref()
+            .expect("it is a mesh");
+        report.turned_parts
+    };
+    assert_eq!((turned(&sound), turned(&flipped)), (0, 1));
+    let volume = |world: &World| world.members()[0].body.initial.volume;
+    let ratio = volume(&flipped) / volume(&sound);
+    // Quadrilaterals that are turned are divided along their other diagonal.
+    assert!((ratio - 1.0).abs() < 2e-3, "{ratio} of the volume");
+    play(&mut flipped, 0.05).expect("it runs");
+}

@@ -1,0 +1,257 @@
+//! Hard cases of cutting.
+
+use glam::DVec3;
+use phyxel::world::World;
+
+use super::stage::*;
+
+#[test]
+fn slivers_part_a_block_as_one_cut_does() {
+    let cut = |heights: &[f64]| {
+        let strokes = heights.iter().enumerate();
+        let strokes: Vec<String> = strokes
+            .map(|(k, z)| {
+                let begin = 0.01 + 0.03 * f64::from(u32::try_from(k).unwrap());
+                across(&k.to_string(), *z, [begin, begin + 0.02])
+            })
+            .collect();
+        let cuts = format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", "));
+        let mut world = world(BLOCK, &cuts);
+        play(&mut world, 0.15).expect("it runs");
+        world
+    };
+    let (one, three) = (cut(&[1e-3]), cut(&[1e-3, 1.01e-3, 1.02e-3]));
+    assert_eq!(pieces(&one).len(), 2);
+    assert_eq!(pieces(&one), pieces(&three));
+    assert_eq!(severed(&one), severed(&three));
+    let off = imbalance(&three.members()[0].body);
+    assert!(off < 0.01, "audit off by {off}");
+}
+
+#[test]
+fn dice_fall_freely() {
+    let mut strokes = Vec::new();
+    for (axis, third) in [(0, 0.0067), (1, 0.0067), (2, 0.0101)] {
+        for side in [-1.0, 1.0] {
+            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+            let middle = DVec3::AXES[axis] * (side * third);
+            let begin = 0.005 * f64::from(u32::try_from(strokes.len()).unwrap());
+            strokes.push(stroke(
+                &strokes.len().to_string(),
+                u * 0.12,
+                middle - v * 0.06,
+                middle + v * 0.06,
+                [begin, begin + 0.004],
+            ));
+        }
+    }
+    let rest = format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", "));
+    let mut world = world(&BLOCK.replace("damping: 4", "damping: 0"), &rest);
+    play(&mut world, 0.032).expect("it runs");
+    let sizes = pieces(&world);
+    assert!(sizes.len() >= 27, "{} pieces", sizes.len());
+    assert!(
+        sizes[26] > 2 * sizes[27..].iter().copied().max().unwrap_or(0),
+        "{sizes:?}"
+    );
+    // 18 of them fall: their momentum grows by their weight.
+    let falling = |world: &World| {
+        let body = &world.members()[0].body;
+        let free = (0..body.rest.len()).filter(|&node| body.rest[node].z < 0.0101);
+        free.map(|node| body.motion.velocities()[node] * body.masses[node])
+            .sum::<DVec3>()
+    };
+    let mass: f64 = {
+        let body = &world.members()[0].body;
+        (0..body.rest.len())
+            .filter(|&n| body.rest[n].z < 0.0101)
+            .map(|n| body.masses[n])
+            .sum()
+    };
+    let (before, start) = (falling(&world), world.time());
+    play(&mut world, 0.06).expect("it runs");
+    let gained = falling(&world) - before;
+    let expected = DVec3::Z * (-9.81 * mass * (world.time() - start));
+    assert!(
+        gained.distance(expected) < 1e-9 * expected.length(),
+        "{gained} of {expected}"
+    );
+}
+
+#[test]
+fn a_thousand_cuts() {
+    let mut state = 9_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        f64::from(u32::try_from(state >> 40).unwrap()) / f64::from(1_u32 << 24) - 0.5
+    };
+    let mut point = |size: f64| DVec3::new(random(), random(), random()) * size;
+    let strokes: Vec<String> = (0..1000_u32)
+        .map(|k| {
+            let begin = 1e-4 * f64::from(k);
+            let from = point(0.04);
+            let to = from + point(0.016);
+            stroke(
+                &k.to_string(),
+                point(0.016),
+                from,
+                to,
+                [begin, begin + 5e-5],
+            )
+        })
+        .collect();
+    let mut world = world(
+        BLOCK,
+        &format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", ")),
+    );
+    let mut before = 0;
+    for k in 1..=5 {
+        play(&mut world, 0.03 * f64::from(k)).expect("it runs");
+        assert!(severed(&world) >= before, "severed pairs came back");
+        before = severed(&world);
+    }
+    let cutting = world.members()[0].cutting.as_ref().expect("it was cut");
+    let captures = world
+        .scene()
+        .cuts
+        .iter()
+        .map(|cut| cut.capture_times().len());
+    assert_eq!(
+        cutting.counts().0,
+        captures.sum::<usize>(),
+        "every edge is taken up"
+    );
+    assert!(before > 100, "{before} pairs severed");
+    let off = imbalance(&world.members()[0].body);
+    assert!(off < 0.02, "audit off by {off}");
+}
+
+#[test]
+fn a_block_is_cut_while_compressed_to_half() {
+    // Flat, so that it bulges and does not buckle.
+    let flat = BLOCK.replace("(0.04, 0.04, 0.06)", "(0.06, 0.06, 0.03)");
+    let supports = "supports: [
+        (region: HalfSpace(point: (0, 0, 0.0149), normal: (0, 0, 1)), motion: Driven(path: [
+            (time: 0, position: (0, 0, 0)), (time: 0.15, position: (0, 0, -0.015))])),
+        (region: HalfSpace(point: (0, 0, -0.0149), normal: (0, 0, -1)))],";
+    let at = |y: f64| DVec3::new(0.002, y, -0.0075);
+    let cut = stroke("cut", DVec3::Z * 0.05, at(-0.08), at(0.08), [0.2, 0.3]);
+    let rest = format!("cuts: [{cut}], {supports} integration: (settle: None), gravity: None,");
+    let mut world = world(&flat, &rest);
+    play(&mut world, 0.19).expect("it runs");
+    let body = &world.members()[0].body;
+    let pressed = body.motion.audit().elastic;
+    let heights = body.motion.positions().iter().map(|x| x.z);
+    let lowest = heights.clone().fold(f64::INFINITY, f64::min);
+    let highest = heights.fold(f64::NEG_INFINITY, f64::max);
+    assert!(
+        (highest - lowest - 0.015).abs() < 1e-3,
+        "pressed to {} m",
+        highest - lowest
+    );
+    play(&mut world, 0.4).expect("it runs");
+    assert_eq!(pieces(&world).len(), 2, "{:?}", pieces(&world));
+    let body = &world.members()[0].body;
+    let audit = body.motion.audit();
+    assert!(
+        audit.elastic < pressed,
+        "{} J of {pressed} J are left",
+        audit.elastic
+    );
+    assert!(imbalance(body) < 0.02, "audit off by {}", imbalance(body));
+}
+
+#[test]
+fn a_single_node_falls_like_a_point_mass() {
+    // Three planes about the corner node at (20, 20, -30) mm; its neighbours are 6 mm away.
+    let cut = |k: usize, edge: DVec3, from: DVec3, to: DVec3| {
+        let begin = 0.002 * f64::from(u32::try_from(k).unwrap());
+        stroke(&k.to_string(), edge, from, to, [begin, begin + 1e-3])
+    };
+    let corner = DVec3::new(0.0185, 0.0185, -0.0285);
+    let strokes: Vec<String> = [0, 1, 2]
+        .into_iter()
+        .map(|axis| {
+            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+            cut(axis, u * 0.02, corner - v * 0.01, corner + v * 0.01)
+        })
+        .collect();
+    let bodies = BLOCK.replace("damping: 4, damping_ratio: 0.1", "damping: 0");
+    let mut world = world(
+        &bodies,
+        &format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", ")),
+    );
+    play(&mut world, 0.01).expect("it runs");
+    assert_eq!(pieces(&world)[1..], [1], "one node is cut off");
+    let body = &world.members()[0].body;
+    let lone = body
+        .rest
+        .iter()
+        .position(|x| x.distance(DVec3::new(0.02, 0.02, -0.03)) < 1e-6);
+    let lone = lone.expect("a box has nodes at its corners");
+    let (x, v, start) = (
+        body.motion.positions()[lone],
+        body.motion.velocities()[lone],
+        world.time(),
+    );
+    play(&mut world, 0.05).expect("it runs");
+    let t = world.time() - start;
+    let expected = x + v * t + DVec3::Z * (-0.5 * 9.81 * t * t);
+    let there = world.members()[0].body.motion.positions()[lone];
+    assert!(
+        there.distance(expected) < 1e-12,
+        "{there} and not {expected}"
+    );
+}
+
+#[test]
+fn a_blade_faster_than_the_body_cuts_as_deep_as_a_slow_one() {
+    let cut = |times: [f64; 2]| {
+        let cut = across("cut", 1e-3, times).replace("Distance(0.01)", "Rate(60)");
+        let rest = format!("cuts: [{cut}], {HELD} gravity: None, integration: (settle: None),");
+        let mut world = world(BLOCK, &rest);
+        play(&mut world, 0.3).expect("it runs");
+        severed(&world)
+    };
+    let (fast, slow) = (cut([0.01, 0.010_01]), cut([0.01, 0.25]));
+    assert!(fast > 30, "{fast} pairs");
+    assert_eq!(fast, slow);
+}
+
+#[test]
+fn a_cut_through_the_support_leaves_both_parts_held() {
+    let supports = "supports: [(region: HalfSpace(point: (0, 0, 0.0149), normal: (0, 0, 1)))],";
+    let at = |y: f64| DVec3::new(0.001, y, 0.0);
+    let cut = stroke("cut", DVec3::Z * 0.1, at(-0.04), at(0.04), [0.02, 0.1]);
+    let mut world = world(BLOCK, &format!("cuts: [{cut}], {supports} {AT_ONCE}"));
+    play(&mut world, 0.5).expect("it runs");
+    assert_eq!(pieces(&world).len(), 2);
+    let body = &world.members()[0].body;
+    for (x, rest) in body.motion.positions().iter().zip(&body.rest) {
+        if rest.z >= 0.0149 {
+            assert_eq!(x, rest, "a held node moved");
+        } else {
+            assert!(x.distance(*rest) < 0.01, "{rest} fell to {x}");
+        }
+    }
+    assert!(imbalance(body) < 0.01, "audit off by {}", imbalance(body));
+}
+
+#[test]
+fn a_body_at_rest_stays_at_rest_when_cut_without_gravity() {
+    let cut = across("cut", 1e-3, [0.01, 0.1]);
+    let rest = format!("cuts: [{cut}], gravity: None, integration: (settle: None),");
+    let mut world = world(BLOCK, &rest);
+    play(&mut world, 0.2).expect("it runs");
+    assert_eq!(pieces(&world).len(), 2);
+    let body = &world.members()[0].body;
+    let moved = body
+        .motion
+        .positions()
+        .iter()
+        .zip(&body.rest)
+        .map(|(x, r)| x.distance(*r));
+    assert!(moved.fold(0.0, f64::max) < 1e-12, "it moved");
+}

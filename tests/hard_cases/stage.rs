@@ -1,0 +1,109 @@
+//! Scenes of the hard cases, and what is checked in each of them.
+
+use std::path::Path;
+
+use glam::DVec3;
+use phyxel::scene::Scene;
+use phyxel::world::{Body, World, WorldError};
+use phyxel_enrich::connected_pieces;
+
+/// The held block of most cases: 40 x 40 x 60 mm, its top fixed.
+pub(super) const BLOCK: &str =
+    "(name: \"block\", shape: Box(size: (0.04, 0.04, 0.06)), sampling: (target: Nodes(500)),
+    material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000, stabilization: 0.3),
+    damping: 4, damping_ratio: 0.1)";
+pub(super) const HELD: &str =
+    "supports: [(region: HalfSpace(point: (0, 0, 0.0299), normal: (0, 0, 1)))],";
+pub(super) const AT_ONCE: &str =
+    "integration: (settle: None), gravity: (acceleration: (0, 0, -9.81), ramp: 0),";
+
+pub(super) fn scene(text: &str) -> Scene {
+    Scene::from_text(text, "test", Path::new(""), &[]).expect("the scene is valid")
+}
+
+/// A world of `bodies` and what else a scene says.
+pub(super) fn world(bodies: &str, rest: &str) -> World {
+    World::new(scene(&format!("(version: 1, bodies: [{bodies}], {rest})")))
+        .expect("it can be built")
+}
+
+/// Steps to `time` (s); what must hold in every case is checked on the way.
+pub(super) fn play(world: &mut World, time: f64) -> Result<(), WorldError> {
+    while world.time() < time {
+        world.step()?;
+        if world.steps().is_multiple_of(50) {
+            check(world);
+        }
+    }
+    check(world);
+    Ok(())
+}
+
+pub(super) fn check(world: &World) {
+    for member in world.members() {
+        let body = &member.body;
+        let state = body.motion.state();
+        let finite = |values: &[DVec3]| values.iter().all(|v| v.is_finite());
+        assert!(
+            finite(&state.positions) && finite(&state.velocities),
+            "{}",
+            body.name
+        );
+        let mass: f64 = body.motion.masses().iter().sum();
+        assert!(
+            (mass / body.initial.mass - 1.0).abs() < 1e-12,
+            "mass {mass}"
+        );
+        let sum: DVec3 = state.forces.iter().sum();
+        let size: f64 = state.forces.iter().map(|f| f.length()).sum();
+        assert!(
+            sum.length() <= 1e-11 * size,
+            "internal forces sum to {sum} of {size} N"
+        );
+    }
+}
+
+/// Share of the energies that went in or out for which the audit does not account.
+pub(super) fn imbalance(body: &Body) -> f64 {
+    let audit = body.motion.audit();
+    audit.balance().abs() / audit.scale().max(1e-300)
+}
+
+/// Sizes of the connected pieces, largest first.
+pub(super) fn pieces(world: &World) -> Vec<u32> {
+    let member = &world.members()[0];
+    let graph = &member.body.neighborhoods;
+    // A pair's weight is zero if and only if a cut has severed it.
+    let weights = &member.body.stencils.weights;
+    let mut sizes = connected_pieces(graph.offsets(), graph.indices(), weights).sizes;
+    sizes.sort_unstable_by(|a, b| b.cmp(a));
+    sizes
+}
+
+pub(super) fn severed(world: &World) -> usize {
+    world.members()[0]
+        .cutting
+        .as_ref()
+        .map_or(0, phyxel::world::Cutting::severed_pairs)
+}
+
+/// A stroke of a blade whose edge runs along `edge` through `from` and `to`.
+pub(super) fn stroke(name: &str, edge: DVec3, from: DVec3, to: DVec3, times: [f64; 2]) -> String {
+    let list = |v: DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
+    format!(
+        "(name: \"{name}\", edge: [{}, {}], path: [(time: {}, position: {}), (time: {}, position: {})], \
+         capture: Distance(0.01))",
+        list(edge * -0.5),
+        list(edge * 0.5),
+        times[0],
+        list(from),
+        times[1],
+        list(to)
+    )
+}
+
+/// A horizontal cut through the whole block at a height (m).
+pub(super) fn across(name: &str, height: f64, times: [f64; 2]) -> String {
+    let at = |x: f64| DVec3::new(x, 0.0, height);
+    stroke(name, DVec3::Y * 0.08, at(-0.04), at(0.04), times)
+}
