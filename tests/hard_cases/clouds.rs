@@ -17,7 +17,7 @@ struct Cloud {
 impl Cloud {
     /// Every node the neighbour of every other, with a cubic millimetre each.
     fn new(points: Vec<DVec3>) -> Self {
-        let count = u32::try_from(points.len()).unwrap();
+        let count = u32::try_from(points.len()).expect("a few points");
         let offsets = (0..=count).map(|k| k * (count - 1)).collect();
         let others = |i: u32| (0..count).filter(move |&j| j != i);
         let graph = Neighborhoods::from_graph(offsets, (0..count).flat_map(others).collect());
