@@ -8,9 +8,11 @@
 //! `g_ij = g0_ij + V_i w_ij e_ij(μ)`, `e_ij(μ) = (μ_j − μ_i) − H_i X_ij`,
 //! `H_i = Σ_k (μ_k − μ_i) g0_ikᵀ`,
 //!
-//! with μ from one symmetric positive semidefinite system per cloud, see [`solve`].
+//! with μ from one symmetric positive semidefinite system per cloud, see [`operator`].
 
 mod coarse;
+mod iteration;
+mod operator;
 mod pieces;
 mod solve;
 mod stroke;
@@ -22,7 +24,8 @@ use glam::{DMat3, DVec3};
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
 use crate::stencil::{
-    Row, StencilMemory, StencilRank, allocated, build_rows, invert_moment, take_factors, validate,
+    Row, StencilMemory, StencilRank, allocated, build_rows, invert_moment, moment, take_factors,
+    validate,
 };
 use crate::symmetric::outer;
 pub use stroke::{StrokeReport, normal_projector};
@@ -178,8 +181,7 @@ impl ConservativeStencils {
     }
 
     /// Memory held: 24 + 72 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair. The set-up
-    /// solve needs about 600 bytes per node and 8 per pair more while it runs, and up to 25 MB for its
-    /// coarse space.
+    /// solve needs about 700 bytes per node and 8 per pair more while it runs.
     #[must_use]
     pub fn memory_bytes(&self) -> StencilMemory {
         StencilMemory {
@@ -231,6 +233,7 @@ impl ConservativeStencils {
             self.weights.len(),
             "the graph of the set-up"
         );
+        let frame = self.frame(positions, neighborhoods);
         for &node in touched {
             let node = node as usize;
             let pairs = neighborhoods.pairs(node);
@@ -240,11 +243,6 @@ impl ConservativeStencils {
                 factors,
                 pairs.clone(),
             )?;
-            let frame = RowFrame {
-                positions,
-                neighborhoods,
-                settings: &self.settings,
-            };
             let row = frame.build(
                 node,
                 &self.weights[pairs.clone()],
@@ -257,6 +255,14 @@ impl ConservativeStencils {
         Ok(())
     }
 
+    fn frame<'a>(&self, positions: &'a [DVec3], neighborhoods: &'a Neighborhoods) -> RowFrame<'a> {
+        RowFrame {
+            positions,
+            neighborhoods,
+            rank_tolerance: self.settings.rank_tolerance,
+        }
+    }
+
     /// Writes one row's node data.
     fn store(&mut self, node: usize, row: Row) {
         self.moment_inverses[node] = row.moment_inverse;
@@ -266,13 +272,8 @@ impl ConservativeStencils {
 
     /// Rebuilds every row with the weights and μ at hand, in parallel.
     fn rebuild_all(&mut self, positions: &[DVec3], neighborhoods: &Neighborhoods) {
-        let frame = RowFrame {
-            positions,
-            neighborhoods,
-            settings: &self.settings,
-        };
-        let weights = &self.weights;
-        let volumes = &self.volumes;
+        let frame = self.frame(positions, neighborhoods);
+        let (weights, volumes) = (&self.weights, &self.volumes);
         let multipliers = &self.multipliers;
         let built = build_rows(neighborhoods, &mut self.pair_gradients, |node, out| {
             let weights = &weights[neighborhoods.pairs(node)];
@@ -280,6 +281,28 @@ impl ConservativeStencils {
         });
         for (node, row) in built.into_iter().flatten().enumerate() {
             self.store(node, row);
+        }
+    }
+
+    /// Takes new μ into every row; weights and moment matrices are those of before.
+    fn take_multipliers(
+        &mut self,
+        multipliers: Vec<DVec3>,
+        positions: &[DVec3],
+        neighborhoods: &Neighborhoods,
+    ) {
+        self.multipliers = multipliers;
+        let frame = self.frame(positions, neighborhoods);
+        let (weights, volumes) = (&self.weights, &self.volumes);
+        let (multipliers, ranks) = (&self.multipliers, &self.ranks);
+        let inverses = &self.moment_inverses;
+        let built = build_rows(neighborhoods, &mut self.pair_gradients, |node, out| {
+            let weights = &weights[neighborhoods.pairs(node)];
+            let quality = (inverses[node], ranks[node]);
+            frame.fill(node, weights, volumes[node], multipliers, quality, out)
+        });
+        for (own, row) in self.self_gradients.iter_mut().zip(built.iter().flatten()) {
+            *own = row.self_gradient;
         }
     }
 }
@@ -294,7 +317,7 @@ const NO_RANK: StencilRank = StencilRank {
 struct RowFrame<'a> {
     positions: &'a [DVec3],
     neighborhoods: &'a Neighborhoods,
-    settings: &'a ConservativeSettings,
+    rank_tolerance: f64,
 }
 
 impl RowFrame<'_> {
@@ -307,18 +330,31 @@ impl RowFrame<'_> {
         multipliers: &[DVec3],
         out: &mut [DVec3],
     ) -> Row {
+        let moment = moment(self.positions, self.neighborhoods, node, weights);
+        let quality = invert_moment(&moment, self.rank_tolerance);
+        self.fill(node, weights, volume, multipliers, quality, out)
+    }
+
+    /// The same with the inverse and rank of the moment matrix at hand.
+    fn fill(
+        &self,
+        node: usize,
+        weights: &[f64],
+        volume: f64,
+        multipliers: &[DVec3],
+        (moment_inverse, rank): (DMat3, StencilRank),
+        out: &mut [DVec3],
+    ) -> Row {
         let at = self.positions[node];
         let row = self.neighborhoods.row(node);
-        let mut moment = DMat3::ZERO;
-        let mut tensor = DMat3::ZERO;
-        for (&j, &w) in row.iter().zip(weights) {
-            let x = self.positions[j as usize] - at;
-            let wx = x * w;
-            moment += outer(wx, x);
-            tensor += outer(multipliers[j as usize] - multipliers[node], wx);
-        }
-        let (moment_inverse, rank) = invert_moment(&moment, self.settings.rank_tolerance);
         let corrected = rank.rank == 3;
+        let mut tensor = DMat3::ZERO;
+        if corrected {
+            for (&j, &w) in row.iter().zip(weights) {
+                let x = self.positions[j as usize] - at;
+                tensor += outer(multipliers[j as usize] - multipliers[node], x * w);
+            }
+        }
         let h = tensor * moment_inverse;
         let mut self_gradient = DVec3::ZERO;
         for ((&j, &w), g) in row.iter().zip(weights).zip(out) {

@@ -225,7 +225,7 @@ pub fn widen_deficient_rows(
 }
 
 /// `A_i = Σ_j w_ij X_ij X_ijᵀ`.
-fn moment(
+pub(crate) fn moment(
     positions: &[DVec3],
     neighborhoods: &Neighborhoods,
     node: usize,
