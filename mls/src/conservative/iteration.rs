@@ -71,11 +71,8 @@ pub(super) fn conjugate_gradients(
             return (solution, iteration);
         }
         if size < best.size * WORTH_KEEPING {
-            best = Best {
-                size,
-                at: iteration,
-                solution: solution.clone(),
-            };
+            (best.size, best.at) = (size, iteration);
+            best.solution.clone_from(&solution);
         }
         if size > best.size * HOPELESS_GROWTH || iteration > best.at + PATIENCE {
             return (best.solution, iteration);
