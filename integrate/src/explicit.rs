@@ -11,8 +11,9 @@ use rayon::prelude::*;
 /// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
 const CHUNK: usize = 1024;
 
-/// Below this many nodes a loop over them takes less time than waking threads (20 µs).
-const PARALLEL_FROM: usize = 16 * CHUNK;
+/// Below this many nodes a loop over them takes less time than sharing it: some 5 µs where threads are
+/// awake, as they are after the forces, and 10 ns a node.
+const PARALLEL_FROM: usize = 4 * CHUNK;
 
 /// Steps in a row with the balance off before anything is said. An unstable step multiplies energies
 /// by some power of its excess each time, so this is far from overflow.

@@ -13,6 +13,7 @@ mod factor;
 mod friction;
 mod implicit;
 mod law;
+mod leveling;
 mod linear;
 mod motion;
 mod newton;
@@ -39,6 +40,7 @@ pub use error::{Cause, MotionError, StepError};
 pub use explicit::Applied;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
 pub use law::ForceLaw;
+pub use leveling::{Leveled, level_masses};
 pub use motion::{Frame, Motion, MotionSettings, Scheme, State};
 #[cfg(feature = "faer")]
 pub use newton::FACTOR_LASTS;

@@ -136,7 +136,7 @@ impl Frame {
 ///
 /// # Numerics
 /// One force evaluation a step. Node loops run in chunks of fixed size, whose partial sums are added in
-/// order, so any number of threads gives the same bits; they run in parallel from 16,384 nodes.
+/// order, so any number of threads gives the same bits; they run in parallel from 4,096 nodes.
 #[derive(Debug, Clone)]
 pub struct Motion {
     pub(crate) settings: MotionSettings,

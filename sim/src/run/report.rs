@@ -37,10 +37,11 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             text,
             "mass",
             format_args!(
-                "{:.6} kg before, {:.6} kg after (change {:+.1e})",
+                "{:.6} kg before, {:.6} kg after (change {:+.1e}); {:.2} % moved by a neighbour at first",
                 body.mass_before,
                 body.mass_after,
-                body.mass_after / body.mass_before - 1.0
+                body.mass_after / body.mass_before - 1.0,
+                1e2 * body.moved_mass
             ),
         )?;
         row(

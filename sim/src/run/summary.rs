@@ -58,6 +58,8 @@ pub struct BodySummary {
     /// Deviation of that volume from the input surface's, relative; `null` for shapes without a
     /// mesh.
     pub volume_error: Option<f64>,
+    /// Share of the mass that was moved between neighbouring nodes before the first step.
+    pub moved_mass: f64,
     /// Mass (kg) before the first step.
     pub mass_before: f64,
     /// Mass (kg) after the last.
@@ -365,6 +367,7 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
         spacing: body.spacing,
         volume,
         volume_error: body.volume_error,
+        moved_mass: body.leveled.map_or(0.0, |leveled| leveled.moved),
         mass_before: body.initial.mass,
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.initial.volume,

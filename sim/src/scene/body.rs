@@ -33,6 +33,10 @@ pub struct Body {
     /// a wound's rim, which long steps would otherwise excite; 0 computes none.
     #[serde(default)]
     pub damping_ratio: f64,
+    /// Largest share of the mass that may be moved between neighbouring nodes, so that the few lightest
+    /// do not shorten every step; the sum stays. 0 moves none.
+    #[serde(default = "Body::default_moved_mass")]
+    pub moved_mass: f64,
     /// Surface points that are drawn; used only by a scene with pictures.
     #[serde(default)]
     pub surfels: Surfels,
@@ -50,12 +54,17 @@ impl Body {
             material: Material::default(),
             damping: Self::default_damping(),
             damping_ratio: 0.0,
+            moved_mass: Self::default_moved_mass(),
             surfels: Surfels::default(),
         }
     }
 
     fn default_name() -> String {
         "body".to_owned()
+    }
+
+    const fn default_moved_mass() -> f64 {
+        0.003
     }
 
     const fn default_damping() -> f64 {

@@ -9,8 +9,8 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings as ElasticSettings, Stencils};
 use phyxel_integrate::{
-    Eigenvalue, EigenvalueSettings, Motion, MotionSettings, StepError, critical_step,
-    largest_eigenvalue,
+    Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, critical_step,
+    largest_eigenvalue, level_masses,
 };
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
@@ -62,6 +62,8 @@ pub struct Body {
     pub elastic: Elastic,
     /// Nodes in motion.
     pub motion: Motion,
+    /// Mass that was moved between neighbouring nodes, if the scene allows any.
+    pub leveled: Option<Leveled>,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
     /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.
@@ -154,7 +156,7 @@ impl Body {
                 ..ElasticSettings::default()
             },
         )?;
-        let masses: Vec<f64> = volumes.iter().map(|v| material.density * v).collect();
+        let mut masses: Vec<f64> = volumes.iter().map(|v| material.density * v).collect();
         let initial = Totals {
             mass: masses.iter().sum(),
             volume: volumes.iter().sum(),
@@ -163,6 +165,18 @@ impl Body {
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         let mut forces = vec![DVec3::ZERO; rest.len()];
         elastic.forces_into(&rest, &mut forces);
+        let leveled = (description.moved_mass > 0.0)
+            .then(|| {
+                level_masses(
+                    &mut masses,
+                    &supports,
+                    neighborhoods.offsets(),
+                    neighborhoods.indices(),
+                    |v, out| elastic.tangent_product_into(v, out),
+                    description.moved_mass,
+                )
+            })
+            .transpose()?;
         let mut eigenvector = Vec::new();
         let settings = EigenvalueSettings {
             margin: EIGENVALUE_MARGIN,
@@ -204,6 +218,7 @@ impl Body {
             motion,
             current_eigenvalue: eigenvalue.value,
             eigenvector,
+            leveled,
             eigenvalue,
             step_factor: scene.integration.step_factor,
             damping: description.damping,

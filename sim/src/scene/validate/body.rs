@@ -18,6 +18,12 @@ pub(super) fn body(path: &str, body: &Body) -> Check {
         body.damping_ratio,
         "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)",
     )?;
+    require(
+        (0.0..=0.1).contains(&body.moved_mass),
+        format_args!("{path}.moved_mass"),
+        body.moved_mass,
+        "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third",
+    )?;
     not_negative(format_args!("{path}.damping"), body.damping, " (1/s)")?;
     surfels(&format!("{path}.surfels"), &body.surfels)
 }
