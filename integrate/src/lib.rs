@@ -41,7 +41,7 @@ pub use explicit::Applied;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
 pub use law::ForceLaw;
 pub use leveling::{Leveled, level_masses};
-pub use motion::{Frame, Motion, MotionSettings, Scheme, State};
+pub use motion::{Frame, Motion, MotionBytes, MotionSettings, Scheme, State};
 #[cfg(feature = "faer")]
 pub use newton::FACTOR_LASTS;
 pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};

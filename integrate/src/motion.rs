@@ -79,6 +79,21 @@ pub struct State {
     pub frame: Option<Frame>,
 }
 
+/// Heap bytes of a [`Motion`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MotionBytes {
+    /// Masses, positions, velocities, forces: what every motion needs.
+    pub state: usize,
+    /// Held nodes and their paths; 0 without any.
+    pub supports: usize,
+    /// Constant forces on nodes; 0 without any.
+    pub loads: usize,
+    /// Viscous forces; 0 without viscosity.
+    pub viscous: usize,
+    /// Forces applied step by step; 0 without any.
+    pub applied: usize,
+}
+
 /// A stretch of time cut into equal steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -223,6 +238,26 @@ impl Motion {
         };
         motion.restart_audit();
         Ok(motion)
+    }
+
+    /// Heap bytes held, by what needs them.
+    #[must_use]
+    pub fn bytes(&self) -> MotionBytes {
+        let vectors = |list: &[&Vec<DVec3>]| list.iter().map(|v| size_of_val(&***v)).sum();
+        let s = &self.state;
+        MotionBytes {
+            state: vectors(&[&s.positions, &s.velocities, &s.forces, &self.next_forces])
+                + size_of_val(&*self.masses)
+                + size_of_val(&*self.inverse_masses),
+            supports: if self.supports.entries().is_empty() {
+                0
+            } else {
+                self.supports.bytes()
+            },
+            loads: vectors(&[&self.loads]),
+            viscous: vectors(&[&s.viscous, &self.next_viscous]),
+            applied: vectors(&[&s.applied, &self.next_applied]),
+        }
     }
 
     /// Number of nodes.

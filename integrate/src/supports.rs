@@ -59,6 +59,12 @@ impl Supports {
         supports
     }
 
+    /// Heap bytes of the entries and of the table that finds them by node.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.entry) + size_of_val(&*self.supports) + size_of_val(&*self.paths)
+    }
+
     /// Number of nodes, free or not.
     #[must_use]
     pub fn node_count(&self) -> usize {

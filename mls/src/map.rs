@@ -64,6 +64,16 @@ pub struct MaterialMap {
 }
 
 impl MaterialMap {
+    /// Heap bytes held, but for the search tree's, which takes some 80 a node more.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.rest_positions)
+            + size_of_val(&*self.support_radii)
+            + size_of_val(self.neighborhoods.offsets())
+            + size_of_val(self.neighborhoods.indices())
+            + size_of_val(&*self.severed)
+    }
+
     /// Prepares the map of an uncut cloud.
     ///
     /// # Arguments

@@ -1,13 +1,14 @@
 //! `phyxel check`.
 
 use std::io::{self, Write};
-use std::mem::size_of_val;
+use std::time::Instant;
 
 use clap::Args;
 use serde::Serialize;
 
 use super::source::Source;
 use super::{CliError, Overrides};
+use crate::picture::Painter;
 use crate::run::RunError;
 use crate::scene::Scene;
 use crate::world::{Member, World};
@@ -29,6 +30,7 @@ pub(super) struct CheckArguments {
 struct Costs {
     scene: String,
     bodies: Vec<BodyCosts>,
+    parts: Vec<PartCosts>,
     /// Step (s), and the share of the largest stable one that it is.
     step: f64,
     step_factor: f64,
@@ -50,11 +52,22 @@ struct BodyCosts {
     spacing: f64,
     volume: f64,
     mass: f64,
-    /// Memory (bytes) of each part of the model; 0 where the scene does not need it.
-    parts: Vec<(&'static str, usize)>,
 }
 
-/// Reads and validates a scene, builds its bodies and prints what it would cost; runs nothing.
+/// A part of the model, over all bodies.
+#[derive(Debug, Serialize)]
+struct PartCosts {
+    name: &'static str,
+    /// Heap bytes before the first cut; 0 where the scene does not need it.
+    bytes: usize,
+    /// Milliseconds of a step; 0 where it is off, `null` where it is counted with another part.
+    milliseconds: Option<f64>,
+}
+
+/// Steps that are timed.
+const TIMED_STEPS: u32 = 40;
+
+/// Reads and validates a scene, builds its bodies, takes a few steps and prints what it would cost.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     let overrides = arguments.overrides.parse()?;
     let (scene, note) = Source::of(Some(&arguments.scene))?.scene(&overrides)?;
@@ -79,9 +92,11 @@ fn costs(scene: Scene) -> Result<Costs, CliError> {
         (pictures.rate * integration.duration).floor() + 1.0
     });
     let name = scene.name.clone();
-    let world = World::new(scene).map_err(RunError::World)?;
+    let mut world = World::new(scene).map_err(RunError::World)?;
     let step = world.step_size();
+    let parts = parts(&mut world)?;
     Ok(Costs {
+        parts,
         scene: name,
         bodies: world.members().iter().map(body_costs).collect(),
         step,
@@ -98,8 +113,6 @@ fn costs(scene: Scene) -> Result<Costs, CliError> {
 
 fn body_costs(member: &Member) -> BodyCosts {
     let body = &member.body;
-    let stencils = &body.stencils;
-    let state = body.motion.state();
     BodyCosts {
         name: body.name.clone(),
         nodes: body.rest.len(),
@@ -108,35 +121,45 @@ fn body_costs(member: &Member) -> BodyCosts {
         spacing: body.spacing,
         volume: body.volumes.iter().sum(),
         mass: body.masses.iter().sum(),
-        parts: vec![
-            (
-                "nodes",
-                size_of_val(&*body.rest) + size_of_val(&*body.volumes) + size_of_val(&*body.masses),
-            ),
-            (
-                "neighbours",
-                size_of_val(body.neighborhoods.offsets())
-                    + size_of_val(body.neighborhoods.indices()),
-            ),
-            (
-                "stencils",
-                size_of_val(&*stencils.pair_gradients)
-                    + size_of_val(&*stencils.weights)
-                    + size_of_val(&*stencils.moment_inverses)
-                    + size_of_val(&*stencils.multipliers),
-            ),
-            ("elastic model", body.elastic.bytes()),
-            (
-                "motion",
-                size_of_val(&*state.positions)
-                    + size_of_val(&*state.velocities)
-                    + size_of_val(&*state.forces)
-                    + size_of_val(&*state.applied)
-                    + size_of_val(&*state.viscous),
-            ),
-            ("contact", member.contact_bytes()),
-        ],
     }
+}
+
+/// Takes the first steps of the scene, and draws a frame if it has pictures.
+fn parts(world: &mut World) -> Result<Vec<PartCosts>, CliError> {
+    for _ in 0..TIMED_STEPS {
+        world.step().map_err(RunError::World)?;
+    }
+    let spent =
+        |world: &mut World, phase| 1e3 * world.phases().of(phase).seconds / f64::from(TIMED_STEPS);
+    let mut parts: Vec<PartCosts> = Vec::new();
+    for part in world.parts() {
+        let milliseconds = match part.phase {
+            Some(phase) => Some(spent(world, phase)),
+            None if part.bytes == 0 => Some(0.0),
+            None => None,
+        };
+        parts.push(PartCosts {
+            name: part.name,
+            bytes: part.bytes,
+            milliseconds,
+        });
+    }
+    let mut pictures = PartCosts {
+        name: "pictures",
+        bytes: 0,
+        milliseconds: Some(0.0),
+    };
+    if let Some(wish) = world.scene().pictures {
+        let mut painter = Painter::new(world, &wish).map_err(RunError::World)?;
+        let start = Instant::now();
+        painter.carry(world);
+        painter.draw(world);
+        let frames_per_step = wish.rate * world.step_size();
+        pictures.bytes = painter.bytes();
+        pictures.milliseconds = Some(1e3 * start.elapsed().as_secs_f64() * frames_per_step);
+    }
+    parts.push(pictures);
+    Ok(parts)
 }
 
 fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
@@ -153,12 +176,8 @@ fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
             1e3 * body.volume,
             body.mass
         )?;
-        for &(part, bytes) in &body.parts {
-            #[allow(clippy::cast_precision_loss, reason = "memory is far below 2^53 bytes")]
-            let mebibytes = bytes as f64 / f64::from(1 << 20);
-            writeln!(out, "    {part:<16}{mebibytes:>10.3} MiB")?;
-        }
     }
+    print_parts(out, &costs.parts)?;
     writeln!(
         out,
         "  step: {:.4} ms, {} of the largest stable one; {:.0} steps after at most {:.0} of settling",
@@ -181,4 +200,34 @@ fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
     } else {
         writeln!(out, "  pictures: off, so no surfels either")
     }
+}
+
+fn print_parts(out: &mut impl Write, parts: &[PartCosts]) -> io::Result<()> {
+    #[allow(clippy::cast_precision_loss, reason = "memory is far below 2^53 bytes")]
+    let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
+    let memory: f64 = parts.iter().map(|part| mebibytes(part.bytes)).sum();
+    let time: f64 = parts.iter().filter_map(|part| part.milliseconds).sum();
+    writeln!(
+        out,
+        "  {:<16}{:>10}{:>8}{:>12}{:>8}",
+        "part", "MiB", "share", "ms a step", "share"
+    )?;
+    for part in parts {
+        let bytes = mebibytes(part.bytes);
+        write!(
+            out,
+            "  {:<16}{bytes:>10.3}{:>6.1} %",
+            part.name,
+            1e2 * bytes / memory
+        )?;
+        match part.milliseconds {
+            Some(own) => writeln!(out, "{own:>12.4}{:>6.1} %", 1e2 * own / time)?,
+            None => writeln!(out, "{:>12}{:>8}", "*", "")?,
+        }
+    }
+    writeln!(
+        out,
+        "  {:<16}{memory:>10.3}{:>8}{time:>12.4}   mean of the first {TIMED_STEPS} steps; * counted in motion and elasticity",
+        "all", ""
+    )
 }

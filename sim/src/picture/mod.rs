@@ -65,6 +65,27 @@ impl Painter {
         })
     }
 
+    /// Heap bytes of the surfels, as they are and as they are drawn.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let skins = self.skins.iter();
+        skins
+            .map(|skin| {
+                let (surfels, splats) = (skin.tissue.surfels(), &skin.splats);
+                size_of_val(&*surfels.positions)
+                    + size_of_val(&*surfels.normals)
+                    + size_of_val(&*surfels.areas)
+                    + size_of_val(&*surfels.radii)
+                    + size_of_val(&*surfels.shapes)
+                    + size_of_val(&*splats.positions)
+                    + size_of_val(&*splats.axes_u)
+                    + size_of_val(&*splats.axes_v)
+                    + size_of_val(&*splats.normals)
+                    + size_of_val(&*skin.colors)
+            })
+            .sum()
+    }
+
     /// Number of frames drawn.
     #[must_use]
     pub fn frames(&self) -> usize {

@@ -124,6 +124,16 @@ impl Cutting {
         &self.factors
     }
 
+    /// Heap bytes of all that a cut needs.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.cuts.bytes()
+            + self.factors.bytes()
+            + self.map.bytes()
+            + size_of_val(&*self.capped)
+            + size_of_val(&*self.touched)
+    }
+
     /// Blade edges taken up, and how many of them changed the connectivity.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {

@@ -7,6 +7,7 @@ mod body;
 mod cutting;
 mod error;
 mod input;
+mod parts;
 mod state;
 mod support;
 mod tool;
@@ -19,6 +20,7 @@ pub use body::Body;
 pub use cutting::{Capture, Cutting, Moment};
 pub use error::{BodyProblem, WorldError};
 pub use input::{Action, Input, InputError};
+pub use parts::Part;
 pub use state::WorldState;
 pub use tool::ToolForce;
 
@@ -420,8 +422,7 @@ impl World {
 
 impl Member {
     /// Heap bytes of the contacts of tools.
-    #[must_use]
-    pub fn contact_bytes(&self) -> usize {
+    fn contact_bytes(&self) -> usize {
         self.touches.iter().map(Touch::bytes).sum()
     }
 }

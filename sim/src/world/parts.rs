@@ -1,0 +1,78 @@
+//! What each part of the model costs.
+
+use std::mem::size_of_val;
+
+use super::{Member, World};
+use crate::phases::Phase;
+
+/// A part of the model of one body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    /// Name in reports.
+    pub name: &'static str,
+    /// Heap bytes; 0 where the scene does not need it.
+    pub bytes: usize,
+    /// The phase whose time is this part's alone; `None` if it shares its phase with others.
+    pub phase: Option<Phase>,
+}
+
+impl Member {
+    /// Every part that a body's model can have, in the order of a step, those that are off included.
+    #[must_use]
+    pub fn parts(&self) -> Vec<Part> {
+        let body = &self.body;
+        let part = |name, bytes, phase| Part { name, bytes, phase };
+        let moving = body.motion.bytes();
+        let graph = &body.neighborhoods;
+        vec![
+            part(
+                "nodes",
+                size_of_val(&*body.rest)
+                    + size_of_val(&*body.volumes)
+                    + size_of_val(&*body.masses)
+                    + size_of_val(&*body.tetrahedra),
+                None,
+            ),
+            part(
+                "neighbours",
+                size_of_val(graph.offsets()) + size_of_val(graph.indices()),
+                None,
+            ),
+            part("stencils", body.stencils.memory_bytes().total, None),
+            part("elasticity", body.elastic.bytes(), Some(Phase::Forces)),
+            part(
+                "motion",
+                moving.state + size_of_val(&*body.eigenvector),
+                Some(Phase::Integration),
+            ),
+            part("supports", moving.supports, None),
+            part("gravity", moving.loads, None),
+            part("viscous damping", moving.viscous, None),
+            part(
+                "contact",
+                self.contact_bytes() + moving.applied,
+                Some(Phase::Contact),
+            ),
+            part(
+                "cuts",
+                self.cutting.as_ref().map_or(0, super::Cutting::bytes),
+                Some(Phase::Cut),
+            ),
+        ]
+    }
+}
+
+impl World {
+    /// Parts of all bodies together.
+    #[must_use]
+    pub fn parts(&self) -> Vec<Part> {
+        let mut members = self.members.iter().map(Member::parts);
+        let mut all = members.next().unwrap_or_default();
+        for parts in members {
+            for (sum, part) in all.iter_mut().zip(parts) {
+                sum.bytes += part.bytes;
+            }
+        }
+        all
+    }
+}

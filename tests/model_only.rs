@@ -1,0 +1,101 @@
+//! A scene pays only for what it needs: each part is added to a scene that has none, and nothing else
+//! changes.
+
+use std::path::Path;
+
+use glam::DVec3;
+use phyxel::phases::Phase;
+use phyxel::picture::Painter;
+use phyxel::scene::Scene;
+use phyxel::world::World;
+
+const BARE: &str =
+    "version: 1, bodies: [(shape: Box(size: (0.04, 0.03, 0.05)), sampling: (target: Nodes(400)))],
+    integration: (settle: None, step_factor: 0.4),";
+
+struct Played {
+    bytes: Vec<(&'static str, usize)>,
+    positions: Vec<DVec3>,
+    contact_calls: u64,
+    cut_calls: u64,
+}
+
+fn play(text: &str) -> Played {
+    let scene = Scene::from_text(&format!("({text})"), "test", Path::new(""), &[]);
+    let mut world = World::new(scene.expect("the scene is valid")).expect("it can be built");
+    if let Some(wish) = world.scene().pictures {
+        let mut painter = Painter::new(&world, &wish).expect("it can be drawn");
+        painter.carry(&world);
+        assert!(painter.bytes() > 0, "surfels take memory");
+    }
+    for _ in 0..60 {
+        world.step().expect("it runs");
+    }
+    Played {
+        bytes: world
+            .parts()
+            .iter()
+            .map(|part| (part.name, part.bytes))
+            .collect(),
+        positions: world.members()[0].body.motion.positions().to_vec(),
+        contact_calls: world.phases().of(Phase::Contact).calls,
+        cut_calls: world.phases().of(Phase::Cut).calls,
+    }
+}
+
+/// Parts whose memory differs between two scenes.
+fn changed(a: &Played, b: &Played) -> Vec<&'static str> {
+    let pairs = a.bytes.iter().zip(&b.bytes);
+    pairs.filter(|(a, b)| a != b).map(|(a, _)| a.0).collect()
+}
+
+#[test]
+fn each_part_adds_its_own_memory_and_no_other() {
+    let bare = play(&format!("{BARE} gravity: None"));
+    let off = ["supports", "gravity", "viscous damping", "contact", "cuts"];
+    for (name, bytes) in &bare.bytes {
+        assert_eq!(
+            *bytes == 0,
+            off.contains(name),
+            "{name} takes {bytes} bytes"
+        );
+    }
+    assert_eq!((bare.contact_calls, bare.cut_calls), (0, 0));
+    // Far from the body, or of no effect on one at rest: the motion must not know of them either.
+    let held = "supports: [(region: HalfSpace(point: (0, 0, 0.0249), normal: (0, 0, 1)))],";
+    let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 9))])],";
+    let cut = |time: f64| {
+        format!(
+            "cuts: [(edge: [(0, -1, 0), (0, 1, 0)], path: [
+                (time: {time}, position: (-1, 0, 0)), (time: {}, position: (1, 0, 0))])],",
+            time + 1e-3
+        )
+    };
+    let pictures = "pictures: (width: 64, height: 64),".to_owned();
+    for (part, more, calls) in [
+        ("supports", held.to_owned(), (0, 0)),
+        ("contact", tool.to_owned(), (60, 0)),
+        ("cuts", cut(1e-3), (0, 2)),
+        ("", cut(3.0), (0, 0)),
+        ("", pictures, (0, 0)),
+    ] {
+        let with = play(&format!("{BARE} {more} gravity: None"));
+        let expected: Vec<&str> = (!part.is_empty()).then_some(part).into_iter().collect();
+        // A cut also changes rows of the model, whose memory it leaves as it is.
+        assert_eq!(changed(&bare, &with), expected, "{more}");
+        assert_eq!((with.contact_calls, with.cut_calls), calls, "{more}");
+        if part != "cuts" {
+            assert_eq!(bare.positions, with.positions, "{more}");
+        }
+    }
+    let damped = BARE.replace("Nodes(400))", "Nodes(400)), damping_ratio: 0.1");
+    assert_eq!(
+        changed(&bare, &play(&format!("{damped} gravity: None"))),
+        ["viscous damping"]
+    );
+    let heavy = "gravity: (acceleration: (0, 0, -9.81), ramp: 0)";
+    assert_eq!(
+        changed(&bare, &play(&format!("{BARE} {heavy}"))),
+        ["gravity"]
+    );
+}
