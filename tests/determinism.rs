@@ -35,7 +35,7 @@ const SCENE: &str = r#"(
         friction: 0.5,
     )],
     integration: (duration: 0.16, settle: Some((limit: 0.1))),
-    observe: (input: true),
+    observe: (input: true, state_rate: Some(50)),
     pictures: Some((width: 160, height: 90, rate: 20, animation: true)),
 )"#;
 
@@ -70,7 +70,16 @@ fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
     json.as_object_mut().expect("an object").remove("timings");
     let mut files = vec![("summary".to_owned(), json.to_string().into_bytes())];
     assert!(summary.tools[0].largest_force > 0.01, "the tool pushes");
-    for name in ["history.csv", "tools.csv", "input.csv", "animation.png"] {
+    for name in [
+        "history.csv",
+        "tools.csv",
+        "input.csv",
+        "animation.png",
+        "final-block.vtk",
+        "final-block.ply",
+        "states/block-00003.vtk",
+        "states/block-00007.ply",
+    ] {
         let content = std::fs::read(folder.join(name)).expect("the run wrote it");
         files.push((name.to_owned(), content));
     }

@@ -65,6 +65,18 @@ impl Painter {
         })
     }
 
+    /// Positions (m), normals and areas (m², at rest) of a body's surfels where [`Painter::carry`] has
+    /// moved them, those of cuts included.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn surfels(&self, body: usize) -> (&[glam::DVec3], &[glam::DVec3], &[f64]) {
+        let skin = &self.skins[body];
+        let areas = &skin.tissue.surfels().areas;
+        (&skin.splats.positions, &skin.splats.normals, areas)
+    }
+
     /// Heap bytes of the surfels, as they are and as they are drawn.
     #[must_use]
     pub fn bytes(&self) -> usize {

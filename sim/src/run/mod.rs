@@ -6,13 +6,12 @@ mod kept;
 mod movie;
 mod report;
 mod series;
+mod states;
 mod summary;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
-use glam::{DMat3, DVec3};
-use phyxel_discretize::{Field, vtk_tetrahedra};
 use serde::{Deserialize, Serialize};
 
 use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
@@ -27,6 +26,7 @@ use kept::Course;
 pub use kept::{CHECKPOINT, RunState};
 use movie::Movie;
 pub use report::table;
+use states::States;
 pub use summary::{
     BodySummary, CutSummary, EnergySummary, Latency, PhaseTiming, PictureSummary, SteppingSummary,
     Summary, Timings, ToolSummary,
@@ -150,24 +150,12 @@ fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunErr
     pool.install(|| Run::start(scene, from, options)?.finish(threads))
 }
 
-/// A body's name with what file systems refuse replaced.
-fn file_name(name: &str) -> String {
-    name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
-}
-
-/// Equivalent stress `sqrt(3/2 s:s)` of a Cauchy stress with the deviator `s` (Pa).
-fn von_mises(stress: DMat3) -> f64 {
-    let pressure = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
-    let deviator = stress - DMat3::from_diagonal(DVec3::splat(pressure));
-    let squares: f64 = deviator.to_cols_array().iter().map(|s| s * s).sum();
-    (1.5 * squares).sqrt()
-}
-
 /// What is written down of a run over time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Records {
     history: History,
     forces: Option<Forces>,
+    states: States,
 }
 
 impl Records {
@@ -175,6 +163,7 @@ impl Records {
         Self {
             history: History::new(),
             forces: Forces::of(world),
+            states: States::default(),
         }
     }
 
@@ -245,6 +234,7 @@ impl Run {
                 (Records::new(&world), None, Course::new(&world))
             }
         };
+        records.states.clear(&folder, &world)?;
         folder.write("scene.ron", scene.to_ron().as_bytes())?;
         let movie = scene
             .pictures
@@ -282,7 +272,11 @@ impl Run {
             files.extend(movie.finish(&self.folder)?);
             self.world.phases().add(Phase::Writing, start.elapsed());
         }
-        files.extend(self.write_state()?);
+        files.extend(self.records.states.write_last(
+            &self.folder,
+            &self.world,
+            self.painter.as_mut(),
+        )?);
         files.extend([CHECKPOINT, "summary.json"].map(str::to_owned));
         let wall = self.course.wall + self.begun.elapsed().as_secs_f64();
         let summary = summary::of(
@@ -300,28 +294,6 @@ impl Run {
         text.push(b'\n');
         self.folder.write("summary.json", &text)?;
         Ok(summary)
-    }
-
-    /// Writes the nodes of every body where they are now, for ParaView; the files' names.
-    fn write_state(&self) -> Result<Vec<String>, RunError> {
-        let mut names = Vec::new();
-        for member in self.world.members() {
-            let body = &member.body;
-            let name = format!("final-{}.vtk", file_name(&body.name));
-            let stress: Vec<f64> = (0..body.rest.len())
-                .map(|node| von_mises(body.elastic.cauchy_stress(node)))
-                .collect();
-            let fields = [
-                ("rest_position_m", Field::Vectors(&body.rest)),
-                ("velocity_m_s", Field::Vectors(body.motion.velocities())),
-                ("volume_m3", Field::Scalars(&body.volumes)),
-                ("von_mises_stress_Pa", Field::Scalars(&stress)),
-            ];
-            let content = vtk_tetrahedra(body.motion.positions(), &body.tetrahedra, &fields);
-            self.folder.write(&name, &content)?;
-            names.push(name);
-        }
-        Ok(names)
     }
 
     /// Lets the bodies come to rest.
@@ -395,6 +367,10 @@ impl Run {
     /// Writes what is due, or everything at the `end`.
     fn record(&mut self, end: bool) -> Result<(), RunError> {
         self.records.take(&self.world, end);
+        let painter = self.painter.as_mut();
+        self.records
+            .states
+            .write_due(&self.folder, &self.world, painter)?;
         if let (Some(painter), Some(movie)) = (&mut self.painter, &mut self.movie)
             && (end || movie.is_due(&self.world))
         {

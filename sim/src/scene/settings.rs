@@ -57,6 +57,9 @@ pub struct Observe {
     /// Rows of `tools.csv` per simulated second (1/s): the contact's forces on the tools, as a haptic
     /// device would be sent them.
     pub force_rate: f64,
+    /// States per simulated second (1/s) after settling in the folder `states`: nodes with stress as
+    /// VTK, surfels as PLY where the scene has pictures. The last state is always written.
+    pub state_rate: Option<f64>,
     /// Whether what tools and blades did is written down step by step, in `input.csv`; a run with
     /// `--replay` does it again.
     pub input: bool,
@@ -69,6 +72,7 @@ impl Default for Observe {
         Self {
             history_rate: 100.0,
             force_rate: 1000.0,
+            state_rate: None,
             input: false,
             checkpoint: Some(0.25),
         }

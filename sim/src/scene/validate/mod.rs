@@ -61,6 +61,10 @@ pub(super) fn validate(scene: &Scene) -> Check {
     if !scene.tools.is_empty() {
         limited("observe.force_rate", rate, MOST_ROWS, scene, "rows")?;
     }
+    if let Some(rate) = scene.observe.state_rate {
+        positive("observe.state_rate", rate, " (1/s)")?;
+        limited("observe.state_rate", rate, MOST_FRAMES, scene, "states")?;
+    }
     if let Some(period) = scene.observe.checkpoint {
         positive("observe.checkpoint", period, " (s)")?;
     }

@@ -1,0 +1,147 @@
+//! The bodies as ParaView reads them: nodes as VTK with stress, surfels as PLY, at the end and at a
+//! rate.
+
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{Field, Surfels, ply_surfels, vtk_tetrahedra};
+use serde::{Deserialize, Serialize};
+
+use crate::output::{OutputError, OutputFolder};
+use crate::picture::Painter;
+use crate::world::{Body, World};
+
+/// Name of the folder of periodic states.
+const FOLDER: &str = "states";
+
+/// Periodic states: how many are written, and which is due next.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct States {
+    count: usize,
+    /// Number, at the rate, of the one that is due next.
+    next: f64,
+}
+
+impl States {
+    /// Removes those of an earlier run, but for what this run has written before it was interrupted.
+    pub(super) fn clear(&self, folder: &OutputFolder, world: &World) -> Result<(), OutputError> {
+        let wanted = world.scene().observe.state_rate.is_some();
+        if !wanted && !folder.path().join(FOLDER).exists() {
+            return Ok(());
+        }
+        for body in bodies(world) {
+            for suffix in [".vtk", ".ply"] {
+                let kept: Vec<String> = (0..self.count)
+                    .map(|index| format!("{}{suffix}", numbered(body, index)))
+                    .collect();
+                folder.fresh_subfolder(
+                    FOLDER,
+                    &format!("{}-", file_name(&body.name)),
+                    suffix,
+                    &kept,
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the state that is due, if one is. Surfels are where the bodies are only after
+    /// [`Painter::carry`].
+    pub(super) fn write_due(
+        &mut self,
+        folder: &OutputFolder,
+        world: &World,
+        painter: Option<&mut Painter>,
+    ) -> Result<(), OutputError> {
+        let (Some(rate), Some(time)) = (world.scene().observe.state_rate, world.scene_time())
+        else {
+            return Ok(());
+        };
+        if time < self.next / rate {
+            return Ok(());
+        }
+        self.next = (time * rate).floor() + 1.0;
+        let folder = OutputFolder::create(&folder.path().join(FOLDER))?;
+        let index = self.count;
+        write(&folder, world, painter, |body| numbered(body, index))?;
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Writes the last state; the files' names.
+    pub(super) fn write_last(
+        &self,
+        folder: &OutputFolder,
+        world: &World,
+        painter: Option<&mut Painter>,
+    ) -> Result<Vec<String>, OutputError> {
+        let name = |body: &Body| format!("final-{}", file_name(&body.name));
+        let mut names = write(folder, world, painter, name)?;
+        if self.count > 0 {
+            names.push(format!("{FOLDER}/ ({} of each body)", self.count));
+        }
+        Ok(names)
+    }
+}
+
+fn bodies(world: &World) -> impl Iterator<Item = &Body> {
+    world.members().iter().map(|member| &member.body)
+}
+
+fn numbered(body: &Body, index: usize) -> String {
+    format!("{}-{index:05}", file_name(&body.name))
+}
+
+fn write(
+    folder: &OutputFolder,
+    world: &World,
+    mut painter: Option<&mut Painter>,
+    name: impl Fn(&Body) -> String,
+) -> Result<Vec<String>, OutputError> {
+    let mut names = Vec::new();
+    if let Some(painter) = &mut painter {
+        painter.carry(world);
+    }
+    for (index, body) in bodies(world).enumerate() {
+        let mut keep = |name: String, content: &[u8]| {
+            folder.write(&name, content)?;
+            names.push(name);
+            Ok(())
+        };
+        keep(format!("{}.vtk", name(body)), &vtk(body))?;
+        if let Some(painter) = &painter {
+            let (positions, normals, areas) = painter.surfels(index);
+            let surfels = Surfels {
+                positions: positions.to_vec(),
+                normals: normals.to_vec(),
+                areas: areas.to_vec(),
+            };
+            keep(format!("{}.ply", name(body)), &ply_surfels(&surfels))?;
+        }
+    }
+    Ok(names)
+}
+
+fn vtk(body: &Body) -> Vec<u8> {
+    let stress: Vec<f64> = (0..body.rest.len())
+        .map(|node| von_mises(body.elastic.cauchy_stress(node)))
+        .collect();
+    let fields = [
+        ("rest_position_m", Field::Vectors(&body.rest)),
+        ("velocity_m_s", Field::Vectors(body.motion.velocities())),
+        ("volume_m3", Field::Scalars(&body.volumes)),
+        ("von_mises_stress_Pa", Field::Scalars(&stress)),
+    ];
+    vtk_tetrahedra(body.motion.positions(), &body.tetrahedra, &fields)
+}
+
+/// A body's name with what file systems refuse replaced.
+fn file_name(name: &str) -> String {
+    name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
+}
+
+/// Equivalent stress `sqrt(3/2 s:s)` of a Cauchy stress with the deviator `s` (Pa).
+fn von_mises(stress: DMat3) -> f64 {
+    let pressure = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
+    let deviator = stress - DMat3::from_diagonal(DVec3::splat(pressure));
+    let squares: f64 = deviator.to_cols_array().iter().map(|s| s * s).sum();
+    (1.5 * squares).sqrt()
+}
