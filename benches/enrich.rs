@@ -13,8 +13,8 @@ use std::hint::black_box;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_enrich::{
-    CutSettings, Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
-    connected_pieces, grid_pair_factors,
+    CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings, PairFactors,
+    Rule, connected_pieces, grid_pair_factors,
 };
 use testkit::cloud;
 
@@ -31,22 +31,7 @@ struct Block {
 impl Block {
     fn new(side: usize, jitter: f64) -> Self {
         let x = cloud::lattice([side; 3], 1.0, jitter, 3);
-        let (mut offsets, mut indices) = (vec![0], Vec::new());
-        let near = |c: usize| c.saturating_sub(1)..=(c + 1).min(side - 1);
-        for node in 0..x.len() {
-            let (i, j, k) = (node % side, node / side % side, node / side / side);
-            for c in near(k) {
-                for b in near(j) {
-                    for a in near(i) {
-                        let steps = a.abs_diff(i) + b.abs_diff(j) + c.abs_diff(k);
-                        if steps == 1 || steps == 2 {
-                            indices.push(((c * side + b) * side + a) as u32);
-                        }
-                    }
-                }
-            }
-            offsets.push(indices.len() as u32);
-        }
+        let (offsets, indices) = cloud::lattice_rows([side; 3]);
         Self {
             x,
             offsets,
@@ -55,12 +40,20 @@ impl Block {
         }
     }
 
+    fn graph(&self) -> Graph<'_> {
+        Graph {
+            positions: &self.x,
+            offsets: &self.offsets,
+            indices: &self.indices,
+        }
+    }
+
     fn factors(&self, rule: Rule) -> PairFactors {
         let settings = FactorSettings {
             rule,
             ..FactorSettings::default()
         };
-        PairFactors::new(&self.x, &self.offsets, &self.indices, &settings)
+        PairFactors::new(&self.graph(), &settings)
     }
 
     /// A strip in the middle that has come half way, in pieces of one spacing.
@@ -174,7 +167,7 @@ fn take(case: &Case, block: &Block, factors: &mut PairFactors) -> usize {
         let stroke = cuts.start(&blades[0]).unwrap();
         for blade in &blades[1..] {
             if let Ok(new) = cuts.append(stroke, blade) {
-                factors.update(&cuts, new, &|p| block.inside(p));
+                factors.update(&block.graph(), &cuts, new, &|p| block.inside(p));
             }
         }
         cuts.end(stroke).unwrap();
@@ -208,7 +201,9 @@ fn update(c: &mut Criterion) {
         for (name, rule) in [("detour", Rule::Detour), ("visibility", Rule::Visibility)] {
             let (mut cuts, stroke) = block.half_cut();
             let mut before = block.factors(rule);
-            before.update(&cuts, 0..cuts.triangle_count(), &|p| block.inside(p));
+            before.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
+                block.inside(p)
+            });
             let new = cuts
                 .append(stroke, &block.blade((side / 2) as f64))
                 .unwrap();
@@ -216,7 +211,12 @@ fn update(c: &mut Criterion) {
             group.bench_function(BenchmarkId::new(name, block.x.len()), |b| {
                 b.iter_batched_ref(
                     || before.clone(),
-                    |factors| black_box(factors.update(&cuts, new.clone(), &|p| block.inside(p))),
+                    |factors| {
+                        black_box(
+                            factors
+                                .update(&block.graph(), &cuts, new.clone(), &|p| block.inside(p)),
+                        )
+                    },
                     BatchSize::LargeInput,
                 );
             });
@@ -234,7 +234,13 @@ fn whole_cut(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("detour", block.x.len()), |b| {
             b.iter_batched_ref(
                 || block.factors(Rule::Detour),
-                |f| black_box(f.update(&cuts, 0..cuts.triangle_count(), &|p| block.inside(p))),
+                |f| {
+                    black_box(
+                        f.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
+                            block.inside(p)
+                        }),
+                    )
+                },
                 BatchSize::LargeInput,
             );
         });
@@ -246,9 +252,7 @@ fn whole_cut(c: &mut Criterion) {
                 let grid = EnrichmentGrid::from_blades(&blades, &settings).unwrap();
                 black_box(grid_pair_factors(
                     &[grid],
-                    &block.x,
-                    &block.offsets,
-                    &block.indices,
+                    &block.graph(),
                     &reach,
                     GridForm::OneSidedMean,
                 ))
@@ -284,12 +288,13 @@ fn queries(c: &mut Criterion) {
             b.iter(|| pairs.iter().map(|(p, _)| cuts.solid_angle(*p)).sum::<f64>());
         });
         let mut factors = block.factors(Rule::Detour);
-        factors.update(&cuts, 0..cuts.triangle_count(), &|p| block.inside(p));
+        factors.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
+            block.inside(p)
+        });
+        let factors = factors.to_vec();
         group.throughput(Throughput::Elements(block.x.len() as u64));
         group.bench_function(BenchmarkId::new("connected_pieces", block.x.len()), |b| {
-            b.iter(|| {
-                connected_pieces(&block.offsets, &block.indices, black_box(factors.factors()))
-            });
+            b.iter(|| connected_pieces(&block.offsets, &block.indices, black_box(&factors)));
         });
     }
     group.finish();

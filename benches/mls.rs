@@ -187,7 +187,12 @@ fn partial_update(c: &mut Criterion) {
             group.throughput(Throughput::Elements(u64::from(touched)));
             group.bench_function(BenchmarkId::new(format!("{touched} rows"), nodes), |b| {
                 b.iter(|| {
-                    stencils.update_rows(&block.positions, &graph, black_box(&factors), &rows)
+                    stencils.update_rows(
+                        &block.positions,
+                        &graph,
+                        |pair| black_box(&factors)[pair],
+                        &rows,
+                    )
                 });
             });
         }

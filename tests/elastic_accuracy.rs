@@ -455,7 +455,7 @@ fn rows_rebuilt_by_mls_are_objective() {
             touched.push(u32::try_from(i).expect("small"));
         }
     }
-    rows.update_rows(&block.positions, &graph, &factors, &touched)
+    rows.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .expect("factors in range");
     let stencils = Stencils {
         offsets: graph.offsets(),

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_enrich::{
-    CutError, CutSettings, Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings,
+    CutError, CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings,
     PairFactors, grid_pair_factors,
 };
 use testkit::cloud;
@@ -21,26 +21,7 @@ use testkit::cloud;
 /// A block of nodes on a jittered lattice of spacing 1 with up to 18 neighbours each.
 fn block(size: [usize; 3]) -> (Vec<DVec3>, Vec<u32>, Vec<u32>) {
     let x = cloud::lattice(size, 1.0, 0.1, 3);
-    let (mut offsets, mut indices) = (vec![0], Vec::new());
-    let near = |c: usize, axis: usize| c.saturating_sub(1)..=(c + 1).min(size[axis] - 1);
-    for k in 0..size[2] {
-        for j in 0..size[1] {
-            for i in 0..size[0] {
-                for c in near(k, 2) {
-                    for b in near(j, 1) {
-                        for a in near(i, 0) {
-                            let steps = a.abs_diff(i) + b.abs_diff(j) + c.abs_diff(k);
-                            if steps == 1 || steps == 2 {
-                                let index = (c * size[1] + b) * size[0] + a;
-                                indices.push(u32::try_from(index).unwrap_or(u32::MAX));
-                            }
-                        }
-                    }
-                }
-                offsets.push(u32::try_from(indices.len()).unwrap_or(u32::MAX));
-            }
-        }
-    }
+    let (offsets, indices) = cloud::lattice_rows(size);
     (x, offsets, indices)
 }
 
@@ -134,6 +115,11 @@ fn main() -> Result<(), CutError> {
     }
     sight()?;
     let (x, offsets, indices) = block([18; 3]);
+    let graph = Graph {
+        positions: &x,
+        offsets: &offsets,
+        indices: &indices,
+    };
     println!("the dissertation's grid, 5,832 nodes, a straight strip, built anew for each update:");
     for length in [5, 16] {
         let blades: Vec<[DVec3; 2]> = (0..=length)
@@ -153,9 +139,7 @@ fn main() -> Result<(), CutError> {
             let reach = vec![2.5; x.len()];
             let factors = grid_pair_factors(
                 std::slice::from_ref(&grid),
-                &x,
-                &offsets,
-                &indices,
+                &graph,
                 &reach,
                 GridForm::OneSidedMean,
             );
@@ -231,7 +215,12 @@ fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<
     let (x, offsets, indices) = block(size);
     let top = DVec3::from(size.map(|n| n as f64 - 0.5));
     let inside = |p: DVec3| p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(top).all();
-    let mut factors = PairFactors::new(&x, &offsets, &indices, &FactorSettings::default());
+    let graph = Graph {
+        positions: &x,
+        offsets: &offsets,
+        indices: &indices,
+    };
+    let mut factors = PairFactors::new(&graph, &FactorSettings::default());
     let mut cuts = Cuts::new(&CutSettings {
         weld_tolerance: 1e-6,
         ..CutSettings::for_spacing(1.0)
@@ -241,7 +230,7 @@ fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<
     for k in 1..=length + count {
         let start = Instant::now();
         let new = cuts.append(stroke, &path(k, size))?;
-        let found = factors.update(&cuts, new, &inside);
+        let found = factors.update(&graph, &cuts, new, &inside);
         if k > length {
             times.push(start.elapsed().as_secs_f64());
             touched += found.pairs.len();

@@ -1,22 +1,22 @@
 //! How much two nodes still know of each other: one factor per pair, updated as a cut grows.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::graph::{Graph, Reach, Runs};
 use crate::index::Bounds;
-use crate::node_grid::NodeGrid;
 use crate::obstacle::{Obstacle, index32};
 use crate::rule::{Rule, Scratch};
 
 /// How far nodes are coupled, and by what rule a cut weakens a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
-    /// Coupling distance of a node as a multiple of the mean length of its pairs; that of a pair is
-    /// the mean of its two nodes'. 2.0 was found best for edges of tetrahedra and of triangles
-    /// (1.8 and 2.2 move the opening of an edge crack by about 1 %).
-    pub reach_scale: f64,
+    /// Coupling distance. Twice the mean length of a node's pairs was found best for edges of
+    /// tetrahedra and of triangles (1.8 and 2.2 move the opening of an edge crack by about 1 %).
+    pub reach: Reach,
     /// The rule.
     pub rule: Rule,
 }
@@ -24,7 +24,7 @@ pub struct FactorSettings {
 impl Default for FactorSettings {
     fn default() -> Self {
         Self {
-            reach_scale: 2.0,
+            reach: Reach::Neighbors(2.0),
             rule: Rule::Detour,
         }
     }
@@ -44,123 +44,64 @@ pub struct Touched {
 /// A pair that no cut crosses keeps exactly 1, a severed pair has exactly 0, and no factor ever
 /// rises. See the crate's page for the rule.
 ///
+/// Only pairs that a cut crosses are held: memory is [`PairFactors::BYTES_PER_PAIR`] or less for each
+/// of them, and some boxes whose number grows with the square root of the body's nodes.
+///
 /// # Examples
 /// ```
 /// use glam::DVec3;
-/// use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors};
+/// use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 ///
 /// // Two nodes and a through cut between them.
-/// let x = [DVec3::ZERO, DVec3::X];
-/// let mut factors = PairFactors::new(&x, &[0, 1, 2], &[1, 0], &FactorSettings::default());
+/// let graph = Graph {
+///     positions: &[DVec3::ZERO, DVec3::X],
+///     offsets: &[0, 1, 2],
+///     indices: &[1, 0],
+/// };
+/// let mut factors = PairFactors::new(&graph, &FactorSettings::default());
 /// let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
 /// let stroke = cuts.start(&[DVec3::new(0.5, -9.0, -9.0), DVec3::new(0.5, -9.0, 9.0)])?;
 /// let new = cuts.append(stroke, &[DVec3::new(0.5, 9.0, -9.0), DVec3::new(0.5, 9.0, 9.0)])?;
-/// let touched = factors.update(&cuts, new, &|_| true);
-/// assert_eq!(factors.factors(), [0.0, 0.0]);
+/// let touched = factors.update(&graph, &cuts, new, &|_| true);
+/// assert_eq!(factors.to_vec(), [0.0, 0.0]);
 /// assert_eq!(touched.nodes, [0, 1]);
 /// # Ok::<(), phyxel_enrich::CutError>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct PairFactors {
-    rule: Rule,
-    positions: Vec<DVec3>,
-    offsets: Vec<u32>,
-    indices: Vec<u32>,
-    factors: Vec<f64>,
-    /// Coupling distance of each node (m).
-    reach: Vec<f64>,
-    /// Distance from each node beyond which a piece can change none of its pairs (m).
-    span: Vec<f64>,
-    largest_span: f64,
-    grid: NodeGrid,
-    crossed: usize,
+    settings: FactorSettings,
+    runs: Runs,
+    pair_count: usize,
+    /// Factors below 1 by directed pair.
+    crossed: BTreeMap<u32, f64>,
 }
 
 /// Candidates from which an update is spread over threads.
 const PARALLEL: usize = 256;
 
 impl PairFactors {
-    /// All factors 1, with the coupling distance `reach_scale` times the mean length of a node's
-    /// pairs, frozen from here on.
-    ///
-    /// # Arguments
-    /// * `positions` -- rest positions (m), shape `(n)`, finite.
-    /// * `offsets`, `indices` -- the graph's rows, shape `(n + 1)` and `(pairs)`; rows sorted,
-    ///   symmetric, without self.
-    ///
-    /// # Panics
-    /// If the graph is not as stated or the scale is not positive.
-    #[must_use]
-    pub fn new(
-        positions: &[DVec3],
-        offsets: &[u32],
-        indices: &[u32],
-        settings: &FactorSettings,
-    ) -> Self {
-        assert!(
-            settings.reach_scale > 0.0 && settings.reach_scale.is_finite(),
-            "reach scale of {} is not positive",
-            settings.reach_scale
-        );
-        assert_graph(positions.len(), offsets, indices);
-        let reach = positions
-            .iter()
-            .enumerate()
-            .map(|(i, x)| {
-                let row = &indices[offsets[i] as usize..offsets[i + 1] as usize];
-                let total: f64 = row.iter().map(|&j| x.distance(positions[j as usize])).sum();
-                #[allow(clippy::cast_precision_loss, reason = "a row is short")]
-                let count = row.len().max(1) as f64;
-                settings.reach_scale * total / count
-            })
-            .collect();
-        Self::with_reach(positions, offsets, indices, reach, settings.rule)
-    }
+    /// At most what one directed pair that a cut crosses takes (bytes): 12 in leaves of 144 for 5 to
+    /// 11 of them, and the search tree above, 240 for every 5 or more leaves.
+    pub const BYTES_PER_PAIR: usize = 41;
 
-    /// All factors 1, with a given coupling distance per node (m), shape `(n)`.
+    /// All factors 1.
     ///
     /// # Panics
-    /// If the graph is not as [`PairFactors::new`] states, or `reach` is not one finite length per
-    /// node.
+    /// If the graph is not as [`Graph`] states, or the coupling distance is not positive.
     #[must_use]
-    pub fn with_reach(
-        positions: &[DVec3],
-        offsets: &[u32],
-        indices: &[u32],
-        reach: Vec<f64>,
-        rule: Rule,
-    ) -> Self {
-        assert_graph(positions.len(), offsets, indices);
-        assert_eq!(reach.len(), positions.len(), "one reach per node");
+    pub fn new(graph: &Graph<'_>, settings: &FactorSettings) -> Self {
+        let (Reach::Neighbors(size) | Reach::Length(size)) = settings.reach;
         assert!(
-            reach.iter().all(|r| r.is_finite() && *r >= 0.0),
-            "reach is a length"
+            size > 0.0 && size.is_finite(),
+            "coupling distance {:?} is not positive",
+            settings.reach
         );
-        let mut span = vec![0.0_f64; positions.len()];
-        let mut lengths = 0.0;
-        for i in 0..positions.len() {
-            for &j in &indices[offsets[i] as usize..offsets[i + 1] as usize] {
-                let j = j as usize;
-                let length = positions[i].distance(positions[j]);
-                lengths += length;
-                let around = 0.5 * length + Rule::MARGIN * 0.5 * (reach[i] + reach[j]);
-                span[i] = span[i].max(around).max(length);
-            }
-        }
-        #[allow(clippy::cast_precision_loss, reason = "only a cell size")]
-        let cell = 1.5 * lengths / indices.len().max(1) as f64;
-        let cell = if cell > 0.0 { cell } else { 1.0 };
+        graph.check();
         Self {
-            rule,
-            grid: NodeGrid::new(positions, cell),
-            positions: positions.to_vec(),
-            offsets: offsets.to_vec(),
-            factors: vec![1.0; indices.len()],
-            indices: indices.to_vec(),
-            reach,
-            largest_span: span.iter().fold(0.0, |a: f64, &b| a.max(b)),
-            span,
-            crossed: 0,
+            settings: *settings,
+            runs: Runs::new(graph, settings.reach),
+            pair_count: graph.indices.len(),
+            crossed: BTreeMap::new(),
         }
     }
 
@@ -171,28 +112,34 @@ impl PairFactors {
     /// cut so far.
     ///
     /// # Arguments
+    /// * `graph` -- what the factors were made for.
     /// * `cut` -- all pieces, the new ones among them.
     /// * `new` -- numbers of the pieces that came since the last update.
     /// * `inside` -- whether a point of material coordinates lies in the uncut body: a detour must.
     ///
     /// # Panics
-    /// If `new` names pieces that are not there.
+    /// If `new` names pieces that are not there, or the graph has other numbers of nodes and pairs
+    /// than that of the start.
     pub fn update<C: Obstacle>(
         &mut self,
+        graph: &Graph<'_>,
         cut: &C,
         new: Range<usize>,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Touched {
+        self.check_same(graph);
         assert!(
             new.end <= cut.piece_count(),
             "piece {} of {}",
             new.end,
             cut.piece_count()
         );
-        let candidates = self.candidates(cut, new);
+        let candidates = self.candidates(graph, cut, new);
+        let FactorSettings { reach, rule } = self.settings;
         let evaluate = |scratch: &mut Scratch, &(i, pair): &(u32, u32)| {
-            let (a, b, reach) = self.pair_geometry(i as usize, pair as usize);
-            self.rule.factor(cut, a, b, reach, inside, scratch)
+            let (i, j) = (i as usize, graph.indices[pair as usize] as usize);
+            let (a, b) = (graph.positions[i], graph.positions[j]);
+            rule.factor(cut, a, b, reach.of_pair(graph, i, j), inside, scratch)
         };
         let values: Vec<f64> = if candidates.len() < PARALLEL {
             let mut scratch = Scratch::default();
@@ -209,16 +156,15 @@ impl PairFactors {
         };
         let mut touched = Touched::default();
         for (&(i, pair), value) in candidates.iter().zip(values) {
-            let old = self.factors[pair as usize];
-            if value >= old {
+            if value >= self.factor(pair as usize) {
                 continue;
             }
-            let back = self.pair_of(self.indices[pair as usize], i);
-            self.crossed += usize::from(old >= 1.0);
-            self.factors[pair as usize] = value;
-            self.factors[back] = value;
-            touched.pairs.extend([pair, index32(back)]);
-            touched.nodes.extend([i, self.indices[pair as usize]]);
+            let j = graph.indices[pair as usize];
+            let back = index32(graph.pair(j, i));
+            self.crossed.insert(pair, value);
+            self.crossed.insert(back, value);
+            touched.pairs.extend([pair, back]);
+            touched.nodes.extend([i, j]);
         }
         touched.pairs.sort_unstable();
         touched.nodes.sort_unstable();
@@ -226,47 +172,32 @@ impl PairFactors {
         touched
     }
 
-    /// The factors, one per directed pair, in the graph's order.
+    /// Factor of a directed pair, by its place in the graph's indices.
     #[must_use]
-    pub fn factors(&self) -> &[f64] {
-        &self.factors
+    pub fn factor(&self, pair: usize) -> f64 {
+        self.crossed.get(&index32(pair)).copied().unwrap_or(1.0)
     }
 
-    /// Coupling distance of each node (m); that of a pair is the mean of its two nodes'.
+    /// The factors of all directed pairs, in the graph's order.
     #[must_use]
-    pub fn reach(&self) -> &[f64] {
-        &self.reach
+    pub fn to_vec(&self) -> Vec<f64> {
+        let mut factors = vec![1.0; self.pair_count];
+        for (&pair, &factor) in &self.crossed {
+            factors[pair as usize] = factor;
+        }
+        factors
     }
 
     /// Number of undirected pairs that a cut crosses.
     #[must_use]
     pub fn crossed_count(&self) -> usize {
-        self.crossed
+        self.crossed.len() / 2
     }
 
-    /// Puts back factors that were read before, for a run that goes on from a file.
-    ///
-    /// # Errors
-    /// The first pair whose value is not in `0..=1` or differs from that of the opposite direction.
-    ///
-    /// # Panics
-    /// If there is not one factor per pair.
-    pub fn restore(&mut self, factors: &[f64]) -> Result<(), FactorError> {
-        assert_eq!(factors.len(), self.factors.len(), "one factor per pair");
-        let mut crossed = 0;
-        for i in 0..self.positions.len() {
-            for pair in self.offsets[i] as usize..self.offsets[i + 1] as usize {
-                let value = factors[pair];
-                let back = factors[self.pair_of(self.indices[pair], index32(i))];
-                if !(0.0..=1.0).contains(&value) || value.to_bits() != back.to_bits() {
-                    return Err(FactorError { pair, value });
-                }
-                crossed += usize::from(value < 1.0);
-            }
-        }
-        self.factors.copy_from_slice(factors);
-        self.crossed = crossed / 2;
-        Ok(())
+    /// Number of undirected pairs whose factor is 0.
+    #[must_use]
+    pub fn severed_count(&self) -> usize {
+        self.crossed.values().filter(|&&f| f <= 0.0).count() / 2
     }
 
     /// Unit normals of the cut near some nodes, as rows: those of the triangles that cross a pair of
@@ -275,21 +206,26 @@ impl PairFactors {
     /// What the restoration of the integration constraint on cut faces needs.
     ///
     /// # Panics
-    /// If a node is out of range.
+    /// If a node is out of range or the graph has other numbers of nodes and pairs than that of the
+    /// start.
     #[must_use]
-    pub fn normals_near(&self, cut: &crate::Cuts, nodes: &[u32]) -> (Vec<u32>, Vec<DVec3>) {
+    pub fn normals_near(
+        &self,
+        graph: &Graph<'_>,
+        cut: &crate::Cuts,
+        nodes: &[u32],
+    ) -> (Vec<u32>, Vec<DVec3>) {
+        self.check_same(graph);
         let (mut offsets, mut normals) = (vec![0], Vec::new());
         let (mut found, mut all) = (Vec::new(), Vec::new());
         for &node in nodes {
             all.clear();
-            for near in std::iter::once(node).chain(self.row(node as usize).iter().copied()) {
-                let i = near as usize;
-                for pair in self.offsets[i] as usize..self.offsets[i + 1] as usize {
-                    if self.factors[pair] < 1.0 {
-                        let other = self.positions[self.indices[pair] as usize];
-                        cut.crossed_into(self.positions[i], other, &mut found);
-                        all.extend_from_slice(&found);
-                    }
+            for near in std::iter::once(node).chain(graph.row(node as usize).iter().copied()) {
+                let at = graph.positions[near as usize];
+                for (pair, _) in self.crossed_in(graph, near as usize) {
+                    let other = graph.positions[graph.indices[pair] as usize];
+                    cut.crossed_into(at, other, &mut found);
+                    all.extend_from_slice(&found);
                 }
             }
             all.sort_unstable();
@@ -300,101 +236,75 @@ impl PairFactors {
         (offsets, normals)
     }
 
-    /// Bytes held on the heap, about.
+    /// Bytes held on the heap, at most.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.positions.len() * (24 + 4 + 8 + 8 + 4 + 8) + self.indices.len() * (4 + 8)
+        self.runs.bytes() + self.crossed.len() * Self::BYTES_PER_PAIR
     }
 
-    fn row(&self, node: usize) -> &[u32] {
-        &self.indices[self.offsets[node] as usize..self.offsets[node + 1] as usize]
+    fn check_same(&self, graph: &Graph<'_>) {
+        assert_eq!(
+            (graph.positions.len(), graph.offsets.len()),
+            (self.runs.node_count(), self.runs.node_count() + 1),
+            "the nodes of the start"
+        );
+        assert_eq!(
+            graph.indices.len(),
+            self.pair_count,
+            "the pairs of the start"
+        );
     }
 
-    fn pair_of(&self, node: u32, neighbor: u32) -> usize {
-        let place = self.row(node as usize).binary_search(&neighbor);
-        self.offsets[node as usize] as usize + place.expect("checked to be symmetric when built")
-    }
-
-    /// End points and coupling distance of a pair, the node of lower number first.
-    fn pair_geometry(&self, i: usize, pair: usize) -> (DVec3, DVec3, f64) {
-        let j = self.indices[pair] as usize;
-        let reach = 0.5 * (self.reach[i] + self.reach[j]);
-        (self.positions[i], self.positions[j], reach)
+    /// Pairs of a node that a cut crosses, rising, with their factors.
+    fn crossed_in(
+        &self,
+        graph: &Graph<'_>,
+        node: usize,
+    ) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.crossed
+            .range(graph.offsets[node]..graph.offsets[node + 1])
+            .map(|(&pair, &factor)| (pair as usize, factor))
     }
 
     /// Undirected pairs `(i, pair)`, with `i` the lower number, that the new pieces may change.
-    fn candidates<C: Obstacle>(&self, cut: &C, new: Range<usize>) -> Vec<(u32, u32)> {
+    fn candidates<C: Obstacle>(
+        &self,
+        graph: &Graph<'_>,
+        cut: &C,
+        new: Range<usize>,
+    ) -> Vec<(u32, u32)> {
+        let reach = self.settings.reach;
         let mut candidates = Vec::new();
         for piece in new {
             let bounds = cut.piece_bounds(piece);
-            self.grid
-                .for_nodes(&bounds.grown(self.largest_span), |node| {
-                    let i = node as usize;
-                    if bounds.distance(self.positions[i]) > self.span[i] {
-                        return;
+            self.runs.for_nodes(graph, &bounds, |i| {
+                let a = graph.positions[i];
+                let mut crossed = self.crossed_in(graph, i).peekable();
+                for pair in graph.pairs(i) {
+                    let known = crossed.next_if(|&(known, _)| known == pair);
+                    let j = graph.indices[pair] as usize;
+                    if j < i {
+                        continue;
                     }
-                    for pair in self.offsets[i] as usize..self.offsets[i + 1] as usize {
-                        if self.indices[pair] < node {
-                            continue;
-                        }
-                        let factor = self.factors[pair];
-                        let (a, b, reach) = self.pair_geometry(i, pair);
-                        let look = if factor >= 1.0 {
+                    let b = graph.positions[j];
+                    let look = match known {
+                        None => {
                             Bounds::of(&[a, b]).meets(&bounds) && cut.piece_crosses(piece, a, b)
-                        } else {
-                            factor > 0.0 && bounds.distance(a.midpoint(b)) <= Rule::MARGIN * reach
-                        };
-                        if look {
-                            candidates.push((node, index32(pair)));
                         }
+                        Some((_, factor)) => {
+                            factor > 0.0
+                                && bounds.distance(a.midpoint(b))
+                                    <= Rule::MARGIN * reach.of_pair(graph, i, j)
+                        }
+                    };
+                    if look {
+                        candidates.push((index32(i), index32(pair)));
                     }
-                });
+                }
+            });
         }
         candidates.sort_unstable_by_key(|&(_, pair)| pair);
         candidates.dedup();
         candidates
-    }
-}
-
-/// A factor that cannot be one, see [`PairFactors::restore`].
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("factor {value} of pair {pair} is outside 0..=1 or differs from the opposite direction's")]
-pub struct FactorError {
-    /// Place of the pair in the graph's indices.
-    pub pair: usize,
-    /// Its factor.
-    pub value: f64,
-}
-
-fn assert_graph(nodes: usize, offsets: &[u32], indices: &[u32]) {
-    assert_eq!(offsets.len(), nodes + 1, "one row per node, and the end");
-    assert_eq!(
-        offsets[nodes] as usize,
-        indices.len(),
-        "rows fill the indices"
-    );
-    for i in 0..nodes {
-        assert!(
-            offsets[i] <= offsets[i + 1],
-            "row {i} ends before it starts"
-        );
-        let row = &indices[offsets[i] as usize..offsets[i + 1] as usize];
-        assert!(
-            row.windows(2).all(|w| w[0] < w[1]),
-            "row {i} is not sorted or has a neighbour twice"
-        );
-        for &j in row {
-            assert!(
-                (j as usize) < nodes && j as usize != i,
-                "row {i} names node {j}"
-            );
-            let (from, to) = (offsets[j as usize], offsets[j as usize + 1]);
-            assert!(
-                indices[from as usize..to as usize]
-                    .binary_search(&index32(i))
-                    .is_ok(),
-                "pair ({i}, {j}) has no opposite"
-            );
-        }
     }
 }

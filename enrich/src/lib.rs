@@ -6,6 +6,7 @@ mod error;
 mod face;
 mod factors;
 mod forest;
+mod graph;
 mod grid;
 mod index;
 mod node_grid;
@@ -22,11 +23,12 @@ pub use comparators::{
 pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::CutError;
 pub use face::{FaceAreas, NearestCut};
-pub use factors::{FactorError, FactorSettings, PairFactors, Touched};
+pub use factors::{FactorSettings, PairFactors, Touched};
+pub use graph::{Graph, Reach};
 pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 pub use index::Bounds;
 pub use obstacle::{Bend, Obstacle};
-pub use pieces::{Pieces, connected_pieces};
+pub use pieces::{Pieces, connected_pieces, nodes_in_small_pieces};
 pub use planar::PlanarCuts;
 pub use rule::{Rule, Scratch};
 

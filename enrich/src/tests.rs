@@ -10,6 +10,7 @@ mod dissertation;
 mod geodesic;
 mod growth;
 mod hard;
+mod memory;
 mod planar_cases;
 mod planar_growth;
 mod shapes;

@@ -88,7 +88,7 @@ fn main() {
         let mut stencils = whole.clone();
         let start = Instant::now();
         stencils
-            .update_rows(&block.positions, &graph, &factors, &touched)
+            .update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
             .expect("factors are 0 or 1");
         let rows = f64::from(u32::try_from(touched.len()).expect("few rows"));
         let per_row = start.elapsed().as_secs_f64() * 1e6 / rows;

@@ -210,7 +210,8 @@ impl ConservativeStencils {
     /// proportional to the pairs of the touched rows.
     ///
     /// # Arguments
-    /// * `factors` -- `f_ij` in 0..=1, shape `(pairs)`, 1 uncut, 0 severed.
+    /// * `factor` -- `f_ij` in 0..=1 of a pair, 1 uncut, 0 severed; asked for the pairs of the touched
+    ///   rows.
     /// * `touched` -- every node with a changed factor in its row; repeats do no harm.
     ///
     /// # Errors
@@ -223,11 +224,10 @@ impl ConservativeStencils {
         &mut self,
         positions: &[DVec3],
         neighborhoods: &Neighborhoods,
-        factors: &[f64],
+        factor: impl Fn(usize) -> f64,
         touched: &[u32],
     ) -> Result<(), StencilError> {
         assert_eq!(positions.len(), self.volumes.len(), "one position per node");
-        assert_eq!(factors.len(), self.weights.len(), "one factor per pair");
         assert_eq!(
             neighborhoods.pair_count(),
             self.weights.len(),
@@ -240,7 +240,7 @@ impl ConservativeStencils {
             take_factors(
                 &mut self.weights,
                 &self.base_weights,
-                factors,
+                &factor,
                 pairs.clone(),
             )?;
             let row = frame.build(

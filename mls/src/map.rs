@@ -128,15 +128,14 @@ impl MaterialMap {
 
     /// Takes pair factors in: a pair with factor 0 no longer connects.
     ///
-    /// Only the rows of `touched` are read.
+    /// `factor` is asked for the pairs of the rows of `touched`.
     ///
     /// # Panics
-    /// If `factors` is not `(pairs)` long or a touched node is out of range.
-    pub fn update_rows(&mut self, factors: &[f64], touched: &[u32]) {
-        assert_eq!(factors.len(), self.severed.len(), "one factor per pair");
+    /// If a touched node is out of range.
+    pub fn update_rows(&mut self, factor: impl Fn(usize) -> f64, touched: &[u32]) {
         for &node in touched {
             for pair in self.neighborhoods.pairs(node as usize) {
-                self.severed[pair] = factors[pair] <= 0.0;
+                self.severed[pair] = factor(pair) <= 0.0;
             }
         }
     }

@@ -144,30 +144,34 @@ impl GradientStencils {
     }
 
     /// Rebuilds the touched rows with new pair factors, `w_ij = f_ij · w0_ij`, in time proportional
-    /// to their pairs.
+    /// to their pairs. `factor` is asked for the pairs of the touched rows.
     ///
     /// # Errors
     /// [`StencilError::Weight`] if a factor of a touched row is negative or not finite; rows before
     /// it are then rebuilt already.
     ///
     /// # Panics
-    /// If a slice does not have its stated length or a touched node is out of range.
+    /// If positions or graph are not those of the set-up or a touched node is out of range.
     pub fn update_rows(
         &mut self,
         positions: &[DVec3],
         neighborhoods: &Neighborhoods,
-        factors: &[f64],
+        factor: impl Fn(usize) -> f64,
         touched: &[u32],
     ) -> Result<(), StencilError> {
         assert_eq!(positions.len(), self.ranks.len(), "one position per node");
-        assert_eq!(factors.len(), self.weights.len(), "one factor per pair");
+        assert_eq!(
+            neighborhoods.pair_count(),
+            self.weights.len(),
+            "the graph of the set-up"
+        );
         for &node in touched {
             let node = node as usize;
             let pairs = neighborhoods.pairs(node);
             take_factors(
                 &mut self.weights,
                 &self.base_weights,
-                factors,
+                &factor,
                 pairs.clone(),
             )?;
             let row = build_row(
@@ -243,11 +247,11 @@ pub(crate) fn moment(
 pub(crate) fn take_factors(
     weights: &mut [f64],
     base: &[f64],
-    factors: &[f64],
+    factor: impl Fn(usize) -> f64,
     pairs: Range<usize>,
 ) -> Result<(), StencilError> {
     for pair in pairs {
-        let value = factors[pair] * base[pair];
+        let value = factor(pair) * base[pair];
         if !(value >= 0.0 && value.is_finite()) {
             return Err(StencilError::Weight { pair, value });
         }

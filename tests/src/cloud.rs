@@ -42,6 +42,30 @@ impl Random {
     }
 }
 
+/// Who is coupled with whom on [`lattice`]: the 6 nearest and the 12 next nearest places, as row starts
+/// and neighbours.
+#[must_use]
+pub fn lattice_rows(n: [usize; 3]) -> (Vec<u32>, Vec<u32>) {
+    let (mut offsets, mut indices) = (vec![0], Vec::new());
+    let near = |c: usize, axis: usize| c.saturating_sub(1)..=(c + 1).min(n[axis] - 1);
+    let index = |value: usize| u32::try_from(value).expect("tests are small");
+    for node in 0..n[0] * n[1] * n[2] {
+        let [i, j, k] = [node % n[0], node / n[0] % n[1], node / n[0] / n[1]];
+        for c in near(k, 2) {
+            for b in near(j, 1) {
+                for a in near(i, 0) {
+                    let steps = a.abs_diff(i) + b.abs_diff(j) + c.abs_diff(k);
+                    if steps == 1 || steps == 2 {
+                        indices.push(index((c * n[1] + b) * n[0] + a));
+                    }
+                }
+            }
+        }
+        offsets.push(index(indices.len()));
+    }
+    (offsets, indices)
+}
+
 /// Lattice of `nx × ny × nz` points, `spacing` apart, from the origin, each moved by up to
 /// `jitter · spacing` per axis.
 #[must_use]

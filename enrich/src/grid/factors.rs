@@ -1,8 +1,7 @@
 //! From values at nodes to factors of pairs; the dissertation leaves this step out.
 
-use glam::DVec3;
-
 use super::{Enrichment, EnrichmentGrid};
+use crate::graph::Graph;
 
 /// How φ enters the weight of a pair. The text (Aras 2014, p. 46) only says that the weight is to be 1
 /// on one side and 0 on the other.
@@ -38,37 +37,35 @@ impl GridForm {
 ///
 /// # Arguments
 /// * `grids` -- one per cut, rebuilt for each new piece of it.
-/// * `positions`, `offsets`, `indices` -- nodes (m) and graph.
+/// * `graph` -- nodes and pairs.
 /// * `support_radius` -- per node (m).
 ///
 /// # Panics
-/// If slices do not fit each other.
+/// If there is not one support radius per node.
 #[must_use]
 pub fn grid_pair_factors(
     grids: &[EnrichmentGrid],
-    positions: &[DVec3],
-    offsets: &[u32],
-    indices: &[u32],
+    graph: &Graph<'_>,
     support_radius: &[f64],
     form: GridForm,
 ) -> Vec<f64> {
-    assert_eq!(offsets.len(), positions.len() + 1, "one row per node");
     assert_eq!(
         support_radius.len(),
-        positions.len(),
+        graph.positions.len(),
         "one support radius per node"
     );
-    let mut factors = vec![1.0; indices.len()];
+    let mut factors = vec![1.0; graph.indices.len()];
     for grid in grids {
-        let values: Vec<Option<Enrichment>> = positions
+        let values: Vec<Option<Enrichment>> = graph
+            .positions
             .iter()
             .zip(support_radius)
             .map(|(&p, &radius)| grid.look_up(p).filter(|e| e.distance < radius))
             .collect();
-        for i in 0..positions.len() {
+        for i in 0..graph.positions.len() {
             let Some(at_i) = values[i] else { continue };
-            for pair in offsets[i] as usize..offsets[i + 1] as usize {
-                if let Some(at_j) = values[indices[pair] as usize] {
+            for pair in graph.pairs(i) {
+                if let Some(at_j) = values[graph.indices[pair] as usize] {
                     factors[pair] *= form.factor(&at_i, &at_j);
                 }
             }

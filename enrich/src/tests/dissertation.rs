@@ -210,14 +210,7 @@ fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
     };
     let of = |line: &[DVec2], form| {
         let grid = EnrichmentGrid::from_polyline(line, &settings).unwrap();
-        grid_pair_factors(
-            &[grid],
-            &cloud.x,
-            &cloud.offsets,
-            &cloud.indices,
-            &support,
-            form,
-        )
+        grid_pair_factors(&[grid], &cloud.graph(), &support, form)
     };
     let line = [DVec2::new(-0.3, 0.503), DVec2::new(1.3, 0.503)];
     let across = |i: usize, j: usize| (cloud.x[i].y > 0.503) != (cloud.x[j].y > 0.503);

@@ -7,7 +7,7 @@ use testkit::cloud::Random;
 
 use super::shapes::{plane, space};
 use super::slow::{Cloud, inside};
-use super::space_cases::{body, cut, factors, fresh, settings};
+use super::space_cases::{body, cut, factors, settings};
 use crate::{Bend, Bounds, CutSettings, Cuts, Obstacle};
 
 #[test]
@@ -15,15 +15,15 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
     for (name, strokes, _) in space() {
         let cloud = body(&name);
         let mut cuts = Cuts::new(&settings(&cloud));
-        let mut growing = fresh(&cloud);
+        let mut growing = cloud.factors();
         for blades in &strokes {
             let stroke = cuts.start(&blades[0]).unwrap();
             for blade in &blades[1..] {
-                let before = growing.factors().to_vec();
+                let before = growing.to_vec();
                 let new = cuts.append(stroke, blade).unwrap();
-                let touched = growing.update(&cuts, new, &inside);
+                let touched = growing.update(&cloud.graph(), &cuts, new, &inside);
                 let mut changed = Vec::new();
-                for (pair, (&old, &new)) in before.iter().zip(growing.factors()).enumerate() {
+                for (pair, (&old, &new)) in before.iter().zip(&growing.to_vec()).enumerate() {
                     assert!(new <= old, "{name}: pair {pair} rises from {old} to {new}");
                     if new < old {
                         changed.push(pair as u32);
@@ -44,7 +44,7 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
         // same, and few differ at all.
         let at_once = factors(&cloud, &cuts);
         let mut lower = 0;
-        for (pair, (&grown, &once)) in growing.factors().iter().zip(&at_once).enumerate() {
+        for (pair, (&grown, &once)) in growing.to_vec().iter().zip(&at_once).enumerate() {
             assert!(
                 grown <= once,
                 "{name}: pair {pair} grown {grown}, at once {once}"
@@ -151,20 +151,13 @@ fn update_work_does_not_grow_with_the_cut() {
         .unwrap()
         .1[0];
     let mut cuts = crate::PlanarCuts::new(&CutSettings::for_spacing(1.0 / 60.0));
-    let reach = vec![cloud.reach; cloud.x.len()];
-    let mut factors = crate::PairFactors::with_reach(
-        &cloud.x,
-        &cloud.offsets,
-        &cloud.indices,
-        reach,
-        crate::Rule::Detour,
-    );
+    let mut factors = cloud.factors();
     let stroke = cuts.start(wave[0]).unwrap();
     for corner in wave.windows(2) {
         for k in 1..=10 {
             let to = corner[0].lerp(corner[1], f64::from(k) / 10.0);
             let new = cuts.append(stroke, to).unwrap().unwrap();
-            let touched = factors.update(&cuts, new..new + 1, &inside);
+            let touched = factors.update(&cloud.graph(), &cuts, new..new + 1, &inside);
             assert!(touched.pairs.len() < 200, "{}", touched.pairs.len());
         }
     }
@@ -226,8 +219,12 @@ fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
         );
         offsets.push(indices.len() as u32);
     }
-    let mut factors =
-        crate::PairFactors::new(&x, &offsets, &indices, &crate::FactorSettings::default());
+    let graph = crate::Graph {
+        positions: &x,
+        offsets: &offsets,
+        indices: &indices,
+    };
+    let mut factors = crate::PairFactors::new(&graph, &crate::FactorSettings::default());
     let blade = |k: usize| [0.3, 1.8].map(|z| DVec3::new(k as f64 + 4.4, 1.6, z));
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     let stroke = cuts.start(&blade(0)).unwrap();
@@ -235,7 +232,7 @@ fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
     for k in 1..=510 {
         let new = cuts.append(stroke, &blade(k)).unwrap();
         let counted = Counted(&cuts, AtomicUsize::new(0));
-        factors.update(&counted, new, &|_| true);
+        factors.update(&graph, &counted, new, &|_| true);
         asked.push(counted.1.into_inner());
     }
     let sum = |range: std::ops::Range<usize>| asked[range].iter().sum::<usize>();

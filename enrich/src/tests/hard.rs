@@ -6,8 +6,11 @@ use testkit::cloud::Random;
 use testkit::strategies::vector;
 
 use super::slow::{Cloud, inside};
-use super::space_cases::{cut, factors, fresh};
-use crate::{CutError, CutSettings, Cuts, Dropped, PairFactors, connected_pieces};
+use super::space_cases::{cut, factors};
+use crate::{
+    CutError, CutSettings, Cuts, Dropped, FactorSettings, Graph, PairFactors, Reach,
+    connected_pieces,
+};
 
 fn blade(y: f64, x: f64) -> Vec<DVec3> {
     vec![DVec3::new(x, y, -0.3), DVec3::new(x, y, 1.3)]
@@ -108,12 +111,12 @@ fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
         index_cell: cloud.reach,
     });
     let stroke = fine.start(&blade(0.503, -0.3)).unwrap();
-    let mut grown = fresh(&cloud);
+    let mut grown = cloud.factors();
     for k in 1..=1000 {
         let new = fine
             .append(stroke, &blade(0.503, -0.3 + 1.6e-3 * f64::from(k)))
             .unwrap();
-        grown.update(&fine, new, &inside);
+        grown.update(&cloud.graph(), &fine, new, &inside);
     }
     assert_eq!(fine.triangle_count(), 2000);
     let mut huge = Cuts::new(&settings(&cloud));
@@ -124,7 +127,7 @@ fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
     ];
     huge.add_surface(&far, &[[0, 1, 2]]).unwrap();
     let once = factors(&cloud, &huge);
-    assert_eq!(grown.factors(), once);
+    assert_eq!(grown.to_vec(), once);
     assert_eq!(
         connected_pieces(&cloud.offsets, &cloud.indices, &once)
             .sizes
@@ -178,42 +181,19 @@ fn cut_through_an_edge_and_a_vertex_of_the_node_lattice() {
             .unwrap();
     }
     let everywhere = |_: DVec3| true;
-    let mut factors = fresh(&cloud);
-    factors.update(&cuts, 0..cuts.triangle_count(), &everywhere);
+    let mut factors = cloud.factors();
+    factors.update(&cloud.graph(), &cuts, 0..cuts.triangle_count(), &everywhere);
+    let factors = factors.to_vec();
     // Tie rule: nodes on the plane belong to the side of larger x, that of x + y > 8.
     let upper = |p: DVec3| p.x + p.y >= 8.0;
     for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
         let same = upper(cloud.x[i]) == upper(cloud.x[j]);
-        assert_eq!(
-            factors.factors()[pair],
-            if same { 1.0 } else { 0.0 },
-            "{i} {j}"
-        );
+        assert_eq!(factors[pair], if same { 1.0 } else { 0.0 }, "{i} {j}");
     }
     let on = cuts.nearest(DVec3::new(4.0, 4.0, 1.0), 1.0).unwrap();
     let upper = cuts.nearest(DVec3::new(5.0, 4.0, 1.0), 1.0).unwrap();
     assert_eq!(on.side, upper.side);
     assert!(on.distance < 1e-12);
-}
-
-#[test]
-fn restored_factors_go_on_as_the_run_did() {
-    let cloud = cloud();
-    let mut cuts = Cuts::new(&settings(&cloud));
-    let stroke = cuts.start(&blade(0.503, -0.3)).unwrap();
-    let first = cuts.append(stroke, &blade(0.52, 0.4)).unwrap();
-    let mut run = fresh(&cloud);
-    run.update(&cuts, first, &inside);
-    let mut resumed = fresh(&cloud);
-    resumed.restore(run.factors()).unwrap();
-    assert_eq!(resumed.crossed_count(), run.crossed_count());
-    let second = cuts.append(stroke, &blade(0.49, 0.8)).unwrap();
-    let touched = run.update(&cuts, second.clone(), &inside);
-    assert_eq!(resumed.update(&cuts, second, &inside), touched);
-    assert_eq!(resumed.factors(), run.factors());
-    let mut broken = run.factors().to_vec();
-    broken[3] = f64::NAN;
-    assert_eq!(resumed.restore(&broken).unwrap_err().pair, 3);
 }
 
 #[test]
@@ -239,32 +219,6 @@ fn face_areas_are_opposite_and_sum_to_the_cut_inside_the_body() {
     }
     testkit::tol::assert_within("faces", (upper + lower).length(), 0.0, 1e-12);
     testkit::tol::assert_within("upper", upper.distance(-areas.area * DVec3::Y), 0.0, 1e-12);
-}
-
-#[test]
-fn memory_follows_the_touched_part_not_the_body() {
-    // The same cut in bodies of different size: what the cut holds is the same, and the state of the
-    // factors is the factors.
-    let strokes = vec![vec![
-        blade(0.503, 0.0),
-        blade(0.503, 0.1),
-        blade(0.503, 0.2),
-    ]];
-    let small = cut(&strokes, &CutSettings::for_spacing(0.1));
-    let long: Vec<Vec<DVec3>> = (0..=200)
-        .map(|k| blade(0.503, 0.1 * f64::from(k)))
-        .collect();
-    let long = cut(&vec![long], &CutSettings::for_spacing(0.1));
-    let per_triangle = |c: &Cuts| c.bytes() as f64 / c.triangle_count() as f64;
-    assert!(
-        per_triangle(&long) < 2.0 * per_triangle(&small),
-        "{}",
-        per_triangle(&long)
-    );
-    assert!(per_triangle(&long) < 2000.0, "{}", per_triangle(&long));
-    let cloud = cloud();
-    let bytes = fresh(&cloud).bytes();
-    assert_eq!(bytes, cloud.x.len() * 56 + cloud.indices.len() * 12);
 }
 
 #[test]
@@ -332,10 +286,13 @@ proptest! {
             .map(|s| s.iter().map(|b| b.iter().map(|&p| place(p)).collect()).collect()).collect();
         let cuts = cut(&moved_strokes, &CutSettings {
             weld_tolerance: 0.05 * cloud.reach * scale, index_cell: cloud.reach * scale });
-        let reach = vec![cloud.reach * scale; moved.len()];
-        let mut found = PairFactors::with_reach(&moved, &cloud.offsets, &cloud.indices, reach, crate::Rule::Detour);
-        found.update(&cuts, 0..cuts.triangle_count(), &|p| inside(back(p)));
-        for (pair, (a, b)) in reference.iter().zip(found.factors()).enumerate() {
+        let graph = Graph { positions: &moved, ..cloud.graph() };
+        let mut found = PairFactors::new(&graph, &FactorSettings {
+            reach: Reach::Length(cloud.reach * scale),
+            ..FactorSettings::default()
+        });
+        found.update(&graph, &cuts, 0..cuts.triangle_count(), &|p| inside(back(p)));
+        for (pair, (a, b)) in reference.iter().zip(&found.to_vec()).enumerate() {
             prop_assert!((a - b).abs() < 1e-9, "pair {}: {} and {}", pair, a, b);
         }
     }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::shapes::{Expect, Lines, plane};
 use super::slow::{Cloud, VisibilityGraph, inside, kernel};
-use crate::{CutSettings, Obstacle, PairFactors, PlanarCuts, Rule, connected_pieces};
+use crate::{CutSettings, Obstacle, PlanarCuts, connected_pieces};
 
 pub(crate) fn cut(lines: &Lines, weld: f64) -> PlanarCuts {
     let mut cuts = PlanarCuts::new(&CutSettings {
@@ -17,17 +17,10 @@ pub(crate) fn cut(lines: &Lines, weld: f64) -> PlanarCuts {
     cuts
 }
 
-pub(crate) fn factors(cloud: &Cloud, cuts: &PlanarCuts) -> PairFactors {
-    let reach = vec![cloud.reach; cloud.x.len()];
-    let mut factors = PairFactors::with_reach(
-        &cloud.x,
-        &cloud.offsets,
-        &cloud.indices,
-        reach,
-        Rule::Detour,
-    );
-    factors.update(cuts, 0..cuts.segment_count(), &inside);
-    factors
+pub(crate) fn factors(cloud: &Cloud, cuts: &PlanarCuts) -> Vec<f64> {
+    let mut factors = cloud.factors();
+    factors.update(&cloud.graph(), cuts, 0..cuts.segment_count(), &inside);
+    factors.to_vec()
 }
 
 #[test]
@@ -47,7 +40,7 @@ fn no_leak_and_no_over_cut_in_any_case() {
         let oracle = VisibilityGraph::new(&segments);
         let (mut crossing, mut severed, mut squares, mut worst_leak) = (0, 0, 0.0, 0.0_f64);
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
-            let f = found.factors()[pair];
+            let f = found[pair];
             let crossed =
                 (0..segments.len()).any(|s| cuts.piece_crosses(s, cloud.x[i], cloud.x[j]));
             assert_eq!(crossed, f < 1.0, "{name}: {i} {j} over-cut or missed");
@@ -94,7 +87,7 @@ fn no_leak_and_no_over_cut_in_any_case() {
         if rms > allowed {
             failures.push(format!("{name}: rms {rms}"));
         }
-        let parts = connected_pieces(&cloud.offsets, &cloud.indices, found.factors());
+        let parts = connected_pieces(&cloud.offsets, &cloud.indices, &found);
         let large = parts.sizes.iter().filter(|&&s| s > 3).count();
         let wanted = if let Expect::Parts(n) = expect { n } else { 1 };
         if large != wanted {

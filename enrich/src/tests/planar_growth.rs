@@ -6,7 +6,7 @@ use testkit::cloud::Random;
 use super::planar_cases::{cut, factors};
 use super::shapes::plane;
 use super::slow::{Cloud, cross2, inside, kernel};
-use crate::{CutSettings, PairFactors, PlanarCuts, Rule};
+use crate::{CutSettings, PlanarCuts};
 
 fn body(name: &str) -> Cloud {
     let jitter = if name.contains("through nodes") {
@@ -40,23 +40,21 @@ fn factors_never_rise_in_any_prefix() {
             weld_tolerance: 0.05 * cloud.reach,
             index_cell: 0.1,
         });
-        let reach = vec![cloud.reach; cloud.x.len()];
-        let (offsets, indices) = (&cloud.offsets, &cloud.indices);
-        let mut growing = PairFactors::with_reach(&cloud.x, offsets, indices, reach, Rule::Detour);
+        let mut growing = cloud.factors();
         for line in &lines {
             let stroke = cuts.start(line[0]).unwrap();
             for &point in &line[1..] {
-                let before = growing.factors().to_vec();
+                let before = growing.to_vec();
                 if let Some(new) = cuts.append(stroke, point).unwrap() {
-                    growing.update(&cuts, new..new + 1, &inside);
+                    growing.update(&cloud.graph(), &cuts, new..new + 1, &inside);
                 }
-                for (pair, (old, new)) in before.iter().zip(growing.factors()).enumerate() {
+                for (pair, (old, new)) in before.iter().zip(&growing.to_vec()).enumerate() {
                     assert!(new <= old, "{name}: pair {pair} rises from {old} to {new}");
                 }
             }
         }
         let at_once = factors(&cloud, &cuts);
-        for (grown, once) in growing.factors().iter().zip(at_once.factors()) {
+        for (grown, once) in growing.to_vec().iter().zip(&at_once) {
             assert!(grown <= once, "{name}: grown {grown}, at once {once}");
             assert_eq!(*grown < 1.0, *once < 1.0, "{name}");
         }
@@ -77,7 +75,7 @@ fn order_direction_repetition_and_subdivision_of_segments_do_not_matter() {
                 .flat_map(|&[p, q]| [[p, p.midpoint(q)], [p.midpoint(q), q]])
                 .collect();
             let found = factors(&cloud, &from_segments(&halves, 0.0));
-            for (a, b) in reference.factors().iter().zip(found.factors()) {
+            for (a, b) in reference.iter().zip(&found) {
                 assert!((a - b).abs() <= 1e-12, "{name}: {a} and {b} in halves");
             }
         }
@@ -98,7 +96,7 @@ fn order_direction_repetition_and_subdivision_of_segments_do_not_matter() {
         assert_eq!(shuffled.dropped().duplicate, again.len());
         assert_eq!(shuffled.dropped().zero_area, 1);
         let found = factors(&cloud, &shuffled);
-        for (a, b) in reference.factors().iter().zip(found.factors()) {
+        for (a, b) in reference.iter().zip(&found) {
             assert_eq!(a.to_bits(), b.to_bits(), "{name}: {a} and {b}");
         }
     }
@@ -149,7 +147,7 @@ fn equal_to_brute_force_in_any_plane_case() {
         let found = factors(&cloud, &cuts);
         let segments = segments(&cuts);
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
-            let (f, far) = (found.factors()[pair], pair % 7 != 0);
+            let (f, far) = (found[pair], pair % 7 != 0);
             if i > j || (f >= 1.0 && far) {
                 continue;
             }

@@ -3,6 +3,8 @@
 use glam::{DVec2, DVec3};
 use testkit::cloud;
 
+use crate::{FactorSettings, Graph, PairFactors, Reach, Rule};
+
 /// Nodes, rows and the coupling distance of a test cloud.
 pub(crate) struct Cloud {
     pub(crate) x: Vec<DVec3>,
@@ -42,6 +44,23 @@ impl Cloud {
             indices,
             reach,
         }
+    }
+
+    pub(crate) fn graph(&self) -> Graph<'_> {
+        Graph {
+            positions: &self.x,
+            offsets: &self.offsets,
+            indices: &self.indices,
+        }
+    }
+
+    /// Factors before any cut.
+    pub(crate) fn factors(&self) -> PairFactors {
+        let settings = FactorSettings {
+            reach: Reach::Length(self.reach),
+            rule: Rule::Detour,
+        };
+        PairFactors::new(&self.graph(), &settings)
     }
 
     /// Directed pairs as `(i, j)`, in the order of the graph.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::shapes::{Expect, Strokes, space};
 use super::slow::{Cloud, cross3, inside, kernel};
-use crate::{CutSettings, Cuts, PairFactors, Rule, connected_pieces};
+use crate::{CutSettings, Cuts, connected_pieces, nodes_in_small_pieces};
 
 pub(crate) fn settings(cloud: &Cloud) -> CutSettings {
     CutSettings {
@@ -25,21 +25,10 @@ pub(crate) fn cut(strokes: &Strokes, settings: &CutSettings) -> Cuts {
     cuts
 }
 
-pub(crate) fn fresh(cloud: &Cloud) -> PairFactors {
-    let reach = vec![cloud.reach; cloud.x.len()];
-    PairFactors::with_reach(
-        &cloud.x,
-        &cloud.offsets,
-        &cloud.indices,
-        reach,
-        Rule::Detour,
-    )
-}
-
 pub(crate) fn factors(cloud: &Cloud, cuts: &Cuts) -> Vec<f64> {
-    let mut factors = fresh(cloud);
-    factors.update(cuts, 0..cuts.triangle_count(), &inside);
-    factors.factors().to_vec()
+    let mut factors = cloud.factors();
+    factors.update(&cloud.graph(), cuts, 0..cuts.triangle_count(), &inside);
+    factors.to_vec()
 }
 
 pub(crate) fn body(name: &str) -> Cloud {
@@ -159,7 +148,16 @@ fn equal_to_brute_force_in_any_case() {
             borderline * 2000 <= compared,
             "{name}: {borderline} of {compared} differ"
         );
-        let parts = connected_pieces(&cloud.offsets, &cloud.indices, &found);
+        let (offsets, indices) = (&cloud.offsets, &cloud.indices);
+        let parts = connected_pieces(offsets, indices, &found);
+        for limit in [1, 12, 200] {
+            let all: Vec<u32> = (0..cloud.x.len() as u32).collect();
+            let small = nodes_in_small_pieces(offsets, indices, &found, &all, limit);
+            let expected = all.iter().filter(|&&node| {
+                (parts.sizes[parts.piece[node as usize] as usize] as usize) < limit
+            });
+            assert!(small.iter().eq(expected), "{name}: pieces below {limit}");
+        }
         let large = parts.sizes.iter().filter(|&&s| s > 3).count();
         let wanted = if let Expect::Parts(n) = expect { n } else { 1 };
         assert_eq!(large, wanted, "{name}: {:?}", parts.sizes);

@@ -187,7 +187,7 @@ fn touched_rows_equal_a_full_rebuild_with_the_old_multipliers() {
     let (graph, before) = build(&block);
     let mut s = before.clone();
     let (factors, touched) = planar_cut(&block, &graph, 4.4, 5.1);
-    s.update_rows(&block.positions, &graph, &factors, &touched)
+    s.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .unwrap();
     let mut full = before.clone();
     for (w, f) in full.weights.iter_mut().zip(&factors) {
@@ -211,13 +211,8 @@ fn touched_rows_equal_a_full_rebuild_with_the_old_multipliers() {
         1e-11,
     );
     // Factors of 1 everywhere give the uncut rows back.
-    s.update_rows(
-        &block.positions,
-        &graph,
-        &vec![1.0; graph.pair_count()],
-        &touched,
-    )
-    .unwrap();
+    s.update_rows(&block.positions, &graph, |_| 1.0, &touched)
+        .unwrap();
     assert_eq!(s, before);
 }
 
@@ -250,7 +245,7 @@ fn finished_stroke_is_exact_for_stress_parallel_to_the_cut() {
     let block = block([8, 8, 6], 1.0, 0.2, 6);
     let (graph, mut s) = build(&block);
     let (factors, touched) = planar_cut(&block, &graph, 4.4, 4.1);
-    s.update_rows(&block.positions, &graph, &factors, &touched)
+    s.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .unwrap();
     let kept = parallel_stress_error(&s, &graph, &block.boundary_vectors);
     let near = with_ring(&graph, &touched);
@@ -290,7 +285,7 @@ fn severed_pieces_each_stay_conservative() {
     let block = block([8, 5, 5], 1.0, 0.2, 3);
     let (graph, mut s) = build(&block);
     let (factors, touched) = planar_cut(&block, &graph, 4.4, f64::INFINITY);
-    s.update_rows(&block.positions, &graph, &factors, &touched)
+    s.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .unwrap();
     let near = with_ring(&graph, &touched);
     let projectors = vec![normal_projector(&[DVec3::X]); near.len()];
@@ -312,7 +307,7 @@ fn severed_pieces_each_stay_conservative() {
         settings,
         ..build(&block).1
     };
-    kept.update_rows(&block.positions, &graph, &factors, &touched)
+    kept.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .unwrap();
     let before = kept.pair_gradients.clone();
     kept.finish_stroke(&block.positions, &graph, &near, &projectors);
@@ -326,7 +321,7 @@ fn a_finish_that_would_stiffen_the_body_is_not_taken() {
     let block = block([8, 5, 5], 1.0, 0.2, 3);
     let (graph, mut s) = build(&block);
     let (factors, touched) = planar_cut(&block, &graph, 4.4, f64::INFINITY);
-    s.update_rows(&block.positions, &graph, &factors, &touched)
+    s.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .unwrap();
     let kept = s.clone();
     let projectors = vec![normal_projector(&[DVec3::X]); touched.len()];
@@ -514,7 +509,7 @@ fn bad_input_is_named() {
     let mut factors = vec![1.0; graph.pair_count()];
     factors[0] = nan;
     assert!(matches!(
-        s.update_rows(&block.positions, &graph, &factors, &[0]),
+        s.update_rows(&block.positions, &graph, |pair| factors[pair], &[0]),
         Err(StencilError::Weight { pair: 0, .. })
     ));
 }
@@ -668,7 +663,7 @@ fn diced_bodies_stay_finite() {
         }
     }
     touched.dedup();
-    s.update_rows(&block.positions, &graph, &factors, &touched)
+    s.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .unwrap();
     assert!(s.ranks.iter().any(|r| r.rank < 3), "slivers lose rank");
     let projectors = vec![DMat3::IDENTITY; touched.len()];

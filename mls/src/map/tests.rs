@@ -171,7 +171,7 @@ fn flanks_of_an_open_cut_do_not_mix() {
     }
     let all: Vec<u32> = (0..u32::try_from(body.points.len()).unwrap()).collect();
     let mut map = body.map.clone();
-    map.update_rows(&factors, &all);
+    map.update_rows(|pair| factors[pair], &all);
     let turn = |x: DVec3| DMat3::from_rotation_y(if side(x) { -0.25 } else { 0.25 });
     let open =
         |x: DVec3| turn(x) * (x - DVec3::splat(at)) + DVec3::X * if side(x) { -0.1 } else { 0.1 };
@@ -226,7 +226,7 @@ fn connected_nodes_equal_the_plain_search() {
     }
     let all: Vec<u32> = (0..u32::try_from(body.points.len()).unwrap()).collect();
     let mut map = body.map.clone();
-    map.update_rows(&factors, &all);
+    map.update_rows(|pair| factors[pair], &all);
     let gradients = vec![DMat3::IDENTITY; body.points.len()];
     let frame = map.frame(&body.points, &gradients).unwrap();
     let mut random = cloud::Random::new(2);

@@ -82,7 +82,8 @@ fn touched_rows_equal_a_full_build() {
         .collect();
     let weights = s.weights.iter().zip(&factors).map(|(w, f)| w * f).collect();
     let full = GradientStencils::new(&points, &graph, weights, 1e-3).unwrap();
-    s.update_rows(&points, &graph, &factors, &touched).unwrap();
+    s.update_rows(&points, &graph, |pair| factors[pair], &touched)
+        .unwrap();
     assert_eq!(s.pair_gradients, full.pair_gradients);
     assert_eq!(s.self_gradients, full.self_gradients);
     assert_eq!(s.ranks, full.ranks);

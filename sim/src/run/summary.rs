@@ -341,22 +341,11 @@ pub(super) fn of(
     }
 }
 
-fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> BodySummary {
+fn body_summary(Member { body, .. }: &Member, worst: &Extremes) -> BodySummary {
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
-    let pieces = cutting.as_ref().map_or_else(
-        || {
-            let whole = vec![1.0; graph.pair_count()];
-            connected_pieces(graph.offsets(), graph.indices(), &whole)
-        },
-        |cutting| {
-            connected_pieces(
-                graph.offsets(),
-                graph.indices(),
-                cutting.factors().factors(),
-            )
-        },
-    );
+    let weights = &body.stencils.weights;
+    let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
     let volume: f64 = body.volumes.iter().sum();
     BodySummary {
         name: body.name.clone(),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_elastic::{Elastic, Stencils};
-use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors};
+use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 use phyxel_integrate::{
     EigenvalueSettings, Motion, MotionSettings, Supports, critical_step, largest_eigenvalue,
 };
@@ -45,8 +45,13 @@ pub(super) fn measure(care: Care) -> Result<Vec<State>, StudyError> {
     let body = ElasticBody::on(block, SOLID, 0.1)?;
     let mut hung = Hung::new(body, graph.pair_count())?;
     let mut cuts = Cuts::new(&CutSettings::for_spacing(SPACING));
-    let (offsets, indices) = (graph.offsets(), graph.indices());
-    let mut factors = PairFactors::new(&hung.rest, offsets, indices, &FactorSettings::default());
+    let rest = hung.rest.clone();
+    let coupled = Graph {
+        positions: &rest,
+        offsets: graph.offsets(),
+        indices: graph.indices(),
+    };
+    let mut factors = PairFactors::new(&coupled, &FactorSettings::default());
     let mut found = Vec::new();
     for (k, state) in STATES.into_iter().enumerate() {
         if let Some([level, end]) = k.checked_sub(1).map(|cut| CUTS[cut]) {
@@ -57,10 +62,10 @@ pub(super) fn measure(care: Care) -> Result<Vec<State>, StudyError> {
             cuts.end(stroke)?;
             let half = DVec3::new(3.5, 3.5, 10.5) * SPACING;
             let inside = |p: DVec3| p.abs().cmple(half).all();
-            let touched = factors.update(&cuts, triangles, &inside);
-            hung.cut(&graph, &mut stencils, factors.factors(), &touched.nodes)?;
+            let touched = factors.update(&coupled, &cuts, triangles, &inside);
+            hung.cut(&graph, &mut stencils, &factors, &touched.nodes)?;
         }
-        let severed = factors.factors().iter().filter(|f| **f <= 0.0).count() / 2;
+        let severed = factors.severed_count();
         found.push(hung.measure("block, 16 neighbours", state, severed, care)?);
     }
     let even = self::block()?;
@@ -111,10 +116,11 @@ impl Hung {
         &mut self,
         graph: &Neighborhoods,
         stencils: &mut ConservativeStencils,
-        factors: &[f64],
+        factors: &PairFactors,
         touched: &[u32],
     ) -> Result<(), StudyError> {
-        stencils.update_rows(&self.rest, graph, factors, touched)?;
+        let factor = |pair| factors.factor(pair);
+        stencils.update_rows(&self.rest, graph, factor, touched)?;
         let rows = Stencils {
             offsets: graph.offsets(),
             indices: graph.indices(),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel_elastic::StiffnessCap;
-use phyxel_enrich::{CutSettings, Cuts, FactorSettings, PairFactors, connected_pieces};
+use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors, nodes_in_small_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ const LARGEST_CONDITION: f64 = 5.0;
 /// Strength of the cap on such nodes.
 const WEAK_CAP: f64 = 0.005;
 /// Pieces of fewer nodes are debris and count as weak.
-const SMALLEST_PIECE: u32 = 12;
+const SMALLEST_PIECE: usize = 12;
 /// Products with the stiffness per estimate after an update; the vector found last is the start.
 const ESTIMATE_PRODUCTS: usize = 8;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
@@ -43,8 +43,6 @@ pub struct Cutting {
     touched: Vec<u32>,
     /// Index into [`CAPS`].
     level: usize,
-    /// Directed pairs whose factor is 0.
-    severed: usize,
     captures: usize,
     updates: usize,
 }
@@ -87,12 +85,7 @@ impl Cutting {
         let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
         Ok(Self {
             cuts: Cuts::new(&settings),
-            factors: PairFactors::new(
-                &body.rest,
-                body.neighborhoods.offsets(),
-                body.neighborhoods.indices(),
-                &FactorSettings::default(),
-            ),
+            factors: PairFactors::new(&graph_of(body), &FactorSettings::default()),
             map: MaterialMap::new(
                 &body.rest,
                 &radii,
@@ -106,7 +99,6 @@ impl Cutting {
             capped: vec![false; body.rest.len()],
             touched: Vec::new(),
             level: 0,
-            severed: 0,
             captures: 0,
             updates: 0,
         })
@@ -143,7 +135,7 @@ impl Cutting {
     /// Number of undirected pairs whose factor is 0.
     #[must_use]
     pub fn severed_pairs(&self) -> usize {
-        self.severed / 2
+        self.factors.severed_count()
     }
 
     /// Largest estimate of the largest eigenvalue so far, relative to the uncut body's.
@@ -243,16 +235,10 @@ impl Cutting {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
-        let solid = &body.solid;
+        let inside = |point| body.solid.contains(point);
         let touched = self
             .factors
-            .update(&self.cuts, new, &|point| solid.contains(point));
-        let factors = self.factors.factors();
-        self.severed += touched
-            .pairs
-            .iter()
-            .filter(|&&pair| factors[pair as usize] <= 0.0)
-            .count();
+            .update(&graph_of(body), &self.cuts, new, &inside);
         let changed = !touched.nodes.is_empty();
         if changed {
             self.updates += 1;
@@ -263,10 +249,10 @@ impl Cutting {
 
     /// Carries changed factors into stencils, map and model.
     fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
-        let factors = self.factors.factors();
+        let factor = |pair| self.factors.factor(pair);
         body.stencils
-            .update_rows(&body.rest, &body.neighborhoods, factors, touched)?;
-        self.map.update_rows(factors, touched);
+            .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
+        self.map.update_rows(factor, touched);
         body.elastic
             .update_rows(touched, &stencil_view(&body.neighborhoods, &body.stencils))?;
         self.touched.extend_from_slice(touched);
@@ -319,26 +305,32 @@ impl Cutting {
     /// Takes the elastic energy from nodes that a cut left too few neighbours to have a strain of
     /// their own. Their neighbours' energies, which depend on them too, still hold them in place.
     fn release_weak(&self, body: &mut Body, touched: &[u32]) {
-        let graph = &body.neighborhoods;
-        let factors = self.factors.factors();
-        let pieces = connected_pieces(graph.offsets(), graph.indices(), factors);
+        let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PIECE);
         let weak: Vec<u32> = touched
             .iter()
             .copied()
             .filter(|&node| {
-                let node = node as usize;
-                let live = graph
-                    .pairs(node)
-                    .filter(|&pair| factors[pair] > 0.0)
-                    .count();
-                let spread = &body.stencils.ranks[node];
+                let row = &weights[graph.pairs(node as usize)];
+                let live = row.iter().filter(|&&weight| weight > 0.0).count();
+                let spread = &body.stencils.ranks[node as usize];
                 live < FEWEST_NEIGHBORS
                     || spread.rank < 3
                     || spread.condition > LARGEST_CONDITION
-                    || pieces.sizes[pieces.piece[node] as usize] < SMALLEST_PIECE
+                    || debris.binary_search(&node).is_ok()
             })
             .collect();
         body.elastic.cap_stiffness(&self.cap, &weak, WEAK_CAP);
+    }
+}
+
+/// The body's nodes and pairs, as the factors read them.
+fn graph_of(body: &Body) -> Graph<'_> {
+    Graph {
+        positions: &body.rest,
+        offsets: body.neighborhoods.offsets(),
+        indices: body.neighborhoods.indices(),
     }
 }
 

@@ -5,8 +5,8 @@ use std::time::Instant;
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use phyxel_elastic::{Elastic, Material, Settings};
 use phyxel_enrich::{
-    CutSettings, Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
-    grid_pair_factors, triangle_enrichment,
+    CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings, PairFactors,
+    Rule, grid_pair_factors, triangle_enrichment,
 };
 use phyxel_mls::{ConservativeStencils, StrokeReport, normal_projector};
 
@@ -115,6 +115,15 @@ impl Plate {
         p.cmpge(self.low).all() && p.cmple(self.high).all()
     }
 
+    /// Its nodes and pairs, as factors read them.
+    fn coupled(&self) -> Graph<'_> {
+        Graph {
+            positions: &self.block.rest,
+            offsets: self.block.graph.offsets(),
+            indices: self.block.graph.indices(),
+        }
+    }
+
     /// No cut yet, for cuts of this box.
     #[must_use]
     pub fn cuts(&self) -> Cuts {
@@ -164,7 +173,7 @@ impl<'a> CutBody<'a> {
         form: Form,
     ) -> Result<Option<Self>, StudyError> {
         let (x, graph) = (&body.block.rest, &body.block.graph);
-        let (offsets, indices) = (graph.offsets(), graph.indices());
+        let coupled = body.coupled();
         let rule = if let Form::Rule(rule) = form {
             rule
         } else {
@@ -175,21 +184,29 @@ impl<'a> CutBody<'a> {
             ..FactorSettings::default()
         };
         let begin = Instant::now();
-        let mut pairs = PairFactors::new(x, offsets, indices, &settings);
+        let mut pairs = PairFactors::new(&coupled, &settings);
+        let reach: Vec<f64> = match form {
+            Form::Rule(_) => Vec::new(),
+            _ => (0..x.len())
+                .map(|node| settings.reach.of(&coupled, node))
+                .collect(),
+        };
         let start = Instant::now();
         let factors = match form {
             Form::Rule(_) => {
-                pairs.update(cuts, 0..cuts.triangle_count(), &|p| body.inside(p));
-                pairs.factors().to_vec()
+                pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &|p| {
+                    body.inside(p)
+                });
+                pairs.to_vec()
             }
             Form::Grid(grid_form) => {
                 let settings = GridSettings::for_spacing(body.spacing);
                 let Ok(grid) = EnrichmentGrid::from_blades(blades, &settings) else {
                     return Ok(None);
                 };
-                grid_pair_factors(&[grid], x, offsets, indices, pairs.reach(), grid_form)
+                grid_pair_factors(&[grid], &coupled, &reach, grid_form)
             }
-            Form::Pieces => piece_products(body, cuts, pairs.reach()),
+            Form::Pieces => piece_products(body, cuts, &reach),
         };
         let middle = Instant::now();
         let mut touched = Vec::new();
@@ -208,7 +225,7 @@ impl<'a> CutBody<'a> {
         }
         let mut stencils = body.block.stencils.clone();
         let rows = Instant::now();
-        stencils.update_rows(x, graph, &factors, &touched)?;
+        stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
         // Of the set-up, the forms other than rules use the coupling distances only.
         let seconds = [
             (start - begin).as_secs_f64(),
@@ -234,7 +251,7 @@ impl<'a> CutBody<'a> {
         }
         near.sort_unstable();
         near.dedup();
-        let (offsets, normals) = self.pairs.normals_near(cuts, &near);
+        let (offsets, normals) = self.pairs.normals_near(&self.body.coupled(), cuts, &near);
         let projectors: Vec<DMat3> = offsets
             .windows(2)
             .map(|w| normal_projector(&normals[w[0] as usize..w[1] as usize]))
