@@ -180,6 +180,14 @@ impl Body {
         }
     }
 
+    /// Sets the displacement (or any vector) of one node.
+    pub(crate) fn set_move(&mut self, node: usize, to: DVec3) {
+        match self.anchored.get_mut(node) {
+            Some(state) => [state.0[0], state.0[1], state.0[2]] = to.to_array(),
+            None => self.moves[node] = to.to_array(),
+        }
+    }
+
     /// Displacement set last.
     #[inline(always)]
     pub(crate) fn displacement(&self, node: usize) -> DVec3 {

@@ -8,6 +8,7 @@ use crate::body::Body;
 use crate::dilatation::MeanDilatation;
 use crate::kernel::{Lanes, Real};
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
+use crate::part::Part;
 use crate::plain::{BLOCK, Block, Plane};
 use crate::rows::Rows;
 
@@ -272,21 +273,7 @@ pub(crate) fn tangent_product<L: Lanes>(
             &mut partial,
             #[inline(always)]
             |node, matrix, product, ()| {
-                let (dh, ds) = gather(body, rows, node);
-                let f = body.deformation[node];
-                let change = if body.is_plain(node) {
-                    body.law_shared(node).neo_hookean_change(f.transpose(), dh)
-                } else {
-                    let dh = dh.transpose();
-                    let df = body.deformation_change(node, f, dh);
-                    let change = body.stress_change(node, f, df);
-                    let stress = || body.energy_and_stress(node, f).1;
-                    seen_change(body, node, f, dh, change, stress).transpose()
-                };
-                let change = change * -body.elastic_volumes[node];
-                let control = body.control_stress(node, ds);
-                *matrix = L::matrix(change, control);
-                *product = own_force(body, node, change, control);
+                (*matrix, *product) = node_change(body, rows, node);
                 0.0
             },
         );
@@ -305,6 +292,73 @@ pub(crate) fn tangent_product<L: Lanes>(
         },
     );
     body.partial_energies = partial;
+}
+
+/// What a node's matrix and own force change by with the vectors set, without mean dilatation.
+#[inline(always)]
+fn node_change<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize) -> (L::Matrix, DVec3) {
+    let (dh, ds) = gather(body, rows, node);
+    let f = body.deformation[node];
+    let change = if body.is_plain(node) {
+        body.law_shared(node).neo_hookean_change(f.transpose(), dh)
+    } else {
+        let dh = dh.transpose();
+        let df = body.deformation_change(node, f, dh);
+        let change = body.stress_change(node, f, df);
+        let stress = || body.energy_and_stress(node, f).1;
+        seen_change(body, node, f, dh, change, stress).transpose()
+    };
+    let change = change * -body.elastic_volumes[node];
+    let control = body.control_stress(node, ds);
+    let own = own_force(body, node, change, control);
+    (L::matrix(change, control), own)
+}
+
+/// Tangent product within a part; see [`crate::Elastic::tangent_product_within`].
+pub(crate) fn tangent_product_within<L: Lanes>(
+    body: &mut Body,
+    table: &mut Table<L>,
+    part: &Part,
+    vector: &[DVec3],
+    product: &mut [DVec3],
+) {
+    if body.dilatation.is_some() {
+        let (mut whole, mut products) = (
+            vec![DVec3::ZERO; body.node_count()],
+            vec![DVec3::ZERO; body.node_count()],
+        );
+        for (&node, v) in part.nodes.iter().zip(vector) {
+            whole[node as usize] = *v;
+        }
+        tangent_product(body, table, &whole, &mut products);
+        for (&node, p) in part.nodes.iter().zip(product) {
+            *p = products[node as usize];
+        }
+        return;
+    }
+    for &node in &part.seen {
+        body.set_move(node as usize, DVec3::ZERO);
+    }
+    for (&node, v) in part.nodes.iter().zip(vector) {
+        body.set_move(node as usize, *v);
+    }
+    let (body, rows, matrices) = (&*body, &table.rows, &mut table.matrices);
+    rows.arch.dispatch(
+        #[inline(always)]
+        || {
+            let mut next = part.nodes.iter().zip(&mut *product).peekable();
+            for &node in &part.rows {
+                let (matrix, own) = node_change(body, rows, node as usize);
+                matrices[node as usize] = matrix;
+                if let Some((_, product)) = next.next_if(|(at, _)| **at == node) {
+                    *product = own;
+                }
+            }
+            for (&node, product) in part.nodes.iter().zip(&mut *product) {
+                *product = -(*product + gather_force(body, rows, matrices, node as usize));
+            }
+        },
+    );
 }
 
 /// `(sum_j u_ij ⊗ g_ij)ᵀ` and `(sum_j u_ij ⊗ y_ij)ᵀ`: the rows of the sums as columns.

@@ -1,4 +1,7 @@
-//! Neighbour search on a bulk-loaded R*-tree.
+//! Neighbour search: on a bulk-loaded R*-tree for many queries of one cloud, by boxes round runs of
+//! points for few.
+
+use std::cmp::Ordering;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,6 +19,22 @@ type Entry = GeomWithData<[f64; 3], u32>;
 /// points in vain, large enough that neighbouring queries seldom find too few.
 const GUESS_MARGIN: f64 = 1.15;
 
+/// Order by distance, then by index.
+fn nearer(a: &(f64, u32), b: &(f64, u32)) -> Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+}
+
+fn check(points: &[DVec3]) -> Result<(), CloudError> {
+    let (count, limit) = (points.len(), u32::MAX as usize);
+    if count > limit {
+        return Err(CloudError::TooMany { count, limit });
+    }
+    match points.iter().position(|point| !point.is_finite()) {
+        Some(point) => Err(CloudError::NotFinite { point }),
+        None => Ok(()),
+    }
+}
+
 /// Points of a cloud in an R*-tree; every answer is ordered by distance, then by index.
 #[derive(Debug, Clone)]
 pub(crate) struct PointTree {
@@ -28,16 +47,7 @@ impl PointTree {
     /// # Errors
     /// [`CloudError`] for a coordinate that is not finite and for too many points.
     pub(crate) fn new(points: &[DVec3]) -> Result<Self, CloudError> {
-        let limit = u32::MAX as usize;
-        if points.len() > limit {
-            return Err(CloudError::TooMany {
-                count: points.len(),
-                limit,
-            });
-        }
-        if let Some(point) = points.iter().position(|point| !point.is_finite()) {
-            return Err(CloudError::NotFinite { point });
-        }
+        check(points)?;
         let entries = points
             .iter()
             .enumerate()
@@ -50,13 +60,7 @@ impl PointTree {
     /// The `count` nearest points with squared distances, without the point `skip`.
     ///
     /// Equal distances are ordered by index, also across the limit.
-    pub(crate) fn nearest_into(
-        &self,
-        at: DVec3,
-        count: usize,
-        skip: Option<u32>,
-        out: &mut Vec<(f64, u32)>,
-    ) {
+    fn nearest_into(&self, at: DVec3, count: usize, skip: u32, out: &mut Vec<(f64, u32)>) {
         out.clear();
         let at = at.to_array();
         for (entry, squared) in self.tree.nearest_neighbor_iter_with_distance_2(at) {
@@ -64,11 +68,11 @@ impl PointTree {
             if out.len() >= count && squared > out[out.len() - 1].0 {
                 break;
             }
-            if Some(entry.data) != skip {
+            if entry.data != skip {
                 out.push((squared, entry.data));
             }
         }
-        out.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        out.sort_unstable_by(nearer);
         out.truncate(count);
     }
 
@@ -95,14 +99,13 @@ impl PointTree {
             }));
         }
         if out.len() < count {
-            self.nearest_into(at, count, Some(skip), out);
+            self.nearest_into(at, count, skip, out);
         } else {
-            let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
             if out.len() > count {
-                out.select_nth_unstable_by(count - 1, order);
+                out.select_nth_unstable_by(count - 1, nearer);
                 out.truncate(count);
             }
-            out.sort_unstable_by(order);
+            out.sort_unstable_by(nearer);
         }
         if out.len() == count {
             *guess = GUESS_MARGIN * out[count - 1].0.sqrt();
@@ -114,6 +117,78 @@ impl PointTree {
         self.tree
             .locate_within_distance(at.to_array(), radius * radius)
             .map(|entry| entry.data)
+    }
+}
+
+/// Boxes round runs of consecutive points: made in one pass, for a few queries of points that move.
+///
+/// A query looks at all boxes and at the points of the nearest. Where consecutive points are far from
+/// each other it looks at every point; the answer is exact in any order.
+#[derive(Debug, Clone)]
+pub(crate) struct PointRuns {
+    boxes: Vec<[DVec3; 2]>,
+}
+
+/// Points in a run.
+const RUN: usize = 64;
+
+impl PointRuns {
+    /// # Errors
+    /// As [`PointTree::new`].
+    pub(crate) fn new(points: &[DVec3]) -> Result<Self, CloudError> {
+        check(points)?;
+        let round = |run: &[DVec3]| {
+            run.iter()
+                .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &x| {
+                    [low.min(x), high.max(x)]
+                })
+        };
+        Ok(Self {
+            boxes: points.chunks(RUN).map(round).collect(),
+        })
+    }
+
+    /// The `count` nearest points with squared distances; equal distances are ordered by index, also
+    /// across the limit. `points` are those of the start.
+    pub(crate) fn nearest_into(
+        &self,
+        points: &[DVec3],
+        at: DVec3,
+        count: usize,
+        out: &mut Vec<(f64, u32)>,
+    ) {
+        out.clear();
+        let away = |[low, high]: &[DVec3; 2]| {
+            (*low - at)
+                .max(at - *high)
+                .max(DVec3::ZERO)
+                .length_squared()
+        };
+        let distances = self.boxes.iter().map(away).enumerate();
+        let Some((first, _)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return;
+        };
+        // The nearest box first: what it holds rules most others out.
+        let mut farthest = f64::INFINITY;
+        let others = (0..self.boxes.len()).filter(|&run| run != first);
+        for run in std::iter::once(first).chain(others) {
+            if run != first && away(&self.boxes[run]) > farthest {
+                continue;
+            }
+            let start = run * RUN;
+            let end = (start + RUN).min(points.len());
+            for (node, x) in (start..end).zip(&points[start..end]) {
+                let squared = (*x - at).length_squared();
+                if squared <= farthest {
+                    out.push((squared, to_u32(node)));
+                }
+            }
+            out.sort_unstable_by(nearer);
+            out.truncate(count);
+            if out.len() == count {
+                farthest = out.last().map_or(farthest, |last| last.0);
+            }
+        }
     }
 }
 

@@ -956,3 +956,46 @@ fn memory_is_what_the_readme_states() {
         "fibers of a material take nothing per node"
     );
 }
+
+/// A product within a part against the whole product of the vector continued by zero: the same bits,
+/// for any storage, at rank deficient rows and with mean dilatation.
+#[test]
+fn products_within_a_part_are_those_of_the_whole() {
+    let mut random = Random::new(6);
+    let (torn, _) = torn();
+    for precision in [Precision::Double, Precision::Single] {
+        for (alpha, dilatation) in [
+            (0.0, Dilatation::Local),
+            (0.1, Dilatation::Local),
+            (0.1, Dilatation::Mean),
+        ] {
+            let settings = Settings {
+                zero_energy_control: alpha,
+                precision,
+                dilatation,
+                ..Settings::default()
+            };
+            let material = fibrous(Material::neo_hookean(1e4, 0.4));
+            let mut body = built(&torn, material, &settings);
+            let n = body.node_count();
+            let mut f = vec![DVec3::ZERO; n];
+            body.forces_into(&shaken(&torn, 0.01, 4), &mut f);
+            for nodes in [vec![3], vec![17, 5, 6, 5, 40], (0..n as u32).collect()] {
+                let part = body.part(&nodes);
+                let v: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+                let (mut whole, mut expected) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
+                for (&node, v) in part.nodes().iter().zip(&v) {
+                    whole[node as usize] = *v;
+                }
+                body.tangent_product_into(&whole, &mut expected);
+                let mut found = vec![DVec3::ZERO; v.len()];
+                // What the last evaluation left must not matter.
+                body.forces_into(&shaken(&torn, 0.01, 4), &mut f);
+                body.tangent_product_within(&part, &v, &mut found);
+                for (&node, found) in part.nodes().iter().zip(&found) {
+                    assert_eq!(*found, expected[node as usize], "node {node}");
+                }
+            }
+        }
+    }
+}

@@ -55,7 +55,8 @@ impl MapFrame<'_> {
     fn displacement_average(&self, world: DVec3, weight: impl Fn(f64) -> f64) -> DVec3 {
         let mut near = Vec::new();
         let count = self.map.settings.fallback_nodes;
-        self.tree.nearest_into(world, count, None, &mut near);
+        self.runs
+            .nearest_into(self.positions, world, count, &mut near);
         let mut total = 0.0;
         let mut sum = DVec3::ZERO;
         for (squared, node) in near {

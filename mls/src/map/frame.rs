@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::MaterialMap;
 use crate::error::MapError;
-use crate::search::PointTree;
+use crate::search::PointRuns;
 use crate::symmetric::outer;
 
 /// Sum of weights below which a point counts as outside all supports.
@@ -43,7 +43,7 @@ pub struct MapFrame<'a> {
     pub(super) map: &'a MaterialMap,
     pub(super) positions: &'a [DVec3],
     pub(super) gradients: &'a [DMat3],
-    pub(super) tree: PointTree,
+    pub(super) runs: PointRuns,
 }
 
 /// Value, weight and Jacobian of the forward map at one material point.
@@ -53,7 +53,8 @@ pub(super) struct Forward {
 }
 
 impl MaterialMap {
-    /// Takes the state of one instant; builds a search tree over the current positions.
+    /// Takes the state of one instant; puts boxes round runs of nodes at their current positions, one
+    /// pass over the nodes.
     ///
     /// # Arguments
     /// * `positions` -- current positions x (m), shape `(n)`.
@@ -79,12 +80,12 @@ impl MaterialMap {
         if let Some(node) = deformation_gradients.iter().position(|f| !f.is_finite()) {
             return Err(MapError::DeformationGradient { node });
         }
-        let tree = PointTree::new(positions)?;
+        let runs = PointRuns::new(positions)?;
         Ok(MapFrame {
             map: self,
             positions,
             gradients: deformation_gradients,
-            tree,
+            runs,
         })
     }
 }
@@ -94,7 +95,8 @@ impl MapFrame<'_> {
     #[must_use]
     pub fn nearest_node(&self, world: DVec3) -> u32 {
         let mut buffer = Vec::with_capacity(2);
-        self.tree.nearest_into(world, 1, None, &mut buffer);
+        self.runs
+            .nearest_into(self.positions, world, 1, &mut buffer);
         buffer[0].1
     }
 

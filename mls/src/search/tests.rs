@@ -143,3 +143,34 @@ fn one_thread_and_many_give_the_same_rows() {
     let one = pool.install(|| k_nearest(&points, &NearestSettings::default()).unwrap());
     assert_eq!(one, many);
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+    #[test]
+    fn runs_equal_brute_force(
+        cells in proptest::collection::vec((0_i8..9, 0_i8..9, 0_i8..5), 1..400),
+        sorted in proptest::bool::ANY,
+        count in 1_usize..20,
+    ) {
+        let mut points: Vec<DVec3> = cells
+            .iter()
+            .map(|&(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
+            .collect();
+        if sorted {
+            points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        }
+        let runs = PointRuns::new(&points).unwrap();
+        let mut found = Vec::new();
+        for at in [points[0], DVec3::new(4.3, 4.1, 2.2), DVec3::new(-7.0, 20.0, 1.0)] {
+            runs.nearest_into(&points, at, count, &mut found);
+            let mut all: Vec<(f64, u32)> = points
+                .iter()
+                .enumerate()
+                .map(|(j, x)| ((*x - at).length_squared(), to_u32(j)))
+                .collect();
+            all.sort_by(nearer);
+            all.truncate(count);
+            prop_assert_eq!(&found, &all);
+        }
+    }
+}

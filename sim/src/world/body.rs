@@ -7,10 +7,12 @@ use phyxel_discretize::{
     Bounds, MeshReport, RepairSettings, SampleSettings, Sampling, Shape as Primitive, Solid,
     Target, read_mesh, repair, sample_tetrahedra, tetrahedra_edges,
 };
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings as ElasticSettings, Stencils};
+use phyxel_elastic::{
+    Elastic, Material, Materials, Nodes, Part, Settings as ElasticSettings, Stencils,
+};
 use phyxel_integrate::{
-    Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, critical_step,
-    largest_eigenvalue, level_masses,
+    Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, Supports,
+    critical_step, largest_eigenvalue, level_masses,
 };
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
@@ -77,6 +79,15 @@ pub struct Body {
     /// What a cut must not change.
     pub initial: Totals,
     pending: Result<(), StepError>,
+}
+
+/// Stiffest mode of a part of a body.
+#[derive(Debug)]
+pub(super) struct PartMode {
+    /// Its eigenvalue (1/s²).
+    pub(super) value: f64,
+    /// The vector, one entry per node of the part.
+    vector: Vec<DVec3>,
 }
 
 /// Sums over a body's nodes before the first step.
@@ -258,6 +269,63 @@ impl Body {
         )?;
         self.current_eigenvalue = found.value.max(self.eigenvalue.value);
         Ok(found.value)
+    }
+
+    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes held.
+    pub(super) fn part_eigenvalue(
+        &mut self,
+        part: &Part,
+        products: usize,
+    ) -> Result<PartMode, BodyProblem> {
+        let nodes = part.nodes();
+        let masses: Vec<f64> = nodes.iter().map(|&i| self.masses[i as usize]).collect();
+        let supports = self.motion.supports();
+        let free = |at: usize, v: DVec3| {
+            let support = supports.of(nodes[at] as usize);
+            support.map_or(v, |support| support.free * v)
+        };
+        let settings = EigenvalueSettings {
+            iterations: products,
+            margin: EIGENVALUE_MARGIN,
+            ..EigenvalueSettings::default()
+        };
+        let elastic = &mut self.elastic;
+        let mut freed = vec![DVec3::ZERO; nodes.len()];
+        let mut vector = Vec::new();
+        let found = largest_eigenvalue(
+            &masses,
+            &Supports::free(nodes.len()),
+            |v, out| {
+                for (at, (freed, v)) in freed.iter_mut().zip(v).enumerate() {
+                    *freed = free(at, *v);
+                }
+                elastic.tangent_product_within(part, &freed, out);
+                for (at, out) in out.iter_mut().enumerate() {
+                    *out = free(at, *out);
+                }
+            },
+            &mut vector,
+            &settings,
+        )?;
+        Ok(PartMode {
+            value: found.value,
+            vector,
+        })
+    }
+
+    /// Takes the eigenvalue of a part for the step if it is above that of the whole as last estimated;
+    /// the next estimate of the whole then starts with the part's vector in it.
+    pub(super) fn take_part_eigenvalue(&mut self, part: &Part, mode: &PartMode) {
+        if mode.value <= self.current_eigenvalue {
+            return;
+        }
+        self.current_eigenvalue = mode.value;
+        for (&node, part) in part.nodes().iter().zip(&mode.vector) {
+            // A kept state may have no vector.
+            if let Some(whole) = self.eigenvector.get_mut(node as usize) {
+                *whole += *part;
+            }
+        }
     }
 
     /// Turns the vector of the last estimate towards what the nodes do against their neighbours. A

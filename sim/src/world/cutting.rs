@@ -22,8 +22,8 @@ const LARGEST_CONDITION: f64 = 5.0;
 const WEAK_CAP: f64 = 0.005;
 /// Pieces of fewer nodes are debris and count as weak.
 const SMALLEST_PIECE: usize = 12;
-/// Products with the stiffness per estimate after an update; the vector found last is the start.
-const ESTIMATE_PRODUCTS: usize = 8;
+/// Products with the stiffness of the part round a cut per estimate.
+const ESTIMATE_PRODUCTS: usize = 16;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
 
@@ -261,23 +261,22 @@ impl Cutting {
         Ok(())
     }
 
-    /// Estimates the largest eigenvalue and strengthens the cap on touched nodes until it leaves
-    /// room for the step.
+    /// Estimates the largest eigenvalue of the part that the cut touched and strengthens the cap on
+    /// touched nodes until it leaves room for the step. Elsewhere nothing changed.
     fn fit_stiffness(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let before = body.current_eigenvalue;
         self.limit_stiffness(body, touched);
-        excite(body, touched);
-        loop {
+        let part = body.elastic.part(&with_neighbors(body, touched));
+        let found = loop {
             body.reload();
-            let growth = body.estimate_eigenvalue(ESTIMATE_PRODUCTS)? / before;
-            self.growth = self
-                .growth
-                .max(body.current_eigenvalue / body.eigenvalue.value);
-            if growth <= ALLOWED_GROWTH || self.level + 1 == CAPS.len() {
-                break;
+            let found = body.part_eigenvalue(&part, ESTIMATE_PRODUCTS)?;
+            self.growth = self.growth.max(found.value / body.eigenvalue.value);
+            if found.value <= ALLOWED_GROWTH * before || self.level + 1 == CAPS.len() {
+                break found;
             }
             self.strengthen(body);
-        }
+        };
+        body.take_part_eigenvalue(&part, &found);
         self.note_capped(body, touched);
         Ok(())
     }
@@ -334,24 +333,12 @@ fn graph_of(body: &Body) -> Graph<'_> {
     }
 }
 
-/// Stirs the warm vector at touched nodes, so that a stiff mode that a cut has just made, and that
-/// the vector of before knows nothing of, is found.
-fn excite(body: &mut Body, touched: &[u32]) {
-    if body.eigenvector.len() != body.rest.len() {
-        return;
-    }
-    let share = |k: usize| {
-        // Fractional parts of multiples of an irrational: even in [-1, 1), no two nodes alike.
-        #[allow(clippy::cast_precision_loss, reason = "a node's index")]
-        let turn = k as f64 * 0.618_033_988_749_894_9;
-        2.0 * (turn - turn.floor()) - 1.0
-    };
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let size = 2.0 / (touched.len().max(1) as f64).sqrt();
-    for &node in touched {
-        let k = 3 * node as usize;
-        body.eigenvector[node as usize] += DVec3::new(share(k), share(k + 1), share(k + 2)) * size;
-    }
+/// Some nodes and their neighbours, in any order.
+fn with_neighbors(body: &Body, nodes: &[u32]) -> Vec<u32> {
+    let rows = nodes
+        .iter()
+        .map(|&node| body.neighborhoods.row(node as usize));
+    rows.flatten().chain(nodes).copied().collect()
 }
 
 /// Divides a polyline into pieces not longer than `length` (m).
