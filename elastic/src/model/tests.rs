@@ -973,14 +973,17 @@ fn products_within_a_part_are_those_of_the_whole() {
                 zero_energy_control: alpha,
                 precision,
                 dilatation,
-                ..Settings::default()
             };
             let material = fibrous(Material::neo_hookean(1e4, 0.4));
             let mut body = built(&torn, material, &settings);
             let n = body.node_count();
             let mut f = vec![DVec3::ZERO; n];
             body.forces_into(&shaken(&torn, 0.01, 4), &mut f);
-            for nodes in [vec![3], vec![17, 5, 6, 5, 40], (0..n as u32).collect()] {
+            for nodes in [
+                vec![3],
+                vec![17, 5, 6, 5, 40],
+                (0..u32::try_from(n).expect("small")).collect(),
+            ] {
                 let part = body.part(&nodes);
                 let v: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
                 let (mut whole, mut expected) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);

@@ -270,7 +270,8 @@ impl Cutting {
         let found = loop {
             body.reload();
             let found = body.part_eigenvalue(&part, ESTIMATE_PRODUCTS)?;
-            self.growth = self.growth.max(found.value / body.eigenvalue.value);
+            let largest = found.value.max(before);
+            self.growth = self.growth.max(largest / body.eigenvalue.value);
             if found.value <= ALLOWED_GROWTH * before || self.level + 1 == CAPS.len() {
                 break found;
             }

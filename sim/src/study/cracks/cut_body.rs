@@ -328,11 +328,18 @@ impl<'a> CutBody<'a> {
     }
 
     /// Opening (m) of the cut along `normal` at a point of its face, of the displacement as a field:
-    /// linear moving least squares on either side over the nodes within 2.2 spacings that the cut
-    /// does not hide. Not a number where too few nodes see the point.
+    /// linear moving least squares on either side over the nodes within a number of spacings that the
+    /// cut does not hide. Not a number where too few nodes see the point.
     #[must_use]
-    pub fn field_opening(&self, cuts: &Cuts, u: &[DVec3], at: DVec3, normal: DVec3) -> f64 {
-        let (dx, radius) = (self.body.spacing, 2.2 * self.body.spacing);
+    pub fn field_opening(
+        &self,
+        cuts: &Cuts,
+        u: &[DVec3],
+        at: DVec3,
+        normal: DVec3,
+        spacings: f64,
+    ) -> f64 {
+        let (dx, radius) = (self.body.spacing, spacings * self.body.spacing);
         let side = |sign: f64| -> f64 {
             let from = at + sign * 1e-6 * dx * normal;
             let (mut moment, mut sum) = (DMat4::ZERO, DVec4::ZERO);

@@ -7,7 +7,7 @@ mod problems;
 
 pub use cut_body::{CutBody, Form, Plate};
 pub use field::stress;
-pub use penny::{Penny, penny};
+pub use penny::{Penny, READINGS, penny};
 pub use problems::{Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, upright};
 
 /// Young's modulus (Pa) and Poisson's ratio of all cracks.

@@ -1,6 +1,6 @@
 //! Time of one update by two new triangles, for bodies and cuts of growing size, and the grid's beside it.
 //!
-//! `cargo run --release -p phyxel-enrich --example speed`; with `sight` only the time of crossing
+//! `cargo run --release -p phyxel-enrich --example update_speed`; with `sight` only the time of crossing
 //! tests; with `once SIDE LENGTH` one update only, for
 //! counting instructions: `valgrind --tool=none` or `--tool=callgrind --toggle-collect='*update*'`.
 #![allow(
