@@ -66,7 +66,8 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
             seconds.push((length, 100.0 * root(&runs, |run| run.second)));
             let update = milliseconds(&runs, 1) + milliseconds(&runs, 2);
             costs.push((update, 100.0 * off(&runs)));
-            if cells == 20 {
+            // The product over pieces is three times the reference and would flatten the others.
+            if cells == 20 && form != Form::Pieces {
                 let places = places.iter().zip(&runs).filter(|(place, _)| place[1] < 0.3);
                 by_place.push(Series {
                     name: name.clone(),
@@ -151,7 +152,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         };
         plots.push(plot(
             "place",
-            "Edge crack of 8 spacings: what hangs on the tip's place between nodes",
+            "Edge crack of 8 spacings by the tip's place between nodes (without product over pieces)",
             linear("place of the tip (spacings)"),
             linear("K_I over its reference (1)"),
             by_place,
@@ -248,10 +249,10 @@ fn others() -> Result<Table, StudyError> {
             gravity_slit(64, form)
         }),
         ("penny, 3.7: mean and middle", |form| {
-            Ok(penny(21, 0.0, DVec3::ZERO, form)?.map(|penny| penny.faces[1]))
+            Ok(penny(21, 0.0, DVec3::ZERO, form)?.map(|penny| penny.faces[0]))
         }),
         ("penny, 5.4: mean and middle", |form| {
-            Ok(penny(31, 0.0, DVec3::ZERO, form)?.map(|penny| penny.faces[1]))
+            Ok(penny(31, 0.0, DVec3::ZERO, form)?.map(|penny| penny.faces[0]))
         }),
     ];
     let mut rows = Vec::new();

@@ -118,6 +118,8 @@ where
             .y_label_formatter(&|value| tick(plot.y.scale, *value))
             .light_line_style(RGBColor(238, 238, 238))
             .bold_line_style(RGBColor(205, 205, 205))
+            // Finer ones crowd where decades have no room for labels.
+            .max_light_lines(1)
             .label_style(("sans-serif", 13))
             .axis_desc_style(("sans-serif", 14))
             .draw()
