@@ -1,0 +1,158 @@
+//! Forces, tangents, invariances and bits of the default model.
+
+use super::*;
+
+#[test]
+fn forces_are_the_gradient_and_the_tangent_is_theirs() {
+    let block = block();
+    for material in [
+        Material::neo_hookean(1000.0, 0.4),
+        Material::saint_venant_kirchhoff(1000.0, 0.3).with_volume_constant(300.0),
+        Material::mooney_rivlin(1000.0, 0.45, 0.3),
+        fibrous(Material::neo_hookean(1000.0, 0.4)),
+    ] {
+        for alpha in [0.0, 0.1] {
+            let mut body = model(&block, material, alpha);
+            let mut x = shaken(&block, 0.015, 3);
+            if material.fiber.is_some() {
+                // Stretched so far that no fiber goes slack within a step: their energy is twice
+                // differentiable only there.
+                for x in &mut x {
+                    *x *= 1.6;
+                }
+            }
+            check_derivatives(&format!("{material:?}"), &mut body, &x, 1e-3, 1.0);
+        }
+    }
+}
+
+#[test]
+fn per_node_materials_are_those_of_the_nodes() {
+    let block = block();
+    let list = [
+        Material::neo_hookean(1000.0, 0.4),
+        Material::neo_hookean(5000.0, 0.2),
+    ];
+    let n = block.node_count();
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let x = shaken(&block, 0.01, 4);
+    let mut f = vec![DVec3::ZERO; n];
+    let mut energy = |of_node: &[u32]| {
+        let materials = Materials::PerNode {
+            list: &list,
+            of_node,
+        };
+        let mut body = Elastic::new(&stencils(&block), &nodes, &materials, &Settings::default())
+            .expect("fine");
+        body.forces_into(&x, &mut f)
+    };
+    let first: Vec<u32> = vec![0; n];
+    let second: Vec<u32> = vec![1; n];
+    let split: Vec<u32> = (0..n).map(|i| u32::from(i % 2 == 0)).collect();
+    let other: Vec<u32> = split.iter().map(|m| 1 - m).collect();
+    let sum = energy(&first) + energy(&second);
+    let halves = energy(&split) + energy(&other);
+    assert_within("energies of nodes add up", sum, halves, 1e-12 * sum);
+    assert!(energy(&first) < energy(&split));
+}
+
+#[test]
+fn rigid_motion_costs_nothing() {
+    let block = block();
+    for material in [
+        Material::neo_hookean(1.0, 0.4),
+        Material::saint_venant_kirchhoff(1.0, 0.3),
+        Material::mooney_rivlin(1.0, 0.4, 0.3),
+    ] {
+        let mut body = model(&block, material, 0.1);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.4);
+        let x: Vec<DVec3> = block
+            .positions
+            .iter()
+            .map(|x| turn * *x + DVec3::new(0.3, -0.8, 1.0))
+            .collect();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        let energy = body.forces_into(&x, &mut f);
+        let volume: f64 = block.volumes.iter().sum();
+        assert_within("energy", energy, 0.0, 1e-12 * volume);
+        // A stress of 1 Pa on a cell's face.
+        let face = 0.01;
+        for f in &f {
+            assert_below("force", f.length(), 1e-12 * face);
+        }
+        let energy = body.forces_into(&block.positions, &mut f);
+        assert_within("energy at rest", energy, 0.0, 1e-15);
+        for f in &f {
+            assert_below("force at rest", f.length(), 1e-15 * face);
+        }
+
+        let shaken = shaken(&block, 0.01, 8);
+        let e0 = body.forces_into(&shaken, &mut f);
+        let turned: Vec<DVec3> = shaken.iter().map(|x| turn * *x).collect();
+        let mut g = f.clone();
+        let e1 = body.forces_into(&turned, &mut g);
+        assert_within("turned energy", e0, e1, 1e-12 * e0);
+        for (f, g) in f.iter().zip(&g) {
+            assert_below("turned force", (turn * *f - *g).length(), 1e-12 * face);
+        }
+    }
+}
+
+#[test]
+fn internal_forces_keep_momentum() {
+    let block = block();
+    for alpha in [0.0, 0.1] {
+        let mut body = model(&block, Material::neo_hookean(1.0, 0.4), alpha);
+        let x = shaken(&block, 0.02, 9);
+        let mut f = vec![DVec3::ZERO; x.len()];
+        body.forces_into(&x, &mut f);
+        let scale: f64 = f.iter().map(|f| f.length()).sum();
+        let total: DVec3 = f.iter().sum();
+        let torque: DVec3 = x.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+        assert_below("momentum", total.length(), 1e-13 * scale);
+        assert_below("angular momentum", torque.length(), 1e-13 * scale);
+    }
+}
+
+/// Affine motion of all nodes leaves the inner ones without force: the patch test's core.
+#[test]
+fn affine_motion_leaves_inner_nodes_in_balance() {
+    let a = DMat3::from_cols(
+        DVec3::new(1.15, 0.1, -0.05),
+        DVec3::new(0.2, 0.9, 0.1),
+        DVec3::new(0.0, -0.1, 1.05),
+    );
+    for jitter in [0.0, 0.3] {
+        let block = Block::new([5, 4, 4], DVec3::new(1.0, 0.8, 0.8), jitter, 2);
+        let mut body = model(&block, Material::neo_hookean(1.0, 0.45), 0.1);
+        let x: Vec<DVec3> = block.positions.iter().map(|x| a * *x).collect();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        body.forces_into(&x, &mut f);
+        let stress = body.first_piola_kirchhoff(0);
+        for (i, f) in f.iter().enumerate() {
+            let expected = -(stress * block.boundary_vectors[i]);
+            assert_below("traction", (*f - expected).length(), 1e-12);
+        }
+    }
+}
+
+#[test]
+fn gathers_equal_the_definition() {
+    let block = block();
+    let material = Material::neo_hookean(2.0, 0.4);
+    for alpha in [0.0, 0.1, 1.0] {
+        let mut body = model(&block, material, alpha);
+        let x = shaken(&block, 0.02, 17);
+        let mut f = vec![DVec3::ZERO; x.len()];
+        let energy = body.forces_into(&x, &mut f);
+        let (expected, g) = brute_force(&block, material, alpha, &x);
+        assert_within("energy", energy, expected, 1e-12 * expected);
+        let scale = g.iter().map(|g| g.length()).fold(0.0, f64::max);
+        for (f, g) in f.iter().zip(&g) {
+            assert_below("force", (*f - *g).length(), 1e-13 * scale);
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Mean dilatation, fibers of one's own, viscosity.
+
+use super::*;
+
+#[test]
+fn mean_dilatation_is_an_energy_of_its_own() {
+    let (torn, touched) = torn();
+    let whole = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    for material in [
+        Material::neo_hookean(1000.0, 0.45),
+        Material::mooney_rivlin(1000.0, 0.45, 0.3).with_volume_constant(500.0),
+    ] {
+        let mut body = built(&whole, material, &mean());
+        let x = shaken(&whole, 0.01, 3);
+        check_derivatives("mean dilatation", &mut body, &x, 1e-3, 1.0);
+        body.update_rows(&touched, &stencils(&torn)).expect("fine");
+        check_derivatives("mean dilatation, torn", &mut body, &x, 1e-3, 1.0);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 1.9);
+        let turned: Vec<DVec3> = torn.positions.iter().map(|x| turn * *x).collect();
+        let mut f = vec![DVec3::ZERO; turned.len()];
+        let energy = body.forces_into(&turned, &mut f);
+        assert_within("energy of a rotation", energy, 0.0, 1e-11);
+    }
+    let block = block();
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let material = Materials::Uniform(Material::saint_venant_kirchhoff(1.0, 0.3));
+    assert!(matches!(
+        Elastic::new(&stencils(&block), &nodes, &material, &mean()),
+        Err(ElasticError::NoVolumetricPart { material: 0 })
+    ));
+}
+
+/// An affine motion has the same `J` everywhere: means change nothing.
+#[test]
+fn mean_dilatation_keeps_the_patch_test() {
+    let block = Block::new([5, 4, 4], DVec3::new(1.0, 0.8, 0.8), 0.3, 2);
+    let material = Material::neo_hookean(1.0, 0.499);
+    let a = DMat3::from_cols(
+        DVec3::new(1.1, 0.1, 0.0),
+        DVec3::new(0.0, 0.95, 0.1),
+        DVec3::new(0.05, 0.0, 1.02),
+    );
+    let x: Vec<DVec3> = block.positions.iter().map(|x| a * *x).collect();
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let mut g = f.clone();
+    let mut means = built(&block, material, &mean());
+    let mut local = model(&block, material, 0.1);
+    let e0 = means.forces_into(&x, &mut f);
+    let e1 = local.forces_into(&x, &mut g);
+    assert_within("energy", e0, e1, 1e-12 * e1);
+    for (node, (f, g)) in f.iter().zip(&g).enumerate() {
+        assert_below("force", (*f - *g).length(), 1e-10);
+        let stress = means.first_piola_kirchhoff(node);
+        assert!(stress.abs_diff_eq(local.first_piola_kirchhoff(node), 1e-9));
+    }
+}
+
+#[test]
+fn own_fiber_directions_replace_the_material_ones() {
+    let block = block();
+    let along = |direction: DVec3| {
+        Material::neo_hookean(1.0, 0.4).with_fiber(Fiber {
+            direction,
+            stiffness: 2.0,
+            exponent: 1.0,
+            dispersion: 0.0,
+        })
+    };
+    let x = shaken(&block, 0.01, 3);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let mut g = f.clone();
+    let mut turned = model(&block, along(DVec3::X), 0.1);
+    turned
+        .set_fiber_directions(&vec![DVec3::new(0.0, 2.0, 1.0); x.len()])
+        .expect("unit after normalising");
+    let mut plain = model(&block, along(DVec3::new(0.0, 2.0, 1.0)), 0.1);
+    let e0 = turned.forces_into(&x, &mut f);
+    let e1 = plain.forces_into(&x, &mut g);
+    assert_within("energy", e0, e1, 1e-14);
+    assert!(f.iter().zip(&g).all(|(f, g)| f.abs_diff_eq(*g, 1e-14)));
+    assert!(
+        turned
+            .set_fiber_directions(&vec![DVec3::ZERO; x.len()])
+            .is_err()
+    );
+}
+
+/// A stretch held after a sudden step relaxes as the series says; a step is a potential.
+#[test]
+fn held_stretch_relaxes_along_the_prony_series() {
+    let block = block();
+    let terms = [
+        PronyTerm {
+            ratio: 0.8,
+            relaxation_time: 0.5,
+        },
+        PronyTerm {
+            ratio: 0.3,
+            relaxation_time: 5.0,
+        },
+    ];
+    let plain = Material::neo_hookean(1.0, 0.4);
+    let mut body = model(&block, plain.with_prony(&terms), 0.1);
+    let mut elastic = model(&block, plain, 0.1);
+    assert!(
+        elastic.bytes() < body.bytes(),
+        "history must cost only who uses it"
+    );
+    let x: Vec<DVec3> = block
+        .positions
+        .iter()
+        .map(|x| *x * DVec3::new(1.2, 0.95, 1.0))
+        .collect();
+    let n = x.len();
+    let mut f = vec![DVec3::ZERO; n];
+    elastic.forces_into(&x, &mut f);
+    let settled = elastic.first_piola_kirchhoff(0).x_axis.x;
+    let (jump, step) = (1e-9, 0.01);
+    body.begin_viscous_step(jump);
+    body.forces_into(&x, &mut f);
+    let stress = |body: &Elastic| body.first_piola_kirchhoff(0).x_axis.x / settled;
+    assert_within("at once", stress(&body), 1.0 + 0.8 + 0.3, 1e-8);
+    body.end_viscous_step();
+    let mut time = 0.0;
+    for k in 0..300 {
+        body.begin_viscous_step(step);
+        body.forces_into(&x, &mut f);
+        body.end_viscous_step();
+        time += step;
+        if k % 50 == 0 {
+            let expected = 1.0 + 0.8 * (-time / 0.5_f64).exp() + 0.3 * (-time / 5.0_f64).exp();
+            assert_within("relaxation", stress(&body), expected, 1e-7);
+        }
+    }
+    // A checkpoint goes on with the same bits.
+    let mut copy = model(&block, plain.with_prony(&terms), 0.1);
+    copy.set_viscous_history(body.viscous_history());
+    let moved = shaken(&block, 0.01, 3);
+    let mut g = f.clone();
+    for body in [&mut body, &mut copy] {
+        body.begin_viscous_step(0.02);
+    }
+    assert!(
+        body.forces_into(&moved, &mut f).to_bits() == copy.forces_into(&moved, &mut g).to_bits()
+    );
+    assert!(f == g);
+    check_derivatives("viscous step", &mut body, &moved, 1e-3, 1e-3);
+    // Rotating the body within the step costs nothing beyond what is stored.
+    let turn = DQuat::from_axis_angle(DVec3::new(0.2, 1.0, 0.3).normalize(), 1.2);
+    let turned: Vec<DVec3> = moved.iter().map(|x| turn * *x).collect();
+    let e0 = body.forces_into(&moved, &mut f);
+    let e1 = body.forces_into(&turned, &mut g);
+    assert_within("turned energy", e0, e1, 1e-12 * e0.abs());
+    for (f, g) in f.iter().zip(&g) {
+        assert_below("turned force", (turn * *f - *g).length(), 1e-13);
+    }
+}
+
+/// A product within a part against the whole product of the vector continued by zero: the same bits,
+/// for any storage, at rank deficient rows and with mean dilatation.
+#[test]
+fn products_within_a_part_are_those_of_the_whole() {
+    let mut random = Random::new(6);
+    let (torn, _) = torn();
+    for precision in [Precision::Double, Precision::Single] {
+        for (alpha, dilatation) in [
+            (0.0, Dilatation::Local),
+            (0.1, Dilatation::Local),
+            (0.1, Dilatation::Mean),
+        ] {
+            let settings = Settings {
+                zero_energy_control: alpha,
+                precision,
+                dilatation,
+            };
+            let material = fibrous(Material::neo_hookean(1e4, 0.4));
+            let mut body = built(&torn, material, &settings);
+            let n = body.node_count();
+            let mut f = vec![DVec3::ZERO; n];
+            body.forces_into(&shaken(&torn, 0.01, 4), &mut f);
+            for nodes in [
+                vec![3],
+                vec![17, 5, 6, 5, 40],
+                (0..u32::try_from(n).expect("small")).collect(),
+            ] {
+                let part = body.part(&nodes);
+                let v: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+                let (mut whole, mut expected) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
+                for (&node, v) in part.nodes().iter().zip(&v) {
+                    whole[node as usize] = *v;
+                }
+                body.tangent_product_into(&whole, &mut expected);
+                let mut found = vec![DVec3::ZERO; v.len()];
+                // What the last evaluation left must not matter.
+                body.forces_into(&shaken(&torn, 0.01, 4), &mut f);
+                body.tangent_product_within(&part, &v, &mut found);
+                for (&node, found) in part.nodes().iter().zip(&found) {
+                    assert_eq!(*found, expected[node as usize], "node {node}");
+                }
+            }
+        }
+    }
+}

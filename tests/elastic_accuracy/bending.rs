@@ -1,0 +1,180 @@
+//! Cantilevers.
+
+use super::*;
+
+#[test]
+fn cantilever_small_strain() {
+    let clouds = [
+        ("lattice 525", beam([20, 4, 4], 0.0)),
+        ("jittered 525", beam([20, 4, 4], 0.25)),
+        ("lattice 1519", beam([30, 6, 6], 0.0)),
+    ];
+    println!("| cloud | method | nu .3 | nu .45 | nu .499 | (error of the tip deflection, %)");
+    for (name, block) in &clouds {
+        let fine = block.node_count() > 1000;
+        let options = [
+            ("default", Settings::default()),
+            (
+                "f32",
+                Settings {
+                    precision: Precision::Single,
+                    ..Settings::default()
+                },
+            ),
+            (
+                "mean dilatation",
+                Settings {
+                    dilatation: Dilatation::Mean,
+                    ..Settings::default()
+                },
+            ),
+        ];
+        let mut defaults = [0.0; 3];
+        for (method, settings) in options {
+            let mut errors = [0.0; 3];
+            for (error, nu) in errors.iter_mut().zip([0.3, 0.45, 0.499]) {
+                let mut elastic = body(block, Material::neo_hookean(1.0, nu), &settings);
+                // Rounding of f32 rows, lambda/mu times 1e-7 of the stress, is what a solver can
+                // reach; stresses exceed the load per node a hundredfold.
+                let tolerance = match settings.precision {
+                    Precision::Double => 1e-6,
+                    Precision::Single => 2e-5 / (1.0 - 2.0 * nu),
+                };
+                *error = tip_error(block, nu, tolerance, &mut ask(&mut elastic));
+            }
+            let [a, b, c] = errors;
+            println!("| {name} | {method} | {a:+.2} | {b:+.2} | {c:+.2} |");
+            match method {
+                "default" => {
+                    let bar = if fine { 1.5 } else { 3.0 };
+                    assert_below("nu .3", a.abs(), bar);
+                    assert_below("nu .45", b.abs(), bar);
+                    assert_below("nu .499", c.abs(), 5.0);
+                    defaults = errors;
+                }
+                "f32" => {
+                    for (error, default) in errors.iter().zip(defaults) {
+                        assert_within("f32 against f64", *error, default, 0.2);
+                    }
+                }
+                _ => assert_below("mean dilatation at .499", c.abs(), 5.0),
+            }
+            if fine && method == "f32" {
+                break;
+            }
+        }
+        if fine {
+            continue;
+        }
+        let mut paper = [0.0; 3];
+        let mut linear = [0.0; 3];
+        for (k, nu) in [0.3, 0.45, 0.499].into_iter().enumerate() {
+            let svk = Material::saint_venant_kirchhoff(1.0, nu);
+            paper[k] = tip_error(block, nu, 1e-6, &mut ask(&mut dissertation(block, svk)));
+            let mut tetrahedra = Tetrahedra::new(block, Material::neo_hookean(1.0, nu));
+            linear[k] = tip_error(block, nu, 1e-6, &mut |request| tetrahedra.answer(request));
+        }
+        for (method, [a, b, c]) in [("dissertation", paper), ("linear tetrahedra", linear)] {
+            println!("| {name} | {method} | {a:+.2} | {b:+.2} | {c:+.2} |");
+        }
+        assert!(paper[0] < -50.0, "dissertation's mode {paper:?}");
+        assert!(linear[0] < -10.0, "linear tetrahedra {linear:?}");
+    }
+}
+
+/// Dead tip load 2.5e-4, neo-Hookean, nu 0.3; reference: hex27, two meshes (0.2 %).
+#[test]
+fn cantilever_large_deflection() {
+    for (name, jitter) in [("lattice", 0.0), ("jittered", 0.25)] {
+        let block = beam([20, 4, 4], jitter);
+        let mut elastic = body(
+            &block,
+            Material::neo_hookean(1.0, 0.3),
+            &Settings::default(),
+        );
+        let pull = DVec3::new(0.0, 0.0, -2.5e-4);
+        let (tip, outcome) = cantilever(&block, pull, 1e-8, &mut ask(&mut elastic));
+        assert!(outcome.residual < 1e-7, "{outcome:?}");
+        let (ex, ez) = (tip.x / -0.1493 - 1.0, tip.z / -0.4893 - 1.0);
+        println!(
+            "{name} 525: u_x {:.5} ({:+.2} %), u_z {:.5} ({:+.2} %), {outcome:?}",
+            tip.x,
+            100.0 * ex,
+            tip.z,
+            100.0 * ez
+        );
+        assert_below("u_x", ex.abs(), 0.025);
+        assert_below("u_z", ez.abs(), 0.01);
+    }
+}
+
+/// Pure bending, an exact solution of small-strain elasticity, prescribed all round.
+#[test]
+fn bending_converges() {
+    let nu = 0.3;
+    let exact = |x: DVec3| {
+        DVec3::new(
+            x.x * x.z,
+            -nu * x.y * x.z,
+            -0.5 * (x.x * x.x + nu * (x.z * x.z - x.y * x.y)),
+        )
+    };
+    for (jitter, bar) in [(0.0, 1.6), (0.25, 1.3)] {
+        let mut errors = Vec::new();
+        for cells in [4, 8, 12] {
+            let block = Block::new([cells; 3], DVec3::ONE, jitter, 5);
+            let mut elastic = body(&block, Material::neo_hookean(1.0, nu), &Settings::default());
+            let small = 1e-7;
+            let held: Vec<[bool; 3]> = block
+                .positions
+                .iter()
+                .map(|x| [on(x.min_element(), 0.0) || on(x.max_element(), 1.0); 3])
+                .collect();
+            let mut x: Vec<DVec3> = block
+                .positions
+                .iter()
+                .zip(&held)
+                .map(|(x, held)| {
+                    *x + if held[0] {
+                        exact(*x) * small
+                    } else {
+                        DVec3::ZERO
+                    }
+                })
+                .collect();
+            let load = vec![DVec3::ZERO; x.len()];
+            solve(&mut x, &held, &load, 1e-8, &mut ask(&mut elastic));
+            let square: f64 = x
+                .iter()
+                .zip(&block.positions)
+                .zip(&block.volumes)
+                .map(|((x, rest), v)| ((*x - *rest) / small - exact(*rest)).length_squared() * v)
+                .sum();
+            errors.push(square.sqrt());
+        }
+        let order = (errors[0] / errors[2]).ln() / 3.0_f64.ln();
+        println!("bending, jitter {jitter}: L2 errors {errors:?}, order {order:.2}");
+        assert!(order > bar, "order {order}, errors {errors:?}");
+    }
+}
+
+/// How much the one coefficient of zero-energy control matters: tip deflection of the jittered beam.
+#[test]
+fn cantilever_against_the_control_coefficient() {
+    let block = beam([20, 4, 4], 0.25);
+    let mut before = f64::INFINITY;
+    for alpha in [0.02, 0.05, 0.1, 0.2, 0.5] {
+        let settings = Settings {
+            zero_energy_control: alpha,
+            ..Settings::default()
+        };
+        let mut elastic = body(&block, Material::neo_hookean(1.0, 0.3), &settings);
+        let error = tip_error(&block, 0.3, 1e-6, &mut ask(&mut elastic));
+        println!("alpha {alpha}: {error:+.2} %");
+        assert!(error < before, "more control, more stiffness");
+        before = error;
+        if (0.05..=0.2).contains(&alpha) {
+            assert_below("between 0.05 and 0.2", error.abs(), 2.5);
+        }
+    }
+}
