@@ -10,7 +10,7 @@
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, space_filling_order,
-    tetrahedra_edges, tetrahedron_volume,
+    tetrahedra_edges,
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{
@@ -20,13 +20,8 @@ use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
 
-/// Young's modulus (Pa), Poisson's ratio, density (kg/m³).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Solid {
-    pub(crate) youngs_modulus: f64,
-    pub(crate) poissons_ratio: f64,
-    pub(crate) density: f64,
-}
+pub(crate) use phyxel::study::block::lattice;
+pub(crate) use phyxel::study::model::Solid;
 
 /// An elastic body ready to be moved.
 #[derive(Debug, Clone)]
@@ -37,60 +32,6 @@ pub(crate) struct Body {
     pub(crate) elastic: Elastic,
     pub(crate) blocks: Vec<DMat3>,
     coupling: Coupling,
-}
-
-/// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), as six tetrahedra a cell,
-/// mirrored from cell to cell so that no diagonal is preferred.
-pub(crate) fn lattice(
-    cells: [u32; 3],
-    map: impl Fn(DVec3) -> DVec3,
-) -> (Vec<DVec3>, Vec<[u32; 4]>) {
-    let n = cells.map(|c| c + 1);
-    let mut nodes = Vec::new();
-    for k in 0..n[2] {
-        for j in 0..n[1] {
-            for i in 0..n[0] {
-                let at = DVec3::new(f64::from(i), f64::from(j), f64::from(k));
-                let size = DVec3::new(
-                    f64::from(cells[0]),
-                    f64::from(cells[1]),
-                    f64::from(cells[2]),
-                );
-                nodes.push(map(at / size));
-            }
-        }
-    }
-    let mut tetrahedra = Vec::new();
-    for k in 0..cells[2] {
-        for j in 0..cells[1] {
-            for i in 0..cells[0] {
-                let corner = |s: [u32; 3]| {
-                    let [a, b, c] = [i + (s[0] ^ i & 1), j + (s[1] ^ j & 1), k + (s[2] ^ k & 1)];
-                    a + n[0] * (b + n[1] * c)
-                };
-                for path in [
-                    [0, 1, 2],
-                    [0, 2, 1],
-                    [1, 0, 2],
-                    [1, 2, 0],
-                    [2, 0, 1],
-                    [2, 1, 0],
-                ] {
-                    let mut at = [0; 3];
-                    let mut t = [corner(at), 0, 0, 0];
-                    for (slot, axis) in t[1..].iter_mut().zip(path) {
-                        at[axis] = 1;
-                        *slot = corner(at);
-                    }
-                    if tetrahedron_volume(t.map(|v| nodes[v as usize])) < 0.0 {
-                        t.swap(2, 3);
-                    }
-                    tetrahedra.push(t);
-                }
-            }
-        }
-    }
-    (nodes, tetrahedra)
 }
 
 impl Body {

@@ -7,48 +7,16 @@
     reason = "helpers of tests fail by panicking, and count in small numbers"
 )]
 
-use crate::integrate_bodies::{Body, Solid, lattice};
+use crate::integrate_bodies::{Body, lattice};
 use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactPoint, ContactSettings, ContactSurface, NewtonSettings, Pose, Pressed, Shape,
     StaticLoad, StaticReport, Supports, penalty, solve_static,
 };
 
-const SOFT: Solid = Solid {
-    youngs_modulus: 1.0,
-    poissons_ratio: 0.3,
-    density: 1.0,
+pub(crate) use phyxel::study::indentation::{
+    BLOCK_REFERENCE as REFERENCE, SMALL, SOFT, sphere_over_paraboloid,
 };
-
-/// Finite element forces for radius and depth (m) at E = 1 Pa: 2 m cube, sides and bottom fixed,
-/// second order elements, 37,975 nodes, small strain, tolerance 0.2 %.
-pub(crate) const REFERENCE: [(f64, f64, f64); 3] = [
-    (1.0, 0.05, 0.019_176_5),
-    (1.0, 0.1, 0.058_265_6),
-    (0.5, 0.05, 0.012_810_1),
-];
-
-/// The reference is at small strain. Depth times this and radius over this leave the contact radius
-/// and the ratio to Hertz as they are and make the strain small.
-pub(crate) const SMALL: f64 = 0.01;
-
-/// Half-space force of a sphere over that of Hertz's paraboloid, 4/3 E* sqrt(r) d^1.5 (Sneddon 1965:
-/// d = a/2 ln((r+a)/(r-a)), F = E* ((r² + a²)/2 ln((r+a)/(r-a)) - a r)).
-pub(crate) fn sphere_over_paraboloid(radius: f64, depth: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 0.999 * radius);
-    for _ in 0..60 {
-        let a = 0.5 * (low + high);
-        let logarithm = ((radius + a) / (radius - a)).ln();
-        if 0.5 * a * logarithm < depth {
-            low = a;
-        } else {
-            high = a;
-        }
-    }
-    let logarithm = ((radius + low) / (radius - low)).ln();
-    let force = 0.5 * (radius * radius + low * low) * logarithm - low * radius;
-    force / (4.0 / 3.0 * radius.sqrt() * depth.powf(1.5))
-}
 
 /// A body with held sides and the contact of its top.
 pub(crate) struct Press {
