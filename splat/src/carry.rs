@@ -71,12 +71,14 @@ fn bends(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
 
 /// Carries surfels by their nodes' positions and deformation gradients.
 ///
-/// `x = Σ w_i (x_i + F_i (X - X_i))`; the disk's axes are `r F t` with `F = Σ w_i F_i`, and the
-/// normal is their cross product, i.e. `cof(F) N` normalised. The linear field of normals over the disk is carried by the same
-/// cofactor: where Aras 2014 calls Phong splatting (eq. (51)) unfit for bodies that deform, this
-/// keeps it at the price of two products. This replaces Aras 2014, eq. (59)
-/// (`x = X + Σ w_i u_i / Σ w_i`, in print without its sum), which drags surfels behind in a
-/// rotation and leaves normals where they were.
+/// `x(X) = Σ w_i(X) p_i` with `p_i = x_i + F_i (X - X_i)`. The disk's axes are r times the derivative
+/// of x along the tangents, `F t + Σ p_i (∇w_i · t)` with `F = Σ w_i F_i`: neighbouring disks move
+/// apart just as they grow, so that no hole opens where nodes disagree. The normal is `cof(F) N`
+/// normalised, smoother than the disk's own; the linear field of normals over the disk is carried by
+/// the same cofactor: where Aras 2014 calls Phong splatting (eq. (51)) unfit for bodies that deform,
+/// this keeps it at the price of two products. All this replaces Aras 2014, eq. (59)
+/// (`x = X + Σ w_i u_i / Σ w_i`, in print without its sum), which drags surfels behind in a rotation
+/// and leaves normals where they were.
 ///
 /// # Arguments
 /// * `rest_nodes`, `nodes` -- node positions in the rest and the deformed frame (m), shape `(n)`.
@@ -130,13 +132,19 @@ pub fn carry_into(
             |(i, (((((x, u), v), normal), (bend_u, bend_v)), (rest_u, rest_v)))| {
                 let rest = surfels.positions[i];
                 let (row, weights) = binding.row(i);
-                let mut at = DVec3::ZERO;
+                let image = |node: usize| nodes[node] + gradients[node] * (rest - rest_nodes[node]);
+                let first = image(index(row[0]));
+                let mut at = first;
                 let mut f = DMat3::ZERO;
-                for (&node, &w) in row.iter().zip(weights) {
+                // What the change of the weights over the disk adds to its axes.
+                let mut drift = [DVec3::ZERO; 2];
+                for ((&node, &w), slope) in row.iter().zip(weights).zip(binding.slopes(i)) {
                     let node = index(node);
-                    let g = gradients[node];
-                    at += (nodes[node] + g * (rest - rest_nodes[node])) * w;
-                    f += g * w;
+                    let aside = image(node) - first;
+                    at += aside * w;
+                    f += gradients[node] * w;
+                    drift[0] += aside * slope[0];
+                    drift[1] += aside * slope[1];
                 }
                 let rest_normal = surfels.normals[i];
                 let (t0, t1) = Surfels::tangents(rest_normal);
@@ -161,8 +169,8 @@ pub fn carry_into(
                     *bend_v = DVec3::ZERO;
                 }
                 (*rest_u, *rest_v) = (t0 * radius, t1 * radius);
-                *u = a.clamp_length_max(max_stretch) * radius;
-                *v = b.clamp_length_max(max_stretch) * radius;
+                *u = (a + drift[0]).clamp_length_max(max_stretch) * radius;
+                *v = (b + drift[1]).clamp_length_max(max_stretch) * radius;
             },
         );
 }

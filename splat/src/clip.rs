@@ -8,13 +8,16 @@ use glam::{DVec2, DVec3};
 ///
 /// A point of the disk is drawn if the segment from `anchor` to it crosses none of `walls`: the
 /// same visibility that separates nodes across a cut. A wall that ends inside the disk (the front
-/// of a growing cut) hides only what lies in its shadow.
+/// of a growing cut) hides only what lies in its shadow. New skin is bounded likewise where its cut
+/// ends.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Clip {
     /// The point that sees.
     pub anchor: DVec2,
     /// Segments that block the view.
     pub walls: Vec<[DVec2; 2]>,
+    /// Walls where the cut ends for now: they go when it grows on.
+    pub borders: Vec<[DVec2; 2]>,
 }
 
 impl Clip {
@@ -23,6 +26,7 @@ impl Clip {
     pub fn hides(&self, p: DVec2) -> bool {
         self.walls
             .iter()
+            .chain(&self.borders)
             .any(|&[a, b]| shadows(a - self.anchor, b - self.anchor, p - self.anchor))
     }
 

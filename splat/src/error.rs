@@ -52,6 +52,13 @@ pub enum ImageError {
         #[from]
         source: png::DecodingError,
     },
+    /// The file cannot be opened.
+    #[error("cannot read the image: {source}")]
+    Open {
+        /// The system's account.
+        #[from]
+        source: std::io::Error,
+    },
     /// The image has another form of pixels.
     #[error("the image has pixels of {color:?} with {depth:?} bits, not RGBA with eight")]
     Pixels {

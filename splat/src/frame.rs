@@ -23,6 +23,19 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// A black image, nothing in it.
+    #[must_use]
+    pub fn blank(width: u32, height: u32) -> Self {
+        let area = index(width) * index(height);
+        Self {
+            width,
+            height,
+            pixels: vec![[0, 0, 0, 255]; area],
+            depth: vec![f32::INFINITY; area],
+            normals: Vec::new(),
+        }
+    }
+
     /// The image at half the size, each pixel the mean of four (of the encoded values; the nearest
     /// depth, no normals). An odd last row or column is dropped.
     #[must_use]

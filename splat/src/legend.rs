@@ -2,6 +2,7 @@
 
 use crate::cast::{byte, index, real, single, whole};
 use crate::frame::Frame;
+use crate::image::linear;
 use glam::Vec3;
 
 /// Dark blue over green to yellow, even in lightness: readable in grey and by colour-blind eyes.
@@ -59,16 +60,7 @@ impl ColorScale {
     /// Linear colour of a value, for [`crate::SplatView::colors`].
     #[must_use]
     pub fn color(&self, value: f64) -> Vec3 {
-        self.encoded(value)
-            .to_array()
-            .map(|c| {
-                if c <= 0.040_45 {
-                    c / 12.92
-                } else {
-                    ((c + 0.055) / 1.055).powf(2.4)
-                }
-            })
-            .into()
+        self.encoded(value).to_array().map(linear).into()
     }
 
     /// Linear colours of many values.
@@ -82,7 +74,7 @@ impl ColorScale {
 const GLYPHS: &str = "075557 126227 271747 371717 455711 574717 674757 771122 875757 975717 \
     A25755 B65656 C34443 D65556 E74647 F74644 G34553 H55755 I72227 J11152 K55655 L44447 M57755 \
     N65555 O25552 P65644 Q25563 R65655 S34216 T72222 U55557 V55522 W55775 X55255 Y55222 Z71247 \
-    -00700 .00002 +02720 /11244 (12221 )42224 %51245 ^25000";
+    -00700 .00002 +02720 /11244 (12221 )42224 %51245 ^25000 ,00024 =07070";
 
 /// Writing on finished frames.
 #[derive(Debug)]

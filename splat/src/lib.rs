@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod binding;
+mod border;
 mod camera;
 mod carry;
 mod cast;
@@ -8,6 +9,7 @@ mod clip;
 mod eigen;
 mod error;
 mod frame;
+mod image;
 mod legend;
 mod noise;
 mod project;
@@ -29,13 +31,14 @@ pub use carry::{Splats, carry_into};
 pub use clip::Clip;
 pub use error::{ImageError, SurfelError};
 pub use frame::{Animation, Frame};
+pub use image::Image;
 pub use legend::{ColorScale, Overlay};
 pub use noise::{fractal_noise, gradient_noise, slope_noise};
 pub use radii::{Measure, RadiusRule, covering_radii, mapped_radii, measures, shape_operators};
 pub use render::{RenderSettings, Renderer};
-pub use scene::{Background, DrawMode, Light, Lighting, SplatView, Surface};
+pub use scene::{Background, DrawMode, ImageCoat, Light, Lighting, SplatView, Surface};
 pub use skin::{CutSampler, triangle_area};
 pub use surfels::Surfels;
 pub use texture::{CAPSULE, PARENCHYMA, TissueTexture};
-pub use tissue::{CutChange, Tissue, TissueSettings};
+pub use tissue::{CutChange, InsideTest, Tissue, TissueSettings};
 pub use tool::Mesh;

@@ -11,10 +11,6 @@ use rayon::prelude::*;
 pub(crate) const TILE: usize = 32;
 /// Splats per chunk: each chunk is projected and binned by one thread.
 const CHUNK: usize = 2048;
-/// Radius of the screen filter (samples): no visible splat is smaller.
-const FILTER: f64 = 0.75;
-/// Disks thinner than this on screen (samples, half-width) get the screen filter.
-const THIN: f64 = 1.5;
 /// Splats are clipped this far beyond the edge (samples), so that the two sides of an edge leave
 /// no gap between them.
 const OVERHANG: f64 = 0.6;
@@ -32,8 +28,6 @@ pub(crate) struct Projected {
     pub(crate) slope: [f32; 2],
     /// How much farther a fragment may lie than what is seen, and still blend (nearness).
     pub(crate) tolerance: f32,
-    /// Squared inverse radius of the screen filter, 0 without.
-    pub(crate) filter: f32,
     /// Unit normal in camera axes (right, up, towards the viewer), and 1.
     pub(crate) normal: Vec4,
     /// Change of the normal along the two disk coordinates, and 0.
@@ -140,16 +134,9 @@ fn project_one(
         return;
     };
     let (x, y) = (centre[0] + scale * c.x, centre[1] + scale * c.y);
-    let Some((mut low, mut high, width)) = extent(camera, c, u, v, scale) else {
+    let Some((low, high)) = extent(camera, c, u, v, scale) else {
         return;
     };
-    if width < THIN && !aligned {
-        out.filter = single(1.0 / (FILTER * FILTER));
-        for k in 0..2 {
-            low[k] = low[k].min(-FILTER);
-            high[k] = high[k].max(FILTER);
-        }
-    }
     // Samples whose centres lie in low..high.
     let clamp =
         |value: f64, end: usize| pixel(value).clamp(0, i32::try_from(end).unwrap_or(i32::MAX));
@@ -201,7 +188,6 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
         near: 0.0,
         slope: [0.0; 2],
         tolerance: 0.0,
-        filter: 0.0,
         normal: Vec4::ZERO,
         bend: [Vec4::ZERO; 2],
         bounds: [0; 4],
@@ -247,15 +233,14 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
     }
 }
 
-/// Bounds of a disk on the screen, relative to its centre, and its smaller half-width (samples).
-/// `None` for a disk that reaches behind the eye.
+/// Bounds of a disk on the screen, relative to its centre (samples). `None` for a disk that reaches behind the eye.
 fn extent(
     camera: &Camera,
     c: DVec3,
     u: DVec3,
     v: DVec3,
     scale: f64,
-) -> Option<([f64; 2], [f64; 2], f64)> {
+) -> Option<([f64; 2], [f64; 2])> {
     let mut low = [0.0; 2];
     let mut high = [0.0; 2];
     match camera.lens {
@@ -282,20 +267,12 @@ fn extent(
             }
         }
     }
-    let g = u.cross(v);
-    let size = u.length().max(v.length());
-    let slant = g.dot(c).abs() / (g.length() * c.length()).max(f64::MIN_POSITIVE);
-    let slant = if matches!(camera.lens, Lens::Orthographic { .. }) {
-        g.z.abs() / g.length().max(f64::MIN_POSITIVE)
-    } else {
-        slant
-    };
-    Some((low, high, scale * size * slant))
+    Some((low, high))
 }
 
 fn add_walls(clip: &Clip, radius: f64, scale: f64, walls: &mut Vec<Wall>) {
     let overhang = OVERHANG / scale;
-    for &[a, b] in &clip.walls {
+    for &[a, b] in clip.walls.iter().chain(&clip.borders) {
         let (mut a, mut b) = (a - clip.anchor, b - clip.anchor);
         if a.perp_dot(b) < 0.0 {
             std::mem::swap(&mut a, &mut b);

@@ -170,8 +170,7 @@ pub fn covering_radii(positions: &[DVec3], normals: &[DVec3], of: &[u32]) -> Vec
 }
 
 fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize) -> f64 {
-    let (x, n) = (positions[i], normals[i]);
-    let (t0, t1) = Surfels::tangents(n);
+    let x = positions[i];
     let near: Vec<usize> = tree
         .nearest_neighbor_iter(x.to_array())
         .map(|p| index(p.data))
@@ -183,15 +182,44 @@ fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize
         return 0.0;
     }
     let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / real(six.len());
-    let h = 2.0 * mean;
+    circumradius(positions, normals, i, &near, 2.0 * mean)
+}
+
+/// Radius (m) of a disk of skin by the rule of [`covering_radii`] among the samples `beside` it,
+/// nearest first, of which those that face the same way count; at most `most`.
+pub(crate) fn sheet_radius(
+    surfels: &Surfels,
+    i: usize,
+    beside: impl Iterator<Item = usize>,
+    most: f64,
+) -> f64 {
+    let (positions, normals) = (&surfels.positions, &surfels.normals);
+    let near: Vec<usize> = beside
+        .filter(|&j| normals[j].dot(normals[i]) > FACE_COSINE)
+        .take(CELL_NEIGHBORS)
+        .collect();
+    let radius = circumradius(positions, normals, i, &near, most);
+    (radius * OVERLAP).min(most)
+}
+
+/// Circumradius (m) of the cell of `i` among `near`, cut off at `most`.
+fn circumradius(
+    positions: &[DVec3],
+    normals: &[DVec3],
+    i: usize,
+    near: &[usize],
+    most: f64,
+) -> f64 {
+    let (x, n) = (positions[i], normals[i]);
+    let (t0, t1) = Surfels::tangents(n);
     let mut cell = vec![
-        DVec2::new(-h, -h),
-        DVec2::new(h, -h),
-        DVec2::new(h, h),
-        DVec2::new(-h, h),
+        DVec2::new(-most, -most),
+        DVec2::new(most, -most),
+        DVec2::new(most, most),
+        DVec2::new(-most, most),
     ];
     let mut spare = Vec::with_capacity(12);
-    for &j in &near {
+    for &j in near {
         let d = positions[j] - x;
         let (direction, offset) = if normals[j].dot(n) > FACE_COSINE {
             // Bisector; the true distance is kept, the direction is the projected one.
@@ -216,7 +244,7 @@ fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize
         std::mem::swap(&mut cell, &mut spare);
     }
     let squared = cell.iter().map(|p| p.length_squared()).fold(0.0, f64::max);
-    squared.sqrt().min(h)
+    squared.sqrt().min(most)
 }
 
 /// Shape operators by least squares: the symmetric 2×2 matrix that best maps the tangent offsets of

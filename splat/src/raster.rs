@@ -5,8 +5,9 @@
 )]
 
 use crate::cast::index;
+use crate::image::Image;
 use crate::project::{Chunk, Projected, TILE, Wall};
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Samples of a tile.
 const AREA: usize = TILE * TILE;
@@ -60,8 +61,31 @@ impl TileBuffers {
     }
 }
 
+/// An image on a splat.
+#[derive(Clone, Copy)]
+pub(crate) struct Print<'a> {
+    pub(crate) image: &'a Image,
+    /// Image coordinates of the centre, and their change along the two disk coordinates.
+    pub(crate) at: Vec2,
+    pub(crate) along: [Vec2; 2],
+}
+
+impl Print<'_> {
+    /// The part of the image that a sample of a splat sees, its larger side in units of the image.
+    fn footprint(&self, p: &Projected) -> f32 {
+        let step = |k: usize| (self.along[0] * p.s[k] + self.along[1] * p.t[k]).length();
+        step(0).max(step(1))
+    }
+}
+
+/// A splat's ink as it is blended: colour, texture point and its change along the two disk
+/// coordinates; exponent of the highlight; image and what a sample sees of it.
+type Loaded<'a> = ([Vec4; 4], f32, Option<(Print<'a>, f32)>);
+
 /// What a splat adds to the sums of a sample it is blended into.
-pub(crate) struct Ink {
+pub(crate) struct Ink<'a> {
+    /// Takes the place of the colour.
+    pub(crate) print: Option<Print<'a>>,
     pub(crate) color: Vec3,
     pub(crate) point: Vec3,
     /// Change of the texture point along the two disk coordinates.
@@ -135,19 +159,6 @@ impl Row {
                 squares[i] = (ss[i] * ss[i]).max(ts[i] * ts[i]);
             }
         }
-        if p.filter > 0.0 {
-            for i in 0..n {
-                let x = dx + RAMP[i];
-                let flat = (x * x + dy * dy) * p.filter;
-                if flat < squares[i] {
-                    // The centre stands for the whole of a disk too thin to be sampled.
-                    squares[i] = flat;
-                    nears[i] = p.near;
-                    ss[i] = 0.0;
-                    ts[i] = 0.0;
-                }
-            }
-        }
         for wall in walls {
             for i in 0..n {
                 let f = |l: &[f32; 3]| l[0] + l[1] * ss[i] + l[2] * ts[i];
@@ -189,11 +200,11 @@ pub(crate) fn draw_triangles(
 }
 
 /// First pass: nearness of the nearest surface. Second pass: blending of what is near to it.
-pub(crate) fn draw_splats(
+pub(crate) fn draw_splats<'a>(
     chunks: &[Chunk],
     tile_index: usize,
     origin: [i32; 2],
-    ink: &dyn Fn(u32) -> Ink,
+    ink: &dyn Fn(u32) -> Ink<'a>,
     tile: &mut TileBuffers,
 ) {
     let mut row = Row::EMPTY;
@@ -231,28 +242,38 @@ pub(crate) fn draw_splats(
     for chunk in chunks {
         for p in chunk.in_tile(tile_index) {
             let walls = &chunk.walls[index(p.walls[0])..index(p.walls[1])];
-            let mut loaded: Option<([Vec4; 4], f32)> = None;
+            let mut loaded: Option<Loaded<'_>> = None;
             for_rows(p, origin, |from, n, dx, dy| {
                 row.fill(p, walls, dx, dy, n);
                 if !weigh(&mut row, &tile.limit[from..from + n], p.tolerance) {
                     return;
                 }
-                let ([color, point, along_s, along_t], gloss) = *loaded.get_or_insert_with(|| {
-                    let ink = ink(p.splat);
-                    let vectors = [
-                        ink.color.extend(ink.specular),
-                        ink.point.extend(ink.relief),
-                        ink.along[0].extend(0.0),
-                        ink.along[1].extend(0.0),
-                    ];
-                    (vectors, ink.shininess)
-                });
+                let ([color, point, along_s, along_t], gloss, print) =
+                    *loaded.get_or_insert_with(|| {
+                        let ink = ink(p.splat);
+                        let vectors = [
+                            ink.color.extend(ink.specular),
+                            ink.point.extend(ink.relief),
+                            ink.along[0].extend(0.0),
+                            ink.along[1].extend(0.0),
+                        ];
+                        let print = ink.print.map(|print| (print, print.footprint(p)));
+                        (vectors, ink.shininess, print)
+                    });
                 let exponents = &mut tile.gloss[from..from + n];
                 for (i, sums) in tile.sums[from..from + n].iter_mut().enumerate() {
                     let w = row.weight[i];
                     if w > 0.0 {
                         let normal = p.normal + p.bend[0] * row.s[i] + p.bend[1] * row.t[i];
                         sums[0] += normal * w;
+                        let color = match &print {
+                            Some((print, footprint)) => {
+                                let aside = print.along[0] * row.s[i] + print.along[1] * row.t[i];
+                                let texel = print.image.color(print.at + aside, *footprint);
+                                texel.extend(color.w)
+                            }
+                            None => color,
+                        };
                         sums[1] += color * w;
                         exponents[i] += gloss * w;
                         sums[2] += (point + along_s * row.s[i] + along_t * row.t[i]) * w;

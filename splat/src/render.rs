@@ -3,11 +3,12 @@
 use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
+use crate::image::Chart;
 use crate::project::{Projected, Raster, TILE, project};
 use crate::raster::{
-    Ink, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
+    Ink, Print, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
 };
-use crate::scene::{Background, DrawMode, Lighting, SplatView, Surface};
+use crate::scene::{Background, DrawMode, ImageCoat, Lighting, SplatView, Surface};
 use crate::shade::{Point, Rig, Transfer, relief, tone};
 use crate::tool::Mesh;
 use glam::{DVec3, Vec3, Vec4};
@@ -58,6 +59,7 @@ pub struct Renderer {
     settings: RenderSettings,
     transfer: Transfer,
     tiles: Vec<TilePixels>,
+    plain: Surface,
 }
 
 /// Finished pixels of one tile.
@@ -93,6 +95,7 @@ impl Renderer {
             settings,
             transfer: Transfer::new(),
             tiles: Vec::new(),
+            plain: Surface::default(),
         }
     }
 
@@ -146,6 +149,7 @@ impl Renderer {
                 specular: s.specular,
                 shininess: s.shininess,
                 relief: s.relief,
+                print: s.coat.as_ref().map(|coat| print(view, i, coat)),
             }
         };
         tiles.par_iter_mut().enumerate().for_each_init(
@@ -188,12 +192,9 @@ impl Renderer {
         }))
     }
 
-    fn surface(&self, material: u8) -> Surface {
-        self.settings
-            .surfaces
-            .get(usize::from(material))
-            .copied()
-            .unwrap_or_default()
+    fn surface(&self, material: u8) -> &Surface {
+        let surfaces = &self.settings.surfaces;
+        surfaces.get(usize::from(material)).unwrap_or(&self.plain)
     }
 
     /// Third pass: normalise, light, average the samples of each pixel, encode.
@@ -373,6 +374,25 @@ impl Renderer {
             depth,
             normals,
         }
+    }
+}
+
+/// How an image lies on a splat.
+fn print<'a>(view: &SplatView<'_>, splat: usize, coat: &'a ImageCoat) -> Print<'a> {
+    let axis = |axes: &[DVec3]| axes.get(splat).copied().unwrap_or_default();
+    let (u, v) = (axis(&view.splats.rest_u), axis(&view.splats.rest_v));
+    let normal = u.cross(v);
+    let normal = if normal == DVec3::ZERO {
+        view.splats.normals[splat]
+    } else {
+        normal
+    };
+    let (width, height) = coat.image.size();
+    let chart = Chart::new(normal, coat.size, real(width) / real(height));
+    Print {
+        image: &coat.image,
+        at: chart.at(view.texture_points[splat]),
+        along: [chart.at(u), chart.at(v)],
     }
 }
 

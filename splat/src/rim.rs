@@ -86,6 +86,14 @@ pub(crate) fn outside_of_edges(surfels: &Surfels, tree: &NodeTree, i: usize, at:
         .any(|&(direction, offset)| p.dot(direction) > offset)
 }
 
+/// Whether `x` lies behind the tangent planes of both surfels nearest to it (Aras 2014, fig. 65).
+pub(crate) fn behind_two_nearest(surfels: &Surfels, tree: &NodeTree, x: DVec3) -> bool {
+    tree.nearest_neighbor_iter(x.to_array())
+        .take(2)
+        .map(|p| index(p.data))
+        .all(|i| (x - surfels.positions[i]).dot(surfels.normals[i]) < 0.0)
+}
+
 /// Moves an anchor away from new walls that pass closer than `clearance`, to the side it is on.
 pub(crate) fn clear_anchor(clip: &mut Clip, walls: &[[DVec2; 2]], clearance: f64) {
     for &[a, b] in walls {

@@ -2,7 +2,9 @@
 
 use crate::carry::Splats;
 use crate::clip::Clip;
+use crate::image::Image;
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// How splats are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -19,9 +21,20 @@ pub enum DrawMode {
     SinglePass,
 }
 
+/// An image laid on a surface from the six sides of a box, by rest position and normal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageCoat {
+    /// The image; it repeats.
+    pub image: Arc<Image>,
+    /// Width of one repeat (m).
+    pub size: f64,
+}
+
 /// Optical properties of a material id.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
+    /// Colours that take the place of the splats' own, looked up per pixel (three-pass mode).
+    pub coat: Option<ImageCoat>,
     /// Strength of the highlight (1).
     pub specular: f32,
     /// Exponent of the highlight (1).
@@ -35,6 +48,7 @@ pub struct Surface {
 impl Default for Surface {
     fn default() -> Self {
         Self {
+            coat: None,
             specular: 0.35,
             shininess: 50.0,
             relief: 0.0,
@@ -115,7 +129,7 @@ pub struct SplatView<'a> {
     pub colors: &'a [Vec3],
     /// Material id per splat, an index into [`crate::RenderSettings::surfaces`].
     pub materials: &'a [u8],
-    /// Rest positions (m): the coordinates of the fine relief.
+    /// Rest positions (m): the texture coordinates of relief and images.
     pub texture_points: &'a [DVec3],
     /// What bounds each disk; empty: nothing bounds any.
     pub clips: &'a [Option<Box<Clip>>],

@@ -31,8 +31,8 @@ pub struct CutSampler {
     carried: f64,
     sequence: usize,
     cells: HashMap<[i64; 3], Vec<DVec3>>,
-    /// Candidates of earlier triangles in the largest holes: point, normal, clearance.
-    reserve: Vec<(DVec3, DVec3, f64)>,
+    /// Candidates of earlier triangles in the largest holes, and how far other samples are.
+    reserve: Vec<(Sample, f64)>,
 }
 
 /// Clearance (spacings) from which a candidate that was not chosen is kept for later.
@@ -40,10 +40,12 @@ const HOLE: f64 = 0.6;
 /// Candidates kept for later at most.
 const RESERVE: usize = 200;
 
-/// A sample: its point and its triangle's unit normal.
+/// A sample: its point, its triangle's unit normal and number.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
     pub(crate) point: DVec3,
     pub(crate) normal: DVec3,
+    pub(crate) triangle: u32,
 }
 
 impl CutSampler {
@@ -74,18 +76,18 @@ impl CutSampler {
 
     /// Points sampled on further triangles; degenerate triangles give none.
     pub fn points(&mut self, triangles: &[[DVec3; 3]]) -> Vec<DVec3> {
-        self.sample(triangles)
+        self.sample(triangles, 0)
             .into_iter()
             .map(|s| s.point)
             .collect()
     }
 
-    /// Samples further triangles.
-    pub(crate) fn sample(&mut self, triangles: &[[DVec3; 3]]) -> Vec<Sample> {
+    /// Samples further triangles, the first of which has the number `first`.
+    pub(crate) fn sample(&mut self, triangles: &[[DVec3; 3]], first: u32) -> Vec<Sample> {
         let mut out = Vec::new();
         let mut candidates = std::mem::take(&mut self.reserve);
         let mut owed = 0.0;
-        for triangle in triangles {
+        for (number, triangle) in (first..).zip(triangles) {
             let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
             let Some(normal) = normal.try_normalize() else {
                 continue;
@@ -99,7 +101,12 @@ impl CutSampler {
                 let draws = whole((take * real(CANDIDATES)).ceil()).max(2);
                 for _ in 0..draws {
                     let point = self.draw(triangle);
-                    candidates.push((point, normal, self.clearance(point)));
+                    let sample = Sample {
+                        point,
+                        normal,
+                        triangle: number,
+                    };
+                    candidates.push((sample, self.clearance(point)));
                 }
                 if owed >= real(POOL) {
                     self.choose(&mut owed, &mut candidates, &mut out);
@@ -153,7 +160,7 @@ impl CutSampler {
     fn choose(
         &mut self,
         owed: &mut f64,
-        candidates: &mut Vec<(DVec3, DVec3, f64)>,
+        candidates: &mut Vec<(Sample, f64)>,
         out: &mut Vec<Sample>,
     ) {
         self.carried += *owed;
@@ -163,21 +170,22 @@ impl CutSampler {
         for _ in 0..n {
             let mut best = 0;
             for (k, candidate) in candidates.iter().enumerate() {
-                if candidate.2 > candidates[best].2 {
+                if candidate.1 > candidates[best].1 {
                     best = k;
                 }
             }
-            let (point, normal, _) = candidates.swap_remove(best);
+            let (sample, _) = candidates.swap_remove(best);
+            let point = sample.point;
             for candidate in candidates.iter_mut() {
-                candidate.2 = candidate.2.min(candidate.0.distance(point));
+                candidate.1 = candidate.1.min(candidate.0.point.distance(point));
             }
             self.cells.entry(self.cell(point)).or_default().push(point);
-            out.push(Sample { point, normal });
+            out.push(sample);
         }
         let least = HOLE * self.spacing();
-        candidates.retain(|c| c.2 > least);
+        candidates.retain(|c| c.1 > least);
         if candidates.len() > RESERVE {
-            candidates.sort_by(|a, b| b.2.total_cmp(&a.2));
+            candidates.sort_by(|a, b| b.1.total_cmp(&a.1));
             candidates.truncate(RESERVE);
         }
     }

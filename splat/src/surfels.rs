@@ -73,6 +73,20 @@ impl Surfels {
         self.materials.push(material);
     }
 
+    /// Appends a copy of a surfel.
+    pub(crate) fn push_copy(&mut self, of: usize) {
+        self.push(
+            self.positions[of],
+            self.normals[of],
+            self.areas[of],
+            self.radii[of],
+            self.materials[of],
+        );
+        if let Some(last) = self.shapes.len().checked_sub(1) {
+            self.shapes[last] = self.shapes[of];
+        }
+    }
+
     /// The tangent frame of a surfel: two unit vectors that make a right-handed frame with the
     /// normal (`t0 × t1 = n`). Depends on the normal alone.
     #[must_use]

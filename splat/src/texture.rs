@@ -84,12 +84,14 @@ impl TissueTexture {
         let per_metre = crate::cast::single(1.0 / self.patch);
         vec![
             Surface {
+                coat: None,
                 specular: 0.42,
                 shininess: 70.0,
-                relief: 0.05,
+                relief: 0.03,
                 relief_frequency: 6.0 * per_metre,
             },
             Surface {
+                coat: None,
                 specular: 0.30,
                 shininess: 35.0,
                 relief: 0.16,

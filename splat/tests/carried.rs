@@ -5,20 +5,12 @@
 use glam::{DAffine3, DMat3, DVec3};
 use phyxel_splat::{Splats, Tissue, TissueSettings};
 use proptest::prelude::*;
-use testkit::cloud::{Random, lattice};
+use testkit::cloud::{lattice, patch};
 use testkit::strategies;
 
 /// Surfels of the plane z = 0.5 over nodes that fill the unit cube.
 fn slab(settings: &TissueSettings) -> (Tissue, Vec<DVec3>) {
-    let mut random = Random::new(7);
-    let (mut x, mut n, mut a) = (vec![], vec![], vec![]);
-    for i in 0..900 {
-        let jitter = random.vector(0.01);
-        let at = DVec3::new(f64::from(i % 30), f64::from(i / 30), 0.0) / 30.0 - 0.48;
-        x.push(DVec3::new(at.x + jitter.x, at.y + jitter.y, 0.5));
-        n.push(DVec3::new(0.3 * jitter.x, 0.3 * jitter.y, 1.0));
-        a.push(1.0 / 900.0);
-    }
+    let (x, n, a) = patch(30, 0.3, 7);
     let nodes: Vec<DVec3> = lattice([8, 8, 8], 1.0 / 7.0, 0.2, 3)
         .into_iter()
         .map(|p| p - 0.5)

@@ -13,8 +13,11 @@ mod oracle;
 use glam::{DMat3, DVec3, Vec3};
 use oracle::{Shape, compare};
 use phyxel_splat::{
-    Camera, DrawMode, Frame, Lens, Mesh, RenderSettings, Renderer, Splats, Tissue, TissueSettings,
+    Camera, DrawMode, Frame, Image, ImageCoat, Lens, Mesh, RenderSettings, Renderer, Splats,
+    Tissue, TissueSettings,
 };
+use std::sync::Arc;
+use testkit::cloud::{lattice, patch};
 
 fn settings(mode: DrawMode, samples: u32) -> RenderSettings {
     RenderSettings {
@@ -67,6 +70,107 @@ fn default_radii_leave_no_hole_and_no_stray() {
             assert!(d.depth < 0.03 && d.normal < 1.0, "{what}");
         }
     }
+}
+
+#[test]
+fn errors_fall_as_surfels_become_more_than_pixels() {
+    // 320 x 240 pixels, of which a body covers up to 17,000: with 160,000 surfels most disks are
+    // smaller than a pixel. The height of a tangent disk over the surface falls as 1/n.
+    let low = DVec3::splat(-1.0);
+    let camera = cameras(low, -low)[0];
+    for shape in [Shape::Sphere, Shape::UnevenSphere, Shape::Torus] {
+        let errors: Vec<(f64, f64)> = [2_500, 10_000, 40_000, 160_000]
+            .iter()
+            .map(|&count| {
+                let (x, n, a) = shape.samples(count);
+                let settings = TissueSettings::default();
+                let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &settings).unwrap();
+                let splats = Splats::at_rest(tissue.surfels());
+                let frame = draw(
+                    &tissue,
+                    &splats,
+                    &camera,
+                    self::settings(DrawMode::ThreePass, 1),
+                );
+                let d = compare(shape, &camera, &frame);
+                assert_eq!((d.holes, d.strays), (0, 0), "{shape:?}, {count}: {d:?}");
+                (d.depth, d.normal)
+            })
+            .collect();
+        for pair in errors.windows(2) {
+            let [(depth, normal), (next_depth, next_normal)] = [pair[0], pair[1]];
+            assert!(next_depth < 0.5 * depth, "{shape:?}: {errors:?}");
+            // Normals end at what single precision and the pixels' own slope leave.
+            assert!(
+                next_normal < 0.5 * normal || next_normal < 0.01,
+                "{shape:?}: {errors:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn uneven_stretch_opens_no_hole() {
+    // Waves of four nodes with stretches from 0.2 to 1.8 run over a patch.
+    let (x, n, a) = patch(60, 0.0, 3);
+    let nodes: Vec<DVec3> = lattice([13, 13, 13], 1.0 / 12.0, 0.2, 9)
+        .into_iter()
+        .map(|p| p - 0.5)
+        .collect();
+    let tissue = Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).unwrap();
+    let wave = 2.0 * std::f64::consts::PI * 3.0;
+    let moved =
+        |p: DVec3| p + DVec3::new((wave * p.x).sin(), (wave * p.y).sin(), 0.0) * (0.8 / wave);
+    let slope = |p: DVec3| {
+        let at = |c: f64| 1.0 + 0.8 * (wave * c).cos();
+        DMat3::from_diagonal(DVec3::new(at(p.x), at(p.y), 1.0))
+    };
+    let positions: Vec<DVec3> = nodes.iter().map(|&p| moved(p)).collect();
+    let gradients: Vec<DMat3> = nodes.iter().map(|&p| slope(p)).collect();
+    let mut splats = Splats::default();
+    tissue.carry_into(&positions, &gradients, &mut splats);
+    let low = DVec3::splat(-0.45);
+    let camera = Camera::framing_orthographic(low, -low, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
+    let frame = draw(&tissue, &splats, &camera, settings(DrawMode::ThreePass, 1));
+    // The middle of the frame shows the patch only.
+    let open = (0..240 * 320)
+        .filter(|k| (20..220).contains(&(k / 320)) && (60..260).contains(&(k % 320)))
+        .filter(|&k| frame.depth[k].is_infinite())
+        .count();
+    assert_eq!(open, 0, "pixels without a splat");
+}
+
+#[test]
+fn an_image_lies_on_the_surface_by_place() {
+    // Red left, green right, blue below both; one repeat over the block's front.
+    let mut file = Frame::blank(2, 2);
+    file.pixels = vec![
+        [255, 0, 0, 255],
+        [0, 255, 0, 255],
+        [0, 0, 255, 255],
+        [0, 0, 255, 255],
+    ];
+    let mut png = Vec::new();
+    file.write_png(&mut png).unwrap();
+    let image = Arc::new(Image::read_png(std::io::Cursor::new(png)).unwrap());
+    assert_eq!(image.size(), (2, 2));
+    let (x, n, a) = Shape::Block.samples(600);
+    let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
+    let splats = Splats::at_rest(tissue.surfels());
+    let low = DVec3::splat(-0.8);
+    // The face y = -0.6: x to the right, z up.
+    let camera = Camera::framing_orthographic(low, -low, DVec3::Y, DVec3::Z, 4.0 / 3.0);
+    let mut settings = settings(DrawMode::ThreePass, 1);
+    settings.surfaces[0].coat = Some(ImageCoat { image, size: 1.6 });
+    let frame = draw(&tissue, &splats, &camera, settings);
+    let strongest = |px: usize, py: usize| {
+        let pixel = frame.pixels[py * 320 + px];
+        (0..3).max_by_key(|&c| pixel[c]).unwrap()
+    };
+    // The image's corner lies at the origin, in the middle of the face and of the frame: below it to
+    // the right the first texel, over it the lower row of the repeat above.
+    assert_eq!([strongest(107, 173), strongest(213, 173)], [1, 0]);
+    assert_eq!([strongest(107, 67), strongest(213, 67)], [2, 2]);
 }
 
 /// Two halves of a block, the right one moved by `gap`.

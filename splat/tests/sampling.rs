@@ -4,8 +4,8 @@
 
 use glam::{DVec3, Vec3};
 use phyxel_splat::{
-    Animation, ColorScale, CutSampler, Frame, ImageError, Measure, Overlay, RadiusRule,
-    mapped_radii, measures, triangle_area,
+    Animation, ColorScale, CutSampler, Frame, ImageError, Measure, Overlay, RadiusRule, Tissue,
+    TissueSettings, mapped_radii, measures, triangle_area,
 };
 use proptest::prelude::*;
 use testkit::strategies;
@@ -118,6 +118,52 @@ fn measures_are_the_dissertations() {
 }
 
 #[test]
+fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let ball: Vec<DVec3> = (0..2_000)
+        .map(|i| {
+            let y = 1.0 - (f64::from(i) + 0.5) / 1_000.0;
+            let (sine, cosine) = (golden * f64::from(i)).sin_cos();
+            DVec3::new(cosine, 0.0, sine) * (1.0 - y * y).sqrt() + DVec3::Y * y
+        })
+        .collect();
+    let settings = TissueSettings::default();
+    let tissue = |x: &[DVec3], n: &[DVec3]| {
+        Tissue::new(x, n, &vec![0.1; x.len()], &[DVec3::ZERO], &settings)
+    };
+    let round = tissue(&ball, &ball).unwrap();
+    let wrong = |tissue: &Tissue, points: &[DVec3], inside: bool| {
+        let hit = points
+            .iter()
+            .filter(|&&x| tissue.is_behind_surfels(x) != inside);
+        hit.count()
+    };
+    let at = |r: f64| ball.iter().map(|&x| x * r).collect::<Vec<_>>();
+    assert_eq!(
+        wrong(&round, &at(0.98), true) + wrong(&round, &at(1.01), false),
+        0
+    );
+    // A plate a tenth as thick as its surfels are apart, two below beside each one above: a point
+    // over the plate but nearer to two surfels of the other side is taken to be inside.
+    let (mut x, mut n) = (Vec::new(), Vec::new());
+    for i in 0..400 {
+        let at = DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0);
+        x.extend([
+            at,
+            at + DVec3::new(0.35, 0.5, -0.1),
+            at + DVec3::new(0.65, 0.5, -0.1),
+        ]);
+        n.extend([DVec3::Z, DVec3::NEG_Z, DVec3::NEG_Z]);
+    }
+    let plate = tissue(&x, &n).unwrap();
+    let over: Vec<DVec3> = (0..200)
+        .map(|i| DVec3::new(5.0 + f64::from(i) / 20.0, 8.5, 0.01))
+        .collect();
+    let taken = wrong(&plate, &over, false);
+    assert!(taken > 100, "{taken} of 200");
+}
+
+#[test]
 fn covering_disks_cover_a_lattice_exactly() {
     // On a square lattice the cell is a square: circumradius h / sqrt(2), times the overlap 1.15.
     let mut x = Vec::new();
@@ -131,20 +177,9 @@ fn covering_disks_cover_a_lattice_exactly() {
     }
 }
 
-fn blank(width: u32, height: u32) -> Frame {
-    let n = (width * height) as usize;
-    Frame {
-        width,
-        height,
-        pixels: vec![[0, 0, 0, 255]; n],
-        depth: vec![f32::INFINITY; n],
-        normals: Vec::new(),
-    }
-}
-
 #[test]
 fn images_read_back() {
-    let mut frame = blank(320, 200);
+    let mut frame = Frame::blank(320, 200);
     let scale = ColorScale::of(&[0.0, f64::NAN, 2.5]);
     Overlay::new(&mut frame).legend(&scale, "curvature");
     assert!(
@@ -163,12 +198,12 @@ fn images_read_back() {
     let mut file = Vec::new();
     let mut animation = Animation::new(&mut file, 320, 200, 2, 25).unwrap();
     animation.add(&frame).unwrap();
-    let odd = animation.add(&blank(2, 2)).unwrap_err();
+    let odd = animation.add(&Frame::blank(2, 2)).unwrap_err();
     assert!(
         matches!(odd, ImageError::FrameSize { frame: 1, .. }),
         "{odd}"
     );
-    animation.add(&blank(320, 200)).unwrap();
+    animation.add(&Frame::blank(320, 200)).unwrap();
     let more = animation.add(&frame).unwrap_err();
     assert!(
         matches!(

@@ -84,6 +84,24 @@ pub fn lattice(n: [usize; 3], spacing: f64, jitter: f64, seed: u64) -> Vec<DVec3
     points
 }
 
+/// Positions, normals and areas of `side × side` surfels of the unit square z = 0.5 round the z-axis,
+/// moved by up to 0.01 in the plane; normals lean with them by `lean` times their shift.
+#[must_use]
+pub fn patch(side: u32, lean: f64, seed: u64) -> (Vec<DVec3>, Vec<DVec3>, Vec<f64>) {
+    let mut random = Random::new(seed);
+    let mut out = (Vec::new(), Vec::new(), Vec::new());
+    let step = f64::from(side).recip();
+    for i in 0..side * side {
+        let shift = random.vector(0.01) * DVec3::new(1.0, 1.0, 0.0);
+        let at = DVec3::new(f64::from(i % side), f64::from(i / side), 0.0) * step;
+        let corner = DVec3::new(0.5 - 0.5 * step, 0.5 - 0.5 * step, -0.5);
+        out.0.push(at - corner + shift);
+        out.1.push(DVec3::Z + shift * lean);
+        out.2.push(step * step);
+    }
+    out
+}
+
 /// `n` uniform points in the cube `[-half, half)³`.
 #[must_use]
 pub fn uniform(n: usize, half: f64, seed: u64) -> Vec<DVec3> {

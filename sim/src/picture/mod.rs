@@ -3,11 +3,15 @@
 mod camera;
 mod tool;
 
+use std::fs::File;
+use std::io::BufReader;
+use std::sync::Arc;
+
 use glam::Vec3;
 use phyxel_discretize::{sample_surfels, surface_mesh};
 use phyxel_splat::{
-    BindSettings, Clip, Frame, Mesh, RenderSettings, Renderer, SplatView, Splats, Tissue,
-    TissueSettings, TissueTexture,
+    Clip, DrawMode, Frame, Image, ImageCoat, Mesh, RenderSettings, Renderer, SplatView, Splats,
+    Surface, Tissue, TissueSettings, TissueTexture,
 };
 
 use crate::scene::{self, Pictures};
@@ -18,8 +22,18 @@ use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 struct Skin {
     tissue: Tissue,
     texture: TissueTexture,
+    surfaces: Vec<Surface>,
     colors: Vec<Vec3>,
     splats: Splats,
+}
+
+/// How surfaces are covered and drawn, beside what a scene says of them.
+#[derive(Debug, Clone, Default)]
+pub struct Style {
+    /// Radii, clipping, binding; the density of skin is the scene's.
+    pub tissue: TissueSettings,
+    /// How splats are drawn.
+    pub mode: DrawMode,
 }
 
 /// Draws the world as a scene asks.
@@ -37,23 +51,32 @@ impl Painter {
     /// # Errors
     /// [`WorldError`] if a surface cannot be sampled or bound to its nodes.
     pub fn new(world: &World, pictures: &Pictures) -> Result<Self, WorldError> {
+        Self::styled(world, pictures, &Style::default())
+    }
+
+    /// As [`Painter::new`], in another style than the default.
+    ///
+    /// # Errors
+    /// As [`Painter::new`].
+    pub fn styled(world: &World, pictures: &Pictures, style: &Style) -> Result<Self, WorldError> {
         let scene = world.scene();
         let skins = world
             .members()
             .iter()
             .zip(&scene.bodies)
             .map(|(member, description)| {
-                Skin::new(member, description).map_err(|problem| WorldError {
+                Skin::new(member, description, &style.tissue).map_err(|problem| WorldError {
                     body: description.name.clone(),
                     problem,
                 })
             })
             .collect::<Result<Vec<_>, _>>()?;
         let camera = camera::camera_of(world, pictures);
-        let surfaces = skins.iter().flat_map(|skin| skin.texture.surfaces());
+        let surfaces = skins.iter().flat_map(|skin| skin.surfaces.iter().cloned());
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
+            mode: style.mode,
             surfaces: surfaces.collect(),
             ..RenderSettings::default()
         });
@@ -175,7 +198,11 @@ impl Painter {
 }
 
 impl Skin {
-    fn new(member: &Member, description: &scene::Body) -> Result<Self, BodyProblem> {
+    fn new(
+        member: &Member,
+        description: &scene::Body,
+        style: &TissueSettings,
+    ) -> Result<Self, BodyProblem> {
         let wish = &description.surfels;
         let body = &member.body;
         // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
@@ -191,16 +218,20 @@ impl Skin {
             &surfels.areas,
             &body.rest,
             &TissueSettings {
-                bind: BindSettings::default(),
                 skin_density: wish.cut_density,
-                ..TissueSettings::default()
+                ..style.clone()
             },
         )?;
         let texture = texture_of(wish, body.solid.bounds().size().max_element());
+        let mut surfaces = texture.surfaces();
+        for (surface, image) in surfaces.iter_mut().zip([&wish.image, &wish.cut_image]) {
+            surface.coat = image.as_ref().map(coat_of).transpose()?;
+        }
         let colors = texture.colors(tissue.surfels());
         Ok(Self {
             tissue,
             texture,
+            surfaces,
             colors,
             splats: Splats::default(),
         })
@@ -248,17 +279,14 @@ impl Merged {
         let mut first_material = 0;
         for skin in skins {
             let view = skin.view();
-            all.splats.positions.extend(&view.splats.positions);
-            all.splats.axes_u.extend(&view.splats.axes_u);
-            all.splats.axes_v.extend(&view.splats.axes_v);
-            all.splats.normals.extend(&view.splats.normals);
+            all.splats.extend(view.splats);
             all.colors.extend(view.colors);
             let shifted = view.materials.iter().map(|m| first_material + m);
             all.materials.extend(shifted);
             all.texture_points.extend(view.texture_points);
             all.clips.extend_from_slice(view.clips);
             all.radii.extend(view.radii);
-            first_material += u8::try_from(skin.texture.surfaces().len()).unwrap_or(0);
+            first_material += u8::try_from(skin.surfaces.len()).unwrap_or(0);
         }
         all
     }
@@ -279,6 +307,19 @@ impl Merged {
         };
         renderer.draw(&view, tools, camera)
     }
+}
+
+/// The image that a scene lays on a surface.
+fn coat_of(image: &scene::Image) -> Result<ImageCoat, BodyProblem> {
+    let problem = |source| BodyProblem::Image {
+        file: image.file.clone(),
+        source,
+    };
+    let file = File::open(&image.file).map_err(|error| problem(error.into()))?;
+    Ok(ImageCoat {
+        image: Arc::new(Image::read_png(BufReader::new(file)).map_err(problem)?),
+        size: image.size,
+    })
 }
 
 /// The liver's texture with the scene's two colours.

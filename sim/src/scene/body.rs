@@ -261,7 +261,7 @@ pub enum Model {
 }
 
 /// Surface points of a body and their colours.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Surfels {
     /// How many surfels cover the body's surface.
@@ -272,6 +272,21 @@ pub struct Surfels {
     pub color: [f64; 3],
     /// Colour of the inside that a cut lays open (sRGB, 0 to 1).
     pub cut_color: [f64; 3],
+    /// Image that colours the surface in place of `color`.
+    pub image: Option<Image>,
+    /// Image that colours the inside in place of `cut_color`.
+    pub cut_image: Option<Image>,
+}
+
+/// An image laid on a body from the six sides of a box, by the place at rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Image {
+    /// PNG file; a relative path starts at the scene file's folder.
+    #[schemars(with = "String")]
+    pub file: PathBuf,
+    /// Width (m) of the image on the body; it repeats.
+    pub size: f64,
 }
 
 impl Default for Surfels {
@@ -281,6 +296,8 @@ impl Default for Surfels {
             cut_density: None,
             color: [0.50, 0.16, 0.12],
             cut_color: [0.82, 0.36, 0.32],
+            image: None,
+            cut_image: None,
         }
     }
 }

@@ -24,7 +24,9 @@ mod tests;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use body::{Axis, Body, Material, Model, Sampling, Shape, SurfelTarget, Surfels, Target};
+pub use body::{
+    Axis, Body, Image, Material, Model, Sampling, Shape, SurfelTarget, Surfels, Target,
+};
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};

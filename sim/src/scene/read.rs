@@ -201,6 +201,10 @@ impl Scene {
             if let Shape::Mesh { file, .. } = &mut body.shape {
                 *file = resolve(folder, file);
             }
+            let images = [&mut body.surfels.image, &mut body.surfels.cut_image];
+            for image in images.into_iter().flatten() {
+                image.file = resolve(folder, &image.file);
+            }
         }
         validate(&scene).map_err(|fault| located(fault, text, origin, overrides))?;
         Ok(scene)

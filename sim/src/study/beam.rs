@@ -81,6 +81,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         series,
     };
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![
             "A beam of 1 m x 0.2 m x 0.2 m, clamped at one end, its free end pulled down by a small \
              force spread over the face. The static deflection is compared with quadratic finite \

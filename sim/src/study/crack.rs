@@ -159,6 +159,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         ));
     }
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![
             format!(
                 "A strip of width 1 and height 3 in plane strain (E 1 kPa, nu 0.3) with a crack of 0.4 \

@@ -46,6 +46,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         hanging::plot(&bodies),
     ];
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![
             "Updates: the embedded block (7 x 7 x 21 cm) is cut through by a level blade, in as \
              many captures as give the triangles; an update maps the edge, spans the new piece, finds \

@@ -108,6 +108,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         scale: Scale::Logarithmic,
     };
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![
             format!(
                 "u = sin(3x) cos(2y) exp(z) on nodes that fill the unit cube, faces included, those \

@@ -127,6 +127,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         series,
     };
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![
             "A cube of 2 m (E 10 kPa, nu 0.3), sides and bottom held, a frictionless rigid sphere of \
              1 m pressed into the middle of its top. Half-space theory is Aras 2014, eq. (65); the \

@@ -27,7 +27,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-pub use report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+pub use report::{Axis, Cell, Column, Picture, Plot, Report, Scale, Series, Table};
 
 use crate::output::{OutputError, OutputFolder};
 use crate::scene::SceneError;
@@ -187,6 +187,9 @@ pub enum StudyError {
     /// A surface of a study cannot be sampled.
     #[error("a study's surface: {0}")]
     Sample(#[from] phyxel_discretize::SampleError),
+    /// A picture of a study cannot be encoded or read.
+    #[error("a study's picture: {0}")]
+    Image(#[from] phyxel_splat::ImageError),
     /// Surfels of a study are not usable.
     #[error("a study's surface: {0}")]
     Surfel(#[from] phyxel_splat::SurfelError),
@@ -227,7 +230,7 @@ impl Study {
             })
     }
 
-    /// Runs the study and writes its tables and plots into `folder`.
+    /// Runs the study and writes its tables, plots and pictures into `folder`.
     ///
     /// # Errors
     /// [`StudyError`].
@@ -244,6 +247,13 @@ impl Study {
         for plot in &report.plots {
             let name = format!("{}-{}.svg", self.name, plot.name);
             folder.write(&name, plot::draw(plot)?.as_bytes())?;
+            files.push(folder.path().join(name));
+        }
+        for picture in &report.pictures {
+            let name = picture.file(self.name);
+            let mut png = Vec::new();
+            picture.frame.write_png(&mut png)?;
+            folder.write(&name, &png)?;
             files.push(folder.path().join(name));
         }
         Ok(Findings {

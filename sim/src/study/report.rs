@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use phyxel_splat::Frame;
 use serde::{Serialize, Serializer};
 
 /// The answer of a study.
@@ -11,8 +12,29 @@ pub struct Report {
     pub words: Vec<String>,
     /// The numbers.
     pub tables: Vec<Table>,
-    /// The numbers as pictures.
+    /// The numbers as plots.
     pub plots: Vec<Plot>,
+    /// What is to be seen.
+    pub pictures: Vec<Picture>,
+}
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Picture {
+    /// Part of the file name.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: String,
+    /// Its pixels.
+    #[serde(skip)]
+    pub frame: Frame,
+}
+
+impl Picture {
+    /// Name of its file.
+    pub(super) fn file(&self, study: &str) -> String {
+        format!("{study}-{}.png", self.name)
+    }
 }
 
 /// A table of numbers.

@@ -339,6 +339,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         scale,
     };
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![
             format!(
                 "A unit cube of {} jittered nodes, E 1 Pa, stretched between frictionless ends with \

@@ -68,6 +68,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         points,
     };
     Ok(Report {
+        pictures: Vec::new(),
         words: vec![format!(
             "The embedded scene `block` (E 10 kPa, nu 0.4, 1000 kg/m^3) uncut and without pictures, at \
              several numbers of nodes. The step is half the largest stable one. Times of a step are \

@@ -7,7 +7,7 @@ use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, StepError, SurfaceError};
 use phyxel_mls::{GraphError, MapError, StencilError};
-use phyxel_splat::SurfelError;
+use phyxel_splat::{ImageError, SurfelError};
 
 /// What went wrong in one body.
 #[derive(Debug, thiserror::Error)]
@@ -57,6 +57,14 @@ pub enum BodyProblem {
     /// The surface cannot be bound to the nodes.
     #[error(transparent)]
     Surfel(#[from] SurfelError),
+    /// An image for the surface cannot be read.
+    #[error("{}: {source}", file.display())]
+    Image {
+        /// The image file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: ImageError,
+    },
     /// The spacing asks for more nodes than the scene allows.
     #[error(
         "a spacing of {spacing} m would make about {estimate:.0} nodes, more than the limit of \

@@ -348,6 +348,27 @@ fn file_cases() -> Vec<Case> {
             &["check", "deep/scene.ron"],
         ),
         given(
+            "missing image of a scene",
+            &[(
+                "deep/scene.ron",
+                "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), surfels: (image: (file: \"skin.png\", \
+                 size: 0.1)))])",
+            )],
+            &["check", "deep/scene.ron"],
+        ),
+        given(
+            "image of another kind",
+            &[
+                ("skin.png", "GIF89a"),
+                (
+                    "scene.ron",
+                    "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(60)), \
+                     surfels: (cut_image: (file: \"skin.png\", size: 0.1)))], pictures: ())",
+                ),
+            ],
+            &["run", "scene.ron", "--out", "results/here"],
+        ),
+        given(
             "file in the way of the output",
             &[("results", "mine")],
             &["run", "liver", "--out", "results"],

@@ -131,6 +131,35 @@ fn sample_fills_a_mesh_with_nodes() {
 /// Ctrl-C ends a run between two steps, with a checkpoint to go on from; what it had written stays.
 #[cfg(unix)]
 #[test]
+fn an_image_colours_a_body() {
+    let mut image = phyxel_splat::Frame::blank(1, 1);
+    image.pixels[0] = [0, 0, 255, 255];
+    let mut png = Vec::new();
+    image.write_png(&mut png).unwrap();
+    let scene = |surfels: &str| {
+        format!(
+            "(version: 1, bodies: [(shape: Box(size: (0.1, 0.1, 0.1)), sampling: (target: Nodes(60)), \
+             surfels: (target: Count(800), {surfels}))], integration: (duration: 1e-3), \
+             pictures: (width: 64, height: 64))"
+        )
+    };
+    let blue = |surfels: &str| {
+        let sandbox = Sandbox::new(&[
+            ("scene.ron", scene(surfels).into_bytes()),
+            ("blue.png", png.clone()),
+        ]);
+        let result = sandbox.run(&["run", "scene.ron", "--quiet", "--out", "here"]);
+        assert_eq!((result.status, result.stderr.as_str()), (0, ""));
+        let file = std::fs::File::open(sandbox.path().join("here/frames/frame-00000.png")).unwrap();
+        let frame = phyxel_splat::Frame::read_png(std::io::BufReader::new(file)).unwrap();
+        let strong = |p: &&[u8; 4]| u16::from(p[2]) > 2 * u16::from(p[0].max(p[1]));
+        frame.pixels.iter().filter(strong).count()
+    };
+    assert_eq!(blue("color: (0.5, 0.16, 0.12)"), 0);
+    assert!(blue("image: (file: \"blue.png\", size: 0.05)") > 500);
+}
+
+#[test]
 fn an_interrupted_run_can_be_gone_on_with() {
     let sandbox = Sandbox::new(&[(
         "block.ron",

@@ -1,16 +1,15 @@
 //! Exact pictures of a sphere, a torus and a box: where rays meet them, and surfels on them.
-#![allow(unreachable_pub, reason = "shared by a test and an example")]
 
 use glam::DVec3;
 use phyxel_splat::{Camera, Frame, Lens};
 use std::f64::consts::{PI, TAU};
 
 /// Surfel positions, normals and areas.
-pub type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
+pub(crate) type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
 
 /// A body whose surface is known exactly.
 #[derive(Debug, Clone, Copy)]
-pub enum Shape {
+pub(crate) enum Shape {
     /// Radius 1.
     Sphere,
     /// Radius 1, sampled 40 times more densely at one pole than at the other.
@@ -27,10 +26,10 @@ const HALF: DVec3 = DVec3::new(0.8, 0.6, 0.7);
 
 impl Shape {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Sphere, Self::UnevenSphere, Self::Torus, Self::Block];
+    pub(crate) const ALL: [Self; 4] = [Self::Sphere, Self::UnevenSphere, Self::Torus, Self::Block];
 
     /// Exact signed distance.
-    pub fn distance(self, p: DVec3) -> f64 {
+    pub(crate) fn distance(self, p: DVec3) -> f64 {
         match self {
             Self::Sphere | Self::UnevenSphere => p.length() - 1.0,
             Self::Torus => (p.x.hypot(p.z) - MAJOR).hypot(p.y) - MINOR,
@@ -42,7 +41,7 @@ impl Shape {
     }
 
     /// Outward normal at a surface point.
-    pub fn normal(self, p: DVec3) -> DVec3 {
+    pub(crate) fn normal(self, p: DVec3) -> DVec3 {
         match self {
             Self::Sphere | Self::UnevenSphere => p.normalize(),
             Self::Torus => {
@@ -63,7 +62,7 @@ impl Shape {
     }
 
     /// Distance along a ray to the surface: sphere tracing by the exact distance, to 1e-9.
-    pub fn hit(self, from: DVec3, direction: DVec3) -> Option<f64> {
+    pub(crate) fn hit(self, from: DVec3, direction: DVec3) -> Option<f64> {
         let mut t = 0.0;
         for _ in 0..2000 {
             let d = self.distance(from + direction * t);
@@ -79,7 +78,7 @@ impl Shape {
     }
 
     /// About `n` evenly spread surfels.
-    pub fn samples(self, n: u32) -> Samples {
+    pub(crate) fn samples(self, n: u32) -> Samples {
         let mut out: Samples = (vec![], vec![], vec![]);
         let golden = 2.399_963_229_728_653;
         match self {
@@ -152,21 +151,21 @@ impl Shape {
 
 /// How far a picture is from the exact one.
 #[derive(Debug, Clone, Copy)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// Background pixels more than one pixel inside the exact silhouette.
-    pub holes: usize,
+    pub(crate) holes: usize,
     /// Covered pixels more than one pixel outside the exact silhouette.
-    pub strays: usize,
+    pub(crate) strays: usize,
     /// Root mean square depth error over pixels both cover.
-    pub depth: f64,
+    pub(crate) depth: f64,
     /// Mean angle between normals (degrees), likewise; pixels within two of an edge left out.
-    pub normal: f64,
+    pub(crate) normal: f64,
     /// Pixels inside the exact silhouette.
-    pub inside: usize,
+    pub(crate) inside: usize,
 }
 
 /// Compares a frame with the exact picture.
-pub fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Difference {
+pub(crate) fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Difference {
     let (w, h) = (frame.width as usize, frame.height as usize);
     let mut exact = vec![None; w * h];
     for y in 0..h {

@@ -65,7 +65,7 @@ fn shape(path: &str, shape: &Shape) -> Check {
             )
         }
         Shape::Mesh { file, scale, .. } => {
-            mesh_file(&format!("{path}.file"), file)?;
+            existing_file(&format!("{path}.file"), file, "a mesh file")?;
             positive(
                 format_args!("{path}.scale"),
                 *scale,
@@ -75,7 +75,7 @@ fn shape(path: &str, shape: &Shape) -> Check {
     }
 }
 
-fn mesh_file(path: &str, file: &Path) -> Check {
+fn existing_file(path: &str, file: &Path, what: &str) -> Check {
     let found = format!("'{}'", file.display());
     require(
         file.to_str().is_some(),
@@ -88,7 +88,7 @@ fn mesh_file(path: &str, file: &Path) -> Check {
             metadata.is_file(),
             path,
             found,
-            "it must name a mesh file, and this is a folder",
+            format_args!("it must name {what}, and this is a folder"),
         ),
         Err(error) => Err(fault(
             path,
@@ -194,6 +194,12 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
                 value,
                 "colours are three numbers from 0 to 1",
             )?;
+        }
+    }
+    for (name, image) in [("image", &surfels.image), ("cut_image", &surfels.cut_image)] {
+        if let Some(image) = image {
+            existing_file(&format!("{path}.{name}.file"), &image.file, "a PNG file")?;
+            positive(format_args!("{path}.{name}.size"), image.size, " (m)")?;
         }
     }
     Ok(())

@@ -1,0 +1,214 @@
+//! Where a cut ends inside the body: the edges that only one of its triangles has.
+
+use crate::cast::{count, index};
+use glam::DVec3;
+use rstar::RTree;
+use rstar::primitives::{GeomWithData, Line, Rectangle};
+use std::collections::HashMap;
+
+/// An edge by the bits of its ends, the lower first: neighbouring triangles of a growing cut share
+/// their corners exactly.
+type Key = [[u64; 3]; 2];
+
+/// A free edge in the tree: its triangle and that triangle's third corner.
+type Node = GeomWithData<Line<[f64; 3]>, (u32, [f64; 3])>;
+
+/// An edge that bounds a cut.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FreeEdge {
+    pub(crate) ends: [DVec3; 2],
+    /// A point on the cut's side of the edge: the third corner of its triangle.
+    pub(crate) inner: DVec3,
+}
+
+/// All triangles of the cuts so far, their edges, and which triangles hang together.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Borders {
+    /// Per edge the triangles that have it: how many, and the first.
+    edges: HashMap<Key, (u32, Node)>,
+    free: RTree<Node>,
+    triangles: Vec<[DVec3; 3]>,
+    /// Boxes of the triangles, with their numbers.
+    boxes: RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>,
+    /// Forest of triangles joined at edges, each pointing towards the first of its sheet.
+    joined: Vec<u32>,
+}
+
+impl Borders {
+    /// Number of triangles taken in.
+    pub(crate) fn triangle_count(&self) -> u32 {
+        count(self.joined.len())
+    }
+
+    /// All triangles taken in.
+    pub(crate) fn triangles(&self) -> &[[DVec3; 3]] {
+        &self.triangles
+    }
+
+    /// Numbers of the triangles whose box comes within `radius` of `x`, rising.
+    pub(crate) fn triangles_near(&self, x: DVec3, radius: f64) -> Vec<u32> {
+        let near = self
+            .boxes
+            .locate_within_distance(x.to_array(), radius * radius);
+        let mut found: Vec<u32> = near.map(|node| node.data).collect();
+        found.sort_unstable();
+        found
+    }
+
+    /// The sheet of a triangle: the same number for all triangles that hang together.
+    pub(crate) fn sheet(&self, mut triangle: u32) -> u32 {
+        while self.joined[index(triangle)] != triangle {
+            triangle = self.joined[index(triangle)];
+        }
+        triangle
+    }
+
+    /// Takes in triangles; returns the ends of edges that were free and are not, or the other way
+    /// round.
+    pub(crate) fn extend(&mut self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
+        let mut met: Vec<(Key, bool)> = Vec::new();
+        for corners in triangles {
+            let triangle = self.triangle_count();
+            self.joined.push(triangle);
+            self.triangles.push(*corners);
+            let [low, high] = [corners[0].min(corners[1]), corners[0].max(corners[1])];
+            let (low, high) = (
+                low.min(corners[2]).to_array(),
+                high.max(corners[2]).to_array(),
+            );
+            let rectangle = Rectangle::from_corners(low, high);
+            self.boxes.insert(GeomWithData::new(rectangle, triangle));
+            for k in 0..3 {
+                let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+                let key = key(a, b);
+                if key[0] == key[1] {
+                    continue;
+                }
+                met.push((key, self.is_free(&key)));
+                if let Some((triangles, node)) = self.edges.get_mut(&key) {
+                    *triangles += 1;
+                    if *triangles == 2 {
+                        self.free.remove(node);
+                    }
+                    let other = node.data.0;
+                    self.join(triangle, other);
+                } else {
+                    let line = Line::new(a.to_array(), b.to_array());
+                    let node = Node::new(line, (triangle, c.to_array()));
+                    self.free.insert(node);
+                    self.edges.insert(key, (1, node));
+                }
+            }
+        }
+        // Of an edge met twice, the first entry knows how it was.
+        met.sort_by_key(|edge| edge.0);
+        met.dedup_by_key(|edge| edge.0);
+        met.into_iter()
+            .filter(|(key, was_free)| self.is_free(key) != *was_free)
+            .map(|(key, _)| key.map(|end| DVec3::from_array(end.map(f64::from_bits))))
+            .collect()
+    }
+
+    fn is_free(&self, key: &Key) -> bool {
+        self.edges.get(key).is_some_and(|edge| edge.0 == 1)
+    }
+
+    /// Joins the sheets of two triangles under the older root; strips join one by one, so that
+    /// paths stay short.
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.sheet(a), self.sheet(b));
+        self.joined[index(a.max(b))] = a.min(b);
+    }
+
+    /// The point on the free edges of all sheets that is nearest to `x`, if it is at most `radius` away,
+    /// moved on by `ahead`, out of the cut and in its plane.
+    pub(crate) fn way_round(&self, x: DVec3, radius: f64, ahead: f64) -> Option<DVec3> {
+        let (nearest, squared) = self
+            .free
+            .nearest_neighbor_iter_with_distance_2(x.to_array())
+            .next()?;
+        if squared > radius * radius {
+            return None;
+        }
+        // Neighbouring edges share their end; which of them is taken must not depend on the tree.
+        let same = squared * (1.0 + 1e-9);
+        let node = self
+            .free
+            .locate_within_distance(x.to_array(), same)
+            .min_by_key(|node| node_key(node))
+            .unwrap_or(nearest);
+        let [a, b] = [node.geom().from, node.geom().to].map(DVec3::from_array);
+        let along = (b - a).try_normalize()?;
+        let inward = DVec3::from_array(node.data.1) - a;
+        let inward = (inward - along * inward.dot(along)).try_normalize()?;
+        let at = (x - a).dot(along).clamp(0.0, a.distance(b));
+        Some(a + along * at - inward * ahead)
+    }
+
+    /// Free edges of a sheet within `radius` of `x`, in an order that does not depend on how the
+    /// cut grew.
+    pub(crate) fn near(&self, x: DVec3, radius: f64, sheet: u32) -> Vec<FreeEdge> {
+        let mut found: Vec<(Key, FreeEdge)> = self
+            .free
+            .locate_within_distance(x.to_array(), radius * radius)
+            .filter(|node| self.sheet(node.data.0) == sheet)
+            .map(|node| {
+                let ends = [node.geom().from, node.geom().to].map(DVec3::from_array);
+                let inner = DVec3::from_array(node.data.1);
+                (node_key(node), FreeEdge { ends, inner })
+            })
+            .collect();
+        found.sort_unstable_by_key(|edge| edge.0);
+        found.into_iter().map(|edge| edge.1).collect()
+    }
+}
+
+fn node_key(node: &Node) -> Key {
+    let [a, b] = [node.geom().from, node.geom().to].map(DVec3::from_array);
+    key(a, b)
+}
+
+fn key(a: DVec3, b: DVec3) -> Key {
+    // Adding zero makes -0 and 0 one.
+    let bits = |p: DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
+    let (a, b) = (bits(a), bits(b));
+    if a <= b { [a, b] } else { [b, a] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shared_edges_are_not_free_and_join_their_triangles() {
+        let corner = |x: f64, z: f64| DVec3::new(x, 0.0, z);
+        let strip = |x: f64| {
+            let (a, b) = (corner(x, 0.0), corner(x, 1.0));
+            let (c, d) = (corner(x + 1.0, 0.0), corner(x + 1.0, 1.0));
+            [[a, b, c], [c, b, d]]
+        };
+        let mut borders = Borders::default();
+        borders.extend(&strip(0.0));
+        let far = strip(7.0);
+        borders.extend(&far);
+        assert_ne!(borders.sheet(0), borders.sheet(2));
+        let all = |borders: &Borders, sheet| borders.near(DVec3::ZERO, 1e3, sheet).len();
+        assert_eq!((all(&borders, 0), all(&borders, 2)), (4, 4));
+        // The next strip takes over the front: one edge is free no more, three are new.
+        let turned = borders.extend(&strip(1.0));
+        assert_eq!(turned.len(), 4);
+        assert_eq!(all(&borders, borders.sheet(4)), 6);
+        assert_eq!(borders.sheet(5), borders.sheet(0));
+        let front = borders.near(corner(2.0, 0.5), 0.1, borders.sheet(0));
+        assert_eq!(front.len(), 1);
+        assert!(front[0].inner.x < 2.0);
+        let round = borders.way_round(corner(1.7, 0.4), 0.5, 0.1);
+        assert!(round.is_some_and(|p| p.distance(corner(2.1, 0.4)) < 1e-12));
+        assert_eq!(borders.way_round(corner(1.7, 0.4), 0.2, 0.1), None);
+        assert!(
+            borders
+                .near(corner(1.0, 0.5), 0.1, borders.sheet(0))
+                .is_empty()
+        );
+    }
+}

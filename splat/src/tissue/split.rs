@@ -1,0 +1,186 @@
+//! Disks that a cut passes through: split, clipped, and bound again where they lose a node.
+
+use super::Tissue;
+use crate::binding::Sight;
+use crate::cast::{count, index};
+use crate::clip::{Clip, Screen, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
+use crate::rim;
+use crate::surfels::Surfels;
+use crate::texture::CAPSULE;
+use glam::{DVec2, DVec3};
+use rstar::AABB;
+use std::ops::Range;
+
+/// Clearance of an anchor from a wall, in radii.
+pub(super) const NUDGE: f64 = 0.05;
+/// Doubles of one surfel at most: a disk diced into more pieces is smaller than a node's share.
+const MAX_DOUBLES: usize = 7;
+/// A cut this parallel to a disk (cosine of normals) does not bound it.
+const PARALLEL: f64 = 0.9;
+
+impl Tissue {
+    /// Originals (outer and skin) whose disk or nodes new triangles may touch, in order, each with
+    /// the triangles in reach.
+    pub(super) fn near(&self, new: Range<u32>) -> Vec<(u32, Vec<u32>)> {
+        let mut hits: Vec<(u32, u32)> = Vec::new();
+        for t in new {
+            let triangle = &self.borders.triangles()[index(t)];
+            let low = triangle[0].min(triangle[1]).min(triangle[2]) - self.max_reach;
+            let high = triangle[0].max(triangle[1]).max(triangle[2]) + self.max_reach;
+            let envelope = AABB::from_corners(low.to_array(), high.to_array());
+            for tree in [&self.outer_tree, &self.skin_tree] {
+                for p in tree.locate_in_envelope(envelope) {
+                    let i = index(p.data);
+                    let x = self.surfels.positions[i];
+                    let family = self.doubles.get(&p.data).into_iter().flatten();
+                    let reach = family
+                        .map(|&double| self.reach(double))
+                        .fold(self.reach(p.data), f64::max);
+                    if nearest_on_triangle(triangle, x).distance_squared(x) <= reach * reach {
+                        hits.push((p.data, t));
+                    }
+                }
+            }
+        }
+        hits.sort_unstable();
+        let mut out: Vec<(u32, Vec<u32>)> = Vec::new();
+        for (surfel, triangle) in hits {
+            match out.last_mut() {
+                Some(last) if last.0 == surfel => last.1.push(triangle),
+                _ => out.push((surfel, vec![triangle])),
+            }
+        }
+        out
+    }
+
+    /// Adds the walls of triangles to a surfel and its doubles, and doubles it again for every
+    /// part of the disk that no anchor sees any more. Returns those whose anchor moved.
+    pub(super) fn split(&mut self, surfel: u32, hits: &[u32]) -> Vec<u32> {
+        let i = index(surfel);
+        let (x, n, r) = (
+            self.surfels.positions[i],
+            self.surfels.normals[i],
+            self.largest_radius(surfel),
+        );
+        let walls: Vec<[DVec2; 2]> = hits
+            .iter()
+            .map(|&t| &self.borders.triangles()[index(t)])
+            .filter(|t| {
+                let m = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+                m.dot(n).abs() < PARALLEL
+            })
+            .filter_map(|t| wall_of_triangle(t, x, n))
+            .filter(|&[a, b]| nearest_on_segment(a, b, DVec2::ZERO).length() < r)
+            .collect();
+        let mut moved = Vec::new();
+        if walls.is_empty() {
+            return moved;
+        }
+        let mut family = vec![surfel];
+        family.extend(self.doubles.get(&surfel).into_iter().flatten());
+        for &member in &family {
+            let clip = self.clips[index(member)].get_or_insert_default();
+            clip.walls.extend(&walls);
+            let anchor = clip.anchor;
+            rim::clear_anchor(clip, &walls, NUDGE * r);
+            if clip.anchor != anchor {
+                moved.push(member);
+            }
+        }
+        for &[a, b] in &walls {
+            let foot = nearest_on_segment(a, b, DVec2::ZERO);
+            let aside = (b - a).perp().normalize_or_zero() * (2.0 * NUDGE * r);
+            for probe in [foot + aside, foot - aside] {
+                let seen = |m: &u32| {
+                    self.clips[index(*m)]
+                        .as_ref()
+                        .is_none_or(|c| !c.hides(probe))
+                };
+                if probe.length() >= r || family.len() > MAX_DOUBLES || family.iter().any(seen) {
+                    continue;
+                }
+                let Some(clip) = &self.clips[i] else { continue };
+                let clip = Clip {
+                    anchor: probe,
+                    ..(**clip).clone()
+                };
+                // Sharp edges of the surface bound the doubles too: a probe beyond one is air.
+                if self.beyond_edge(surfel, probe) {
+                    continue;
+                }
+                let double = count(self.surfels.len());
+                self.surfels.push_copy(i);
+                self.triangles.push(self.triangles[i]);
+                self.clips.push(Some(Box::new(clip)));
+                self.doubles.entry(surfel).or_default().push(double);
+                family.push(double);
+            }
+        }
+        self.rows_for_new();
+        moved
+    }
+
+    /// Distance (m) from a surfel within which its disk, and all lines from its eye to its nodes, lie.
+    pub(super) fn reach(&self, surfel: u32) -> f64 {
+        let i = index(surfel);
+        let aside = self.query(surfel).inner.distance(self.surfels.positions[i]);
+        (self.binding.reach(i) + aside).max(self.largest_radius(surfel))
+    }
+
+    /// The radius (m) that a surfel's clip must do for: that of new skin still changes while the
+    /// cut grows.
+    fn largest_radius(&self, surfel: u32) -> f64 {
+        match self.surfels.materials[index(surfel)] {
+            CAPSULE => self.surfels.radii[index(surfel)],
+            _ => self.skin_radius(),
+        }
+    }
+
+    /// Whether one of `hits` may come between a surfel and a node that carries it; never a false
+    /// no. Only then can its nodes change: what is hidden stays hidden, and a row holds the nearest
+    /// nodes that are not. One with fewer, or with some that are seen round a corner, is always
+    /// sought again.
+    pub(super) fn loses_a_node(&self, surfel: u32, hits: &[u32]) -> bool {
+        if self.binding.sight(index(surfel)) == Sight::Poor {
+            return true;
+        }
+        let eye = self.eye(surfel);
+        let (nodes, _) = self.binding.row(index(surfel));
+        hits.iter().any(|&t| {
+            let screen = Screen::new(&self.borders.triangles()[index(t)]);
+            nodes
+                .iter()
+                .any(|&node| screen.may_hide(eye, self.rest_nodes[index(node)]))
+        })
+    }
+
+    /// Whether a way round one of `edges` may lead to a node as near as those of a surfel, other than
+    /// those it sees.
+    pub(super) fn is_beside(&self, surfel: u32, edges: &[[DVec3; 2]]) -> bool {
+        if self.binding.sight(index(surfel)) == Sight::Clear {
+            return false;
+        }
+        let (x, reach) = (self.query(surfel).inner, self.binding.reach(index(surfel)));
+        edges
+            .iter()
+            .any(|&[a, b]| nearest_on_triangle(&[a, b, b], x).distance_squared(x) <= reach * reach)
+    }
+
+    /// The point of a surfel from which nodes are seen: its anchor, a little below the surface.
+    pub(super) fn eye(&self, surfel: u32) -> DVec3 {
+        let i = index(surfel);
+        let n = self.surfels.normals[i];
+        let (t0, t1) = Surfels::tangents(n);
+        let anchor = self.clips[i].as_ref().map_or(DVec2::ZERO, |c| c.anchor);
+        let behind = super::BEHIND * self.sampler.spacing();
+        self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y - n * behind
+    }
+
+    /// True if `probe` lies outside a sharp edge of the surface that bounds `surfel`.
+    fn beyond_edge(&self, surfel: u32, probe: DVec2) -> bool {
+        let i = index(surfel);
+        let (t0, t1) = Surfels::tangents(self.surfels.normals[i]);
+        let at = self.surfels.positions[i] + t0 * probe.x + t1 * probe.y;
+        rim::outside_of_edges(&self.surfels, &self.outer_tree, i, at)
+    }
+}

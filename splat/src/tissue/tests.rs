@@ -1,0 +1,207 @@
+use super::*;
+use glam::{DVec2, Vec3Swizzles};
+use testkit::cloud::{lattice, patch};
+
+/// Whether the segment p-q crosses a triangle, by the signs of three volumes.
+fn meets(&[a, b, c]: &[DVec3; 3], p: DVec3, q: DVec3) -> bool {
+    let volume = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| (b - a).cross(c - a).dot(d - a);
+    let sides = (volume(a, b, c, p) > 0.0) != (volume(a, b, c, q) > 0.0);
+    let turns = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
+    sides && (turns.iter().all(|&v| v > 0.0) || turns.iter().all(|&v| v < 0.0))
+}
+
+/// A slab's surface over random nodes is cut along a wavy way, piece by piece: what was bound
+/// piece by piece is what binding every surfel anew under the whole cut gives.
+#[test]
+fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
+    let (x, n, a) = patch(40, 0.0, 11);
+    let nodes: Vec<DVec3> = lattice([9, 9, 9], 1.0 / 8.0, 0.2, 5)
+        .into_iter()
+        .map(|p| p - 0.5)
+        .collect();
+    let mut tissue =
+        Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).expect("the samples are sound");
+    let inside = |p: DVec3| p.abs().max_element() < 0.5;
+    let edge = |k: i32| {
+        let at = DVec3::new(
+            0.07 * (0.9 * f64::from(k)).sin(),
+            0.09 * f64::from(k) - 0.4,
+            0.0,
+        );
+        [at + 0.9 * DVec3::Z, at - 0.17 * DVec3::Z]
+    };
+    let mut whole: Vec<[DVec3; 3]> = Vec::new();
+    let (mut rebound, mut all) = (0, 0);
+    for k in 0..9 {
+        let ([a, b], [c, d]) = (edge(k), edge(k + 1));
+        let new = [[a, b, c], [c, b, d]];
+        whole.extend(new);
+        let crosses = |p: DVec3, q: DVec3| whole.iter().any(|t| meets(t, p, q));
+        rebound += tissue.cut(&new, &inside, &crosses).expect("finite").rebound;
+        all += tissue.surfels().len();
+        let mut again = tissue.clone();
+        let every: Vec<u32> = (0..count(again.surfels.len())).collect();
+        again.rebind(&every, &inside, &crosses);
+        let other = (0..every.len())
+            .filter(|&i| again.binding.row(i) != tissue.binding.row(i))
+            .count();
+        assert_eq!(other, 0, "rows of other nodes after piece {k}");
+    }
+    assert!(!tissue.doubles.is_empty(), "the cut splits disks");
+    // Most of those that were lie beside the cut's end, where ways lead round it.
+    assert!(4 * rebound < all, "{rebound} of {all} were sought again");
+}
+
+/// A block of nodes with a few surfels far from a cut that ends inside it.
+fn inner_cut(pieces: i32) -> (Tissue, Vec<CutChange>, Vec<(Vec<f64>, u32)>) {
+    let nodes = lattice([7, 7, 7], 1.0 / 6.0, 0.2, 5);
+    let x: Vec<DVec3> = [0.0, 1.0]
+        .iter()
+        .map(|&z| DVec3::new(0.5, 0.5, z))
+        .collect();
+    let settings = TissueSettings {
+        skin_density: Some(2_000.0),
+        ..TissueSettings::default()
+    };
+    let mut tissue = Tissue::new(&x, &[-DVec3::Z, DVec3::Z], &[0.5; 2], &nodes, &settings)
+        .expect("the samples are sound");
+    let (mut changes, mut before) = (Vec::new(), Vec::new());
+    for k in 0..pieces {
+        let edge = |k: i32| {
+            let y = 0.2 + 0.1 * f64::from(k);
+            [DVec3::new(0.52, y, 0.2), DVec3::new(0.52, y, 0.8)]
+        };
+        let ([a, b], [c, d]) = (edge(k), edge(k + 1));
+        let top = edge(k + 1)[0].y;
+        let crosses = |p: DVec3, q: DVec3| {
+            let at = p.lerp(q, (0.52 - p.x) / (q.x - p.x));
+            (p.x < 0.52) != (q.x < 0.52) && (0.2..top).contains(&at.y) && (0.2..0.8).contains(&at.z)
+        };
+        before.push((tissue.surfels.radii.clone(), count(tissue.surfels.len())));
+        let change = tissue.cut(&[[a, b, c], [c, b, d]], &|_| true, &crosses);
+        changes.push(change.expect("finite"));
+    }
+    (tissue, changes, before)
+}
+
+/// Radii of skin that grew piece by piece are those of the whole, to the bit, and only those near a
+/// new piece are computed again.
+#[test]
+fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
+    let (tissue, changes, before) = inner_cut(6);
+    let skin: Vec<u32> = (2..count(tissue.surfels.len())).collect();
+    let whole = tissue.skin_radii(&skin);
+    for (&s, radius) in skin.iter().zip(&whole) {
+        let kept = tissue.surfels.radii[index(s)];
+        assert_eq!(kept.to_bits(), radius.to_bits(), "{s}: {kept} for {radius}");
+    }
+    let most = tissue.skin_radius();
+    assert!(whole.iter().all(|r| (0.3 * most..=most).contains(r)));
+    // Cells are open along the border only, a spacing wide: an eighth of this cut.
+    let smaller = whole.iter().filter(|&&r| r < 0.99 * most).count();
+    assert!(
+        6 * smaller > 5 * whole.len(),
+        "{smaller} of {}",
+        whole.len()
+    );
+    // What no sample of the last piece lies near keeps its bits.
+    let (radii, old) = &before[5];
+    let at = |s: u32| tissue.surfels.positions[index(s)];
+    let reach = 3.0 * tissue.sampler.spacing();
+    let fresh = *old..count(tissue.surfels.len());
+    let far = (2..*old)
+        .filter(|&s| fresh.clone().all(|f| at(f).distance(at(s)) > reach))
+        .collect::<Vec<_>>();
+    assert!(far.len() > 500, "{}", far.len());
+    for &s in &far {
+        let i = index(s);
+        assert_eq!(radii[i].to_bits(), tissue.surfels.radii[i].to_bits());
+    }
+    let last = changes[5];
+    assert!(
+        last.resized > last.skin && last.resized + far.len() <= whole.len(),
+        "{last:?}"
+    );
+}
+
+/// Points of the disks of skin that are drawn, by what is drawn of each.
+fn drawn(tissue: &Tissue) -> Vec<DVec3> {
+    let mut out = Vec::new();
+    for i in 2..tissue.surfels.len() {
+        let (t0, t1) = Surfels::tangents(tissue.surfels.normals[i]);
+        let r = tissue.surfels.radii[i];
+        for k in 0..400 {
+            let q = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) / 10.0;
+            let clip = tissue.clips[i].as_deref();
+            if q.length() < 1.0 && !clip.is_some_and(|c| c.hides(q * r)) {
+                out.push(tissue.surfels.positions[i] + (t0 * q.x + t1 * q.y) * r);
+            }
+        }
+    }
+    out
+}
+
+/// Skin ends where its cut ends, at every stage of growth, and covers it up to there.
+#[test]
+fn skin_ends_at_the_free_edges_of_a_growing_cut() {
+    for pieces in 1..6 {
+        let (tissue, _, _) = inner_cut(pieces);
+        let (low, high) = (
+            DVec2::splat(0.2),
+            DVec2::new(0.2 + 0.1 * f64::from(pieces), 0.8),
+        );
+        let points: Vec<DVec2> = drawn(&tissue).iter().map(|p| p.yz()).collect();
+        let over = points
+            .iter()
+            .map(|&p| (low - p).max(p - high).max_element())
+            .fold(f64::NEG_INFINITY, f64::max);
+        // To round-off of coordinates below 1.
+        assert!(
+            over < 1e-12,
+            "skin of {pieces} pieces sticks out by {over:e}"
+        );
+        // Everywhere some disk is drawn within the steps of its 20 x 20 points.
+        let step = 0.15 * tissue.skin_radius();
+        for k in 0..2_500 {
+            let unit = DVec2::new(f64::from(k % 50) + 0.5, f64::from(k / 50) + 0.5) / 50.0;
+            let at = low + (high - low) * unit;
+            assert!(
+                points.iter().any(|p| p.distance(at) < step),
+                "nothing is drawn at {at} of {pieces} pieces"
+            );
+        }
+    }
+}
+
+/// At its end a cut closes: the two sides of its skin come together there, whatever the nodes do.
+#[test]
+fn the_sides_of_a_cut_meet_where_it_ends() {
+    let (tissue, _, _) = inner_cut(3);
+    // Nodes on the two sides move apart by up to one, without a change of shape.
+    let moved: Vec<DVec3> = tissue
+        .rest_nodes
+        .iter()
+        .map(|&p| p + DVec3::X * if p.x < 0.52 { -0.5 } else { 0.5 })
+        .collect();
+    let gradients = vec![DMat3::IDENTITY; moved.len()];
+    let mut splats = Splats::default();
+    tissue.carry_into(&moved, &gradients, &mut splats);
+    let mut gaps: Vec<(f64, f64)> = Vec::new();
+    for i in 2..tissue.surfels.len() {
+        let (p, n) = (tissue.surfels.positions[i], tissue.surfels.normals[i]);
+        let other = (2..tissue.surfels.len())
+            .find(|&j| tissue.surfels.positions[j] == p && tissue.surfels.normals[j] == -n);
+        let Some(j) = other else { continue };
+        let low = (p.y - 0.2).min(0.5 - p.y);
+        let to_end = low.min(p.z - 0.2).min(0.8 - p.z);
+        gaps.push((to_end, splats.positions[i].distance(splats.positions[j])));
+    }
+    let widest = |low: f64, high: f64| {
+        let within = gaps.iter().filter(|g| (low..high).contains(&g.0));
+        within.map(|g| g.1).fold(0.0, f64::max)
+    };
+    // Nodes are 1/6 apart; away from the end each side is carried by its own, or nearly so.
+    assert!(widest(0.1, 0.2) > 0.8, "{}", widest(0.1, 0.2));
+    // Within a hundredth the ways round are a fiftieth longer at most: a tenth of the opening.
+    assert!(widest(0.0, 0.01) < 0.2, "{}", widest(0.0, 0.01));
+}
