@@ -255,3 +255,35 @@ fn studies_are_listed_and_a_misspelt_one_is_named() {
     assert!(list.stdout.starts_with("gradient "), "{}", list.stdout);
     assert_eq!(sandbox.files(), Vec::<String>::new());
 }
+
+#[test]
+fn splat_study_leaves_no_hole_and_errs_less_with_more_surfels() {
+    let findings = study("splat");
+    let tables = findings["report"]["tables"].as_array().expect("a list");
+    let rows = tables[0]["rows"].as_array().expect("a list");
+    let of = |body: &str, rule: &str, column: usize| -> Vec<f64> {
+        rows.iter()
+            .filter(|row| row[0] == body && row[1].as_str().is_some_and(|r| r.contains(rule)))
+            .filter_map(|row| row[column].as_f64())
+            .collect()
+    };
+    for body in ["ball", "box"] {
+        assert_eq!(of(body, "default", 4), [0.0, 0.0], "{body}");
+        assert_eq!(of(body, "default", 5), [0.0, 0.0], "{body}");
+        let constant = of(body, "one radius", 4);
+        assert!(constant.iter().sum::<f64>() > 0.0, "{body}: {constant:?}");
+    }
+    // All but the largest draw as much.
+    let overdraw = of("ball", "", 3);
+    for k in [1, 3, 4, 5] {
+        assert!((overdraw[k] / overdraw[0] - 1.0).abs() < 1e-6, "{overdraw:?}");
+    }
+    let depth = of("ball", "default", 7);
+    assert!(3.0 * depth[1] < depth[0], "{depth:?}");
+    // Fig. 65 fails in the plate.
+    let plate = tables[2]["rows"].as_array().expect("a list");
+    let wrong: Vec<f64> = plate.iter().filter_map(|row| row[2].as_f64()).collect();
+    assert!(wrong[2] > 1.0 && wrong[0] < 1.0, "{wrong:?}");
+    let pictures = findings["report"]["pictures"].as_array().expect("a list");
+    assert_eq!(pictures.len(), 6);
+}

@@ -52,8 +52,9 @@ fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
     assert!(4 * rebound < all, "{rebound} of {all} were sought again");
 }
 
-/// A block of nodes with a few surfels far from a cut that ends inside it.
-fn inner_cut(pieces: i32) -> (Tissue, Vec<CutChange>, Vec<(Vec<f64>, u32)>) {
+/// A block of nodes with a few surfels far from a cut that ends inside it; what the last piece of the
+/// cut changed, and the radii before it.
+fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
     let nodes = lattice([7, 7, 7], 1.0 / 6.0, 0.2, 5);
     let x: Vec<DVec3> = [0.0, 1.0]
         .iter()
@@ -65,7 +66,7 @@ fn inner_cut(pieces: i32) -> (Tissue, Vec<CutChange>, Vec<(Vec<f64>, u32)>) {
     };
     let mut tissue = Tissue::new(&x, &[-DVec3::Z, DVec3::Z], &[0.5; 2], &nodes, &settings)
         .expect("the samples are sound");
-    let (mut changes, mut before) = (Vec::new(), Vec::new());
+    let (mut last, mut before) = (CutChange::default(), Vec::new());
     for k in 0..pieces {
         let edge = |k: i32| {
             let y = 0.2 + 0.1 * f64::from(k);
@@ -77,18 +78,18 @@ fn inner_cut(pieces: i32) -> (Tissue, Vec<CutChange>, Vec<(Vec<f64>, u32)>) {
             let at = p.lerp(q, (0.52 - p.x) / (q.x - p.x));
             (p.x < 0.52) != (q.x < 0.52) && (0.2..top).contains(&at.y) && (0.2..0.8).contains(&at.z)
         };
-        before.push((tissue.surfels.radii.clone(), count(tissue.surfels.len())));
+        before.clone_from(&tissue.surfels.radii);
         let change = tissue.cut(&[[a, b, c], [c, b, d]], &|_| true, &crosses);
-        changes.push(change.expect("finite"));
+        last = change.expect("finite");
     }
-    (tissue, changes, before)
+    (tissue, last, before)
 }
 
 /// Radii of skin that grew piece by piece are those of the whole, to the bit, and only those near a
 /// new piece are computed again.
 #[test]
 fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
-    let (tissue, changes, before) = inner_cut(6);
+    let (tissue, last, before) = inner_cut(6);
     let skin: Vec<u32> = (2..count(tissue.surfels.len())).collect();
     let whole = tissue.skin_radii(&skin);
     for (&s, radius) in skin.iter().zip(&whole) {
@@ -105,19 +106,18 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
         whole.len()
     );
     // What no sample of the last piece lies near keeps its bits.
-    let (radii, old) = &before[5];
     let at = |s: u32| tissue.surfels.positions[index(s)];
     let reach = 3.0 * tissue.sampler.spacing();
-    let fresh = *old..count(tissue.surfels.len());
-    let far = (2..*old)
+    let old = count(before.len());
+    let fresh = old..count(tissue.surfels.len());
+    let far = (2..old)
         .filter(|&s| fresh.clone().all(|f| at(f).distance(at(s)) > reach))
         .collect::<Vec<_>>();
     assert!(far.len() > 500, "{}", far.len());
     for &s in &far {
         let i = index(s);
-        assert_eq!(radii[i].to_bits(), tissue.surfels.radii[i].to_bits());
+        assert_eq!(before[i].to_bits(), tissue.surfels.radii[i].to_bits());
     }
-    let last = changes[5];
     assert!(
         last.resized > last.skin && last.resized + far.len() <= whole.len(),
         "{last:?}"

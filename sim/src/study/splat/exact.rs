@@ -203,7 +203,7 @@ fn rules(surfels: &Surfels) -> Vec<(&'static str, RadiusRule)> {
         ("covering (default)", RadiusRule::Covering),
         ("one radius", RadiusRule::Constant(mean)),
         (
-            "one radius, the default's largest",
+            "one radius, the largest",
             RadiusRule::Constant(covering.iter().copied().fold(0.0, f64::max)),
         ),
         ("density, eq. (52)", mapped(Measure::Density)),
