@@ -276,7 +276,10 @@ fn splat_study_leaves_no_hole_and_errs_less_with_more_surfels() {
     // All but the largest draw as much.
     let overdraw = of("ball", "", 3);
     for k in [1, 3, 4, 5] {
-        assert!((overdraw[k] / overdraw[0] - 1.0).abs() < 1e-6, "{overdraw:?}");
+        assert!(
+            (overdraw[k] / overdraw[0] - 1.0).abs() < 1e-6,
+            "{overdraw:?}"
+        );
     }
     let depth = of("ball", "default", 7);
     assert!(3.0 * depth[1] < depth[0], "{depth:?}");
