@@ -244,17 +244,17 @@ fn work(charts: &mut Vec<(&'static str, Chart)>) {
         steps.push(Curve::new(name, by_step));
     }
     let y = "error over the largest displacement";
-    let chart = Chart::logarithmic(
+    let chart = Chart::new(
         "Work and precision of a plucked beam",
-        "time (ms)",
-        y,
+        ["time (ms)", y],
+        [true; 2],
         curves,
     );
     charts.push(("work_precision", chart));
     let title = "Convergence in time on that beam";
     charts.push((
         "time_steps",
-        Chart::logarithmic(title, "step over the critical step", y, steps),
+        Chart::new(title, ["step over the critical step", y], [true; 2], steps),
     ));
 }
 
@@ -358,7 +358,10 @@ fn force(charts: &mut Vec<(&'static str, Chart)>) {
     }
     let title = "Sphere of 1 m in a 2 m cube, sides and bottom fixed";
     let (x, y) = ("indentation (m)", "force over Young's modulus (m²)");
-    charts.push(("force_indentation", Chart::linear(title, x, y, curves)));
+    charts.push((
+        "force_indentation",
+        Chart::new(title, [x, y], [false; 2], curves),
+    ));
 }
 
 /// Error of the force against nodes: block and Hertz.
@@ -413,7 +416,10 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
         "Indentation force against finite elements and Hertz",
         "nodes",
     );
-    charts.push(("nodes", Chart::log_linear(title, x, "error (%)", curves)));
+    charts.push((
+        "nodes",
+        Chart::new(title, [x, "error (%)"], [true, false], curves),
+    ));
 }
 
 /// Pressure over the radius beside Hertz's.
@@ -445,7 +451,7 @@ fn hertz(charts: &mut Vec<(&'static str, Chart)>) {
     );
     charts.push((
         "hertz_pressure",
-        Chart::linear("Mean pressure on rings", x, y, curves),
+        Chart::new("Mean pressure on rings", [x, y], [false; 2], curves),
     ));
 }
 

@@ -144,20 +144,9 @@ impl Block {
             .iter()
             .map(|at| DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64) * spacing)
             .collect();
-        let mut body = Self {
-            volumes: vec![spacing.powi(3); positions.len()],
-            boundary_vectors: vec![DVec3::ZERO; positions.len()],
-            positions,
-            tetrahedra: Vec::new(),
-            triangles: Vec::new(),
-            offsets,
-            indices,
-            weights: Vec::new(),
-            gradients: Vec::new(),
-            self_gradients: Vec::new(),
-            residual: 0.0,
-        };
-        body.set_weights();
+        let volumes = vec![spacing.powi(3); positions.len()];
+        let boundary_vectors = vec![DVec3::ZERO; positions.len()];
+        let mut body = Self::weighted(positions, volumes, boundary_vectors, offsets, indices);
         body.use_plain_gradients();
         body
     }
@@ -178,6 +167,19 @@ impl Block {
             indices.extend(row);
             offsets.push(id(indices.len()));
         }
+        let mut body = Self::weighted(positions, volumes, boundary_vectors, offsets, indices);
+        body.solve_stencils();
+        body
+    }
+
+    /// Nodes and neighbours with weights, without gradients yet.
+    fn weighted(
+        positions: Vec<DVec3>,
+        volumes: Vec<f64>,
+        boundary_vectors: Vec<DVec3>,
+        offsets: Vec<u32>,
+        indices: Vec<u32>,
+    ) -> Self {
         let mut body = Self {
             positions,
             volumes,
@@ -192,7 +194,6 @@ impl Block {
             residual: 0.0,
         };
         body.set_weights();
-        body.solve_stencils();
         body
     }
 

@@ -40,41 +40,18 @@ pub(crate) struct Chart {
 }
 
 impl Chart {
-    pub(crate) fn linear(
+    /// Curves over two axes (names), each linear or logarithmic.
+    pub(crate) fn new(
         title: &'static str,
-        x: &'static str,
-        y: &'static str,
+        axes: [&'static str; 2],
+        logarithmic: [bool; 2],
         curves: Vec<Curve>,
     ) -> Self {
         Self {
             title,
-            axes: [x, y],
-            logarithmic: [false, false],
+            axes,
+            logarithmic,
             curves,
-        }
-    }
-
-    pub(crate) fn logarithmic(
-        title: &'static str,
-        x: &'static str,
-        y: &'static str,
-        curves: Vec<Curve>,
-    ) -> Self {
-        Self {
-            logarithmic: [true, true],
-            ..Self::linear(title, x, y, curves)
-        }
-    }
-
-    pub(crate) fn log_linear(
-        title: &'static str,
-        x: &'static str,
-        y: &'static str,
-        curves: Vec<Curve>,
-    ) -> Self {
-        Self {
-            logarithmic: [true, false],
-            ..Self::linear(title, x, y, curves)
         }
     }
 
