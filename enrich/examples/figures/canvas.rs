@@ -118,6 +118,9 @@ pub(crate) fn region_colour(region: u32) -> [f64; 3] {
         .map(|shift: f64| 150.0 + 90.0 * (std::f64::consts::TAU * (turn + shift)).cos())
 }
 
+/// What a picture's side spans: the diagonal of the unit cube, and a margin.
+const WIDTH: f64 = 1.8;
+
 /// Looks at the unit cube from the upper front, without perspective; z is up.
 pub(crate) struct View {
     right: DVec3,
@@ -147,8 +150,8 @@ impl View {
         let q = p - DVec3::splat(0.5);
         let side = PIXELS as f64;
         DVec3::new(
-            side * (0.5 + q.dot(self.right) / 1.6),
-            side * (0.5 - q.dot(self.up) / 1.6),
+            side * (0.5 + q.dot(self.right) / WIDTH),
+            side * (0.5 - q.dot(self.up) / WIDTH),
             q.dot(self.toward),
         )
     }
@@ -221,7 +224,7 @@ impl View {
             let (x, y) = ((k % PIXELS) as f64 + 0.5, (k / PIXELS) as f64 + 0.5);
             let side = PIXELS as f64;
             let start = DVec3::splat(0.5)
-                + 1.6 * ((x / side - 0.5) * self.right + (0.5 - y / side) * self.up);
+                + WIDTH * ((x / side - 0.5) * self.right + (0.5 - y / side) * self.up);
             let at = |step: usize| start + self.toward * (0.9 - 1.8 * step as f64 / STEPS as f64);
             let mut before: Option<f64> = None;
             for step in 0..STEPS {
