@@ -5,41 +5,12 @@
 
 use std::time::Instant;
 
-use glam::{DMat3, DVec3};
-use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, Neighborhoods, gradient_sum,
-    inverse_square_weights, widen_deficient_rows,
-};
-use testkit::kuhn::{Block, from_tetrahedra, kuhn_block};
+use glam::DMat3;
+use phyxel_mls::{ConservativeSettings, Neighborhoods, gradient_sum, widen_deficient_rows};
+use study::block_stencils;
+use testkit::kuhn::{graded, kuhn_block, organ};
 
-/// A block with every node moved by a smooth map.
-fn mapped(block: &Block, map: impl Fn(DVec3) -> DVec3) -> Block {
-    let positions = block.positions.iter().map(|&x| map(x)).collect();
-    from_tetrahedra(positions, block.tetrahedra.clone())
-}
-
-/// Cells three times smaller at one corner.
-fn graded(block: &Block) -> Block {
-    let size = block.positions[block.positions.len() - 1].max_element();
-    let push = |c: f64| size * (0.35 * (c / size) + 0.65 * (c / size).powi(3));
-    mapped(block, |x| DVec3::new(push(x.x), push(x.y), push(x.z)))
-}
-
-/// A bent, flattened ball: an organ's proportions, no flat face.
-fn organ(block: &Block) -> Block {
-    let size = block.positions[block.positions.len() - 1].max_element();
-    mapped(block, |x| {
-        let s = x / size * 2.0 - 1.0;
-        let q = s * s;
-        let round = |a: f64, b: f64| (1.0 - a / 2.0 - b / 2.0 + a * b / 3.0).sqrt();
-        let ball = s * DVec3::new(round(q.y, q.z), round(q.z, q.x), round(q.x, q.y));
-        DVec3::new(
-            1.6 * ball.x,
-            0.8 * ball.y + 0.5 * ball.x * ball.x,
-            0.6 * ball.z,
-        )
-    })
-}
+mod study;
 
 fn main() {
     println!(
@@ -57,12 +28,11 @@ fn main() {
         "ms"
     );
     for cells in [8, 17, 24] {
-        let jittered = kuhn_block([cells; 3], 1.0, 0.2, 1);
         let clouds = [
             ("regular", kuhn_block([cells; 3], 1.0, 0.0, 1)),
-            ("graded", graded(&jittered)),
-            ("organ", organ(&jittered)),
-            ("jittered", jittered),
+            ("jittered", kuhn_block([cells; 3], 1.0, 0.2, 1)),
+            ("graded", graded(cells, 1)),
+            ("organ", organ([cells; 3], 1)),
         ];
         for (name, block) in clouds {
             let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
@@ -70,20 +40,11 @@ fn main() {
             let (graph, _) =
                 widen_deficient_rows(&block.positions, &graph, 1e-3).expect("finite positions");
             let build = |coarse_space: bool| {
-                let weights = inverse_square_weights(&block.positions, &graph);
                 let settings = ConservativeSettings {
                     coarse_space,
                     ..Default::default()
                 };
-                ConservativeStencils::new(
-                    &block.positions,
-                    &block.volumes,
-                    &block.boundary_vectors,
-                    &graph,
-                    weights,
-                    &settings,
-                )
-                .expect("finite data")
+                block_stencils(&block, &graph, &settings)
             };
             let start = Instant::now();
             let stencils = build(true);

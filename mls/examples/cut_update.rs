@@ -14,7 +14,10 @@ use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, GradientStencils, Neighborhoods,
     inverse_square_weights, normal_projector,
 };
+use study::block_stencils;
 use testkit::kuhn::{Block, kuhn_block};
+
+mod study;
 
 /// Factors and touched nodes of a cut in the plane `x = at`, down to `y = front`.
 fn cut(block: &Block, graph: &Neighborhoods, at: f64, front: f64) -> (Vec<f64>, Vec<u32>) {
@@ -62,17 +65,8 @@ fn main() {
     let block = kuhn_block([16, 16, 8], 1.0, 0.2, 1);
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges are a graph");
-    let weights = inverse_square_weights(&block.positions, &graph);
     let setup = Instant::now();
-    let whole = ConservativeStencils::new(
-        &block.positions,
-        &block.volumes,
-        &block.boundary_vectors,
-        &graph,
-        weights.clone(),
-        &ConservativeSettings::default(),
-    )
-    .expect("finite data");
+    let whole = block_stencils(&block, &graph, &ConservativeSettings::default());
     let setup = setup.elapsed().as_secs_f64() * 1e3;
     println!(
         "{} nodes, {} pairs, set-up {setup:.0} ms",
@@ -95,6 +89,7 @@ fn main() {
         let stress = |s: &ConservativeStencils| {
             parallel_stress(&graph, &s.pair_gradients, &s.self_gradients, &block)
         };
+        let weights = inverse_square_weights(&block.positions, &graph);
         let cut_weights = weights.iter().zip(&factors).map(|(w, f)| w * f).collect();
         let plain = GradientStencils::new(&block.positions, &graph, cut_weights, 1e-3)
             .expect("finite data");

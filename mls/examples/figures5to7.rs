@@ -84,11 +84,7 @@ fn deviation(curve: &[(f64, f64)], exact: impl Fn(f64) -> f64) -> f64 {
 
 fn dots(nodes: &Nodes, data: &[f64]) -> Line {
     let points = nodes.at.iter().zip(data).map(|(x, &u)| (x.x, u)).collect();
-    Line {
-        name: "data".into(),
-        points,
-        dots: true,
-    }
+    Line::marks("data", points)
 }
 
 fn main() {

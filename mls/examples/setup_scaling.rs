@@ -15,13 +15,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, GradientStencils, Kernel, NearestSettings,
-    Neighborhoods, SolveReport, inverse_square_weights, k_nearest, kernel_weights,
+    ConservativeSettings, GradientStencils, Kernel, NearestSettings, Neighborhoods, SolveReport,
+    k_nearest, kernel_weights,
 };
 use rayon::prelude::*;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
-use study::{Line, median, write_csv, write_plot};
+use study::{Line, block_stencils, median, write_csv, write_plot};
 use testkit::cloud::uniform;
 use testkit::kuhn::kuhn_block;
 
@@ -81,19 +81,10 @@ fn rstar_alone(points: &[DVec3]) -> f64 {
 fn conservative(count: usize) -> (f64, usize, SolveReport) {
     let cells = (count as f64).cbrt().round() as usize - 1;
     let block = kuhn_block([cells; 3], 1.0, 0.2, 1);
-    let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("edges");
-    let (seconds, stencils) = time(|| {
-        let weights = inverse_square_weights(&block.positions, &graph);
-        ConservativeStencils::new(
-            &block.positions,
-            &block.volumes,
-            &block.boundary_vectors,
-            &graph,
-            weights,
-            &ConservativeSettings::default(),
-        )
-        .expect("finite data")
-    });
+    let graph =
+        Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone()).expect("edges");
+    let (seconds, stencils) =
+        time(|| block_stencils(&block, &graph, &ConservativeSettings::default()));
     (seconds, block.positions.len(), stencils.report)
 }
 

@@ -13,11 +13,10 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 use phyxel_mls::{
-    Approximation, Basis, ConservativeSettings, ConservativeStencils, Dimension, GradientStencils,
-    Kernel, NearestSettings, Neighborhoods, Order, ShapeScratch, inverse_square_weights, k_nearest,
-    kernel_weights,
+    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, Kernel,
+    NearestSettings, Neighborhoods, Order, ShapeScratch, k_nearest, kernel_weights,
 };
-use study::{Line, median, write_csv, write_plot};
+use study::{Line, Shape, Style, block_stencils, median, write_csv, write_plot};
 use testkit::kuhn::{Block, kuhn_block};
 
 mod study;
@@ -147,21 +146,94 @@ fn conservative(block: &Block) -> Made {
     let start = Instant::now();
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges are a graph");
-    let weights = inverse_square_weights(&block.positions, &graph);
-    let made = ConservativeStencils::new(
-        &block.positions,
-        &block.volumes,
-        &block.boundary_vectors,
-        &graph,
-        weights,
-        &ConservativeSettings::default(),
-    )
-    .expect("finite");
+    let made = block_stencils(block, &graph, &ConservativeSettings::default());
     Made {
         graph,
         gradients: made.pair_gradients,
         setup: start.elapsed().as_secs_f64(),
     }
+}
+
+/// Nearest neighbours and scale of the radius; marks grow in this order.
+const SUPPORTS: [(usize, f64); 4] = [(16, 1.3), (16, 1.5), (16, 2.0), (32, 1.5)];
+
+/// One stencil to be measured: what it is, on which kernel and support.
+struct Case {
+    basis: &'static str,
+    kernel: Kernel,
+    /// Index into [`SUPPORTS`]; none for the edges of the tetrahedra.
+    support: Option<usize>,
+    made: Made,
+}
+
+impl Case {
+    fn name(&self) -> String {
+        let support = self.support.map_or_else(
+            || "tetrahedra's edges".to_owned(),
+            |k| format!("{} x {}", SUPPORTS[k].0, SUPPORTS[k].1),
+        );
+        format!("{}, {}, {support}", self.basis, self.kernel.name())
+    }
+
+    fn line(&self, points: Vec<(f64, f64)>, sizes: Vec<i32>, stored: bool) -> Line {
+        let shape = match self.kernel {
+            Kernel::Polynomial => Shape::Circle,
+            Kernel::CubicSpline => Shape::Triangle,
+            Kernel::WendlandC2 => Shape::Square,
+            Kernel::InverseSquare => Shape::Cross,
+        };
+        let bases = ["eqs 25-27", "linear", "quadratic", "conservative"];
+        let storage = if stored { ", f32" } else { "" };
+        Line {
+            style: if stored {
+                Style::Outlines(shape)
+            } else {
+                Style::Marks(shape)
+            },
+            colour: bases.iter().position(|basis| *basis == self.basis),
+            sizes,
+            ..Line::new(
+                format!("{}, {}{storage}", self.basis, self.kernel.name()),
+                points,
+            )
+        }
+    }
+}
+
+fn cases(block: &Block) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for kernel in [Kernel::Polynomial, Kernel::CubicSpline, Kernel::WendlandC2] {
+        for (k, (nearest, scale)) in SUPPORTS.into_iter().enumerate() {
+            let mut add = |basis, made| {
+                cases.push(Case {
+                    basis,
+                    kernel,
+                    support: Some(k),
+                    made,
+                });
+            };
+            add("eqs 25-27", plain(block, kernel, nearest, scale));
+            let shaped = |order| shaped(block, kernel, order, nearest, scale);
+            add("linear", shaped(Order::Linear));
+            if k >= 2 {
+                // Fewer neighbours leave the ten monomials of some nodes undetermined.
+                add("quadratic", shaped(Order::Quadratic));
+            }
+        }
+    }
+    cases.push(Case {
+        basis: "eqs 25-27",
+        kernel: Kernel::InverseSquare,
+        support: Some(1),
+        made: plain(block, Kernel::InverseSquare, 16, 1.5),
+    });
+    cases.push(Case {
+        basis: "conservative",
+        kernel: Kernel::InverseSquare,
+        support: None,
+        made: conservative(block),
+    });
+    cases
 }
 
 fn main() {
@@ -171,71 +243,48 @@ fn main() {
         "{:<42} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10}",
         "stencil", "pairs/n", "setup ms", "ns/node", "error", "f32 ns", "f32 - f64"
     );
-    let mut cases: Vec<(String, &str, Made)> = Vec::new();
-    for kernel in [Kernel::Polynomial, Kernel::CubicSpline, Kernel::WendlandC2] {
-        for (nearest, scale) in [(16, 1.3), (16, 1.5), (16, 2.0), (32, 1.5)] {
-            let name = |what: &str| format!("{what}, {}, {nearest} x {scale}", kernel.name());
-            cases.push((
-                name("eqs 25-27"),
-                "eqs 25-27",
-                plain(&block, kernel, nearest, scale),
-            ));
-            let linear = shaped(&block, kernel, Order::Linear, nearest, scale);
-            cases.push((name("linear"), "linear", linear));
-            if scale * f64::from(u32::try_from(nearest).expect("few")) > 28.0 {
-                let quadratic = shaped(&block, kernel, Order::Quadratic, nearest, scale);
-                cases.push((name("quadratic"), "quadratic", quadratic));
-            }
-        }
-    }
-    cases.push((
-        "eqs 25-27, inverse square, 16 x 1.5".into(),
-        "eqs 25-27",
-        plain(&block, Kernel::InverseSquare, 16, 1.5),
-    ));
-    cases.push((
-        "conservative, 1/r2, tetrahedra's edges".into(),
-        "conservative",
-        conservative(&block),
-    ));
+    let mut cases = cases(&block);
+    cases.sort_by_key(|case| (case.basis, case.kernel.name(), case.support));
     let mut rows = Vec::new();
-    let mut setup_points: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
-    let mut step_points: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
+    let (mut setups, mut steps) = (Vec::new(), Vec::new());
     let mut best = [("linear", f64::INFINITY), ("quadratic", f64::INFINITY)];
-    for (name, group, made) in &cases {
-        let [(error, time), (stored_error, stored_time)] = evaluate(&block, made);
-        let pairs = made.graph.pair_count() as f64 / block.positions.len() as f64;
-        let change = (stored_error - error).abs() / error;
-        println!(
-            "{name:<42} {pairs:>9.1} {:>9.2} {time:>9.1} {error:>9.2e} {stored_time:>9.1} {change:>10.1e}",
-            made.setup * 1e3
-        );
-        rows.push(vec![
-            name.replace(", ", " / "),
-            pairs.to_string(),
-            made.setup.to_string(),
-            time.to_string(),
-            error.to_string(),
-            stored_time.to_string(),
-        ]);
-        for (points, x) in [
-            (&mut setup_points, made.setup * 1e3),
-            (&mut step_points, time),
-        ] {
-            match points.iter_mut().find(|entry| entry.0 == *group) {
-                Some(entry) => entry.1.push((x, error)),
-                None => points.push((group, vec![(x, error)])),
+    for group in cases.chunk_by(|a, b| (a.basis, a.kernel) == (b.basis, b.kernel)) {
+        let (mut setup, mut step, mut narrow) = (Vec::new(), Vec::new(), Vec::new());
+        let mut sizes = Vec::new();
+        for case in group {
+            let (name, made) = (case.name(), &case.made);
+            let [(error, time), (stored_error, stored_time)] = evaluate(&block, made);
+            let pairs = made.graph.pair_count() as f64 / block.positions.len() as f64;
+            let change = (stored_error - error).abs() / error;
+            println!(
+                "{name:<42} {pairs:>9.1} {:>9.2} {time:>9.1} {error:>9.2e} {stored_time:>9.1} {change:>10.1e}",
+                made.setup * 1e3
+            );
+            rows.push(vec![
+                name.replace(", ", " / "),
+                pairs.to_string(),
+                made.setup.to_string(),
+                time.to_string(),
+                error.to_string(),
+                stored_time.to_string(),
+            ]);
+            setup.push((made.setup * 1e3, error));
+            step.push((time, error));
+            narrow.push((stored_time, stored_error));
+            sizes.push([3, 4, 6, 8][case.support.unwrap_or(2)]);
+            for best in &mut best {
+                if best.0 == case.basis {
+                    best.1 = best.1.min(error);
+                }
             }
+            assert!(
+                error < 0.25 && change < 1e-4,
+                "{name}: error {error}, f32 storage adds {change}"
+            );
         }
-        for best in &mut best {
-            if best.0 == *group {
-                best.1 = best.1.min(error);
-            }
-        }
-        assert!(
-            error < 0.25 && change < 1e-4,
-            "{name}: error {error}, f32 storage adds {change}"
-        );
+        setups.push(group[0].line(setup, sizes.clone(), false));
+        steps.push(group[0].line(step, sizes.clone(), false));
+        steps.push(group[0].line(narrow, sizes, true));
     }
     assert!(
         best[1].1 < 0.5 * best[0].1,
@@ -246,28 +295,12 @@ fn main() {
         "stencil,pairs_per_node,setup_s,ns_per_node,error,ns_per_node_f32",
         &rows,
     );
-    for (file, axis, points) in [
-        ("speed_error_setup.svg", "set-up (ms)", setup_points),
-        (
-            "speed_error_step.svg",
-            "evaluation (ns per node)",
-            step_points,
-        ),
+    let title = "Gradient, 5,832 nodes; marks grow: 16 x 1.3, 16 x 1.5, 16 x 2, 32 x 1.5";
+    for (file, axis, lines) in [
+        ("speed_error_setup.svg", "set-up (ms)", setups),
+        ("speed_error_step.svg", "evaluation (ns per node)", steps),
     ] {
-        let lines: Vec<Line> = points
-            .into_iter()
-            .map(|(name, points)| Line {
-                name: name.into(),
-                points,
-                dots: true,
-            })
-            .collect();
-        write_plot(
-            file,
-            "Error of the gradient, 5,832 nodes",
-            [axis, "relative rms error"],
-            true,
-            &lines,
-        );
+        let axes = [axis, "relative rms error"];
+        write_plot(file, title, axes, true, &lines);
     }
 }

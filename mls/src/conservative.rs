@@ -102,6 +102,8 @@ pub struct ConservativeStencils {
     base_weights: Vec<f64>,
     reverse: Vec<u32>,
     settings: ConservativeSettings,
+    /// `max_i q_i` at set-up (1/m²), see [`ConservativeStencils::finish_stroke`].
+    uncut_stiffness: f64,
 }
 
 impl ConservativeStencils {
@@ -166,11 +168,12 @@ impl ConservativeStencils {
             },
             reverse: neighborhoods.reverse_pairs()?,
             settings: *settings,
+            uncut_stiffness: 0.0,
         };
         stencils.rebuild_all(positions, neighborhoods);
-        let everywhere: Vec<bool> = vec![true; count];
-        let smallest = 0;
+        let (everywhere, smallest) = (vec![true; count], 0);
         stencils.enforce(positions, neighborhoods, &everywhere, smallest);
+        stencils.uncut_stiffness = stencils.stiffest(neighborhoods);
         Ok(stencils)
     }
 

@@ -221,15 +221,13 @@ fn study() {
     ] {
         let lines: Vec<Line> = groups
             .iter()
-            .map(|group| Line {
-                name: group.name.clone(),
-                points: if second {
+            .map(|group| {
+                let points = if second {
                     &group.solutions
                 } else {
                     &group.steps
-                }
-                .clone(),
-                dots: true,
+                };
+                Line::marks(&group.name, points.clone())
             })
             .collect();
         write_plot(

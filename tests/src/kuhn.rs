@@ -145,3 +145,39 @@ pub fn from_tetrahedra(positions: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Bloc
         indices,
     }
 }
+
+/// A block with every node moved by a map that turns no tetrahedron over.
+#[must_use]
+pub fn mapped(block: &Block, map: impl Fn(DVec3) -> DVec3) -> Block {
+    let positions = block.positions.iter().map(|&x| map(x)).collect();
+    from_tetrahedra(positions, block.tetrahedra.clone())
+}
+
+/// The jittered block `[0, 1]³` with coordinates pushed towards the origin, cells 3 times smaller there.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "cells are few")]
+pub fn graded(cells: usize, seed: u64) -> Block {
+    let plain = kuhn_block([cells; 3], (cells as f64).recip(), 0.2, seed);
+    let push = |s: f64| 0.35 * s + 0.65 * s * s * s;
+    mapped(&plain, |x| DVec3::new(push(x.x), push(x.y), push(x.z)))
+}
+
+/// A jittered block bent into a flattened bean: an organ's proportions, no flat face.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "cells are few")]
+pub fn organ(cells: [usize; 3], seed: u64) -> Block {
+    let plain = kuhn_block(cells, 1.0, 0.2, seed);
+    let size = DVec3::from_array(cells.map(|c| c as f64));
+    let round = |a: f64, b: f64| (1.0 - a / 2.0 - b / 2.0 + a * b / 3.0).sqrt();
+    mapped(&plain, |x| {
+        let s = x / size * 2.0 - 1.0;
+        // The cube to a ball, the ball to a bean.
+        let q = s * s;
+        let ball = s * DVec3::new(round(q.y, q.z), round(q.z, q.x), round(q.x, q.y));
+        DVec3::new(
+            1.6 * ball.x,
+            0.8 * ball.y + 0.5 * ball.x * ball.x,
+            0.6 * ball.z,
+        )
+    })
+}

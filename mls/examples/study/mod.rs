@@ -1,4 +1,4 @@
-//! Output of the studies: a folder, CSV files and line plots as SVG.
+//! What the studies share: an output folder, CSV files, plots as SVG, and stencils of a block.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -9,16 +9,49 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use phyxel_mls::{
+    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
+};
+use plotters::coord::Shift;
+use plotters::element::DynElement;
 use plotters::prelude::*;
+use testkit::kuhn::Block;
 
-/// One line of a plot.
+/// Size of a plot and, of it, the column of the legend (pixels).
+const SIZE: (u32, u32) = (1120, 560);
+const LEGEND: u32 = 260;
+
+/// How a series is drawn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A line through the points.
+    Line,
+    /// Marks only.
+    Marks(Shape),
+    /// Marks only, drawn as outlines.
+    Outlines(Shape),
+}
+
+/// Shape of a mark.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    Circle,
+    Triangle,
+    Square,
+    Cross,
+}
+
+/// One series of a plot.
 pub struct Line {
     /// Label in the legend.
     pub name: String,
     /// Points in order.
     pub points: Vec<(f64, f64)>,
-    /// Only the points, not the line between them.
-    pub dots: bool,
+    pub style: Style,
+    /// Place in the palette; the place among the series if there is none.
+    pub colour: Option<usize>,
+    /// Half sizes of the marks (pixels); 4 beyond the end.
+    pub sizes: Vec<i32>,
 }
 
 impl Line {
@@ -27,7 +60,17 @@ impl Line {
         Self {
             name: name.into(),
             points,
-            dots: false,
+            style: Style::Line,
+            colour: None,
+            sizes: Vec::new(),
+        }
+    }
+
+    /// Filled circles.
+    pub fn marks(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            style: Style::Marks(Shape::Circle),
+            ..Self::new(name, points)
         }
     }
 }
@@ -52,7 +95,7 @@ pub fn write_csv(name: &str, header: &str, rows: &[Vec<String>]) {
     println!("wrote {}", path.display());
 }
 
-/// Writes a plot; `log` scales both axes logarithmically.
+/// Writes a plot with its legend beside it; `log` scales both axes logarithmically.
 pub fn write_plot(name: &str, title: &str, axes: [&str; 2], log: bool, lines: &[Line]) {
     let path = folder().join(name);
     let all = || lines.iter().flat_map(|line| &line.points);
@@ -67,9 +110,10 @@ pub fn write_plot(name: &str, title: &str, axes: [&str; 2], log: bool, lines: &[
         }
     };
     let (x, y) = (range(|p| p.0), range(|p| p.1));
-    let root = SVGBackend::new(&path, (900, 560)).into_drawing_area();
+    let root = SVGBackend::new(&path, SIZE).into_drawing_area();
     root.fill(&WHITE).expect("drawing");
-    let mut builder = ChartBuilder::on(&root);
+    let (plot, legend) = root.split_horizontally(SIZE.0 - LEGEND);
+    let mut builder = ChartBuilder::on(&plot);
     builder
         .caption(title, ("sans-serif", 20))
         .margin(12)
@@ -83,32 +127,20 @@ pub fn write_plot(name: &str, title: &str, axes: [&str; 2], log: bool, lines: &[
             mesh.x_desc(axes[0]).y_desc(axes[1]).light_line_style(WHITE);
             mesh.draw().expect("drawing");
             for (place, line) in lines.iter().enumerate() {
-                let colour = Palette99::pick(place).to_rgba();
-                let drawn = if line.dots {
-                    chart.draw_series(
-                        line.points
-                            .iter()
-                            .map(|&p| Circle::new(p, 3, colour.filled())),
-                    )
+                let colour = colour(line, place);
+                if line.style == Style::Line {
+                    let points = line.points.iter().copied();
+                    chart
+                        .draw_series(LineSeries::new(points, colour.stroke_width(2)))
+                        .expect("drawing");
                 } else {
-                    chart.draw_series(LineSeries::new(
-                        line.points.iter().copied(),
-                        colour.stroke_width(2),
-                    ))
-                };
-                drawn
-                    .expect("drawing")
-                    .label(&line.name)
-                    .legend(move |(x, y)| {
-                        Rectangle::new([(x, y - 2), (x + 16, y + 2)], colour.filled())
+                    let marks = line.points.iter().enumerate().map(|(k, &at)| {
+                        EmptyElement::at(at)
+                            + mark(line.style, line.sizes.get(k).copied().unwrap_or(4), colour)
                     });
+                    chart.draw_series(marks).expect("drawing");
+                }
             }
-            chart
-                .configure_series_labels()
-                .background_style(WHITE.mix(0.8))
-                .border_style(BLACK)
-                .draw()
-                .expect("drawing");
         }};
     }
     if log {
@@ -116,13 +148,75 @@ pub fn write_plot(name: &str, title: &str, axes: [&str; 2], log: bool, lines: &[
     } else {
         draw!(builder.build_cartesian_2d(x, y));
     }
+    draw_legend(&legend, lines);
     root.present().expect("the plot can be written");
-    drop(root);
+    drop((plot, legend, root));
     println!("wrote {}", path.display());
+}
+
+fn colour(line: &Line, place: usize) -> RGBAColor {
+    Palette99::pick(line.colour.unwrap_or(place)).to_rgba()
+}
+
+/// A mark around the origin.
+fn mark<DB: DrawingBackend>(
+    style: Style,
+    size: i32,
+    colour: RGBAColor,
+) -> DynElement<'static, DB, (i32, i32)> {
+    let (shape, paint) = match style {
+        Style::Line => {
+            let corners = [(-8, -1), (8, 1)];
+            return Rectangle::new(corners, colour.filled()).into_dyn();
+        }
+        Style::Marks(shape) => (shape, colour.filled()),
+        Style::Outlines(shape) => (shape, colour.stroke_width(1)),
+    };
+    let origin = (0, 0);
+    match shape {
+        Shape::Circle => Circle::new(origin, size, paint).into_dyn(),
+        Shape::Triangle => TriangleMarker::new(origin, size + 1, paint).into_dyn(),
+        Shape::Square => {
+            let half = size - 1;
+            Rectangle::new([(-half, -half), (half, half)], paint).into_dyn()
+        }
+        Shape::Cross => Cross::new(origin, size, colour.stroke_width(2)).into_dyn(),
+    }
+}
+
+/// Names of the series, one below the other.
+fn draw_legend(area: &DrawingArea<SVGBackend<'_>, Shift>, lines: &[Line]) {
+    let mut y = 60;
+    for (place, line) in lines.iter().enumerate() {
+        let sample = EmptyElement::at((14, y)) + mark(line.style, 5, colour(line, place));
+        area.draw(&sample).expect("drawing");
+        let font = ("sans-serif", 14).into_font();
+        let text = Text::new(line.name.clone(), (30, y - 7), font);
+        area.draw(&text).expect("drawing");
+        y += 22;
+    }
 }
 
 /// Median of some timings.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
+}
+
+/// Conservative stencils of a block on a graph, with inverse square weights.
+pub fn block_stencils(
+    block: &Block,
+    graph: &Neighborhoods,
+    settings: &ConservativeSettings,
+) -> ConservativeStencils {
+    let weights = inverse_square_weights(&block.positions, graph);
+    ConservativeStencils::new(
+        &block.positions,
+        &block.volumes,
+        &block.boundary_vectors,
+        graph,
+        weights,
+        settings,
+    )
+    .expect("finite data")
 }

@@ -10,8 +10,13 @@ use crate::symmetric::{SymmetricEigen, outer};
 /// normals 10° apart span a plane, numerical noise does not.
 const SPAN_TOLERANCE: f64 = 1e-3;
 
-/// Factor by which the stiffest row may grow: planar cuts raise the largest eigenvalue by up to 1.12,
-/// a step at half the critical one bears 4.
+/// Most that the stiffest row may be, over that of the uncut body. An explicit step is chosen from the
+/// uncut body; at half the critical one it bears an eigenvalue of 4 times. Twice leaves half of that to
+/// what rows do not show: contact, the pair penalty, and the eigenvalue itself, measured at 0.7 to 1.1
+/// times the growth of the stiffest row. Of 48 cuts of jittered blocks those between nodes end at 1.3
+/// to 1.6, those through nodes at 1.7 to 4.0, oblique ones at 1.6 to 5.8, and those that lack the ring
+/// of neighbours at 31 and more; only the last three are ever refused, none for a solve that is exact
+/// on stress parallel to a cut between nodes.
 const LARGEST_STIFFENING: f64 = 2.0;
 
 /// Outcome of [`ConservativeStencils::finish_stroke`].
@@ -19,8 +24,10 @@ const LARGEST_STIFFENING: f64 = 2.0;
 pub struct StrokeReport {
     /// Whether the new rows were taken; if not, nothing has changed.
     pub accepted: bool,
-    /// Stiffness of the stiffest row with the new rows, over that with the old ones.
+    /// Stiffness of the stiffest row with the new rows, over that of the uncut body.
     pub stiffening: f64,
+    /// The same with the old rows.
+    pub stiffening_before: f64,
     /// Nodes whose boundary vector the cut's normals moved.
     pub moved: usize,
     /// The solve that followed, also if its result was not taken.
@@ -37,9 +44,9 @@ impl ConservativeStencils {
     /// it stands. Uniform stress parallel to the cut is then exact again.
     ///
     /// Meant for the end of a stroke, not for every update. The new rows are taken only if they worsen
-    /// nothing: the solve must converge, and no row may become stiffer than twice the stiffest row
-    /// before, `q_i = V_i Σ_j |g_ij|² / V_j` with `j = i` included, which is what bounds an explicit step
-    /// where masses follow volumes. Otherwise all stays as [`ConservativeStencils::update_rows`] left it,
+    /// nothing: the solve must converge, and no row may become stiffer than the stiffest row before or twice
+    /// the stiffest row of the uncut body, `q_i = V_i Σ_j |g_ij|² / V_j` with `j = i` included, which the
+    /// largest eigenvalue follows where masses follow volumes. Otherwise all stays as [`ConservativeStencils::update_rows`] left it,
     /// bit for bit, [`SolveReport`] in the stencils included: one call is safe on any cut. What a body's
     /// elastic energy does at its present state is for the caller to see.
     ///
@@ -89,21 +96,24 @@ impl ConservativeStencils {
         let smallest = self.settings.smallest_piece;
         self.enforce(positions, neighborhoods, &spread, smallest);
         let solve = self.report;
-        let stiffening = self.stiffest(neighborhoods) / before.stiffest(neighborhoods);
-        let accepted = solve.converged && stiffening <= LARGEST_STIFFENING;
+        let stiffening = self.stiffest(neighborhoods) / self.uncut_stiffness;
+        let stiffening_before = before.stiffest(neighborhoods) / self.uncut_stiffness;
+        let bound = stiffening_before.max(LARGEST_STIFFENING);
+        let accepted = solve.converged && stiffening <= bound;
         if !accepted {
             *self = before;
         }
         StrokeReport {
             accepted,
             stiffening,
+            stiffening_before,
             moved,
             solve,
         }
     }
 
     /// `max_i V_i Σ_j |g_ij|² / V_j` with `j = i` included (1/m²).
-    fn stiffest(&self, neighborhoods: &Neighborhoods) -> f64 {
+    pub(super) fn stiffest(&self, neighborhoods: &Neighborhoods) -> f64 {
         let row = |i: usize| {
             let own = self.self_gradients[i].length_squared();
             let pairs = neighborhoods.pairs(i);
