@@ -175,8 +175,8 @@ fn main() {
     );
     let lines = [
         Line::new("rstar alone, 16 nearest", theirs),
-        Line::new("search, weights, plain stencils", ours),
-        Line::new("weights, conservative stencils on given edges", solved),
+        Line::new("search, weights, stencils", ours),
+        Line::new("conservative, on given edges", solved),
     ];
     write_plot(
         "setup_scaling.svg",

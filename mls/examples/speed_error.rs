@@ -41,6 +41,18 @@ struct Made {
     setup: f64,
 }
 
+/// The fastest of three set-ups.
+fn fastest(make: impl Fn() -> Made) -> Made {
+    let mut made = make();
+    for _ in 0..2 {
+        let again = make();
+        if again.setup < made.setup {
+            made = again;
+        }
+    }
+    made
+}
+
 /// Relative rms error and nanoseconds per node of one evaluation, in f64 and with f32 stencils.
 fn evaluate(block: &Block, made: &Made) -> [(f64, f64); 2] {
     let values: Vec<f64> = block.positions.iter().map(|&x| field(x)).collect();
@@ -212,8 +224,11 @@ fn cases(block: &Block) -> Vec<Case> {
                     made,
                 });
             };
-            add("eqs 25-27", plain(block, kernel, nearest, scale));
-            let shaped = |order| shaped(block, kernel, order, nearest, scale);
+            add(
+                "eqs 25-27",
+                fastest(|| plain(block, kernel, nearest, scale)),
+            );
+            let shaped = |order| fastest(|| shaped(block, kernel, order, nearest, scale));
             add("linear", shaped(Order::Linear));
             if k >= 2 {
                 // Fewer neighbours leave the ten monomials of some nodes undetermined.
@@ -225,13 +240,13 @@ fn cases(block: &Block) -> Vec<Case> {
         basis: "eqs 25-27",
         kernel: Kernel::InverseSquare,
         support: Some(1),
-        made: plain(block, Kernel::InverseSquare, 16, 1.5),
+        made: fastest(|| plain(block, Kernel::InverseSquare, 16, 1.5)),
     });
     cases.push(Case {
         basis: "conservative",
         kernel: Kernel::InverseSquare,
         support: None,
-        made: conservative(block),
+        made: fastest(|| conservative(block)),
     });
     cases
 }
