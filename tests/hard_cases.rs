@@ -18,6 +18,7 @@
 //! | blade faster than the body | one strip from start to end, as deep as a slow one |
 //! | cut of the support itself | held nodes stay; both parts hang on |
 //! | zero gravity | a cut body at rest stays at rest to round-off |
+//! | graded nodes, cut where they are fine | two pieces, the audit closes |
 //! | mesh with flipped parts | turned, told, and as heavy as one without |
 //! | duplicated nodes | rank 3 and forces as of any cloud; all at one place: rank 0 and no force |
 //! | coplanar cloud, collinear cloud, one node | rank 2, 1, 0; no force under rigid motion |

@@ -289,3 +289,28 @@ fn flipped_parts_of_a_mesh_are_turned_and_weigh_as_much() {
     assert!((ratio - 1.0).abs() < 2e-3, "{ratio} of the volume");
     play(&mut flipped, 0.05).expect("it runs");
 }
+
+#[test]
+fn a_graded_body_is_cut_where_it_is_fine() {
+    let graded = BLOCK.replace(
+        "Nodes(500)",
+        "Spacing(0.008), coarsest: 2, refine: [(from: (-0.02, -0.02, 0), to: (-0.02, 0.02, 0), radius: 0.004, factor: 0.25)]",
+    );
+    let mut world = world(
+        &graded,
+        &format!(
+            "cuts: [{}], {HELD} {AT_ONCE}",
+            across("cut", 0.001, [0.01, 0.1])
+        ),
+    );
+    play(&mut world, 0.2).expect("it runs");
+    assert_eq!(pieces(&world).len(), 2, "{:?}", pieces(&world));
+    let body = &world.members()[0].body;
+    let near = |p: DVec3| body.rest.iter().filter(|x| x.distance(p) < 0.008).count();
+    let (fine, coarse) = (near(DVec3::X * -0.02), near(DVec3::X * 0.02));
+    assert!(
+        fine > 2 * coarse,
+        "{fine} nodes where it is refined, {coarse} elsewhere"
+    );
+    assert!(imbalance(body) < 0.01, "audit off by {}", imbalance(body));
+}

@@ -205,6 +205,26 @@ pub struct Sampling {
     pub target: Target,
     /// Most nodes that the body may have; a sampling that would make more is refused.
     pub limit: u32,
+    /// Largest distance between nodes inside over that at the surface, 1 to 32.
+    pub coarsest: f64,
+    /// Places with more nodes, such as where a tool touches or a blade passes.
+    pub refine: Vec<Refinement>,
+}
+
+/// A place with smaller distances between nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Refinement {
+    /// One end of the axis (m), at rest.
+    #[schemars(with = "[f64; 3]")]
+    pub from: DVec3,
+    /// The other end (m); the same point for a ball.
+    #[schemars(with = "[f64; 3]")]
+    pub to: DVec3,
+    /// Distance from the axis (m) up to which the factor holds.
+    pub radius: f64,
+    /// Distance of nodes there over that at the surface, 1/32 to 1; halves are what it is made of.
+    pub factor: f64,
 }
 
 impl Default for Sampling {
@@ -212,6 +232,8 @@ impl Default for Sampling {
         Self {
             target: Target::Nodes(6_000),
             limit: 200_000,
+            coarsest: 1.0,
+            refine: Vec::new(),
         }
     }
 }

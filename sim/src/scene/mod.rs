@@ -25,7 +25,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Image, Material, Model, Sampling, Shape, SurfelTarget, Surfels, Target,
+    Axis, Body, Image, Material, Model, Refinement, Sampling, Shape, SurfelTarget, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    Bounds, MeshReport, RepairSettings, SampleSettings, Sampling, Shape as Primitive, Solid,
-    Target, read_mesh, repair, sample_tetrahedra, tetrahedra_edges,
+    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Sampling,
+    Shape as Primitive, Solid, Target, read_mesh, repair, sample_tetrahedra, tetrahedra_edges,
 };
 use phyxel_elastic::{
     Elastic, Material, Materials, Nodes, Part, Settings as ElasticSettings, Stencils,
@@ -513,8 +513,19 @@ fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampling, BodyProblem
         }
         scene::Target::Nodes(count) => Target::NodeCount(count as usize),
     };
+    let refinements = wish.refine.iter().map(|place| Refinement {
+        from: place.from,
+        to: place.to,
+        radius: place.radius,
+        factor: place.factor,
+    });
     let settings = SampleSettings {
         target,
+        grading: Grading {
+            coarsest: wish.coarsest,
+            refinements: refinements.collect(),
+            ..Grading::default()
+        },
         ..SampleSettings::default()
     };
     Ok(sample_tetrahedra(solid, &settings)?)

@@ -149,6 +149,12 @@ fn resume_cases() -> Vec<Case> {
                 "bodies[0].damping=1",
             ],
         ),
+        set("too coarse inside", "bodies[0].sampling.coarsest=40"),
+        set(
+            "refined to nothing",
+            "bodies[0].sampling.refine=[(from: (0, 0, 0), to: (0, 0, 0), radius: 0.01, factor: 0)]",
+        ),
+        set("too much mass moved", "bodies[0].moved_mass=0.5"),
         set("too much damping", "bodies[0].damping_ratio=1.5"),
         set("no time between checkpoints", "observe.checkpoint=Some(0)"),
     ]

@@ -109,6 +109,24 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
         limit,
         format_args!("a body needs {FEWEST_NODES} nodes at least"),
     )?;
+    require(
+        (1.0..=32.0).contains(&sampling.coarsest),
+        format_args!("{path}.coarsest"),
+        sampling.coarsest,
+        "it must be from 1 (the same everywhere) to 32",
+    )?;
+    for (index, refined) in sampling.refine.iter().enumerate() {
+        let path = format!("{path}.refine[{index}]");
+        finite(format_args!("{path}.from"), refined.from)?;
+        finite(format_args!("{path}.to"), refined.to)?;
+        not_negative(format_args!("{path}.radius"), refined.radius, " (m)")?;
+        require(
+            (1.0 / 32.0..=1.0).contains(&refined.factor),
+            format_args!("{path}.factor"),
+            refined.factor,
+            "it must be from 1/32 to 1, such as 0.5 for half the distance",
+        )?;
+    }
     let target = format!("{path}.target");
     match sampling.target {
         Target::Nodes(count) => require(
