@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "not every test file needs all of it")]
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::Sampling;
+use phyxel_discretize::{SampleError, SampleSettings, Sampling, Solid, Target, sample_tetrahedra};
 use testkit::tol::{assert_below, assert_relative};
 
 /// Volumes positive and complete, boundary vectors closed, `sum b (x) X = V I`, each to 1e-10.
@@ -35,4 +35,12 @@ pub(crate) fn check_boundary(name: &str, x: &[DVec3], b: &[DVec3], volume: f64, 
     for e in (moment - DMat3::from_diagonal(DVec3::splat(volume))).to_cols_array() {
         assert_below(name, e.abs(), 1e-10 * volume);
     }
+}
+
+pub(crate) fn sample(solid: &Solid, count: usize) -> Result<Sampling, SampleError> {
+    let settings = SampleSettings {
+        target: Target::NodeCount(count),
+        ..SampleSettings::default()
+    };
+    sample_tetrahedra(solid, &settings)
 }

@@ -2,11 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use glam::{DMat3, DVec3};
-use phyxel_discretize::{
-    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Sampling,
-    Shape as Primitive, Solid, Target, read_mesh, repair, sample_tetrahedra, tetrahedra_edges,
-};
+use glam::DVec3;
+use phyxel_discretize::{MeshReport, Sampling, Solid, tetrahedra_edges};
 use phyxel_elastic::{
     Elastic, Material, Materials, Nodes, Part, Settings as ElasticSettings, Stencils,
 };
@@ -19,12 +16,11 @@ use phyxel_mls::{
 };
 
 use super::error::{BodyProblem, WorldError};
+use super::shape::{sample, solid_of};
 use super::support::supports_of;
 use super::tool::Touch;
-use crate::scene::{self, Scene, Shape};
+use crate::scene::{self, Scene};
 
-/// Extent of the built-in liver from right to left (m), as its own function has it.
-const LIVER_WIDTH: f64 = 0.166;
 /// A direction that a node's neighbours span this much less than the widest (squared lengths) counts
 /// as not seen: a cut leaves surface nodes with three or four neighbours almost in a plane, whose
 /// gradients across the plane would be twenty times too large.
@@ -421,131 +417,4 @@ fn mean_edge(rest: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let count = neighborhoods.pair_count().max(1) as f64;
     sum / count
-}
-
-/// The body's solid in the world's rest frame.
-fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>), BodyProblem> {
-    let at = body.position;
-    let placed = |primitive: Primitive, turn: DMat3, scale: f64, shift: DVec3| {
-        let inner = primitive.bounds();
-        let corners = (0..8).map(|k| {
-            let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
-            let corner = DVec3::new(
-                pick(0, inner.min.x, inner.max.x),
-                pick(1, inner.min.y, inner.max.y),
-                pick(2, inner.min.z, inner.max.z),
-            );
-            turn * corner * scale + shift
-        });
-        let back = turn.transpose();
-        Solid::implicit(Bounds::of(corners), move |p| {
-            scale * primitive.value(back * (p - shift) / scale)
-        })
-    };
-    // Rotation that takes +z to the axis of a capsule or tube.
-    let along = |axis: DVec3| {
-        let z = axis.normalize_or(DVec3::Z);
-        let (x, y) = z.any_orthonormal_pair();
-        DMat3::from_cols(x, y, z)
-    };
-    let still = DMat3::IDENTITY;
-    Ok(match &body.shape {
-        Shape::Liver { width } => {
-            // The organ of an upright person: its head end up, its front to -y.
-            let turn = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
-            let natural = LIVER_WIDTH;
-            (placed(Primitive::Liver, turn, width / natural, at), None)
-        }
-        Shape::Box { size } => {
-            let (min, max) = (at - *size * 0.5, at + *size * 0.5);
-            (Solid::from(Bounds { min, max }), None)
-        }
-        Shape::Ellipsoid { radii } => {
-            let semi_axes = *radii;
-            (
-                placed(Primitive::Ellipsoid { semi_axes }, still, 1.0, at),
-                None,
-            )
-        }
-        Shape::Capsule { from, to, radius } => {
-            let capsule = Primitive::Capsule {
-                half_length: 0.5 * from.distance(*to),
-                radius: *radius,
-            };
-            let shift = at + from.midpoint(*to);
-            (placed(capsule, along(*to - *from), 1.0, shift), None)
-        }
-        Shape::Tube {
-            from,
-            to,
-            inner_radius,
-            outer_radius,
-        } => {
-            let tube = Primitive::Tube {
-                half_length: 0.5 * from.distance(*to),
-                outer_radius: *outer_radius,
-                inner_radius: *inner_radius,
-            };
-            let shift = at + from.midpoint(*to);
-            (placed(tube, along(*to - *from), 1.0, shift), None)
-        }
-        Shape::Mesh { file, scale, up } => {
-            let mut mesh = read_mesh(file)?.mesh;
-            let turn = up.rotation();
-            for vertex in &mut mesh.vertices {
-                *vertex = turn * (*vertex * *scale) + at;
-            }
-            let repaired = repair(&mesh, &RepairSettings::default());
-            let (mesh, report) = repaired.map_err(|problem| BodyProblem::Repair {
-                file: file.clone(),
-                problem,
-            })?;
-            (Solid::from_mesh(mesh), Some(report))
-        }
-    })
-}
-
-fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampling, BodyProblem> {
-    let target = match wish.target {
-        scene::Target::Spacing(spacing) => {
-            check_count(solid, spacing, wish.limit)?;
-            Target::Spacing(spacing)
-        }
-        scene::Target::Nodes(count) => Target::NodeCount(count as usize),
-    };
-    let refinements = wish.refine.iter().map(|place| Refinement {
-        from: place.from,
-        to: place.to,
-        radius: place.radius,
-        factor: place.factor,
-    });
-    let settings = SampleSettings {
-        target,
-        grading: Grading {
-            coarsest: wish.coarsest,
-            refinements: refinements.collect(),
-            ..Grading::default()
-        },
-        ..SampleSettings::default()
-    };
-    Ok(sample_tetrahedra(solid, &settings)?)
-}
-
-/// Refuses a spacing that would make more nodes than the limit, before memory is taken.
-fn check_count(solid: &Solid, spacing: f64, limit: u32) -> Result<(), BodyProblem> {
-    let volume = solid.mesh().map_or_else(
-        || 0.5 * solid.bounds().size().element_product(),
-        phyxel_discretize::Mesh::volume,
-    );
-    // A body-centred lattice whose mean edge is the spacing has 1.57 nodes in a spacing cubed.
-    let estimate = 1.57 * volume / (spacing * spacing * spacing);
-    if estimate > f64::from(limit) {
-        return Err(BodyProblem::TooManyNodes {
-            spacing,
-            estimate,
-            limit,
-            advice: spacing * (estimate / f64::from(limit)).cbrt(),
-        });
-    }
-    Ok(())
 }

@@ -8,6 +8,7 @@ mod cutting;
 mod error;
 mod input;
 mod parts;
+mod shape;
 mod state;
 mod support;
 mod tool;

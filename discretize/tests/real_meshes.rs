@@ -1,0 +1,169 @@
+//! Real meshes against their published figures.
+//!
+//! The real meshes are not part of the repository: the tests that need them read the folder named
+//! by the environment variable `PHYXEL_MESHES` and say so when it is not set.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+mod common;
+
+use std::path::PathBuf;
+
+use phyxel_discretize::{RepairSettings, Solid, read_mesh, read_point_cloud, repair};
+use testkit::tol::assert_relative;
+
+fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("PHYXEL_MESHES").map(PathBuf::from);
+    #[allow(clippy::print_stderr, reason = "a skipped test says so")]
+    if folder.is_none() {
+        eprintln!("skipped: set PHYXEL_MESHES to the folder of test meshes");
+    }
+    folder
+}
+
+/// Name, vertices used, triangles, parts, signed volume, area, self-intersecting triangles.
+#[allow(clippy::type_complexity, reason = "a table")]
+const FIGURES: [(&str, usize, usize, usize, f64, f64, Option<usize>); 12] = [
+    ("liver.obj", 139, 274, 1, 36.568518, 79.881526, Some(0)),
+    (
+        "liver-smooth.obj",
+        2194,
+        4384,
+        1,
+        39.267352,
+        78.582824,
+        Some(8),
+    ),
+    ("liver.msh", 140, 276, 1, 36.560851, 80.156897, None),
+    ("liver2.msh", 432, 860, 1, 1.1250922, 6.4475898, None),
+    ("liver.vtk", 5008, 10000, 4, -1477212.9, 83435.953, Some(0)),
+    (
+        "aneurysm3D_1.off",
+        7095,
+        14186,
+        1,
+        1378.7859,
+        1011.8042,
+        Some(0),
+    ),
+    (
+        "raptor_8kp.obj",
+        8818,
+        17632,
+        1,
+        27.750212,
+        102.71049,
+        Some(74),
+    ),
+    (
+        "gallbladder_visual.stl",
+        7352,
+        14700,
+        1,
+        36277.946,
+        7321.3013,
+        Some(0),
+    ),
+    (
+        "gallbladder_volumetric.vtk",
+        366,
+        728,
+        1,
+        34122.545,
+        6940.7724,
+        None,
+    ),
+    (
+        "tissue_volume.msh",
+        448,
+        892,
+        1,
+        0.00011520248,
+        0.03264025,
+        None,
+    ),
+    (
+        "small_intestine_100k.vtk",
+        50002,
+        100000,
+        1,
+        1056228.7,
+        218977.7,
+        Some(0),
+    ),
+    ("spot.ply", 2930, 5856, 1, 0.71825879, 5.7095188, Some(0)),
+];
+
+#[test]
+fn real_meshes_have_their_published_figures() {
+    let Some(folder) = folder() else { return };
+    for (name, vertices, triangles, parts, volume, area, crossing) in FIGURES {
+        let file = read_mesh(&folder.join(name)).expect(name);
+        let settings = RepairSettings {
+            smallest_part: 0.0,
+            ..RepairSettings::default()
+        };
+        let (_, report) = repair(&file.mesh, &settings).expect(name);
+        assert_eq!(report.kept, (vertices, triangles), "{name}");
+        assert_eq!(report.parts, parts, "{name}");
+        assert_eq!(report.genus, Some(0), "{name}");
+        assert_relative(name, report.given_volume, volume, 0.0, 1e-6);
+        assert_relative(name, report.volume, volume.abs(), 0.0, 1e-6);
+        assert_relative(name, report.area, area, 0.0, 1e-6);
+        if crossing.is_some() {
+            assert_eq!(report.self_intersecting, crossing, "{name}");
+        }
+    }
+}
+
+/// Tetrahedra whose boundary touches itself along edges: refused or a solid, as it is told.
+#[test]
+fn an_xml_file_of_tetrahedra_has_its_published_figures() {
+    let Some(folder) = folder() else { return };
+    let file = read_mesh(&folder.join("raptorTetra_8418.vtu")).unwrap();
+    assert_eq!(
+        (file.mesh.vertices.len(), file.tetrahedra.len()),
+        (2996, 8418)
+    );
+    assert_eq!(file.mesh.triangles.len(), 5750);
+    assert_relative("volume", file.mesh.volume(), 27.251767, 0.0, 1e-6);
+    assert_relative("area", file.mesh.area(), 100.82838, 0.0, 1e-6);
+    let (mesh, report) = repair(&file.mesh, &RepairSettings::default()).unwrap();
+    assert_eq!(report.non_manifold_edges, 9);
+    let s = common::sample(&Solid::from_mesh(mesh), 6000).unwrap();
+    common::check_sums("raptorTetra", &s);
+    assert!(s.report.quality.smallest_dihedral > 8.0, "{}", s.report);
+}
+
+#[test]
+fn real_meshes_sample_well_at_three_spacings() {
+    let Some(folder) = folder() else { return };
+    for (name, ..) in FIGURES {
+        let file = read_mesh(&folder.join(name)).expect(name);
+        let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
+        let solid = Solid::from_mesh(mesh);
+        for count in [1000, 3000, 10_000] {
+            let s = common::sample(&solid, count).expect(name);
+            let q = s.report.quality;
+            assert!(q.smallest_dihedral > 8.0, "{name} {count}: {}", s.report);
+            assert_eq!(q.inverted, 0, "{name}");
+            assert!(s.positions.len().abs_diff(count) * 20 <= count, "{name}");
+            common::check_sums(name, &s);
+            let (surface, _) = s.surface();
+            assert_relative(name, surface.volume(), s.report.volume, 0.0, 1e-10);
+        }
+    }
+}
+
+#[test]
+fn a_point_cloud_with_normals_is_read_as_it_is() {
+    let Some(folder) = folder() else { return };
+    let cloud = read_point_cloud(&folder.join("kitten.xyz")).unwrap();
+    assert_eq!(cloud.positions.len(), 5210);
+    for n in &cloud.normals {
+        assert_relative("normal", n.length(), 1.0, 0.0, 1e-12);
+    }
+}

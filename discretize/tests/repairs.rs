@@ -1,0 +1,161 @@
+//! What is repaired, told and refused.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+mod common;
+
+use glam::DVec3;
+use phyxel_discretize::{
+    Mesh, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target,
+    parse_mesh, repair, sample_tetrahedra, surface_mesh,
+};
+use testkit::tol::assert_relative;
+
+/// The unit cube, its faces squares.
+fn cube() -> Mesh {
+    let off = "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n\
+        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 2 3 7 6\n4 1 2 6 5\n4 0 4 7 3\n";
+    parse_mesh(off.as_bytes()).unwrap().mesh
+}
+
+#[test]
+fn repair_turns_welds_drops_and_closes() {
+    let settings = RepairSettings::default();
+    // Inside out, and one triangle turned.
+    let mut mesh = cube();
+    mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    mesh.triangles[3].swap(0, 1);
+    let (fixed, report) = repair(&mesh, &settings).unwrap();
+    assert_eq!((report.turned_parts, report.turned_triangles), (1, 1));
+    assert_relative("volume", fixed.volume(), 1.0, 0.0, 1e-12);
+    // Triangle soup with a duplicate and a degenerate one.
+    let mut soup = Mesh::default();
+    for t in 0..12 {
+        let first = u32::try_from(soup.vertices.len()).unwrap();
+        soup.vertices.extend(mesh.corners(t));
+        soup.triangles.push([first, first + 1, first + 2]);
+    }
+    soup.triangles.extend([soup.triangles[0], [4, 4, 5]]);
+    let (fixed, report) = repair(&soup, &settings).unwrap();
+    assert_eq!(
+        (report.duplicate_triangles, report.degenerate_triangles),
+        (1, 1)
+    );
+    assert_eq!((report.welded_vertices, fixed.vertices.len()), (28, 8));
+    assert_eq!(report.genus, Some(0));
+    // A small hole in a fine sphere is closed, a missing side of a cube is not.
+    let ball = Shape::Ellipsoid {
+        semi_axes: DVec3::ONE,
+    };
+    let mut sphere = surface_mesh(&ball.into(), 0.1).unwrap();
+    let whole = sphere.volume();
+    sphere.triangles.drain(100..103);
+    let (fixed, report) = repair(&sphere, &settings).unwrap();
+    assert!(report.closed_holes > 0 && report.largest_hole > 0.0);
+    assert_relative("volume", fixed.volume(), whole, 0.0, 1e-2);
+    let mut open = cube();
+    open.triangles.truncate(10);
+    match repair(&open, &settings) {
+        Err(RepairError::Open {
+            holes, perimeter, ..
+        }) => {
+            assert_eq!(holes, 1);
+            assert_relative("perimeter", perimeter, 4.0, 0.0, 1e-12);
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A ball in a hollow ball in a cube: winding numbers and parts.
+#[test]
+fn nested_parts_and_cavities() {
+    let ball = |radius: f64| {
+        let shape = Shape::Ellipsoid {
+            semi_axes: DVec3::splat(radius),
+        };
+        surface_mesh(&shape.into(), 0.3 * radius).unwrap()
+    };
+    let join = |parts: &[(Mesh, bool)]| {
+        let mut all = Mesh::default();
+        for (mesh, inward) in parts {
+            let first = u32::try_from(all.vertices.len()).unwrap();
+            all.vertices.extend(&mesh.vertices);
+            all.triangles.extend(mesh.triangles.iter().map(|t| {
+                let [a, b, c] = t.map(|v| v + first);
+                if *inward { [a, c, b] } else { [a, b, c] }
+            }));
+        }
+        all
+    };
+    let nested = join(&[(ball(1.0), false), (ball(0.7), true), (ball(0.3), false)]);
+    // All turned: the repair turns the whole nest back.
+    let mut turned = nested.clone();
+    turned.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    for mesh in [nested, turned] {
+        let (mesh, report) = repair(&mesh, &RepairSettings::default()).unwrap();
+        assert_eq!((report.parts, report.cavities), (3, 1));
+        let solid = Solid::from_mesh(mesh);
+        for (x, inside) in [(0.0, true), (0.5, false), (0.85, true), (1.2, false)] {
+            assert_eq!(solid.contains(DVec3::new(x, 0.01, 0.02)), inside, "{x}");
+        }
+        let s = common::sample(&solid, 8000).unwrap();
+        assert_eq!(s.report.pieces, 2);
+        assert_eq!(s.report.lost_cavities, 0);
+    }
+}
+
+#[test]
+fn thin_and_lost_parts_are_refused_or_told() {
+    let at = |spacing| SampleSettings {
+        target: Target::Spacing(spacing),
+        ..SampleSettings::default()
+    };
+    let plate = Shape::Ellipsoid {
+        semi_axes: DVec3::new(1.0, 1.0, 0.01),
+    };
+    let mesh = surface_mesh(&plate.into(), 0.02).unwrap();
+    let solid = Solid::from_mesh(mesh);
+    // Between lattice planes: vanishes or is told.
+    match sample_tetrahedra(&solid, &at(0.3)) {
+        Err(SampleError::Vanished { .. } | SampleError::LostParts { .. }) => {}
+        Ok(s) => assert!(s.report.missed > 0.0 || s.report.volume_error.unwrap().abs() > 0.1),
+        Err(other) => panic!("{other}"),
+    }
+    let mut two = surface_mesh(
+        &Shape::Ellipsoid {
+            semi_axes: DVec3::ONE,
+        }
+        .into(),
+        0.2,
+    )
+    .unwrap();
+    let small = Shape::Ellipsoid {
+        semi_axes: DVec3::splat(0.02),
+    };
+    let small = surface_mesh(&small.into(), 0.01).unwrap();
+    let first = u32::try_from(two.vertices.len()).unwrap();
+    two.vertices.extend(
+        small
+            .vertices
+            .iter()
+            .map(|v| *v + DVec3::new(1.53, 0.37, 0.41)),
+    );
+    two.triangles
+        .extend(small.triangles.iter().map(|t| t.map(|v| v + first)));
+    let solid = Solid::from_mesh(two);
+    match sample_tetrahedra(&solid, &at(0.25)) {
+        Err(SampleError::LostParts { parts, of, .. }) => assert_eq!((parts, of), (1, 2)),
+        other => panic!("{other:?}"),
+    }
+    let bad = sample_tetrahedra(&solid, &at(-1.0));
+    assert!(matches!(bad, Err(SampleError::Spacing { .. })));
+    let fine = sample_tetrahedra(&solid, &at(1e-9));
+    assert!(matches!(fine, Err(SampleError::TooFine { .. })));
+    assert!(matches!(
+        common::sample(&solid, 3),
+        Err(SampleError::TooFewNodes { .. })
+    ));
+}
