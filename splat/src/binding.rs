@@ -68,6 +68,9 @@ pub(crate) enum Sight {
     Poor,
 }
 
+/// Pools of nodes after which a surfel that has seen none gives up: it is on a crumb without a node.
+/// A longer search costs a long line of sight through the whole cut for every node of the body.
+const POOLS: usize = 4;
 /// Nodes below which a surfel takes what its nodes see.
 const FEW: usize = 4;
 
@@ -220,7 +223,12 @@ impl Binding {
             nearest.get_or_insert(link);
             // With nothing in sight the search goes on: better a far node of the own piece than a
             // near one of another.
-            if found.len() == self.stride || (looked >= settings.pool && !found.is_empty()) {
+            let most = if found.is_empty() {
+                POOLS * settings.pool
+            } else {
+                settings.pool
+            };
+            if found.len() == self.stride || looked >= most {
                 break;
             }
             horizon = link.length;
