@@ -219,14 +219,21 @@ fn a_tool_is_pushed_through_the_body() {
     let tool = "tools: [(shape: Sphere(radius: 0.008), path: [
         (time: 0, position: (-0.04, 0, 0)), (time: 0.3, position: (0.05, 0, 0))])],";
     let mut world = world(BLOCK, &format!("{tool} {HELD} {AT_ONCE}"));
-    match play(&mut world, 0.5) {
+    let mut largest: f64 = 0.0;
+    let outcome = (1..=100_u32).try_for_each(|k| {
+        let played = play(&mut world, 5e-3 * f64::from(k));
+        largest = largest.max(world.tool_forces()[0].force.length());
+        played
+    });
+    assert!(largest > 0.2, "the body resists with {largest} N");
+    match outcome {
         Ok(()) => {
             let force = world.tool_forces()[0];
             assert!(
                 (force.pose.position.x - 0.05).abs() < 1e-12,
                 "it went its way"
             );
-            assert!(force.force.length() < 10.0, "{force:?}");
+            assert!(force.force.length() < largest, "{force:?} once through");
         }
         Err(error) => {
             let said = error.to_string();

@@ -4,6 +4,7 @@ use super::*;
 use crate::deformation::gradient_sum;
 use crate::weights::inverse_square_weights;
 use testkit::kuhn::{Block, kuhn_block as block};
+use testkit::tol::assert_below;
 
 mod degenerate;
 mod rows;
@@ -67,6 +68,14 @@ fn consistency(positions: &[DVec3], graph: &Neighborhoods, s: &ConservativeStenc
         }
     }
     worst
+}
+
+/// Conservation to 1e-10 and linear consistency to 1e-12.
+fn is_exact(block: &Block, graph: &Neighborhoods, s: &ConservativeStencils) {
+    let off = conservation(graph, s, &block.boundary_vectors);
+    assert_below("conservation", off, 1e-10);
+    let off = consistency(&block.positions, graph, s);
+    assert_below("consistency", off, 1e-12);
 }
 
 /// `max_j |Σ_i V_i g_ij − b_j| / max |b|` by the plain double loop.

@@ -17,16 +17,7 @@ fn conservative_and_consistent_at_every_scale() {
         let (graph, stencils) = build(&block);
         assert!(stencils.report.converged, "{:?}", stencils.report);
         assert_below("shift of b", stencils.report.boundary_shift, 1e-13);
-        assert_below(
-            "conservation",
-            conservation(&graph, &stencils, &block.boundary_vectors),
-            1e-10,
-        );
-        assert_below(
-            "consistency",
-            consistency(&block.positions, &graph, &stencils),
-            1e-12,
-        );
+        is_exact(&block, &graph, &stencils);
         let reported = stencils.conservation_error(&graph)
             / block
                 .boundary_vectors
@@ -72,16 +63,7 @@ fn any_symmetric_neighbourhood_will_do() {
     let settings = ConservativeSettings::default();
     let s = weighted(&block, &graph, weights, &settings).unwrap();
     assert!(s.report.converged, "{:?}", s.report);
-    assert_below(
-        "conservation",
-        conservation(&graph, &s, &block.boundary_vectors),
-        1e-10,
-    );
-    assert_below(
-        "consistency",
-        consistency(&block.positions, &graph, &s),
-        1e-12,
-    );
+    is_exact(&block, &graph, &s);
 }
 
 #[test]

@@ -11,16 +11,7 @@ fn graded_and_curved_clouds_are_conservative_too() {
         );
         let (graph, s) = build(&block);
         assert!(s.report.converged, "{:?}", s.report);
-        assert_below(
-            "conservation",
-            conservation(&graph, &s, &block.boundary_vectors),
-            1e-10,
-        );
-        assert_below(
-            "consistency",
-            consistency(&block.positions, &graph, &s),
-            1e-12,
-        );
+        is_exact(&block, &graph, &s);
     }
 }
 

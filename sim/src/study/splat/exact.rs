@@ -4,12 +4,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Shape, Solid, Surfels, sample_surfels, surface_mesh};
-use phyxel_splat::{
-    Camera, Frame, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats, Tissue,
-    TissueSettings,
-};
+use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats};
 use rayon::prelude::*;
 
+use super::at_rest;
 use crate::study::clock::median_time;
 use crate::study::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::study::{Effort, StudyError};
@@ -253,17 +251,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
             let surfels = sample_surfels(&mesh, count, Some(&body.solid));
             let area: f64 = surfels.areas.iter().sum();
             for (rule, radius) in rules(&surfels) {
-                let settings = TissueSettings {
-                    radius,
-                    ..TissueSettings::default()
-                };
-                let tissue = Tissue::new(
-                    &surfels.positions,
-                    &surfels.normals,
-                    &surfels.areas,
-                    &[DVec3::ZERO],
-                    &settings,
-                )?;
+                let tissue = at_rest(&surfels, radius)?;
                 let splats = Splats::at_rest(tissue.surfels());
                 let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
                 let mut renderer = Renderer::new(RenderSettings {

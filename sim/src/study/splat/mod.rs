@@ -7,6 +7,10 @@ mod sheet;
 mod speed;
 mod stills;
 
+use glam::DVec3;
+use phyxel_discretize::Surfels;
+use phyxel_splat::{RadiusRule, Tissue, TissueSettings};
+
 use super::report::Report;
 use super::{Effort, StudyError};
 
@@ -24,4 +28,19 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
             .to_owned(),
     );
     Ok(report)
+}
+
+/// Surfels that nothing carries: a tissue of one node, at rest.
+fn at_rest(surfels: &Surfels, radius: RadiusRule) -> Result<Tissue, StudyError> {
+    let settings = TissueSettings {
+        radius,
+        ..TissueSettings::default()
+    };
+    Ok(Tissue::new(
+        &surfels.positions,
+        &surfels.normals,
+        &surfels.areas,
+        &[DVec3::ZERO],
+        &settings,
+    )?)
 }

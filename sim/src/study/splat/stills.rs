@@ -7,10 +7,11 @@ use glam::{DMat3, DVec3, Vec3};
 use phyxel_discretize::{Shape, Solid, Surfels, sample_surfels, surface_mesh};
 use phyxel_splat::{
     Camera, ColorScale, DrawMode, Frame, Image, ImageCoat, Measure, Overlay, RadiusRule,
-    RenderSettings, Renderer, SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture,
-    fractal_noise, measures,
+    RenderSettings, Renderer, SplatView, Splats, Surface, Tissue, TissueTexture, fractal_noise,
+    measures,
 };
 
+use super::at_rest;
 use super::sheet::{Panel, sheet};
 use crate::study::report::Picture;
 use crate::study::{Effort, StudyError};
@@ -75,17 +76,7 @@ impl Actor {
         size: [u32; 2],
     ) -> Result<Self, StudyError> {
         let surfels = model.surfels(count)?;
-        let settings = TissueSettings {
-            radius,
-            ..TissueSettings::default()
-        };
-        let tissue = Tissue::new(
-            &surfels.positions,
-            &surfels.normals,
-            &surfels.areas,
-            &[DVec3::ZERO],
-            &settings,
-        )?;
+        let tissue = at_rest(&surfels, radius)?;
         let splats = Splats::at_rest(tissue.surfels());
         let texture = TissueTexture::liver(model.size);
         Ok(Self {
