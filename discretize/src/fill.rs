@@ -12,7 +12,7 @@ use crate::octree::Octree;
 use crate::oracle::Oracle;
 use crate::sampling::SampleSettings;
 use crate::stuffing::{Stuffed, stuff};
-use crate::sums::boundary_triangles;
+use crate::sums::{boundary_triangles, tetrahedra_edges};
 
 /// Mean edge of the lattice's tetrahedra over the cell: six long edges of 1 and eight short ones
 /// of `sqrt(3)/2` meet in every point.
@@ -31,6 +31,9 @@ pub(crate) const SHIFT: DVec3 = DVec3::new(
     0.671_043_606_703_789_2,
     0.549_700_477_901_970_2,
 );
+/// Relative tolerance of a wanted spacing, and rounds of the search for its cell size.
+const SPACING_TOLERANCE: f64 = 0.04;
+const SPACING_ROUNDS: usize = 4;
 /// Nodes on a surface patch of one squared cell, from the samplings of `examples/quality.rs`;
 /// only the first guess of the search uses it.
 const SURFACE_NODES: f64 = 0.09;
@@ -58,6 +61,32 @@ impl<'a> Filler<'a> {
         let mut stuffed = self.raw(cell, DVec3::ZERO)?;
         self.improve(&mut stuffed);
         Ok(stuffed)
+    }
+
+    /// Finds the cell size whose tetrahedra have edges as long as wanted where one spacing is.
+    ///
+    /// Cut tetrahedra have shorter edges than those of the lattice, and improved ones longer: by a
+    /// tenth where most nodes are at the surface. A box keeps the cells that fit it.
+    pub(crate) fn search_spacing(&self, spacing: f64) -> Result<(Stuffed, f64), SampleError> {
+        let mut cell = spacing / MEAN_EDGE;
+        let mut nearest: Option<(f64, Stuffed, f64)> = None;
+        for _ in 0..SPACING_ROUNDS {
+            let stuffed = self.fill(cell)?;
+            if self.oracle.solid.is_box() {
+                return Ok((stuffed, cell));
+            }
+            let ratio = edge_ratio(&stuffed);
+            let miss = (cell * MEAN_EDGE * ratio / spacing - 1.0).abs();
+            if nearest.as_ref().is_none_or(|(best, ..)| miss < *best) {
+                nearest = Some((miss, stuffed, cell));
+            }
+            if miss <= SPACING_TOLERANCE || !miss.is_finite() {
+                break;
+            }
+            cell = spacing / (MEAN_EDGE * ratio);
+        }
+        let (_, stuffed, cell) = nearest.expect("the first round leaves one");
+        Ok((stuffed, cell))
     }
 
     fn improve(&self, stuffed: &mut Stuffed) {
@@ -257,6 +286,24 @@ impl<'a> Filler<'a> {
         let cell = (size / n).element_sum() / 3.0;
         Ok((self.stuff(&lattice, cell)?, cell))
     }
+}
+
+/// Mean length of the edges between nodes of cells of one size, over what the lattice of such cells
+/// has; NaN where there are none.
+fn edge_ratio(stuffed: &Stuffed) -> f64 {
+    let (offsets, indices) = tetrahedra_edges(stuffed.positions.len(), &stuffed.tetrahedra);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (i, ends) in offsets.windows(2).enumerate() {
+        let size = stuffed.size[i];
+        for &j in &indices[ends[0] as usize..ends[1] as usize] {
+            let j = j as usize;
+            if (stuffed.size[j] / size - 1.0).abs() < 1e-9 {
+                sum += stuffed.positions[i].distance(stuffed.positions[j]) / size;
+                count += 1.0;
+            }
+        }
+    }
+    sum / (count * MEAN_EDGE)
 }
 
 /// The lattice of `cell` that contains a box with a rim of one cell, with planes at `start`.

@@ -10,7 +10,7 @@ use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
 use crate::order::space_filling_order;
-use crate::sampling::{SampleSettings, Target, surface_mesh};
+use crate::sampling::{SampleSettings, Target, surface_triangles};
 use crate::solid::Solid;
 use crate::spread::boundary_vectors;
 use crate::surfels::sample_surfels;
@@ -26,6 +26,11 @@ const SAMPLES: usize = 3;
 /// Rounds of the search for a number of nodes, and those of them that do not shift the cells.
 const ROUNDS: usize = 24;
 const STILL_ROUNDS: usize = 8;
+
+/// The search for more nodes than this begins with cells this much larger: cheap rounds tell how the
+/// count grows.
+const MANY_NODES: f64 = 2e4;
+const FIRST_COARSENING: f64 = 4.0;
 
 /// Nodes with volumes and boundary vectors, in space-filling order, without tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,7 +148,7 @@ impl Places {
         };
         let largest = settings.largest_lattice;
         let octree = Octree::build(solid, cells, start, &settings.grading, largest)?;
-        let surface = surface_mesh(solid, SURFACE_DETAIL * cell)?;
+        let surface = surface_triangles(solid, SURFACE_DETAIL * cell, &settings.grading)?;
         let leaves = octree.leaves();
         let depth = if on_surface { LEAST_DEPTH } else { 0.0 };
         let inside: Vec<bool> = leaves
@@ -239,6 +244,10 @@ fn search(
         Mesh::volume,
     );
     let mut cell = (volume / target).cbrt();
+    if target > MANY_NODES {
+        cell *= FIRST_COARSENING;
+    }
+    let mut last: Option<(f64, f64)> = None;
     let (mut fine, mut coarse) = (0.0_f64, f64::INFINITY);
     let mut nearest = 0;
     for round in 0..ROUNDS {
@@ -262,8 +271,13 @@ fn search(
         } else {
             fine = fine.max(cell);
         }
-        // Between a surface's and a volume's growth of the count.
-        cell *= (nodes.max(1) as f64 / target).powf(0.4).clamp(0.5, 2.0);
+        // The count's growth in the last two rounds, at first between a surface's and a volume's.
+        let here = (cell, nodes.max(1) as f64);
+        let growth = last.map(|(cell, nodes)| (nodes / here.1).ln() / (here.0 / cell).ln());
+        let growth = growth.filter(|g| (1.8..3.2).contains(g));
+        let step = (here.1 / target).powf(1.0 / growth.unwrap_or(2.5));
+        cell *= step.clamp(0.5, 2.0);
+        last = Some(here);
         if round < STILL_ROUNDS && coarse.is_finite() && !(cell > fine && cell < coarse) {
             cell = 0.5 * (fine + coarse);
         }

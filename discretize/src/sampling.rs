@@ -19,7 +19,8 @@ use crate::sums::{boundary_triangles, nodal_boundary_vectors, nodal_volumes};
 /// How fine to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// Mean distance between neighbouring nodes at and under the surface (length unit of the body).
+    /// Mean distance between neighbouring nodes at and under the surface (length unit of the body),
+    /// met within 5 %; a box gets the cells nearest to it that fit.
     Spacing(f64),
     /// Number of nodes, met within [`SampleSettings::count_tolerance`].
     NodeCount(usize),
@@ -166,7 +167,7 @@ pub fn sample_tetrahedra(
     let oracle = Oracle::new(solid);
     let filler = Filler::new(&oracle, settings)?;
     let (stuffed, cell) = match settings.target {
-        Target::Spacing(spacing) => (filler.fill(spacing / MEAN_EDGE)?, spacing / MEAN_EDGE),
+        Target::Spacing(spacing) => filler.search_spacing(spacing)?,
         Target::NodeCount(nodes) => filler.search(nodes)?,
     };
     finish(&oracle, stuffed, cell * MEAN_EDGE)
@@ -227,11 +228,24 @@ fn finish(oracle: &Oracle<'_>, stuffed: Stuffed, spacing: f64) -> Result<Samplin
 /// # Errors
 /// As [`sample_tetrahedra`].
 pub fn surface_mesh(solid: &Solid, spacing: f64) -> Result<Mesh, SampleError> {
+    surface_triangles(solid, spacing, &Grading::default())
+}
+
+/// The same by way of cells that grow inside as `grading` says; its refinements have no meaning here.
+pub(crate) fn surface_triangles(
+    solid: &Solid,
+    spacing: f64,
+    grading: &Grading,
+) -> Result<Mesh, SampleError> {
     if let Some(mesh) = solid.mesh() {
         return Ok(mesh.clone());
     }
     let settings = SampleSettings {
         smoothing_sweeps: 0,
+        grading: Grading {
+            refinements: Vec::new(),
+            ..grading.clone()
+        },
         ..SampleSettings::default()
     };
     let oracle = Oracle::new(solid);

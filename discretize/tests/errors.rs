@@ -5,6 +5,9 @@
     reason = "a failing test names its line"
 )]
 
+mod common;
+
+use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
     Bounds, FileError, Mesh, Place, ReadErrorKind, RepairError, RepairSettings, SampleError,
@@ -113,45 +116,12 @@ fn folder_of(test: &str) -> std::path::PathBuf {
     folder
 }
 
-/// Corners of a cube of edge 1 at a place, and its triangles.
-fn cube(at: DVec3) -> Mesh {
-    let vertices = (0..8)
-        .map(|k| at + DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
-        .collect();
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    Mesh {
-        vertices,
-        triangles: quads
-            .iter()
-            .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
-            .collect(),
-    }
-}
-
-fn join(a: &Mesh, b: &Mesh, inverted: bool) -> Mesh {
-    let mut both = a.clone();
-    let first = u32::try_from(a.vertices.len()).unwrap();
-    both.vertices.extend(&b.vertices);
-    both.triangles.extend(b.triangles.iter().map(|t| {
-        let [p, q, r] = t.map(|v| v + first);
-        if inverted { [p, r, q] } else { [p, q, r] }
-    }));
-    both
-}
-
 /// Two closed cubes along one edge, one of them inside out: two parts, one turned.
 #[test]
 fn parts_that_share_an_edge_stay_two() {
     for inverted in [false, true] {
         for place in [DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 1.0, 1.0)] {
-            let both = join(&cube(DVec3::ZERO), &cube(place), inverted);
+            let both = join(&[(cube(DVec3::ZERO), false), (cube(place), inverted)]);
             let (mesh, report) = repair(&both, &RepairSettings::default()).unwrap();
             assert_eq!(report.parts, 2);
             assert_eq!(report.turned_parts, usize::from(inverted));
@@ -195,7 +165,7 @@ fn repair_names_why_a_surface_is_no_solid() {
     assert_eq!(holes, 1);
     assert_relative("limit", limit, 0.2 * 3.0_f64.sqrt(), 0.0, 1e-12);
     // Two cubes with one wall between them: three sheets meet along its rim.
-    let mut wall = join(&good, &cube(DVec3::X), false);
+    let mut wall = join(&[(good, false), (cube(DVec3::X), false)]);
     wall.triangles.retain(|t| {
         let x = t.map(|v| (v >= 8, wall.vertices[v as usize].x));
         x.iter()

@@ -7,14 +7,13 @@
 
 mod common;
 
-use common::check_boundary;
-use glam::{DQuat, DVec3};
+use common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
+use glam::DVec3;
 use phyxel_discretize::{
-    Bounds, Grading, PointSampling, Refinement, SampleError, SampleSettings, Shape, Solid, Target,
+    Grading, PointSampling, Refinement, SampleError, SampleSettings, Shape, Solid, Target,
     parse_mesh, read_mesh, repair, sample_points, surface_mesh,
 };
 use proptest::prelude::*;
-use testkit::strategies::{rotation, scale, vector};
 use testkit::tol::{assert_below, assert_relative};
 
 fn check(name: &str, s: &PointSampling) {
@@ -58,21 +57,7 @@ fn with(target: Target, grading: Grading) -> SampleSettings {
 
 #[test]
 fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
-    let shapes = [
-        Shape::Ellipsoid {
-            semi_axes: DVec3::new(0.1, 0.06, 0.08),
-        },
-        Shape::Tube {
-            half_length: 0.1,
-            outer_radius: 0.05,
-            inner_radius: 0.025,
-        },
-        Shape::Box {
-            half_extents: DVec3::new(0.04, 0.05, 0.1),
-        },
-        Shape::Liver,
-    ];
-    for shape in shapes {
+    for shape in shapes() {
         let analytic = Solid::from(shape);
         let mesh = Solid::from_mesh(surface_mesh(&analytic, 0.006).unwrap());
         for solid in [&analytic, &mesh] {
@@ -82,8 +67,7 @@ fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
                     let settings = with(Target::NodeCount(1000), grading.clone());
                     let s = sample_points(solid, &settings, on_surface).unwrap();
                     check(&name, &s);
-                    let n = s.positions.len();
-                    assert!(n.abs_diff(1000) <= 50, "{name}: {n}");
+                    check_count(&name, s.positions.len(), 1000);
                     let count = s.on_surface.iter().filter(|on| **on).count();
                     assert_eq!(count, s.report.surface_nodes);
                     assert_eq!(count > 0, on_surface);
@@ -128,14 +112,9 @@ fn one_spacing_is_a_regular_lattice() {
 
 #[test]
 fn real_meshes_without_tetrahedra() {
-    let Some(folder) = std::env::var_os("PHYXEL_MESHES") else {
-        #[allow(clippy::print_stderr, reason = "a skipped test says so")]
-        {
-            eprintln!("skipped: set PHYXEL_MESHES to the folder of test meshes");
-        }
+    let Some(folder) = folder_of_meshes() else {
         return;
     };
-    let folder = std::path::PathBuf::from(folder);
     for name in [
         "liver.obj",
         "liver-smooth.obj",
@@ -152,7 +131,7 @@ fn real_meshes_without_tetrahedra() {
             let settings = with(Target::NodeCount(target), grading);
             let s = sample_points(&solid, &settings, true).unwrap();
             check(name, &s);
-            assert!(s.positions.len().abs_diff(target) * 20 <= target, "{name}");
+            check_count(name, s.positions.len(), target);
         }
     }
 }
@@ -173,46 +152,25 @@ fn bad_targets_are_refused_and_threads_change_nothing() {
         refused(Target::Spacing(1e-9)),
         Err(SampleError::TooFine { .. })
     ));
-    let run = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap()
-            .install(|| refused(Target::NodeCount(1500)).unwrap())
-    };
-    let one = run(1);
-    assert_eq!(one, run(3));
+    let run = || refused(Target::NodeCount(1500)).unwrap();
+    let one = on_threads(1, run);
+    assert_eq!(one, on_threads(3, run));
     let file = parse_mesh(&one.to_vtk());
     assert!(file.is_err(), "points are no mesh");
     assert!(one.to_vtk().len() > 1500 * (24 + 8 + 24));
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(18))]
     #[test]
-    fn random_blobs_in_any_frame_and_scale(
-        turn in rotation(), size in scale(), shift in vector(1.0), bump in vector(1.0),
-        radius in 0.3..0.9_f64, kind in 0..3_usize,
-    ) {
-        check_blob(turn, size, shift, bump, radius, kind);
-    }
-}
-
-fn check_blob(turn: DQuat, size: f64, shift: DVec3, bump: DVec3, radius: f64, kind: usize) {
-    let value = move |p: DVec3| {
-        let p = turn.inverse() * (p / size - shift);
-        size * (p.length() - 1.0).min((p - bump).length() - radius)
-    };
-    let bounds = Bounds {
-        min: size * (shift - 2.8),
-        max: size * (shift + 2.8),
-    };
-    let solid = Solid::implicit(bounds, value);
-    let grading = gradings(size * (shift + bump), 0.3 * size)[kind].clone();
-    let settings = with(Target::Spacing(0.25 * size), grading);
-    let s = sample_points(&solid, &settings, kind != 1).unwrap();
-    check("blob", &s);
-    for p in &s.positions {
-        assert_below("node outside", value(*p), 1e-11 * size);
+    fn random_blobs_in_any_frame_and_scale(blob in blob(), kind in 0..3_usize) {
+        let (solid, size) = (blob.solid(), blob.size);
+        let grading = gradings(blob.center() + size * blob.bump, 0.3 * size)[kind].clone();
+        let settings = with(Target::Spacing(0.25 * size), grading);
+        let run = || sample_points(&solid, &settings, kind != 1).unwrap();
+        let s = on_threads(1, run);
+        check("blob", &s);
+        blob.check_none_outside(&s.positions);
+        assert_eq!(s, on_threads(2, run), "threads");
     }
 }

@@ -1,7 +1,4 @@
 //! Real meshes against their published figures.
-//!
-//! The real meshes are not part of the repository: the tests that need them read the folder named
-//! by the environment variable `PHYXEL_MESHES` and say so when it is not set.
 #![allow(
     clippy::missing_assert_message,
     clippy::unwrap_used,
@@ -10,19 +7,11 @@
 
 mod common;
 
-use std::path::PathBuf;
-
-use phyxel_discretize::{RepairSettings, Solid, read_mesh, read_point_cloud, repair};
+use common::{
+    check_count, check_graded, check_octree, check_sums, folder_of_meshes, refined, sample,
+};
+use phyxel_discretize::{Octree, RepairSettings, Solid, read_mesh, read_point_cloud, repair};
 use testkit::tol::assert_relative;
-
-fn folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("PHYXEL_MESHES").map(PathBuf::from);
-    #[allow(clippy::print_stderr, reason = "a skipped test says so")]
-    if folder.is_none() {
-        eprintln!("skipped: set PHYXEL_MESHES to the folder of test meshes");
-    }
-    folder
-}
 
 /// Name, vertices used, triangles, parts, signed volume, area, self-intersecting triangles.
 #[allow(clippy::type_complexity, reason = "a table")]
@@ -99,7 +88,9 @@ const FIGURES: [(&str, usize, usize, usize, f64, f64, Option<usize>); 12] = [
 
 #[test]
 fn real_meshes_have_their_published_figures() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = folder_of_meshes() else {
+        return;
+    };
     for (name, vertices, triangles, parts, volume, area, crossing) in FIGURES {
         let file = read_mesh(&folder.join(name)).expect(name);
         let settings = RepairSettings {
@@ -122,7 +113,9 @@ fn real_meshes_have_their_published_figures() {
 /// Tetrahedra whose boundary touches itself along edges: refused or a solid, as it is told.
 #[test]
 fn an_xml_file_of_tetrahedra_has_its_published_figures() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = folder_of_meshes() else {
+        return;
+    };
     let file = read_mesh(&folder.join("raptorTetra_8418.vtu")).unwrap();
     assert_eq!(
         (file.mesh.vertices.len(), file.tetrahedra.len()),
@@ -133,34 +126,60 @@ fn an_xml_file_of_tetrahedra_has_its_published_figures() {
     assert_relative("area", file.mesh.area(), 100.82838, 0.0, 1e-6);
     let (mesh, report) = repair(&file.mesh, &RepairSettings::default()).unwrap();
     assert_eq!(report.non_manifold_edges, 9);
-    let s = common::sample(&Solid::from_mesh(mesh), 6000).unwrap();
-    common::check_sums("raptorTetra", &s);
+    let s = sample(&Solid::from_mesh(mesh), 6000).unwrap();
+    check_sums("raptorTetra", &s);
     assert!(s.report.quality.smallest_dihedral > 8.0, "{}", s.report);
 }
 
 #[test]
 fn real_meshes_sample_well_at_three_spacings() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = folder_of_meshes() else {
+        return;
+    };
     for (name, ..) in FIGURES {
         let file = read_mesh(&folder.join(name)).expect(name);
         let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
         let solid = Solid::from_mesh(mesh);
         for count in [1000, 3000, 10_000] {
-            let s = common::sample(&solid, count).expect(name);
+            let s = sample(&solid, count).expect(name);
             let q = s.report.quality;
             assert!(q.smallest_dihedral > 8.0, "{name} {count}: {}", s.report);
-            assert_eq!(q.inverted, 0, "{name}");
-            assert!(s.positions.len().abs_diff(count) * 20 <= count, "{name}");
-            common::check_sums(name, &s);
-            let (surface, _) = s.surface();
-            assert_relative(name, surface.volume(), s.report.volume, 0.0, 1e-10);
+            check_count(name, s.positions.len(), count);
+            check_sums(name, &s);
+        }
+    }
+}
+
+/// Octrees with cells up to four times wider inside, and finer round a vertex.
+#[test]
+fn real_meshes_sample_well_on_graded_octrees() {
+    let Some(folder) = folder_of_meshes() else {
+        return;
+    };
+    for (name, ..) in FIGURES {
+        let file = read_mesh(&folder.join(name)).expect(name);
+        let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
+        let (at, size) = (mesh.vertices[0], mesh.bounds().diagonal());
+        let ball = |factor, coarsest| refined(at, 0.1 * size, factor, coarsest);
+        let solid = Solid::from_mesh(mesh);
+        let tree = Octree::new(&solid, size / 24.0, &ball(0.5, 4.0), 1_000_000);
+        check_octree(&tree.expect(name));
+        for (count, factor, coarsest) in [(3000, 1.0, 4.0), (6000, 0.5, 2.0)] {
+            let s = check_graded(name, &solid, count, ball(factor, coarsest));
+            let q = s.report.quality;
+            println!(
+                "{name}: {count} nodes, factor {factor}, coarsest {coarsest}: dihedral {:.1} to {:.1}",
+                q.smallest_dihedral, q.largest_dihedral
+            );
         }
     }
 }
 
 #[test]
 fn a_point_cloud_with_normals_is_read_as_it_is() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = folder_of_meshes() else {
+        return;
+    };
     let cloud = read_point_cloud(&folder.join("kitten.xyz")).unwrap();
     assert_eq!(cloud.positions.len(), 5210);
     for n in &cloud.normals {

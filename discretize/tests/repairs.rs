@@ -7,25 +7,19 @@
 
 mod common;
 
+use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target,
-    parse_mesh, repair, sample_tetrahedra, surface_mesh,
+    Mesh, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target, repair,
+    sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_relative;
-
-/// The unit cube, its faces squares.
-fn cube() -> Mesh {
-    let off = "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n\
-        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 2 3 7 6\n4 1 2 6 5\n4 0 4 7 3\n";
-    parse_mesh(off.as_bytes()).unwrap().mesh
-}
 
 #[test]
 fn repair_turns_welds_drops_and_closes() {
     let settings = RepairSettings::default();
     // Inside out, and one triangle turned.
-    let mut mesh = cube();
+    let mut mesh = cube(DVec3::ZERO);
     mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
     mesh.triangles[3].swap(0, 1);
     let (fixed, report) = repair(&mesh, &settings).unwrap();
@@ -56,7 +50,7 @@ fn repair_turns_welds_drops_and_closes() {
     let (fixed, report) = repair(&sphere, &settings).unwrap();
     assert!(report.closed_holes > 0 && report.largest_hole > 0.0);
     assert_relative("volume", fixed.volume(), whole, 0.0, 1e-2);
-    let mut open = cube();
+    let mut open = cube(DVec3::ZERO);
     open.triangles.truncate(10);
     match repair(&open, &settings) {
         Err(RepairError::Open {
@@ -77,18 +71,6 @@ fn nested_parts_and_cavities() {
             semi_axes: DVec3::splat(radius),
         };
         surface_mesh(&shape.into(), 0.3 * radius).unwrap()
-    };
-    let join = |parts: &[(Mesh, bool)]| {
-        let mut all = Mesh::default();
-        for (mesh, inward) in parts {
-            let first = u32::try_from(all.vertices.len()).unwrap();
-            all.vertices.extend(&mesh.vertices);
-            all.triangles.extend(mesh.triangles.iter().map(|t| {
-                let [a, b, c] = t.map(|v| v + first);
-                if *inward { [a, c, b] } else { [a, b, c] }
-            }));
-        }
-        all
     };
     let nested = join(&[(ball(1.0), false), (ball(0.7), true), (ball(0.3), false)]);
     // All turned: the repair turns the whole nest back.
@@ -124,28 +106,15 @@ fn thin_and_lost_parts_are_refused_or_told() {
         Ok(s) => assert!(s.report.missed > 0.0 || s.report.volume_error.unwrap().abs() > 0.1),
         Err(other) => panic!("{other}"),
     }
-    let mut two = surface_mesh(
-        &Shape::Ellipsoid {
-            semi_axes: DVec3::ONE,
-        }
-        .into(),
-        0.2,
-    )
-    .unwrap();
-    let small = Shape::Ellipsoid {
-        semi_axes: DVec3::splat(0.02),
+    let ball = |radius: f64, spacing| {
+        let semi_axes = DVec3::splat(radius);
+        surface_mesh(&Shape::Ellipsoid { semi_axes }.into(), spacing).unwrap()
     };
-    let small = surface_mesh(&small.into(), 0.01).unwrap();
-    let first = u32::try_from(two.vertices.len()).unwrap();
-    two.vertices.extend(
-        small
-            .vertices
-            .iter()
-            .map(|v| *v + DVec3::new(1.53, 0.37, 0.41)),
-    );
-    two.triangles
-        .extend(small.triangles.iter().map(|t| t.map(|v| v + first)));
-    let solid = Solid::from_mesh(two);
+    let mut small = ball(0.02, 0.01);
+    for v in &mut small.vertices {
+        *v += DVec3::new(1.53, 0.37, 0.41);
+    }
+    let solid = Solid::from_mesh(join(&[(ball(1.0, 0.2), false), (small, false)]));
     match sample_tetrahedra(&solid, &at(0.25)) {
         Err(SampleError::LostParts { parts, of, .. }) => assert_eq!((parts, of), (1, 2)),
         other => panic!("{other:?}"),

@@ -6,43 +6,17 @@
 
 mod common;
 
-use common::check_sums;
-use glam::{DQuat, DVec3};
+use common::{blob, check_count, check_sums, on_threads, shapes};
+use glam::DVec3;
 use phyxel_discretize::{
-    Bounds, SampleSettings, Sampling, Shape, Solid, Target, sample_tetrahedra, surface_mesh,
+    SampleSettings, Sampling, Shape, Solid, Target, sample_tetrahedra, surface_mesh,
     tetrahedra_edges,
 };
 use proptest::prelude::*;
-use testkit::strategies::{rotation, scale, vector};
 use testkit::tol::{assert_below, assert_relative};
 
 fn nodes(solid: &Solid, count: usize) -> Sampling {
-    let settings = SampleSettings {
-        target: Target::NodeCount(count),
-        ..SampleSettings::default()
-    };
-    sample_tetrahedra(solid, &settings).expect("a whole body of some thickness")
-}
-
-fn shapes() -> Vec<Shape> {
-    vec![
-        Shape::Box {
-            half_extents: DVec3::new(0.1, 0.13, 0.5),
-        },
-        Shape::Ellipsoid {
-            semi_axes: DVec3::new(1.0, 0.6, 0.8),
-        },
-        Shape::Capsule {
-            half_length: 1.0,
-            radius: 0.4,
-        },
-        Shape::Tube {
-            half_length: 1.0,
-            outer_radius: 0.5,
-            inner_radius: 0.25,
-        },
-        Shape::Liver,
-    ]
+    common::sample(solid, count).expect("a whole body of some thickness")
 }
 
 #[test]
@@ -52,8 +26,7 @@ fn every_shape_at_three_counts() {
             let s = nodes(&shape.into(), count);
             check_sums(&format!("{shape:?} {count}"), &s);
             let n = s.positions.len();
-            assert!(n.abs_diff(count) * 20 <= count, "{shape:?}: {n} of {count}");
-            assert_eq!(s.report.quality.inverted, 0);
+            check_count(&format!("{shape:?}"), n, count);
             assert!(
                 s.report.quality.smallest_dihedral > 10.7,
                 "{shape:?} {count}: {}",
@@ -96,13 +69,36 @@ fn boxes_of_any_shape_get_the_count_asked_for() {
         for count in [200, 300, 450, 1408, 5000] {
             let s = nodes(&Shape::Box { half_extents }.into(), count);
             check_sums("box", &s);
-            let n = s.positions.len();
-            assert!(
-                n.abs_diff(count) * 20 <= count,
-                "{half_extents}: {n} of {count}"
-            );
+            check_count(&half_extents.to_string(), s.positions.len(), count);
             let q = s.report.quality;
             assert!(q.smallest_dihedral > 25.0, "{half_extents} {count}: {q:?}");
+        }
+    }
+}
+
+/// A wanted spacing is the mean edge, whatever share of the nodes lies at the surface.
+#[test]
+fn a_wanted_spacing_is_met() {
+    for shape in shapes() {
+        let solid = Solid::from(shape);
+        let size = shape.bounds().size().min_element();
+        for (cells, smoothing_sweeps) in [(5.0, 0), (5.0, 4), (9.0, 4), (20.0, 4)] {
+            let settings = SampleSettings {
+                target: Target::Spacing(size / cells),
+                smoothing_sweeps,
+                ..SampleSettings::default()
+            };
+            let s = sample_tetrahedra(&solid, &settings).expect("a whole body");
+            // Four or five whole cells on the box's short side: half a cell is an eighth of it.
+            let whole = matches!(shape, Shape::Box { .. });
+            let bar = if whole { 0.5 / (cells - 1.0) } else { 0.05 };
+            assert_relative(
+                &format!("{shape:?}"),
+                s.report.quality.mean_edge,
+                size / cells,
+                0.0,
+                bar,
+            );
         }
     }
 }
@@ -158,23 +154,28 @@ fn edges_are_symmetric_sorted_and_complete() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    let run = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap()
-            .install(|| nodes(&Shape::Liver.into(), 2000))
-    };
-    assert_eq!(run(1), run(3));
+    let run = || nodes(&Shape::Liver.into(), 2000);
+    assert_eq!(on_threads(1, run), on_threads(3, run));
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]
-    fn random_blobs_in_any_frame_and_scale(
-        turn in rotation(), size in scale(), shift in vector(1.0), bump in vector(1.0), radius in 0.3..0.9_f64,
-    ) {
-        check_blob(turn, size, shift, bump, radius);
+    fn random_blobs_in_any_frame_and_scale(blob in blob()) {
+        let (solid, size) = (blob.solid(), blob.size);
+        let settings = SampleSettings {
+            target: Target::Spacing(0.22 * size),
+            ..SampleSettings::default()
+        };
+        let run = || sample_tetrahedra(&solid, &settings).expect("a blob of many cells");
+        let s = on_threads(1, run);
+        check_sums("sums", &s);
+        let q = s.report.quality;
+        assert!(q.smallest_dihedral > 10.7, "{q:?}");
+        assert_relative("spacing", q.mean_edge, 0.22 * size, 0.0, 0.05);
+        assert!(q.shortest_edge > 0.2 * q.mean_edge, "{q:?}");
+        blob.check_none_outside(&s.positions);
+        assert_eq!(s, on_threads(2, run), "threads");
     }
 }
 
@@ -265,35 +266,5 @@ fn the_hierarchy_agrees_with_brute_force() {
         });
         let brute = solo.fold(f64::INFINITY, f64::min);
         assert_relative("closest", closest.distance_squared, brute, 0.0, 1e-12);
-    }
-}
-
-/// Two overlapping balls, turned, moved and scaled.
-fn check_blob(turn: DQuat, size: f64, shift: DVec3, bump: DVec3, radius: f64) {
-    let place = move |p: DVec3| turn.inverse() * (p / size - shift);
-    let value = move |p: DVec3| {
-        let p = place(p);
-        size * (p.length() - 1.0).min((p - bump).length() - radius)
-    };
-    let reach = size * 2.8;
-    let bounds = Bounds {
-        min: size * shift - reach,
-        max: size * shift + reach,
-    };
-    let solid = Solid::implicit(bounds, value);
-    let settings = SampleSettings {
-        target: Target::Spacing(0.22 * size),
-        ..SampleSettings::default()
-    };
-    let s = sample_tetrahedra(&solid, &settings).expect("a blob of many cells");
-    check_sums("sums", &s);
-    let q = s.report.quality;
-    assert!(q.smallest_dihedral > 10.7, "{q:?}");
-    assert_eq!(q.inverted, 0);
-    // Short edges of the surface are collapsed, so the mean is rather above the wish.
-    assert!((q.mean_edge / (0.22 * size) - 1.0).abs() < 0.15, "{q:?}");
-    assert!(q.shortest_edge > 0.2 * q.mean_edge, "{q:?}");
-    for p in &s.positions {
-        assert_below("node outside", value(*p), 1e-11 * reach);
     }
 }

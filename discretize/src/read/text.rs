@@ -59,8 +59,8 @@ impl<'a> Text<'a> {
             line: self.line,
         };
         let pair = rest.get(end) == Some(&b'\r') && rest.get(end + 1) == Some(&b'\n');
+        self.line += usize::from(end < rest.len());
         self.skip(end + 1 + usize::from(pair));
-        self.line += 1;
         Some(words)
     }
 
@@ -77,12 +77,13 @@ impl<'a> Text<'a> {
     /// Skips what is left of the present line: the end of a word is known, a block of bytes follows.
     pub(super) fn end_line(&mut self) {
         let rest = self.rest();
-        if rest.starts_with(b"\r\n") {
-            self.skip(2);
-        } else if matches!(rest.first(), Some(b'\n' | b'\r')) {
-            self.skip(1);
-        }
-        self.line += 1;
+        let ends = if rest.starts_with(b"\r\n") {
+            2
+        } else {
+            usize::from(matches!(rest.first(), Some(b'\n' | b'\r')))
+        };
+        self.skip(ends);
+        self.line += ends.min(1);
     }
 
     /// The next word, over line ends; `None` at the end.

@@ -1,18 +1,29 @@
-//! What more than one test file checks.
+//! What more than one test file checks, and bodies that more than one samples.
 #![allow(dead_code, reason = "not every test file needs all of it")]
 
-use glam::{DMat3, DVec3};
-use phyxel_discretize::{SampleError, SampleSettings, Sampling, Solid, Target, sample_tetrahedra};
+use std::path::PathBuf;
+
+use glam::{DMat3, DQuat, DVec3};
+use phyxel_discretize::{
+    Bounds, Grading, Mesh, Octree, Refinement, SampleError, SampleSettings, Sampling, Shape, Solid,
+    Target, sample_tetrahedra,
+};
+use proptest::prelude::*;
+use testkit::strategies::{rotation, scale, vector};
 use testkit::tol::{assert_below, assert_relative};
 
-/// Volumes positive and complete, boundary vectors closed, `sum b (x) X = V I`, each to 1e-10.
+/// Volumes positive, as much as the boundary of the tetrahedra holds (so that none overlaps
+/// another), boundary vectors closed, `sum b (x) X = V I`, each to 1e-10; no tetrahedron inverted.
 pub(crate) fn check_sums(name: &str, s: &Sampling) {
     assert!(
         s.volumes.iter().all(|v| *v > 0.0),
         "{name}: a volume is not positive"
     );
+    assert_eq!(s.report.quality.inverted, 0, "{name}");
     let volume: f64 = s.volumes.iter().sum();
     assert_relative(name, volume, s.report.volume, 0.0, 1e-12);
+    let (surface, _) = s.surface();
+    assert_relative(name, surface.volume(), volume, 0.0, 1e-10);
     check_boundary(
         name,
         &s.positions,
@@ -43,4 +54,244 @@ pub(crate) fn sample(solid: &Solid, count: usize) -> Result<Sampling, SampleErro
         ..SampleSettings::default()
     };
     sample_tetrahedra(solid, &settings)
+}
+
+/// The count of nodes is within 5 % of the wish.
+pub(crate) fn check_count(name: &str, nodes: usize, wanted: usize) {
+    assert!(
+        nodes.abs_diff(wanted) * 20 <= wanted,
+        "{name}: {nodes} of {wanted}"
+    );
+}
+
+/// Leaves, by brute force, of which two touch and differ by more than a factor of two, and the
+/// volume they cover.
+pub(crate) fn check_octree(tree: &Octree) {
+    let leaves = tree.leaves();
+    let smallest = leaves
+        .iter()
+        .map(|l| l.size.x)
+        .fold(f64::INFINITY, f64::min);
+    let slack = 1e-6 * smallest;
+    for (i, a) in leaves.iter().enumerate() {
+        for b in &leaves[i + 1..] {
+            let apart = (a.min - (b.min + b.size)).max(b.min - (a.min + a.size));
+            if apart.max_element() <= slack {
+                let ratio = a.size.x / b.size.x;
+                assert!((0.49..2.01).contains(&ratio), "{a:?} touches {b:?}");
+                // Touch only: no two leaves share volume.
+                assert!(apart.max_element() >= -slack, "{a:?} overlaps {b:?}");
+            }
+        }
+    }
+    let bounds = leaves.iter().fold(Bounds::EMPTY, |mut all, l| {
+        all.include(l.min);
+        all.include(l.min + l.size);
+        all
+    });
+    let covered: f64 = leaves.iter().map(|l| l.size.element_product()).sum();
+    assert_relative("cover", covered, bounds.size().element_product(), 0.0, 1e-9);
+}
+
+/// Cells up to `coarsest` times wider inside, and by `factor` finer in a ball.
+pub(crate) fn refined(center: DVec3, radius: f64, factor: f64, coarsest: f64) -> Grading {
+    Grading {
+        coarsest,
+        growth: 1.0,
+        refinements: vec![Refinement {
+            from: center,
+            to: center,
+            radius,
+            factor,
+        }],
+    }
+}
+
+/// A sampling with tetrahedra on an octree.
+pub(crate) fn graded(
+    solid: &Solid,
+    target: Target,
+    grading: Grading,
+) -> Result<Sampling, SampleError> {
+    let settings = SampleSettings {
+        target,
+        grading,
+        ..SampleSettings::default()
+    };
+    sample_tetrahedra(solid, &settings)
+}
+
+/// Count, sums and angles of one.
+pub(crate) fn check_graded(name: &str, solid: &Solid, count: usize, grading: Grading) -> Sampling {
+    let s = graded(solid, Target::NodeCount(count), grading).expect(name);
+    check_sums(name, &s);
+    check_count(name, s.positions.len(), count);
+    let angle = s.report.quality.smallest_dihedral;
+    assert!(angle > 8.0, "{name}: {angle}");
+    s
+}
+
+/// What `run` gives in a pool of so many threads.
+pub(crate) fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a few threads").install(run)
+}
+
+/// Every shape that needs no file, some 0.2 m long.
+pub(crate) fn shapes() -> [Shape; 5] {
+    [
+        Shape::Box {
+            half_extents: DVec3::new(0.04, 0.05, 0.1),
+        },
+        Shape::Ellipsoid {
+            semi_axes: DVec3::new(0.1, 0.06, 0.08),
+        },
+        Shape::Capsule {
+            half_length: 0.1,
+            radius: 0.04,
+        },
+        Shape::Tube {
+            half_length: 0.1,
+            outer_radius: 0.05,
+            inner_radius: 0.025,
+        },
+        Shape::Liver,
+    ]
+}
+
+/// Corners of a cube of edge 1 at a place, and its triangles.
+pub(crate) fn cube(at: DVec3) -> Mesh {
+    let vertices = (0..8)
+        .map(|k| at + DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
+        .collect();
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    Mesh {
+        vertices,
+        triangles: quads
+            .iter()
+            .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+            .collect(),
+    }
+}
+
+/// Several meshes in one, those marked turned inside out.
+pub(crate) fn join(parts: &[(Mesh, bool)]) -> Mesh {
+    let mut all = Mesh::default();
+    for (mesh, inward) in parts {
+        let first = u32::try_from(all.vertices.len()).expect("small meshes");
+        all.vertices.extend(&mesh.vertices);
+        all.triangles.extend(mesh.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|v| v + first);
+            if *inward { [a, c, b] } else { [a, b, c] }
+        }));
+    }
+    all
+}
+
+/// The folder of real meshes, if the environment names one.
+///
+/// They are not part of the repository: tests that need them say so where it is not set.
+pub(crate) fn folder_of_meshes() -> Option<PathBuf> {
+    let folder = std::env::var_os("PHYXEL_MESHES").map(PathBuf::from);
+    #[allow(clippy::print_stderr, reason = "a skipped test says so")]
+    if folder.is_none() {
+        eprintln!("skipped: set PHYXEL_MESHES to the folder of test meshes");
+    }
+    folder
+}
+
+/// A random implicit body: a ball with a second one that is added to it or bitten out, or a ball
+/// with lobes; turned, moved and scaled.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Blob {
+    pub kind: BlobKind,
+    pub turn: DQuat,
+    /// The length that is 1 before scaling (m): the first ball's radius.
+    pub size: f64,
+    /// Middle of the first ball and, from there, of the second, in `size`.
+    pub shift: DVec3,
+    pub bump: DVec3,
+    /// Radius of the second ball in `size`; twice the height of the lobes.
+    pub radius: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum BlobKind {
+    Union,
+    Bite,
+    Lobes,
+}
+
+impl Blob {
+    /// The function that is negative inside (m).
+    pub(crate) fn value(&self, p: DVec3) -> f64 {
+        let p = self.turn.inverse() * (p / self.size - self.shift);
+        let ball = p.length() - 1.0;
+        let second = |at: DVec3| (p - at).length() - self.radius;
+        self.size
+            * match self.kind {
+                BlobKind::Union => ball.min(second(self.bump)),
+                // Round a point of the first one's surface: no shell is left that is thinner
+                // than a spacing.
+                BlobKind::Bite => ball.max(-second(self.bump.normalize_or(DVec3::X))),
+                BlobKind::Lobes => {
+                    let wave = (3.0 * p.x).sin() * (3.0 * p.y).cos() * (3.0 * p.z).sin();
+                    ball + 0.2 * self.radius * wave
+                }
+            }
+    }
+
+    /// Half the edge of the cube round [`Blob::center`] that holds the body (m).
+    pub(crate) fn reach(&self) -> f64 {
+        2.8 * self.size
+    }
+
+    pub(crate) fn center(&self) -> DVec3 {
+        self.size * self.shift
+    }
+
+    pub(crate) fn solid(self) -> Solid {
+        let bounds = Bounds {
+            min: self.center() - self.reach(),
+            max: self.center() + self.reach(),
+        };
+        Solid::implicit(bounds, move |p| self.value(p))
+    }
+
+    pub(crate) fn check_none_outside(&self, nodes: &[DVec3]) {
+        for p in nodes {
+            assert_below("node outside", self.value(*p), 1e-11 * self.reach());
+        }
+    }
+}
+
+pub(crate) fn blob() -> impl Strategy<Value = Blob> {
+    let kind = prop_oneof![
+        Just(BlobKind::Union),
+        Just(BlobKind::Bite),
+        Just(BlobKind::Lobes)
+    ];
+    (
+        kind,
+        rotation(),
+        scale(),
+        vector(1.0),
+        vector(1.0),
+        0.3..0.9_f64,
+    )
+        .prop_map(|(kind, turn, size, shift, bump, radius)| Blob {
+            kind,
+            turn,
+            size,
+            shift,
+            bump,
+            radius,
+        })
 }
