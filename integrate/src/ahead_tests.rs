@@ -85,10 +85,10 @@ fn check_defining_equation(contact: &mut Contact, shape: &Shape, pose: &Pose, se
     let v: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
     let internal: Vec<DVec3> = x.iter().map(|_| random.vector(5.0)).collect();
     let masses: Vec<f64> = x.iter().map(|_| random.range(0.5, 2.0)).collect();
-    let inverse_masses: Vec<f64> = masses.iter().map(|m| m.recip()).collect();
     let mut supports = Supports::free(9);
     supports.fix(0);
     supports.slide(4, DVec3::new(1.0, 1.0, 0.0));
+    let mobility = crate::sweep::Mobility::new(&masses, &supports);
     let step = 0.05;
     let view = StepView {
         time: 0.0,
@@ -97,13 +97,13 @@ fn check_defining_equation(contact: &mut Contact, shape: &Shape, pose: &Pose, se
         velocities: &v,
         nodes: crate::view::NodeForces {
             masses: &masses,
-            inverse_masses: &inverse_masses,
-            supports: Some(&supports),
+            mobility: &mobility,
+            supports: &supports,
             gravity: DVec3::NEG_Z,
             forces: &internal,
             loads: &[],
-            applied: &[],
-            viscous: &[],
+            before: &[],
+            viscosity: 0.0,
         },
     };
     let mut f = vec![DVec3::ZERO; 9];

@@ -1,7 +1,7 @@
 //! Largest eigenvalue of `M⁻¹ K` and the step it allows.
 
 use crate::supports::Supports;
-use crate::vector::{add_scaled, dot, scale_by};
+use crate::vector::{add_scaled, combine, dot, scale_by};
 use glam::DVec3;
 
 /// How long to iterate, and how much to add to the result.
@@ -155,9 +155,8 @@ pub fn largest_eigenvalue(
     let mut iterations = 1;
     loop {
         let lambda = dot(y, &ay);
-        for ((r, ay), y) in r.iter_mut().zip(&ay).zip(y.iter()) {
-            *r = *ay - *y * lambda;
-        }
+        r.copy_from_slice(&ay);
+        add_scaled(&mut r, -lambda, y);
         let size = dot(&r, &r).sqrt();
         let relative = if lambda > 0.0 { size / lambda } else { size };
         if relative <= settings.tolerance || iterations >= settings.iterations || size == 0.0 {
@@ -201,12 +200,10 @@ pub fn largest_eigenvalue(
             ap = vec![DVec3::ZERO; n];
         }
         // New direction p = c1 r + c2 p, new vector y = c0 y + p.
-        for i in 0..n {
-            p[i] = r[i] * c[1] + p[i] * c[2];
-            ap[i] = ar[i] * c[1] + ap[i] * c[2];
-            y[i] = y[i] * c[0] + p[i];
-            ay[i] = ay[i] * c[0] + ap[i];
-        }
+        combine(&mut p, &r, |p, r| r * c[1] + p * c[2]);
+        combine(&mut ap, &ar, |ap, ar| ar * c[1] + ap * c[2]);
+        combine(y, &p, |y, p| y * c[0] + p);
+        combine(&mut ay, &ap, |ay, ap| ay * c[0] + ap);
         let size = dot(y, y).sqrt();
         scale_by(y, size.recip());
         scale_by(&mut ay, size.recip());

@@ -1,19 +1,12 @@
-//! The explicit step: node loops, driven nodes, energy sums, divergence.
+//! The explicit step: its order, driven nodes, energy sums, divergence.
 
 use crate::audit::Warning;
 use crate::error::{Cause, StepError};
 use crate::motion::{Frame, Motion, Scheme};
 use crate::supports::Support;
+use crate::sweep::{Before, Kick, Sums, Sweep};
 use crate::view::{NodeForces, StepView};
 use glam::DVec3;
-use rayon::prelude::*;
-
-/// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
-const CHUNK: usize = 1024;
-
-/// Below this many nodes a loop over them takes less time than sharing it: some 5 µs where threads are
-/// awake, as they are after the forces, and 10 ns a node.
-const PARALLEL_FROM: usize = 4 * CHUNK;
 
 /// Steps in a row with the balance off before anything is said. An unstable step multiplies energies
 /// by some power of its excess each time, so this is far from overflow.
@@ -31,36 +24,6 @@ pub(crate) struct DrivenNode {
     force: DVec3,
     applied: DVec3,
     viscous: DVec3,
-}
-
-/// Kick and decay of one pass.
-#[derive(Clone, Copy)]
-struct Kick {
-    step: f64,
-    decay: f64,
-}
-
-/// Sums over nodes.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    kinetic: f64,
-    momentum: DVec3,
-    dissipated: f64,
-    applied: f64,
-    potential: f64,
-    bad: bool,
-}
-
-impl Sums {
-    fn add(mut self, other: Self) -> Self {
-        self.kinetic += other.kinetic;
-        self.momentum += other.momentum;
-        self.dissipated += other.dissipated;
-        self.applied += other.applied;
-        self.potential += other.potential;
-        self.bad |= other.bad;
-        self
-    }
 }
 
 impl Motion {
@@ -220,60 +183,41 @@ impl Motion {
             self.evaluate_first(forces)?;
         }
         let damping = self.settings.damping;
+        // Time of the first kick, of the second, and what damping leaves in each.
         let (first, second) = match self.settings.scheme {
             Scheme::VelocityVerlet => {
-                let decay = (-0.5 * damping * step).exp();
-                let half = Kick {
-                    step: 0.5 * step,
-                    decay,
-                };
+                let half = (0.5 * step, (-0.5 * damping * step).exp());
                 (half, half)
             }
-            Scheme::SymplecticEuler => (
-                Kick {
-                    step,
-                    decay: (-damping * step).exp(),
-                },
-                Kick {
-                    step: 0.0,
-                    decay: 1.0,
-                },
-            ),
+            Scheme::SymplecticEuler => ((step, (-damping * step).exp()), (0.0, 1.0)),
         };
-        self.release_driven();
-        let mut dissipated = self.drift(first, step);
+        let kick = |(time, decay)| Kick { time, decay, step };
+        let mut dissipated = self.release_driven() * (1.0 - first.1 * first.1);
+        self.drift(kick(first));
         self.place_driven(end);
         let energy = forces(&self.state.positions, &mut self.next_forces);
-        if self.settings.viscosity > 0.0 {
-            let factor = self.settings.viscosity / step;
-            let pairs = self.next_forces.iter().zip(&self.state.forces);
-            self.next_viscous.clear();
-            self.next_viscous
-                .extend(pairs.map(|(new, old)| (*new - *old) * factor));
-        }
         self.next_applied.clear();
         if let Some(applied) = applied {
             self.next_applied.resize(self.masses.len(), DVec3::ZERO);
-            let nodes = NodeForces {
-                masses: &self.masses,
-                inverse_masses: &self.inverse_masses,
-                supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
-                gravity: self.settings.gravity,
-                forces: &self.next_forces,
-                loads: &self.loads,
-                applied: &[],
-                viscous: &self.next_viscous,
-            };
             let view = StepView {
                 time: end,
                 step,
                 positions: &self.state.positions,
                 velocities: &self.state.velocities,
-                nodes,
+                nodes: NodeForces {
+                    masses: &self.masses,
+                    mobility: &self.mobility,
+                    supports: &self.supports,
+                    gravity: self.settings.gravity,
+                    forces: &self.next_forces,
+                    loads: &self.loads,
+                    before: &self.state.forces,
+                    viscosity: self.settings.viscosity / step,
+                },
             };
             applied(&view, &mut self.next_applied);
         }
-        let sums = self.finish(second, step);
+        let sums = self.finish(kick(second));
         if sums.bad || !energy.is_finite() {
             return Err(self.not_finite(step, end));
         }
@@ -294,122 +238,53 @@ impl Motion {
         self.judge(step)
     }
 
-    /// First pass: decay, kick, drift; returns the energy that the decay took.
-    fn drift(&mut self, kick: Kick, step: f64) -> f64 {
-        let nodes = NodeForces {
+    /// First pass over nodes, with the forces of the last evaluation.
+    fn drift(&mut self, kick: Kick) {
+        let s = &mut self.state;
+        let sweep = Sweep {
             masses: &self.masses,
-            inverse_masses: &self.inverse_masses,
-            supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
+            mobility: &self.mobility,
+            supports: &self.supports,
             gravity: self.settings.gravity,
-            forces: &self.state.forces,
+            forces: &s.forces,
             loads: &self.loads,
-            applied: &self.state.applied,
-            viscous: &self.state.viscous,
+            applied: &s.applied,
         };
-        let damped = kick.decay < 1.0;
-        let lost = 1.0 - kick.decay * kick.decay;
-        let body = |chunk: usize, x: &mut [DVec3], v: &mut [DVec3]| {
-            let mut dissipated = 0.0;
-            let start = chunk * CHUNK;
-            for (k, (x, v)) in x.iter_mut().zip(v).enumerate() {
-                if damped {
-                    dissipated += 0.5 * nodes.masses[start + k] * v.length_squared() * lost;
-                    *v *= kick.decay;
-                }
-                let moved = *v + nodes.acceleration(start + k) * kick.step;
-                // A force that is not finite was refused before; a sum can overflow only after the
-                // energies did.
-                *v = moved;
-                *x += moved * step;
-            }
-            dissipated
-        };
-        let (x, v) = (&mut self.state.positions, &mut self.state.velocities);
-        if x.len() >= PARALLEL_FROM {
-            let partial: Vec<f64> = x
-                .par_chunks_mut(CHUNK)
-                .zip(v.par_chunks_mut(CHUNK))
-                .enumerate()
-                .map(|(chunk, (x, v))| body(chunk, x, v))
-                .collect();
-            partial.iter().sum()
-        } else {
-            let chunks = x.chunks_mut(CHUNK).zip(v.chunks_mut(CHUNK)).enumerate();
-            chunks.map(|(chunk, (x, v))| body(chunk, x, v)).sum()
-        }
+        sweep.drift(&s.viscous, kick, &mut s.positions, &mut s.velocities);
     }
 
-    /// Second pass: work of applied forces, kick, decay, and the sums of the audit.
-    fn finish(&mut self, kick: Kick, step: f64) -> Sums {
-        let nodes = NodeForces {
+    /// Second pass over nodes, with the new forces.
+    fn finish(&mut self, kick: Kick) -> Sums {
+        let viscous = self.settings.viscosity > 0.0;
+        let count = if viscous { self.masses.len() } else { 0 };
+        self.next_viscous.resize(count, DVec3::ZERO);
+        let s = &mut self.state;
+        let sweep = Sweep {
             masses: &self.masses,
-            inverse_masses: &self.inverse_masses,
-            supports: (!self.supports.entries().is_empty()).then_some(&self.supports),
+            mobility: &self.mobility,
+            supports: &self.supports,
             gravity: self.settings.gravity,
             forces: &self.next_forces,
             loads: &self.loads,
             applied: &self.next_applied,
-            viscous: &self.next_viscous,
         };
-        let damped = kick.decay < 1.0;
-        let lost = 1.0 - kick.decay * kick.decay;
-        let weight = nodes.gravity != DVec3::ZERO;
-        let (old_applied, old_viscous) = (&self.state.applied, &self.state.viscous);
-        let positions = &self.state.positions;
-        let body = |chunk: usize, v: &mut [DVec3]| {
-            let mut sums = Sums::default();
-            let start = chunk * CHUNK;
-            for (k, v) in v.iter_mut().enumerate() {
-                let node = start + k;
-                let mass = nodes.masses[node];
-                let moved = *v * step;
-                if let Some(force) = nodes.applied.get(node) {
-                    let before = old_applied.get(node).copied().unwrap_or_default();
-                    sums.applied += 0.5 * (*force + before).dot(moved);
-                }
-                if let Some(force) = nodes.viscous.get(node) {
-                    let before = old_viscous.get(node).copied().unwrap_or_default();
-                    sums.dissipated -= 0.5 * (*force + before).dot(moved);
-                }
-                let mut new = *v + nodes.acceleration(node) * kick.step;
-                if damped {
-                    sums.dissipated += 0.5 * mass * new.length_squared() * lost;
-                    new *= kick.decay;
-                }
-                if new.is_finite() && nodes.forces[node].is_finite() {
-                    *v = new;
-                } else {
-                    sums.bad = true;
-                }
-                sums.kinetic += 0.5 * mass * v.length_squared();
-                sums.momentum += *v * mass;
-                if weight {
-                    sums.potential -= mass * positions[node].dot(nodes.gravity);
-                }
-                if let Some(load) = nodes.loads.get(node) {
-                    sums.potential -= positions[node].dot(*load);
-                }
-            }
-            sums
+        let before = Before {
+            forces: &s.forces,
+            applied: &s.applied,
+            viscous: &s.viscous,
+            viscosity: self.settings.viscosity / kick.step,
         };
-        let v = &mut self.state.velocities;
-        if v.len() >= PARALLEL_FROM {
-            let chunks = v.par_chunks_mut(CHUNK).enumerate();
-            let partial: Vec<Sums> = chunks.map(|(chunk, v)| body(chunk, v)).collect();
-            partial.into_iter().fold(Sums::default(), Sums::add)
-        } else {
-            let chunks = v.chunks_mut(CHUNK).enumerate();
-            chunks
-                .map(|(chunk, v)| body(chunk, v))
-                .fold(Sums::default(), Sums::add)
-        }
+        let (v, viscous) = (&mut s.velocities, &mut self.next_viscous);
+        sweep.finish(before, kick, &s.positions, v, viscous)
     }
 
-    /// Remembers driven nodes and takes the driven part out of their velocities.
-    fn release_driven(&mut self) {
+    /// Remembers driven nodes and takes the driven part out of their velocities; returns the kinetic
+    /// energy (J) of what is left.
+    fn release_driven(&mut self) -> f64 {
         self.driven.clear();
+        let mut kinetic = self.state.audit.kinetic;
         if self.supports.paths().is_empty() {
-            return;
+            return kinetic;
         }
         for support in self.supports.entries() {
             if support.path.is_none() {
@@ -418,16 +293,19 @@ impl Motion {
             let node = support.node as usize;
             let at = |v: &Vec<DVec3>| v.get(node).copied().unwrap_or_default();
             let velocity = self.state.velocities[node];
+            let held = support.held(velocity);
+            kinetic -= 0.5 * self.masses[node] * held.length_squared();
             self.driven.push(DrivenNode {
                 support: *support,
                 position: self.state.positions[node],
-                velocity: support.held(velocity),
+                velocity: held,
                 force: self.total_force(node),
                 applied: at(&self.state.applied),
                 viscous: at(&self.state.viscous),
             });
             self.state.velocities[node] = support.free * velocity;
         }
+        kinetic
     }
 
     fn place_driven(&mut self, time: f64) {

@@ -189,7 +189,7 @@ impl Implicit {
             let force = motion.state.forces[i] + load;
             let damping = motion.state.velocities[i] * motion.settings.damping;
             self.accelerations
-                .push(force * motion.inverse_masses[i] - damping);
+                .push(force * motion.mobility.inverse[i] - damping);
         }
         motion.supports.project(&mut self.accelerations);
     }

@@ -22,6 +22,7 @@ mod pressed;
 mod shape;
 mod supports;
 mod surface;
+mod sweep;
 #[cfg(test)]
 mod testing;
 mod tool;

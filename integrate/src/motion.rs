@@ -3,6 +3,7 @@
 use crate::audit::{Audit, Warning};
 use crate::error::MotionError;
 use crate::supports::Supports;
+use crate::sweep::Mobility;
 use glam::DVec3;
 
 /// Explicit scheme.
@@ -156,7 +157,7 @@ impl Frame {
 pub struct Motion {
     pub(crate) settings: MotionSettings,
     pub(crate) masses: Vec<f64>,
-    pub(crate) inverse_masses: Vec<f64>,
+    pub(crate) mobility: Mobility,
     pub(crate) supports: Supports,
     pub(crate) loads: Vec<DVec3>,
     pub(crate) critical_step: Option<f64>,
@@ -212,7 +213,7 @@ impl Motion {
         let mut motion = Self {
             settings,
             masses: masses.to_vec(),
-            inverse_masses: masses.iter().map(|m| m.recip()).collect(),
+            mobility: Mobility::new(masses, &supports),
             supports,
             loads: Vec::new(),
             critical_step: None,
@@ -248,7 +249,7 @@ impl Motion {
         MotionBytes {
             state: vectors(&[&s.positions, &s.velocities, &s.forces, &self.next_forces])
                 + size_of_val(&*self.masses)
-                + size_of_val(&*self.inverse_masses),
+                + self.mobility.bytes(),
             supports: if self.supports.entries().is_empty() {
                 0
             } else {
@@ -405,6 +406,7 @@ impl Motion {
             self.node_count(),
             "supports for every node"
         );
+        self.mobility = Mobility::new(&self.masses, &supports);
         self.supports = supports;
         let before = self.state.audit.kinetic;
         self.supports.project(&mut self.state.velocities);

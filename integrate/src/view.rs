@@ -1,6 +1,7 @@
 //! What forces from outside may know of a step.
 
 use crate::supports::Supports;
+use crate::sweep::Mobility;
 use glam::{DMat3, DVec3};
 
 /// The body at the end of a step, before its second kick: positions are those of the end, velocities
@@ -43,35 +44,38 @@ impl StepView<'_> {
     /// If there is no such node.
     #[must_use]
     pub fn free(&self, node: usize) -> DMat3 {
-        let support = self.nodes.supports.and_then(|supports| supports.of(node));
+        let support = self.nodes.supports.of(node);
         support.map_or(DMat3::IDENTITY, |support| support.free)
     }
 }
 
-/// Read-only view of masses and forces, for node loops.
+/// Read-only view of masses and of all forces but those from outside.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NodeForces<'a> {
     pub(crate) masses: &'a [f64],
-    pub(crate) inverse_masses: &'a [f64],
-    pub(crate) supports: Option<&'a Supports>,
+    pub(crate) mobility: &'a Mobility,
+    pub(crate) supports: &'a Supports,
     pub(crate) gravity: DVec3,
     pub(crate) forces: &'a [DVec3],
+    /// Empty without any.
     pub(crate) loads: &'a [DVec3],
-    pub(crate) applied: &'a [DVec3],
-    pub(crate) viscous: &'a [DVec3],
+    /// Internal forces of the step before.
+    pub(crate) before: &'a [DVec3],
+    /// Viscosity over step.
+    pub(crate) viscosity: f64,
 }
 
 impl NodeForces<'_> {
-    #[inline]
-    pub(crate) fn acceleration(&self, node: usize) -> DVec3 {
-        let mut force = self.forces[node];
-        for more in [self.loads, self.applied, self.viscous] {
-            if let Some(f) = more.get(node) {
-                force += *f;
-            }
+    fn acceleration(&self, node: usize) -> DVec3 {
+        let mut force = self.forces[node] + self.gravity * self.masses[node];
+        if let Some(load) = self.loads.get(node) {
+            force += *load;
         }
-        let acceleration = force * self.inverse_masses[node] + self.gravity;
-        match self.supports.and_then(|supports| supports.of(node)) {
+        if self.viscosity > 0.0 {
+            force += (self.forces[node] - self.before[node]) * self.viscosity;
+        }
+        let acceleration = force * self.mobility.inverse[node];
+        match self.supports.of(node) {
             Some(support) => support.free * acceleration,
             None => acceleration,
         }

@@ -32,9 +32,9 @@ use state::Incision;
 use tool::Touch;
 
 /// Steps between two estimates of the largest eigenvalue: strain stiffens a body.
-const STEPS_PER_ESTIMATE: u64 = 25;
+const STEPS_PER_ESTIMATE: u64 = 50;
 /// Products with the stiffness per such estimate; it starts at the vector of the last.
-const ESTIMATE_PRODUCTS: usize = 4;
+const ESTIMATE_PRODUCTS: usize = 2;
 
 /// A body with the blades that have touched it.
 #[derive(Debug)]

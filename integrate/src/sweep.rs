@@ -1,0 +1,274 @@
+//! The two passes over nodes of an explicit step.
+//!
+//! A pass goes through the nodes block by block, and through a block once per quantity, so that each
+//! loop is short, has no branch and leaves its block in cache for the next. Loops that treat all
+//! components alike run over plain numbers.
+
+use std::ops::Range;
+
+use bytemuck::{cast_slice, cast_slice_mut};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::supports::Supports;
+use crate::vector::{dot_in_order, sum_in_order};
+
+/// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
+const CHUNK: usize = 1024;
+
+/// Nodes per block, whose vectors stay in the first cache. Divides the chunk.
+const BLOCK: usize = 128;
+
+/// Below this many nodes a pass takes less time than sharing it: some 10 µs, and 4 ns a node.
+pub(crate) const PARALLEL_FROM: usize = 4 * CHUNK;
+
+/// How easily nodes move.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Mobility {
+    /// Inverse masses (1/kg), 0 where a node is held in all directions.
+    pub(crate) inverse: Vec<f64>,
+    /// Nodes held in some directions only, rising.
+    partly: Vec<u32>,
+}
+
+impl Mobility {
+    pub(crate) fn new(masses: &[f64], supports: &Supports) -> Self {
+        let mut inverse: Vec<f64> = masses.iter().map(|m| m.recip()).collect();
+        let mut partly = Vec::new();
+        for support in supports.entries() {
+            if support.free == glam::DMat3::ZERO {
+                inverse[support.node as usize] = 0.0;
+            } else {
+                partly.push(support.node);
+            }
+        }
+        partly.sort_unstable();
+        Self { inverse, partly }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.inverse) + size_of_val(&*self.partly)
+    }
+
+    /// Takes the held parts out of the vectors of the nodes from `first` on.
+    fn project(&self, supports: &Supports, first: usize, vectors: &mut [DVec3]) {
+        let from = self.partly.partition_point(|&node| (node as usize) < first);
+        for &node in &self.partly[from..] {
+            let Some(vector) = vectors.get_mut(node as usize - first) else {
+                break;
+            };
+            if let Some(support) = supports.of(node as usize) {
+                *vector = support.free * *vector;
+            }
+        }
+    }
+}
+
+/// What a pass reads. Slices are empty where a motion has no such forces.
+#[derive(Clone, Copy)]
+pub(crate) struct Sweep<'a> {
+    pub(crate) masses: &'a [f64],
+    pub(crate) mobility: &'a Mobility,
+    pub(crate) supports: &'a Supports,
+    pub(crate) gravity: DVec3,
+    pub(crate) forces: &'a [DVec3],
+    pub(crate) loads: &'a [DVec3],
+    pub(crate) applied: &'a [DVec3],
+}
+
+/// Kick and decay of one pass, and the step (s) it belongs to.
+#[derive(Clone, Copy)]
+pub(crate) struct Kick {
+    /// Time (s) for which forces act.
+    pub(crate) time: f64,
+    /// What is left of velocities after damping.
+    pub(crate) decay: f64,
+    /// The whole step (s).
+    pub(crate) step: f64,
+}
+
+/// Forces of the step before, against which work is booked.
+#[derive(Clone, Copy)]
+pub(crate) struct Before<'a> {
+    pub(crate) forces: &'a [DVec3],
+    pub(crate) applied: &'a [DVec3],
+    pub(crate) viscous: &'a [DVec3],
+    /// Viscosity over step.
+    pub(crate) viscosity: f64,
+}
+
+/// Sums over nodes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sums {
+    pub(crate) kinetic: f64,
+    pub(crate) momentum: DVec3,
+    pub(crate) dissipated: f64,
+    pub(crate) applied: f64,
+    pub(crate) potential: f64,
+    pub(crate) bad: bool,
+}
+
+impl Sums {
+    fn add(mut self, other: Self) -> Self {
+        self.kinetic += other.kinetic;
+        self.momentum += other.momentum;
+        self.dissipated += other.dissipated;
+        self.applied += other.applied;
+        self.potential += other.potential;
+        self.bad |= other.bad;
+        self
+    }
+}
+
+/// A range in blocks.
+fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let end = range.end;
+    range
+        .step_by(BLOCK)
+        .map(move |from| from..end.min(from + BLOCK))
+}
+
+/// A slice's part, nothing of an empty one.
+fn part<'a>(slice: &'a [DVec3], at: &Range<usize>) -> &'a [DVec3] {
+    slice.get(at.clone()).unwrap_or_default()
+}
+
+/// `a = f(a, b)`, number by number, as far as both go.
+#[inline(always)]
+fn combine(a: &mut [DVec3], b: &[DVec3], f: impl Fn(f64, f64) -> f64) {
+    let (a, b): (&mut [f64], &[f64]) = (cast_slice_mut(a), cast_slice(b));
+    let len = a.len().min(b.len());
+    let (a, b) = (&mut a[..len], &b[..len]);
+    for k in 0..len {
+        a[k] = f(a[k], b[k]);
+    }
+}
+
+impl Sweep<'_> {
+    /// First pass: decay, kick, drift.
+    pub(crate) fn drift(&self, viscous: &[DVec3], kick: Kick, x: &mut [DVec3], v: &mut [DVec3]) {
+        let body = |(chunk, (x, v)): (usize, (&mut [DVec3], &mut [DVec3]))| {
+            let mut gained = [DVec3::ZERO; BLOCK];
+            for at in blocks(0..v.len()) {
+                let nodes = chunk * CHUNK + at.start..chunk * CHUNK + at.end;
+                let (gained, x) = (&mut gained[..at.len()], &mut x[at.clone()]);
+                let v = &mut v[at];
+                self.kick(&nodes, part(viscous, &nodes), kick.time, gained);
+                combine(v, gained, |v, gained| v * kick.decay + gained);
+                self.mobility.project(self.supports, nodes.start, v);
+                combine(x, v, |x, v| x + v * kick.step);
+            }
+        };
+        if x.len() >= PARALLEL_FROM {
+            let chunks = x.par_chunks_mut(CHUNK).zip(v.par_chunks_mut(CHUNK));
+            chunks.enumerate().for_each(body);
+        } else {
+            let chunks = x.chunks_mut(CHUNK).zip(v.chunks_mut(CHUNK));
+            chunks.enumerate().for_each(body);
+        }
+    }
+
+    /// Second pass: viscous forces, work, kick, decay, and the sums of the audit. `viscous` is empty
+    /// without viscosity. Velocities of a block whose energy is not finite stay as they were.
+    pub(crate) fn finish(
+        &self,
+        before: Before<'_>,
+        kick: Kick,
+        x: &[DVec3],
+        v: &mut [DVec3],
+        viscous: &mut [DVec3],
+    ) -> Sums {
+        let body = |(chunk, (v, viscous)): (usize, (&mut [DVec3], &mut [DVec3]))| {
+            let mut sums = Sums::default();
+            let mut buffers = [[DVec3::ZERO; BLOCK]; 2];
+            for at in blocks(0..v.len()) {
+                let nodes = chunk * CHUNK + at.start..chunk * CHUNK + at.end;
+                let viscous = viscous.get_mut(at.clone()).unwrap_or_default();
+                let out = (&mut v[at], viscous);
+                sums = sums.add(self.finish_block(before, kick, nodes, x, out, &mut buffers));
+            }
+            sums
+        };
+        let parallel = v.len() >= PARALLEL_FROM;
+        let mut viscous = viscous.chunks_mut(CHUNK);
+        let chunks = v.chunks_mut(CHUNK);
+        let chunks = chunks.map(|v| (v, viscous.next().unwrap_or_default()));
+        if parallel {
+            let chunks: Vec<_> = chunks.enumerate().collect();
+            let partial: Vec<Sums> = chunks.into_par_iter().map(body).collect();
+            partial.into_iter().fold(Sums::default(), Sums::add)
+        } else {
+            let chunks = chunks.enumerate();
+            chunks.map(body).fold(Sums::default(), Sums::add)
+        }
+    }
+
+    fn finish_block(
+        &self,
+        before: Before<'_>,
+        kick: Kick,
+        nodes: Range<usize>,
+        x: &[DVec3],
+        (v, viscous): (&mut [DVec3], &mut [DVec3]),
+        [new, momenta]: &mut [[DVec3; BLOCK]; 2],
+    ) -> Sums {
+        let (new, momenta) = (&mut new[..v.len()], &mut momenta[..v.len()]);
+        let half = 0.5 * kick.step;
+        let mut sums = Sums::default();
+        if !viscous.is_empty() {
+            viscous.copy_from_slice(&self.forces[nodes.clone()]);
+            let old = &before.forces[nodes.clone()];
+            combine(viscous, old, |now, old| (now - old) * before.viscosity);
+            let old = part(before.viscous, &nodes);
+            sums.dissipated -= half * (dot_in_order(viscous, v) + dot_in_order(old, v));
+        }
+        let applied = part(self.applied, &nodes);
+        if !applied.is_empty() {
+            let old = part(before.applied, &nodes);
+            sums.applied += half * (dot_in_order(applied, v) + dot_in_order(old, v));
+        }
+        self.kick(&nodes, viscous, kick.time, new);
+        combine(new, v, |gained, v| v + gained);
+        self.mobility.project(self.supports, nodes.start, new);
+        let masses = &self.masses[nodes.clone()];
+        for ((p, v), m) in momenta.iter_mut().zip(&*new).zip(masses) {
+            *p = *v * *m;
+        }
+        let kinetic = 0.5 * dot_in_order(momenta, new);
+        let left = kick.decay * kick.decay;
+        sums.bad = !kinetic.is_finite();
+        sums.kinetic = kinetic * left;
+        sums.dissipated += kinetic * (1.0 - left);
+        sums.momentum = sum_in_order(momenta) * kick.decay;
+        if !sums.bad {
+            combine(v, new, |_, new| new * kick.decay);
+        }
+        sums.potential = -dot_in_order(part(self.loads, &nodes), part(x, &nodes));
+        if self.gravity != DVec3::ZERO {
+            let weighted = x[nodes].iter().zip(masses).map(|(x, m)| *x * *m);
+            sums.potential -= weighted.sum::<DVec3>().dot(self.gravity);
+        }
+        sums
+    }
+
+    /// What nodes gain in velocity in a time (s) under all forces, `viscous` given for these
+    /// nodes alone. Held parts of partly held nodes are still in it.
+    fn kick(&self, nodes: &Range<usize>, viscous: &[DVec3], time: f64, gained: &mut [DVec3]) {
+        gained.copy_from_slice(&self.forces[nodes.clone()]);
+        for more in [part(self.loads, nodes), part(self.applied, nodes), viscous] {
+            combine(gained, more, |sum, more| sum + more);
+        }
+        if self.gravity != DVec3::ZERO {
+            for (sum, m) in gained.iter_mut().zip(&self.masses[nodes.clone()]) {
+                *sum += self.gravity * *m;
+            }
+        }
+        for (sum, inverse) in gained.iter_mut().zip(&self.mobility.inverse[nodes.clone()]) {
+            *sum *= inverse * time;
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "sweep_tests.rs"]
+mod tests;
