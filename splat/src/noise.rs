@@ -40,17 +40,26 @@ fn slope(hash: u32) -> Vec3 {
     }
 }
 
+/// The lattice cell of a point and the place in it. Far outside (2³¹ cells) noise need not vary.
+#[inline]
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "saturates; exact below 2^24, where coordinates still have fractions"
+)]
+fn cell(p: Vec3) -> ([i32; 3], Vec3) {
+    let cell = p.to_array().map(|x| {
+        let toward_zero = x as i32;
+        toward_zero.saturating_sub(i32::from(x < toward_zero as f32))
+    });
+    (cell, p - Vec3::from_array(cell.map(|x| x as f32)))
+}
+
 /// About the gradient of [`gradient_noise`]: the lattice gradients, smoothly interpolated. Cheaper
 /// than the gradient and as continuous; what a relief needs.
 #[must_use]
 pub fn slope_noise(p: Vec3) -> Vec3 {
-    let floor = p.floor();
-    #[allow(
-        clippy::cast_possible_truncation,
-        reason = "saturates; noise far outside need not vary"
-    )]
-    let (x, y, z) = (floor.x as i32, floor.y as i32, floor.z as i32);
-    let f = p - floor;
+    let ([x, y, z], f) = cell(p);
     let s = f * f * (Vec3::splat(3.0) - 2.0 * f);
     let corner = |dx: i32, dy: i32, dz: i32| {
         slope(hash(
@@ -70,13 +79,7 @@ pub fn slope_noise(p: Vec3) -> Vec3 {
 /// Zero at lattice points, twice continuously differentiable, same everywhere and always.
 #[must_use]
 pub fn gradient_noise(p: Vec3) -> f32 {
-    let floor = p.floor();
-    #[allow(
-        clippy::cast_possible_truncation,
-        reason = "saturates; noise far outside need not vary"
-    )]
-    let (x, y, z) = (floor.x as i32, floor.y as i32, floor.z as i32);
-    let f = p - floor;
+    let ([x, y, z], f) = cell(p);
     let s = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     let corner = |dx: i32, dy: i32, dz: i32, d: Vec3| {
         let h = hash(x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz));

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 
 /// Side of a tile (samples).
 pub(crate) const TILE: usize = 32;
-/// Splats per chunk: each chunk is projected and binned by one thread.
+/// Chunks that the splats are divided into and the fewest splats of one: each chunk is projected and
+/// binned by one thread.
+const CHUNKS: usize = 32;
 const CHUNK: usize = 2048;
 /// Splats are clipped this far beyond the edge (samples), so that the two sides of an edge leave
 /// no gap between them.
@@ -28,10 +30,6 @@ pub(crate) struct Projected {
     pub(crate) slope: [f32; 2],
     /// How much farther a fragment may lie than what is seen, and still blend (nearness).
     pub(crate) tolerance: f32,
-    /// Unit normal in camera axes (right, up, towards the viewer), and 1.
-    pub(crate) normal: Vec4,
-    /// Change of the normal along the two disk coordinates, and 0.
-    pub(crate) bend: [Vec4; 2],
     /// Samples covered: x0, y0, x1, y1, half-open.
     pub(crate) bounds: [i32; 4],
     pub(crate) splat: u32,
@@ -41,6 +39,29 @@ pub(crate) struct Projected {
     pub(crate) walls: [u32; 2],
 }
 
+/// What a splat on the screen looks like.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Paint {
+    /// Unit normal in camera axes (right, up, towards the viewer), and 1.
+    pub(crate) normal: Vec4,
+    /// Change of the normal along the two disk coordinates, and 0.
+    pub(crate) bend: [Vec4; 2],
+    pub(crate) ink: Ink,
+}
+
+/// What a splat adds to the sums of a sample it is blended into.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ink {
+    /// Colour and specular.
+    pub(crate) color: Vec4,
+    /// Texture point (in cells of the relief) and relief.
+    pub(crate) point: Vec4,
+    /// Change of the texture point along the two disk coordinates, and 0.
+    pub(crate) along: [Vec4; 2],
+    /// Exponent of the highlight.
+    pub(crate) shininess: f32,
+}
+
 /// Shadow test of a wall: three linear functions of disk coordinates (constant, s, t); hidden
 /// where the first two are at least 0 and the third is negative.
 pub(crate) type Wall = [[f32; 3]; 3];
@@ -48,18 +69,30 @@ pub(crate) type Wall = [[f32; 3]; 3];
 /// A run of splats on the screen, binned.
 #[derive(Debug, Default)]
 pub(crate) struct Chunk {
-    pub(crate) splats: Vec<Projected>,
-    pub(crate) walls: Vec<Wall>,
+    splats: Vec<Projected>,
+    /// One entry per splat.
+    paints: Vec<Paint>,
+    walls: Vec<Wall>,
     /// CSR over tiles: which of `splats`, in order.
     offsets: Vec<u32>,
     members: Vec<u32>,
+    cursor: Vec<u32>,
 }
 
 impl Chunk {
     /// The chunk's splats that meet a tile, in order of splat.
-    pub(crate) fn in_tile(&self, tile: usize) -> impl Iterator<Item = &Projected> {
+    pub(crate) fn in_tile(&self, tile: usize) -> impl Iterator<Item = (&Projected, &Paint)> {
         let range = index(self.offsets[tile])..index(self.offsets[tile + 1]);
-        self.members[range].iter().map(|&m| &self.splats[index(m)])
+        let members = self.members[range].iter().map(|&m| index(m));
+        members.map(|m| (&self.splats[m], &self.paints[m]))
+    }
+
+    pub(crate) fn is_empty_in(&self, tile: usize) -> bool {
+        self.offsets[tile] == self.offsets[tile + 1]
+    }
+
+    pub(crate) fn walls_of(&self, p: &Projected) -> &[Wall] {
+        &self.walls[index(p.walls[0])..index(p.walls[1])]
     }
 }
 
@@ -76,21 +109,27 @@ pub(crate) struct Raster {
     pub(crate) tolerance: f64,
 }
 
-/// Projects and bins all splats.
-pub(crate) fn project(view: &SplatView<'_>, camera: &Camera, raster: &Raster) -> Vec<Chunk> {
+/// Projects and bins all splats, each in the ink that `ink` gives it; `chunks` are overwritten.
+pub(crate) fn project(
+    view: &SplatView<'_>,
+    camera: &Camera,
+    raster: &Raster,
+    ink: &(impl Fn(usize) -> Ink + Sync),
+    chunks: &mut Vec<Chunk>,
+) {
     let n = view.splats.positions.len();
     let axes = camera.axes();
-    (0..n.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|c| {
-            let mut chunk = Chunk::default();
-            for i in c * CHUNK..((c + 1) * CHUNK).min(n) {
-                project_one(view, camera, &axes, raster, i, &mut chunk);
-            }
-            bin(&mut chunk, raster.tiles);
-            chunk
-        })
-        .collect()
+    let size = n.div_ceil(CHUNKS).max(CHUNK);
+    chunks.resize_with(n.div_ceil(size), Chunk::default);
+    chunks.par_iter_mut().enumerate().for_each(|(c, chunk)| {
+        chunk.splats.clear();
+        chunk.paints.clear();
+        chunk.walls.clear();
+        for i in c * size..((c + 1) * size).min(n) {
+            project_one(view, camera, &axes, raster, i, ink, chunk);
+        }
+        bin(chunk, raster.tiles);
+    });
 }
 
 fn project_one(
@@ -99,6 +138,7 @@ fn project_one(
     axes: &DMat3,
     raster: &Raster,
     i: usize,
+    ink: &impl Fn(usize) -> Ink,
     chunk: &mut Chunk,
 ) {
     let splats = view.splats;
@@ -155,10 +195,14 @@ fn project_one(
         Lens::Orthographic { .. } => raster.tolerance * size,
     });
     let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
-    out.normal = lit(normal, 1.0);
+    let mut paint = Paint {
+        normal: lit(normal, 1.0),
+        bend: [Vec4::ZERO; 2],
+        ink: ink(i),
+    };
     if !aligned {
         let bend = |field: &[DVec3]| field.get(i).map_or(Vec4::ZERO, |&b| lit(axes * b, 0.0));
-        out.bend = [bend(&splats.bends_u), bend(&splats.bends_v)];
+        paint.bend = [bend(&splats.bends_u), bend(&splats.bends_v)];
     }
     if aligned {
         // Nothing is blended: the nearest wins.
@@ -174,6 +218,7 @@ fn project_one(
     }
     out.walls = [first, count(chunk.walls.len())];
     chunk.splats.push(out);
+    chunk.paints.push(paint);
 }
 
 /// The map from samples to disk coordinates and nearness.
@@ -188,8 +233,6 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
         near: 0.0,
         slope: [0.0; 2],
         tolerance: 0.0,
-        normal: Vec4::ZERO,
-        bend: [Vec4::ZERO; 2],
         bounds: [0; 4],
         splat: 0,
         square: false,
@@ -299,23 +342,29 @@ fn add_walls(clip: &Clip, radius: f64, scale: f64, walls: &mut Vec<Wall>) {
 
 /// Sorts the chunk's splats into tiles, keeping their order.
 fn bin(chunk: &mut Chunk, tiles: [usize; 2]) {
-    let mut offsets = vec![0_u32; tiles[0] * tiles[1] + 1];
-    for p in &chunk.splats {
+    let Chunk {
+        splats,
+        offsets,
+        members,
+        cursor,
+        ..
+    } = chunk;
+    offsets.clear();
+    offsets.resize(tiles[0] * tiles[1] + 1, 0);
+    for p in &*splats {
         for_tiles(p, tiles[0], |tile| offsets[tile + 1] += 1);
     }
     for k in 1..offsets.len() {
         offsets[k] += offsets[k - 1];
     }
-    let mut cursor = offsets.clone();
-    let mut members = vec![0_u32; index(*offsets.last().unwrap_or(&0))];
-    for (i, p) in chunk.splats.iter().enumerate() {
+    cursor.clone_from(offsets);
+    members.resize(index(*offsets.last().unwrap_or(&0)), 0);
+    for (i, p) in splats.iter().enumerate() {
         for_tiles(p, tiles[0], |tile| {
             members[index(cursor[tile])] = count(i);
             cursor[tile] += 1;
         });
     }
-    chunk.offsets = offsets;
-    chunk.members = members;
 }
 
 fn for_tiles(p: &Projected, tiles_per_row: usize, mut f: impl FnMut(usize)) {

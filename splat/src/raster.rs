@@ -1,16 +1,18 @@
 //! One tile: visibility and blending of splats and triangles.
 #![allow(
     clippy::needless_range_loop,
-    reason = "rows of several arrays are walked in step"
+    reason = "places in a tile are counted and converted by one table"
 )]
 
-use crate::cast::index;
 use crate::image::Image;
-use crate::project::{Chunk, Projected, TILE, Wall};
+use crate::project::{Chunk, Paint, Projected, TILE, Wall};
 use glam::{Vec2, Vec3, Vec4};
 
-/// Samples of a tile.
-const AREA: usize = TILE * TILE;
+/// Samples of a row that are worked on at a time; they fill a [`Vec4`].
+const LANES: usize = 4;
+/// Runs of [`LANES`] samples in a row of a tile, and in a tile.
+const RUNS: usize = TILE / LANES;
+const AREA: usize = TILE * RUNS;
 /// Weight that even the border of a disk has, so that any covered sample gets a colour.
 const LEAST_WEIGHT: f32 = 1e-4;
 /// 0, 1, 2, ...
@@ -28,36 +30,55 @@ const RAMP: [f32; TILE] = {
 /// Weighted sums of one sample: normal and weight, colour and specular, texture point and relief.
 pub(crate) type Sums = [Vec4; 3];
 
-/// One tile in the making, per sample.
+/// One tile in the making, in runs of samples.
 #[derive(Debug)]
 pub(crate) struct TileBuffers {
     /// Nearness of what is seen; minus infinity: nothing.
-    pub(crate) near: Vec<f32>,
+    near: Vec<[f32; LANES]>,
     /// Nearness that splats must reach to blend; infinite where a triangle is seen.
-    limit: Vec<f32>,
-    pub(crate) sums: Vec<Sums>,
+    limit: Vec<[f32; LANES]>,
+    sums: Vec<[Sums; LANES]>,
     /// Weighted sum of the highlights' exponents.
-    pub(crate) gloss: Vec<f32>,
+    gloss: Vec<[f32; LANES]>,
     /// Triangle seen, plus 1; 0: none.
-    pub(crate) triangle: Vec<u32>,
+    triangle: Vec<[u32; LANES]>,
 }
 
 impl TileBuffers {
     pub(crate) fn new() -> Self {
         Self {
-            near: vec![f32::NEG_INFINITY; AREA],
-            limit: vec![f32::NEG_INFINITY; AREA],
-            sums: vec![[Vec4::ZERO; 3]; AREA],
-            gloss: vec![0.0; AREA],
-            triangle: vec![0; AREA],
+            near: vec![[f32::NEG_INFINITY; LANES]; AREA],
+            limit: vec![[f32::NEG_INFINITY; LANES]; AREA],
+            sums: vec![[[Vec4::ZERO; 3]; LANES]; AREA],
+            gloss: vec![[0.0; LANES]; AREA],
+            triangle: vec![[0; LANES]; AREA],
         }
     }
 
     pub(crate) fn clear(&mut self) {
-        self.near.fill(f32::NEG_INFINITY);
-        self.triangle.fill(0);
-        self.sums.fill([Vec4::ZERO; 3]);
-        self.gloss.fill(0.0);
+        self.near.fill([f32::NEG_INFINITY; LANES]);
+        self.triangle.fill([0; LANES]);
+        self.sums.fill([[Vec4::ZERO; 3]; LANES]);
+        self.gloss.fill([0.0; LANES]);
+    }
+
+    /// Nearness of what each sample sees, row by row; minus infinity: nothing.
+    pub(crate) fn near(&self) -> &[f32] {
+        self.near.as_flattened()
+    }
+
+    pub(crate) fn sums(&self) -> &[Sums] {
+        self.sums.as_flattened()
+    }
+
+    /// Weighted sums of the highlights' exponents.
+    pub(crate) fn gloss(&self) -> &[f32] {
+        self.gloss.as_flattened()
+    }
+
+    /// Triangles seen, plus 1; 0: none.
+    pub(crate) fn triangle(&self) -> &[u32] {
+        self.triangle.as_flattened()
     }
 }
 
@@ -78,21 +99,29 @@ impl Print<'_> {
     }
 }
 
-/// A splat's ink as it is blended: colour, texture point and its change along the two disk
-/// coordinates; exponent of the highlight; image and what a sample sees of it.
-type Loaded<'a> = ([Vec4; 4], f32, Option<(Print<'a>, f32)>);
-
-/// What a splat adds to the sums of a sample it is blended into.
-pub(crate) struct Ink<'a> {
-    /// Takes the place of the colour.
-    pub(crate) print: Option<Print<'a>>,
-    pub(crate) color: Vec3,
-    pub(crate) point: Vec3,
-    /// Change of the texture point along the two disk coordinates.
-    pub(crate) along: [Vec3; 2],
-    pub(crate) specular: f32,
-    pub(crate) shininess: f32,
-    pub(crate) relief: f32,
+/// Adds the fragment of a splat at disk coordinates `at` to the sums; `print` is its image and how
+/// much of it a sample sees.
+#[inline]
+fn blend(
+    paint: &Paint,
+    print: Option<&(Print<'_>, f32)>,
+    at: [f32; 2],
+    weight: f32,
+    sums: &mut Sums,
+) {
+    let [s, t] = at;
+    let ink = &paint.ink;
+    let color = match print {
+        Some((print, footprint)) => {
+            let aside = print.along[0] * s + print.along[1] * t;
+            let texel = print.image.color(print.at + aside, *footprint);
+            texel.extend(ink.color.w)
+        }
+        None => ink.color,
+    };
+    sums[0] += (paint.normal + paint.bend[0] * s + paint.bend[1] * t) * weight;
+    sums[1] += color * weight;
+    sums[2] += (ink.point + ink.along[0] * s + ink.along[1] * t) * weight;
 }
 
 /// A triangle on the screen.
@@ -118,54 +147,66 @@ fn window(bounds: [i32; 4], origin: [i32; 2]) -> [usize; 4] {
     ]
 }
 
-/// A row of fragments of one splat: disk coordinates, their squared length (over 1: outside) and
-/// nearness.
+/// A run of fragments of one splat. With `w` the quotient of the map to the disk, which is positive
+/// on the disk, `s` and `t` are disk coordinates times `w` and `squared` is their squared length.
+struct Fragments {
+    s: Vec4,
+    t: Vec4,
+    w: Vec4,
+    squared: Vec4,
+    near: Vec4,
+}
+
+/// Functions of a splat on one row of samples: value at the splat's centre, and slope.
 struct Row {
-    s: [f32; TILE],
-    t: [f32; TILE],
-    squared: [f32; TILE],
-    near: [f32; TILE],
-    weight: [f32; TILE],
+    s: [Vec4; 2],
+    t: [Vec4; 2],
+    w: [Vec4; 2],
+    near: [Vec4; 2],
+    square: bool,
 }
 
 impl Row {
-    const EMPTY: Self = Self {
-        s: [0.0; TILE],
-        t: [0.0; TILE],
-        squared: [0.0; TILE],
-        near: [0.0; TILE],
-        weight: [0.0; TILE],
-    };
-
-    /// Fills the first `n` fragments; (dx, dy) is the first sample's offset from the centre.
+    /// The row `dy` samples below the centre.
     #[inline]
-    fn fill(&mut self, p: &Projected, walls: &[Wall], dx: f32, dy: f32, n: usize) {
-        let (s0, t0) = (p.s[0] * dx + p.s[1] * dy, p.t[0] * dx + p.t[1] * dy);
-        let w0 = 1.0 + p.w[0] * dx + p.w[1] * dy;
-        let n0 = p.near + p.slope[0] * dx + p.slope[1] * dy;
-        let (ss, ts) = (&mut self.s[..n], &mut self.t[..n]);
-        let (squares, nears) = (&mut self.squared[..n], &mut self.near[..n]);
-        for i in 0..n {
-            let x = RAMP[i];
-            let inverse = 1.0 / (w0 + p.w[0] * x);
-            let (s, t) = ((s0 + p.s[0] * x) * inverse, (t0 + p.t[0] * x) * inverse);
-            ss[i] = s;
-            ts[i] = t;
-            squares[i] = s * s + t * t;
-            nears[i] = n0 + p.slope[0] * x;
+    fn new(p: &Projected, dy: f32) -> Self {
+        let line = |first: f32, slope: [f32; 2]| {
+            [Vec4::splat(first + slope[1] * dy), Vec4::splat(slope[0])]
+        };
+        Self {
+            s: line(0.0, p.s),
+            t: line(0.0, p.t),
+            w: line(1.0, p.w),
+            near: line(p.near, p.slope),
+            square: p.square,
         }
-        if p.square {
-            for i in 0..n {
-                squares[i] = (ss[i] * ss[i]).max(ts[i] * ts[i]);
-            }
-        }
+    }
+
+    /// The fragments `dx` samples to the right of the centre. What lies outside of the disk or is
+    /// hidden by a wall has an infinite `squared`.
+    #[inline]
+    fn fragments(&self, dx: Vec4, walls: &[Wall]) -> Fragments {
+        let at = |line: &[Vec4; 2]| line[0] + line[1] * dx;
+        let (s, t, w) = (at(&self.s), at(&self.t), at(&self.w));
+        let mut squared = if self.square {
+            (s * s).max(t * t)
+        } else {
+            s * s + t * t
+        };
+        let outside = Vec4::INFINITY;
         for wall in walls {
-            for i in 0..n {
-                let f = |l: &[f32; 3]| l[0] + l[1] * ss[i] + l[2] * ts[i];
-                if f(&wall[0]) >= 0.0 && f(&wall[1]) >= 0.0 && f(&wall[2]) < 0.0 {
-                    squares[i] = f32::INFINITY;
-                }
-            }
+            let f = |l: &[f32; 3]| w * l[0] + s * l[1] + t * l[2];
+            let hidden = f(&wall[0]).cmpge(Vec4::ZERO)
+                & f(&wall[1]).cmpge(Vec4::ZERO)
+                & f(&wall[2]).cmplt(Vec4::ZERO);
+            squared = Vec4::select(hidden, outside, squared);
+        }
+        Fragments {
+            s,
+            t,
+            w,
+            squared: Vec4::select(squared.cmple(w * w), squared, outside),
+            near: at(&self.near),
         }
     }
 }
@@ -180,6 +221,8 @@ pub(crate) fn draw_triangles(
     origin: [i32; 2],
     tile: &mut TileBuffers,
 ) {
+    let nearest = tile.near.as_flattened_mut();
+    let seen = tile.triangle.as_flattened_mut();
     for (id, t) in triangles {
         let [x0, y0, x1, y1] = window(t.bounds, origin);
         for y in y0..y1 {
@@ -190,46 +233,45 @@ pub(crate) fn draw_triangles(
                 let inside = t.edges.iter().all(|e| at(e) >= 0.0);
                 let near = at(&t.near);
                 let k = y * TILE + x;
-                if inside && near > tile.near[k] {
-                    tile.near[k] = near;
-                    tile.triangle[k] = id + 1;
+                if inside && near > nearest[k] {
+                    nearest[k] = near;
+                    seen[k] = id + 1;
                 }
             }
         }
     }
 }
 
-/// First pass: nearness of the nearest surface. Second pass: blending of what is near to it.
+/// First pass: nearness of the nearest surface. Second pass: blending of what is near to it, with
+/// the image that `print` lays on a splat.
 pub(crate) fn draw_splats<'a>(
     chunks: &[Chunk],
     tile_index: usize,
     origin: [i32; 2],
-    ink: &dyn Fn(u32) -> Ink<'a>,
+    print: &dyn Fn(u32) -> Option<Print<'a>>,
     tile: &mut TileBuffers,
 ) {
-    let mut row = Row::EMPTY;
-    let has_triangles = tile.triangle.iter().any(|&t| t != 0);
+    let has_triangles = tile.triangle().iter().any(|&t| t != 0);
     if has_triangles {
         tile.limit.copy_from_slice(&tile.near);
     }
     for chunk in chunks {
-        for p in chunk.in_tile(tile_index) {
-            let walls = &chunk.walls[index(p.walls[0])..index(p.walls[1])];
-            for_rows(p, origin, |from, n, dx, dy| {
-                row.fill(p, walls, dx, dy, n);
-                let seen = &mut tile.near[from..from + n];
-                for ((z, &q), &near) in seen.iter_mut().zip(&row.squared).zip(&row.near) {
-                    *z = if q <= 1.0 && near > *z { near } else { *z };
-                }
+        for (p, _) in chunk.in_tile(tile_index) {
+            for_runs(p, chunk.walls_of(p), origin, |k, found| {
+                let seen = &mut tile.near[k];
+                let inside = found.squared.cmplt(Vec4::INFINITY);
+                let near = Vec4::select(inside, found.near, Vec4::NEG_INFINITY);
+                *seen = near.max(Vec4::from_array(*seen)).to_array();
             });
         }
     }
     if has_triangles {
         for ((limit, &near), triangle) in tile
             .limit
+            .as_flattened_mut()
             .iter_mut()
-            .zip(&tile.near)
-            .zip(&mut tile.triangle)
+            .zip(tile.near.as_flattened())
+            .zip(tile.triangle.as_flattened_mut())
         {
             if near > *limit {
                 *triangle = 0;
@@ -240,44 +282,29 @@ pub(crate) fn draw_splats<'a>(
         tile.limit.copy_from_slice(&tile.near);
     }
     for chunk in chunks {
-        for p in chunk.in_tile(tile_index) {
-            let walls = &chunk.walls[index(p.walls[0])..index(p.walls[1])];
-            let mut loaded: Option<Loaded<'_>> = None;
-            for_rows(p, origin, |from, n, dx, dy| {
-                row.fill(p, walls, dx, dy, n);
-                if !weigh(&mut row, &tile.limit[from..from + n], p.tolerance) {
+        for (p, paint) in chunk.in_tile(tile_index) {
+            let mut loaded = None;
+            for_runs(p, chunk.walls_of(p), origin, |k, found| {
+                let limit = Vec4::from_array(tile.limit[k]);
+                let seen =
+                    found.squared.cmplt(Vec4::INFINITY) & (found.near + p.tolerance).cmpge(limit);
+                let mut left = seen.bitmask();
+                if left == 0 {
                     return;
                 }
-                let ([color, point, along_s, along_t], gloss, print) =
-                    *loaded.get_or_insert_with(|| {
-                        let ink = ink(p.splat);
-                        let vectors = [
-                            ink.color.extend(ink.specular),
-                            ink.point.extend(ink.relief),
-                            ink.along[0].extend(0.0),
-                            ink.along[1].extend(0.0),
-                        ];
-                        let print = ink.print.map(|print| (print, print.footprint(p)));
-                        (vectors, ink.shininess, print)
-                    });
-                let exponents = &mut tile.gloss[from..from + n];
-                for (i, sums) in tile.sums[from..from + n].iter_mut().enumerate() {
-                    let w = row.weight[i];
-                    if w > 0.0 {
-                        let normal = p.normal + p.bend[0] * row.s[i] + p.bend[1] * row.t[i];
-                        sums[0] += normal * w;
-                        let color = match &print {
-                            Some((print, footprint)) => {
-                                let aside = print.along[0] * row.s[i] + print.along[1] * row.t[i];
-                                let texel = print.image.color(print.at + aside, *footprint);
-                                texel.extend(color.w)
-                            }
-                            None => color,
-                        };
-                        sums[1] += color * w;
-                        exponents[i] += gloss * w;
-                        sums[2] += (point + along_s * row.s[i] + along_t * row.t[i]) * w;
-                    }
+                let print = loaded
+                    .get_or_insert_with(|| print(p.splat).map(|print| (print, print.footprint(p))))
+                    .as_ref();
+                let per = found.w.recip();
+                let fall = Vec4::ONE - found.squared * per * per;
+                let weight = (fall * fall + LEAST_WEIGHT).to_array();
+                let (s, t) = ((found.s * per).to_array(), (found.t * per).to_array());
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize % LANES;
+                    left &= left - 1;
+                    let sums = &mut tile.sums[k][lane];
+                    blend(paint, print, [s[lane], t[lane]], weight[lane], sums);
+                    tile.gloss[k][lane] += paint.ink.shininess * weight[lane];
                 }
             });
         }
@@ -285,74 +312,58 @@ pub(crate) fn draw_splats<'a>(
 }
 
 /// Single pass: splats over each other from back to front, opacity by eq. (50) of Aras 2014, each
-/// splat in the one colour `paint` gives it. The sums hold colour times opacity and opacity.
+/// splat in the one colour `tone` gives it. The sums hold colour times opacity and opacity.
 pub(crate) fn blend_splats(
     chunks: &[Chunk],
     tile_index: usize,
     origin: [i32; 2],
-    paint: &dyn Fn(&Projected) -> Vec3,
+    tone: &dyn Fn(&Projected, &Paint) -> Vec3,
     tile: &mut TileBuffers,
 ) {
-    let mut row = Row::EMPTY;
-    let mut order: Vec<(&Projected, &[Wall])> = Vec::new();
+    let mut order: Vec<(&Projected, &Paint, &[Wall])> = Vec::new();
     for chunk in chunks {
-        order.extend(
-            chunk
-                .in_tile(tile_index)
-                .map(|p| (p, &chunk.walls[index(p.walls[0])..index(p.walls[1])])),
-        );
+        let members = chunk.in_tile(tile_index);
+        order.extend(members.map(|(p, paint)| (p, paint, chunk.walls_of(p))));
     }
     order.sort_by(|a, b| a.0.near.total_cmp(&b.0.near));
     tile.limit.copy_from_slice(&tile.near);
-    for (p, walls) in order {
-        let color = paint(p).extend(1.0);
-        for_rows(p, origin, |from, n, dx, dy| {
-            row.fill(p, walls, dx, dy, n);
-            for i in 0..n {
-                let k = from + i;
-                if row.squared[i] < 1.0 && row.near[i] > tile.limit[k] {
-                    let opacity = (std::f32::consts::FRAC_PI_2 * row.squared[i].sqrt()).cos();
-                    let sum = &mut tile.sums[k][1];
+    for (p, paint, walls) in order {
+        let color = tone(p, paint).extend(1.0);
+        for_runs(p, walls, origin, |k, found| {
+            let radius = (found.squared / (found.w * found.w)).to_array();
+            let near = found.near.to_array();
+            for lane in 0..LANES {
+                if radius[lane] < 1.0 && near[lane] > tile.limit[k][lane] {
+                    let opacity = (std::f32::consts::FRAC_PI_2 * radius[lane].sqrt()).cos();
+                    let sum = &mut tile.sums[k][lane][1];
                     *sum = color * opacity + *sum * (1.0 - opacity);
-                    tile.near[k] = tile.near[k].max(row.near[i]);
+                    tile.near[k][lane] = tile.near[k][lane].max(near[lane]);
                 }
             }
         });
     }
 }
 
-/// Blend weights of a row; false if all are zero.
-#[inline]
-fn weigh(row: &mut Row, limit: &[f32], tolerance: f32) -> bool {
-    let mut any = false;
-    let fragments = row.weight.iter_mut().zip(&row.squared).zip(&row.near);
-    for (((w, &q), &near), &limit) in fragments.zip(limit) {
-        let seen = q <= 1.0 && near + tolerance >= limit;
-        let fall = 1.0 - q;
-        *w = if seen {
-            fall * fall + LEAST_WEIGHT
-        } else {
-            0.0
-        };
-        any |= seen;
-    }
-    any
-}
-
-/// Calls `f(first sample of the tile, samples, dx, dy)` for every row of a splat in the tile.
+/// Calls `f(run of the tile, fragments)` for all runs of a tile that a splat may meet.
 #[allow(
     clippy::cast_precision_loss,
     reason = "sample coordinates are far below 2^24"
 )]
 #[inline]
-fn for_rows(p: &Projected, origin: [i32; 2], mut f: impl FnMut(usize, usize, f32, f32)) {
+fn for_runs(p: &Projected, walls: &[Wall], origin: [i32; 2], mut f: impl FnMut(usize, &Fragments)) {
     let [x0, y0, x1, y1] = window(p.bounds, origin);
     if x0 >= x1 {
         return;
     }
-    let dx = origin[0] as f32 - p.x + (RAMP[x0] + 0.5);
+    // Samples beside the window that belong to a run of its border are outside of the disk.
+    let runs = x0 / LANES..x1.div_ceil(LANES);
+    let left = origin[0] as f32 - p.x + 0.5;
+    let top = origin[1] as f32 - p.y + 0.5;
     for y in y0..y1 {
-        let dy = origin[1] as f32 - p.y + (RAMP[y] + 0.5);
-        f(y * TILE + x0, x1 - x0, dx, dy);
+        let row = Row::new(p, top + RAMP[y]);
+        for run in runs.clone() {
+            let dx = Vec4::new(0.0, 1.0, 2.0, 3.0) + (left + RAMP[run * LANES]);
+            f(y * RUNS + run, &row.fragments(dx, walls));
+        }
     }
 }

@@ -4,9 +4,9 @@ use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
 use crate::image::Chart;
-use crate::project::{Projected, Raster, TILE, project};
+use crate::project::{Chunk, Ink, Paint, Projected, Raster, TILE, project};
 use crate::raster::{
-    Ink, Print, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
+    Print, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
 };
 use crate::scene::{Background, DrawMode, ImageCoat, Lighting, SplatView, Surface};
 use crate::shade::{Point, Rig, Transfer, relief, tone};
@@ -59,6 +59,7 @@ pub struct Renderer {
     settings: RenderSettings,
     transfer: Transfer,
     tiles: Vec<TilePixels>,
+    chunks: Vec<Chunk>,
     plain: Surface,
 }
 
@@ -95,6 +96,7 @@ impl Renderer {
             settings,
             transfer: Transfer::new(),
             tiles: Vec::new(),
+            chunks: Vec::new(),
             plain: Surface::default(),
         }
     }
@@ -131,43 +133,55 @@ impl Renderer {
             mode: self.settings.mode,
             tolerance: self.settings.tolerance,
         };
-        let chunks = project(view, camera, &raster);
-        let (triangles, lit) = screen_triangles(meshes, camera, &raster);
-        let rig = Rig::new(&self.settings.lighting);
+        let mut chunks = std::mem::take(&mut self.chunks);
         let mut tiles = std::mem::take(&mut self.tiles);
-        tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
-        let ink = |splat: u32| {
-            let i = index(splat);
+        let ink = |i: usize| {
             let s = self.surface(view.materials[i]);
             let cells = f64::from(s.relief_frequency);
-            let along =
-                |axes: &[DVec3]| (axes.get(i).copied().unwrap_or_default() * cells).as_vec3();
+            let along = |axes: &[DVec3]| {
+                let axis = axes.get(i).copied().unwrap_or_default();
+                (axis * cells).as_vec3().extend(0.0)
+            };
+            let point = (view.texture_points[i] * cells).as_vec3();
             Ink {
-                color: view.colors[i],
-                point: (view.texture_points[i] * cells).as_vec3(),
+                color: view.colors[i].extend(s.specular),
+                point: point.extend(s.relief),
                 along: [along(&view.splats.rest_u), along(&view.splats.rest_v)],
-                specular: s.specular,
                 shininess: s.shininess,
-                relief: s.relief,
-                print: s.coat.as_ref().map(|coat| print(view, i, coat)),
             }
+        };
+        project(view, camera, &raster, &ink, &mut chunks);
+        let (triangles, lit) = screen_triangles(meshes, camera, &raster);
+        let rig = Rig::new(&self.settings.lighting);
+        tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
+        let surfaces = &self.settings.surfaces;
+        let coated = surfaces.iter().any(|surface| surface.coat.is_some());
+        let print = |splat: u32| {
+            let i = index(splat);
+            let surface = coated.then(|| self.surface(view.materials[i]))?;
+            surface.coat.as_ref().map(|coat| print(view, i, coat))
         };
         tiles.par_iter_mut().enumerate().for_each_init(
             TileBuffers::new,
             |buffers, (tile, pixels)| {
                 let origin = [tile % raster.tiles[0] * TILE, tile / raster.tiles[0] * TILE];
                 let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
+                if triangles[tile].is_empty() && chunks.iter().all(|c| c.is_empty_in(tile)) {
+                    self.fill(origin[1], pixels);
+                    return;
+                }
                 buffers.clear();
                 draw_triangles(&triangles[tile], from, buffers);
                 if raster.mode == DrawMode::SinglePass {
-                    let paint = |p: &Projected| self.paint(p, &ink(p.splat), camera, &rig);
-                    blend_splats(&chunks, tile, from, &paint, buffers);
+                    let tone = |p: &Projected, paint: &Paint| self.tone(p, paint, camera, &rig);
+                    blend_splats(&chunks, tile, from, &tone, buffers);
                 } else {
-                    draw_splats(&chunks, tile, from, &ink, buffers);
+                    draw_splats(&chunks, tile, from, &print, buffers);
                 }
                 self.finish(buffers, &lit, meshes, camera, origin, &rig, pixels);
             },
         );
+        self.chunks = chunks;
         let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
         self.tiles = tiles;
         frame
@@ -179,15 +193,15 @@ impl Renderer {
         clippy::cast_sign_loss,
         reason = "on the screen"
     )]
-    fn paint(&self, p: &Projected, ink: &Ink, camera: &Camera, rig: &Rig) -> Vec3 {
+    fn tone(&self, p: &Projected, paint: &Paint, camera: &Camera, rig: &Rig) -> Vec3 {
         let at = [p.x.max(0.0) as usize, p.y.max(0.0) as usize];
         let view = view_direction(camera, at, &self.settings);
         tone(rig.shade(&Point {
-            normal: p.normal.truncate(),
+            normal: paint.normal.truncate(),
             view,
-            color: ink.color,
-            specular: ink.specular,
-            shininess: ink.shininess,
+            color: paint.ink.color.truncate(),
+            specular: paint.ink.color.w,
+            shininess: paint.ink.shininess,
             softness: 0.5,
         }))
     }
@@ -195,6 +209,31 @@ impl Renderer {
     fn surface(&self, material: u8) -> &Surface {
         let surfaces = &self.settings.surfaces;
         surfaces.get(usize::from(material)).unwrap_or(&self.plain)
+    }
+
+    /// A tile that shows nothing but the background.
+    fn fill(&self, top: usize, pixels: &mut TilePixels) {
+        let ss = index(self.settings.samples);
+        let side = TILE / ss;
+        pixels.color.resize(side * side, [0; 4]);
+        pixels.depth.clear();
+        pixels.depth.resize(side * side, f32::INFINITY);
+        pixels.normals.clear();
+        if self.settings.keep_normals {
+            pixels.normals.resize(side * side, Vec3::ZERO);
+        }
+        for (py, row) in pixels.color.chunks_exact_mut(side).enumerate() {
+            let [r, g, b] = self.transfer.encode(self.background(top + py * ss));
+            row.fill([r, g, b, 255]);
+        }
+    }
+
+    /// The background's colour in a row of samples.
+    fn background(&self, row: usize) -> Vec3 {
+        let height = index(self.settings.height) * index(self.settings.samples);
+        let down = single(real(row)) / single(real(height));
+        let background = &self.settings.background;
+        background.top.lerp(background.bottom, down.min(1.0))
     }
 
     /// Third pass: normalise, light, average the samples of each pixel, encode.
@@ -211,39 +250,24 @@ impl Renderer {
     ) {
         let ss = index(self.settings.samples);
         let side = TILE / ss;
-        pixels.color.resize(side * side, [0; 4]);
-        pixels.depth.resize(side * side, f32::INFINITY);
-        let height = index(self.settings.height) * ss;
-        let empty = buffers.near.iter().all(|&near| near == f32::NEG_INFINITY);
+        self.fill(origin[1], pixels);
         if self.settings.keep_normals {
-            pixels.normals.clear();
-            for k in 0..side * side {
+            for (k, normal) in pixels.normals.iter_mut().enumerate() {
                 let mut sum = Vec3::ZERO;
                 for sample in 0..ss * ss {
                     let (y, x) = (k / side * ss + sample / ss, k % side * ss + sample % ss);
-                    let sums = buffers.sums[y * TILE + x][0];
+                    let sums = buffers.sums()[y * TILE + x][0];
                     sum += sums.truncate().normalize_or_zero();
                 }
-                pixels.normals.push(sum.normalize_or_zero());
+                *normal = sum.normalize_or_zero();
             }
         }
         for py in 0..side {
-            let rows = single(real(origin[1] + py * ss)) / single(real(height));
-            let background = self
-                .settings
-                .background
-                .top
-                .lerp(self.settings.background.bottom, rows.min(1.0));
-            let [r, g, b] = self.transfer.encode(background);
-            pixels.color[py * side..(py + 1) * side].fill([r, g, b, 255]);
-            pixels.depth[py * side..(py + 1) * side].fill(f32::INFINITY);
-            if empty {
-                continue;
-            }
+            let background = self.background(origin[1] + py * ss);
             for px in 0..side {
                 let open = (py * ss..(py + 1) * ss).all(|y| {
                     let from = y * TILE + px * ss;
-                    let samples = &buffers.near[from..from + ss];
+                    let samples = &buffers.near()[from..from + ss];
                     samples.iter().all(|&near| near == f32::NEG_INFINITY)
                 });
                 if open {
@@ -296,26 +320,26 @@ impl Renderer {
         let view = view_direction(camera, at, &self.settings);
         for sample in 0..ss * ss {
             let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
-            let near = buffers.near[k];
+            let near = buffers.near()[k];
             if near == f32::NEG_INFINITY {
                 sum += background;
                 continue;
             }
             nearest = nearest.max(near);
             if self.settings.mode == DrawMode::SinglePass {
-                let over = buffers.sums[k][1];
-                let under = match buffers.triangle[k].checked_sub(1) {
+                let over = buffers.sums()[k][1];
+                let under = match buffers.triangle()[k].checked_sub(1) {
                     Some(id) => tone(lit_triangle(&lit[index(id)], meshes, view, rig)),
                     None => background,
                 };
                 sum += over.truncate() + under * (1.0 - over.w);
                 continue;
             }
-            if let Some(id) = buffers.triangle[k].checked_sub(1) {
+            if let Some(id) = buffers.triangle()[k].checked_sub(1) {
                 sum += tone(lit_triangle(&lit[index(id)], meshes, view, rig));
                 continue;
             }
-            let s = &buffers.sums[k];
+            let s = &buffers.sums()[k];
             let per = 1.0 / s[0].w;
             if splatted > 0.0 {
                 alike &= s[0].truncate().dot(mean[0].truncate()) * per > 0.9 * splatted;
@@ -323,7 +347,7 @@ impl Renderer {
             for (m, s) in mean.iter_mut().zip(s) {
                 *m += *s * per;
             }
-            mean_gloss += buffers.gloss[k] * per;
+            mean_gloss += buffers.gloss()[k] * per;
             splatted += 1.0;
         }
         if splatted > 0.0 && alike {
@@ -331,8 +355,8 @@ impl Renderer {
         } else if splatted > 0.0 {
             for sample in 0..ss * ss {
                 let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
-                if buffers.near[k] > f32::NEG_INFINITY && buffers.triangle[k] == 0 {
-                    sum += tone(light(&buffers.sums[k], buffers.gloss[k], view, rig));
+                if buffers.near()[k] > f32::NEG_INFINITY && buffers.triangle()[k] == 0 {
+                    sum += tone(light(&buffers.sums()[k], buffers.gloss()[k], view, rig));
                 }
             }
         }
@@ -396,18 +420,30 @@ fn print<'a>(view: &SplatView<'_>, splat: usize, coat: &'a ImageCoat) -> Print<'
     }
 }
 
+/// Strength and exponent of the highlight where unit normals differ and their mean is shorter than 1
+/// (Toksvig 2005): without it the two sides of an edge, blended, shine as a third face between them.
+#[inline]
+fn spread_highlight(length: f32, specular: f32, shininess: f32) -> (f32, f32) {
+    let share = length / (length + shininess * (1.0 - length));
+    let strength = (1.0 + share * shininess) / (1.0 + shininess);
+    (specular * strength, share * shininess)
+}
+
 /// Normalises sums and lights them.
 #[inline]
 fn light(sums: &Sums, gloss: f32, view: Vec3, rig: &Rig) -> Vec3 {
     let per = 1.0 / sums[0].w;
     let (color, point) = (sums[1] * per, sums[2] * per);
-    let normal = sums[0].truncate().normalize_or(view);
+    let mean = sums[0].truncate() * per;
+    let length = mean.length();
+    let normal = if length > 0.0 { mean / length } else { view };
+    let (specular, shininess) = spread_highlight(length.min(1.0), color.w, gloss * per);
     rig.shade(&Point {
         normal: relief(normal, point.truncate(), point.w),
         view,
         color: color.truncate(),
-        specular: color.w,
-        shininess: gloss * per,
+        specular,
+        shininess,
         softness: 0.5,
     })
 }
