@@ -3,6 +3,8 @@
 //! Bodies are lattices along a Morton curve with 18 neighbours inside; throughput is counted in
 //! directed pairs, so `ns/pair` compares across sizes.
 
+use std::time::Duration;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_elastic::{
@@ -45,15 +47,19 @@ fn pairs(body: &Elastic) -> Throughput {
     Throughput::Elements(body.pair_count() as u64)
 }
 
-/// One thread and the sizes 1e3 to 1e6 in both precisions; all threads at the larger ones.
+fn one_thread() -> rayon::ThreadPool {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.expect("one thread")
+}
+
+/// Nodes a side of the lattices: 1,000, 5,832, 97,336 and a million nodes.
+const SIDES: [usize; 4] = [10, 18, 46, 100];
+
+/// Both precisions from 1e3 to 1e6 nodes on all threads.
 fn sizes(c: &mut Criterion) {
-    let mut group = c.benchmark_group("forces");
+    let mut group = c.benchmark_group("forces, all threads");
     group.sample_size(10);
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("one thread");
-    for side in [10, 18, 46, 100] {
+    for side in SIDES {
         let block = Block::eighteen([side; 3], 0.1);
         let x = deformed(&block);
         let mut f = vec![DVec3::ZERO; x.len()];
@@ -65,30 +71,17 @@ fn sizes(c: &mut Criterion) {
             let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
             group.throughput(pairs(&body));
             let name = format!("{precision:?}");
-            group.bench_function(BenchmarkId::new(&name, x.len()), |b| {
-                one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
+            group.bench_function(BenchmarkId::new(name, x.len()), |b| {
+                b.iter(|| body.forces_into(&x, &mut f));
             });
-            if side > 10 {
-                group.bench_function(BenchmarkId::new(name + ", all threads", x.len()), |b| {
-                    b.iter(|| body.forces_into(&x, &mut f));
-                });
-            }
         }
     }
     group.finish();
 }
 
-/// Every law and option at 5,832 nodes on one thread.
+/// Every law and option, forces and tangent products, from 1e3 to 1e6 nodes on one thread.
 fn laws(c: &mut Criterion) {
-    let mut group = c.benchmark_group("laws");
-    group.sample_size(20);
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("one thread");
-    let block = Block::eighteen([18; 3], 0.1);
-    let x = deformed(&block);
-    let mut f = vec![DVec3::ZERO; x.len()];
+    let one = one_thread();
     let neo = Material::neo_hookean(1e4, 0.4);
     let fiber = Fiber {
         direction: DVec3::X,
@@ -101,6 +94,10 @@ fn laws(c: &mut Criterion) {
         relaxation_time: 0.1,
     };
     let plain = Settings::default();
+    let single = Settings {
+        precision: Precision::Single,
+        ..plain
+    };
     let mean = Settings {
         dilatation: Dilatation::Mean,
         ..plain
@@ -109,35 +106,48 @@ fn laws(c: &mut Criterion) {
         zero_energy_control: 0.0,
         ..plain
     };
+    let kirchhoff = Material::saint_venant_kirchhoff(1e4, 0.4);
+    let rivlin = Material::mooney_rivlin(1e4, 0.4, 0.3);
     let cases = [
         ("neo-Hookean", neo, plain),
+        ("neo-Hookean, f32", neo, single),
         ("neo-Hookean, no control", neo, free),
         ("neo-Hookean, mean dilatation", neo, mean),
-        (
-            "Saint Venant-Kirchhoff",
-            Material::saint_venant_kirchhoff(1e4, 0.4),
-            plain,
-        ),
-        (
-            "Mooney-Rivlin",
-            Material::mooney_rivlin(1e4, 0.4, 0.3),
-            plain,
-        ),
+        ("Saint Venant-Kirchhoff", kirchhoff, plain),
+        ("Mooney-Rivlin", rivlin, plain),
         ("fibers", neo.with_fiber(fiber), plain),
         ("Prony series", neo.with_prony(&[term]), plain),
     ];
-    for (name, material, settings) in cases {
-        let mut body = elastic(&block, material, &settings);
-        body.begin_viscous_step(1e-3);
-        group.throughput(pairs(&body));
-        group.bench_function(BenchmarkId::new("forces", name), |b| {
-            one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
-        });
-        group.bench_function(BenchmarkId::new("tangent product", name), |b| {
-            one.install(|| b.iter(|| body.tangent_product_into(&x, &mut f)));
-        });
+    for (pass, products) in [("forces", false), ("tangent product", true)] {
+        let mut group = c.benchmark_group(pass);
+        // Ten evaluations of a million nodes take two seconds.
+        group.sample_size(10);
+        group.warm_up_time(Duration::from_millis(300));
+        group.measurement_time(Duration::from_secs(1));
+        for side in SIDES {
+            let block = Block::eighteen([side; 3], 0.1);
+            let x = deformed(&block);
+            let mut f = vec![DVec3::ZERO; x.len()];
+            for (name, material, settings) in cases {
+                let mut body = elastic(&block, material, &settings);
+                body.begin_viscous_step(1e-3);
+                body.forces_into(&x, &mut f);
+                group.throughput(pairs(&body));
+                group.bench_function(BenchmarkId::new(name, x.len()), |b| {
+                    one.install(|| {
+                        b.iter(|| {
+                            if products {
+                                body.tangent_product_into(&x, &mut f);
+                            } else {
+                                body.forces_into(&x, &mut f);
+                            }
+                        });
+                    });
+                });
+            }
+        }
+        group.finish();
     }
-    group.finish();
 }
 
 /// What is done once, or once per cut.

@@ -5,10 +5,8 @@ mod beam;
 mod bending;
 
 use glam::{DMat3, DVec3};
+use phyxel_discretize::{SampleSettings, Shape, Solid, Target, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Law, Material, Precision, Settings, Stencils};
-use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
-};
 
 use beam::{Tetrahedra, ask, beam, body, cantilever, dissertation, on, tip_error};
 use testkit::block::Block;
@@ -141,15 +139,26 @@ fn patch_test_with_affine_boundary() {
         most > 3.9 * least,
         "three sizes of cells: {least} to {most}"
     );
+    // Corners of the tetrahedra that fill an organ, in units of its length.
+    let settings = SampleSettings {
+        target: Target::NodeCount(800),
+        ..SampleSettings::default()
+    };
+    let liver = sample_tetrahedra(&Solid::from(Shape::Liver), &settings).expect("a thick body");
+    let length = Shape::Liver.bounds().size().x;
+    let places = liver.positions.iter().map(|x| *x / length).collect();
+    clouds.push(("liver", Block::from_tetrahedra(places, liver.tetrahedra)));
     for (name, block) in &clouds {
-        let held: Vec<[bool; 3]> = block
-            .positions
-            .iter()
-            .map(|x| {
-                let edge = |c: f64| on(c, 0.0) || on(c, 1.0);
-                [edge(x.x) || edge(x.y) || edge(x.z); 3]
-            })
-            .collect();
+        let mut held = vec![[false; 3]; block.node_count()];
+        if *name == "liver" {
+            for v in block.triangles.iter().flatten() {
+                held[*v as usize] = [true; 3];
+            }
+        } else {
+            for (held, x) in held.iter_mut().zip(&block.positions) {
+                *held = [on(x.min_element(), 0.0) || on(x.max_element(), 1.0); 3];
+            }
+        }
         for material in [
             Material::neo_hookean(1.0, 0.45),
             Material::mooney_rivlin(1.0, 0.4, 0.3),
@@ -263,18 +272,8 @@ fn a_free_body_has_six_soft_modes_and_no_more() {
 #[test]
 fn rows_rebuilt_by_mls_are_objective() {
     let block = Block::new([6, 4, 4], DVec3::new(0.6, 0.4, 0.4), 0.2, 6);
-    let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
-        .expect("edges of tetrahedra");
-    let weights = inverse_square_weights(&block.positions, &graph);
-    let mut rows = ConservativeStencils::new(
-        &block.positions,
-        &block.volumes,
-        &block.boundary_vectors,
-        &graph,
-        weights,
-        &ConservativeSettings::default(),
-    )
-    .expect("a sound block");
+    let graph = beam::edges(&block);
+    let mut rows = beam::rows(&block, &graph);
     let mut elastic = body(
         &block,
         Material::neo_hookean(1.0, 0.4),
@@ -326,7 +325,8 @@ fn rows_rebuilt_by_mls_are_objective() {
 }
 
 /// Cube clamped at both ends and pulled: stiffness over `E A / L`, where a nearly incompressible
-/// body locks. Reference: hex27 finite elements (0.1, 0.1, 1 and 1 %).
+/// body locks. Reference: hex27 finite elements (0.1, 0.1, 1 and 1 %). Bars: measured -0.1, 2.2 and
+/// 5.3 % with mean dilatation.
 #[test]
 fn clamped_cube_needs_mean_dilatation() {
     let block = Block::new([6; 3], DVec3::ONE, 0.0, 3);
@@ -336,7 +336,7 @@ fn clamped_cube_needs_mean_dilatation() {
         .map(|x| [on(x.x, 0.0) || on(x.x, 1.0); 3])
         .collect();
     println!("| nu | local, % | mean dilatation, % |");
-    for (nu, reference, bar) in [(0.3, 1.064, 1.0), (0.49, 1.224, 3.0), (0.499, 1.24, 6.5)] {
+    for (nu, reference, bar) in [(0.3, 1.064, 0.5), (0.49, 1.224, 3.0), (0.499, 1.24, 6.0)] {
         let mut errors = [0.0; 2];
         for (error, dilatation) in errors.iter_mut().zip([Dilatation::Local, Dilatation::Mean]) {
             let settings = Settings {
@@ -367,9 +367,11 @@ fn clamped_cube_needs_mean_dilatation() {
 /// A smooth large deformation made an exact solution by its body force (method of manufactured
 /// solutions): motion prescribed all round, `b = -Div P` inside.
 ///
-/// The order is lower than in bending without loads (and the same at small strain): `V_i b_i` on
-/// nodes of unequal volume differs from what the stencils balance by a load of the shortest wave,
-/// which only zero-energy control resists. With ten times the control the order is 1.8.
+/// With lumped loads `V_i b_i` the order is below two and rises: 0.9, 1.3, 1.5 on lattices. What the
+/// stencils balance of a smooth stress is `-dP/dX : M_i` with `M_i = sum_j V_j (X_i - X_j) (x) g_ji`
+/// and not `V_i Div P`: `M_i / V_i - I` is 0.35 large (0.05 by its trace, so that other volumes would
+/// not help). The difference is a load of the shortest wave, which zero-energy control alone resists.
+/// With `M_i`, which a user cannot know as it takes the stress, the order is two.
 #[test]
 fn large_deformation_converges() {
     let motion = |x: DVec3| {
@@ -387,40 +389,73 @@ fn large_deformation_converges() {
         let [a, b, c] = axes.map(column);
         material.energy_and_stress(DMat3::from_cols(a, b, c)).1
     };
-    let body_force = |x: DVec3| {
+    // `-sum_c dP/dX_c m_c`: the body force for the unit matrix.
+    let load_of = |x: DVec3, moment: DMat3| {
         let step = 1e-3;
-        let term = |e: DVec3| (stress(x + e * step) - stress(x - e * step)) * e / (2.0 * step);
-        -axes.map(term).into_iter().sum::<DVec3>()
+        let term = |c: usize| {
+            let e = axes[c] * step;
+            (stress(x + e) - stress(x - e)) * moment.col(c) / (2.0 * step)
+        };
+        -(term(0) + term(1) + term(2))
     };
-    for (jitter, bar) in [(0.0, 0.9), (0.25, 1.1)] {
-        let mut errors = Vec::new();
-        for cells in [4, 8, 12] {
+    for (jitter, bars) in [(0.0, [0.9, 1.2, 1.4]), (0.25, [1.1, 1.4, 1.5])] {
+        let mut errors = [Vec::new(), Vec::new()];
+        for cells in [4, 8, 12, 16] {
             let block = Block::new([cells; 3], DVec3::ONE, jitter, 5);
-            let mut elastic = body(&block, material, &Settings::default());
+            let moments = first_moments(&block);
             let held: Vec<[bool; 3]> = block
                 .positions
                 .iter()
                 .map(|x| [on(x.min_element(), 0.0) || on(x.max_element(), 1.0); 3])
                 .collect();
-            let load: Vec<DVec3> = block
-                .positions
-                .iter()
-                .zip(&block.volumes)
-                .map(|(x, v)| body_force(*x) * *v)
-                .collect();
-            let mut x: Vec<DVec3> = block.positions.iter().map(|x| motion(*x)).collect();
-            let outcome = solve(&mut x, &held, &load, 1e-6, &mut ask(&mut elastic));
-            assert!(outcome.residual < 1e-5, "{outcome:?}");
-            let square: f64 = x
-                .iter()
-                .zip(&block.positions)
-                .zip(&block.volumes)
-                .map(|((x, rest), v)| (*x - motion(*rest)).length_squared() * v)
-                .sum();
-            errors.push(square.sqrt());
+            for (matched, errors) in errors.iter_mut().enumerate() {
+                let mut elastic = body(&block, material, &Settings::default());
+                let load: Vec<DVec3> = (0..block.node_count())
+                    .map(|i| {
+                        let lumped = DMat3::IDENTITY * block.volumes[i];
+                        load_of(block.positions[i], [lumped, moments[i]][matched])
+                    })
+                    .collect();
+                let mut x: Vec<DVec3> = block.positions.iter().map(|x| motion(*x)).collect();
+                let outcome = solve(&mut x, &held, &load, 1e-6, &mut ask(&mut elastic));
+                assert!(outcome.residual < 1e-5, "{outcome:?}");
+                let square: f64 = x
+                    .iter()
+                    .zip(&block.positions)
+                    .zip(&block.volumes)
+                    .map(|((x, rest), v)| (*x - motion(*rest)).length_squared() * v)
+                    .sum();
+                errors.push(square.sqrt());
+            }
         }
-        let order = (errors[0] / errors[2]).ln() / 3.0_f64.ln();
-        println!("large deformation, jitter {jitter}: L2 errors {errors:?}, order {order:.2}");
-        assert!(order > bar, "order {order}, errors {errors:?}");
+        let orders = errors.map(|e| {
+            println!("large deformation, jitter {jitter}: L2 errors {e:?}");
+            [(0, 2.0), (1, 1.5), (2, 4.0 / 3.0)]
+                .map(|(k, ratio): (usize, f64)| (e[k] / e[k + 1]).ln() / ratio.ln())
+        });
+        println!(
+            "jitter {jitter}: orders {:.2?}, with matched loads {:.2?}",
+            orders[0], orders[1]
+        );
+        for k in 0..3 {
+            assert!(orders[0][k] > bars[k], "order {:?}", orders[0]);
+            assert!(orders[1][k] > 1.7, "matched loads: order {:?}", orders[1]);
+        }
     }
+}
+
+/// `M_i = sum_j V_j (X_i - X_j) (x) g_ji`, columns by the component of `X_i - X_j`.
+fn first_moments(block: &Block) -> Vec<DMat3> {
+    let graph = beam::edges(block);
+    let rows = beam::rows(block, &graph);
+    let mut moments = vec![DMat3::ZERO; block.node_count()];
+    for j in 0..block.node_count() {
+        for p in graph.pairs(j) {
+            let i = graph.indices()[p] as usize;
+            let g = rows.pair_gradients[p] * block.volumes[j];
+            let d = block.positions[i] - block.positions[j];
+            moments[i] += DMat3::from_cols(g * d.x, g * d.y, g * d.z);
+        }
+    }
+    moments
 }

@@ -100,6 +100,8 @@ fn peak_memory() -> String {
 }
 
 fn plot(out: &str, curves: &[Curve]) -> Result<(), Box<dyn std::error::Error>> {
+    let slowest = curves.iter().flat_map(|c| &c.points);
+    let slowest = slowest.map(|p| p.1).fold(1.0, f64::max);
     let root = SVGBackend::new(out, (720, 480)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
@@ -107,7 +109,10 @@ fn plot(out: &str, curves: &[Curve]) -> Result<(), Box<dyn std::error::Error>> {
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(60)
-        .build_cartesian_2d((800.0..1.3e6).log_scale(), (0.004..60.0).log_scale())?;
+        .build_cartesian_2d(
+            (800.0..1.3e6).log_scale(),
+            (0.01..4.0 * slowest).log_scale(),
+        )?;
     chart
         .configure_mesh()
         .x_desc("nodes")
@@ -115,7 +120,7 @@ fn plot(out: &str, curves: &[Curve]) -> Result<(), Box<dyn std::error::Error>> {
         .x_label_formatter(&|x| format!("{x:e}"))
         .y_label_formatter(&|y| format!("{y}"))
         .draw()?;
-    let colors = [RED, BLUE, GREEN];
+    let colors = [RED, BLUE, RGBColor(0, 130, 60)];
     for (curve, color) in curves.iter().zip(colors) {
         let label = format!("{} (slope {:.2})", curve.name, slope(&curve.points));
         chart

@@ -26,13 +26,8 @@ pub(crate) fn edges(block: &Block) -> Neighborhoods {
         .expect("edges of tetrahedra")
 }
 
-/// The same on any symmetric graph.
-pub(crate) fn on_graph(
-    block: &Block,
-    graph: &Neighborhoods,
-    material: Material,
-    settings: &Settings,
-) -> Elastic {
+/// Conservative stencils of `phyxel-mls` on a graph.
+pub(crate) fn rows(block: &Block, graph: &Neighborhoods) -> ConservativeStencils {
     let weights = inverse_square_weights(&block.positions, graph);
     let rows = ConservativeStencils::new(
         &block.positions,
@@ -44,6 +39,17 @@ pub(crate) fn on_graph(
     )
     .expect("a sound block");
     assert!(rows.report.converged, "{:?}", rows.report);
+    rows
+}
+
+/// The same on any symmetric graph.
+pub(crate) fn on_graph(
+    block: &Block,
+    graph: &Neighborhoods,
+    material: Material,
+    settings: &Settings,
+) -> Elastic {
+    let rows = rows(block, graph);
     let stencils = Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),

@@ -54,7 +54,8 @@ fn cantilever_small_strain() {
                 }
                 "f32" => {
                     for (error, default) in errors.iter().zip(defaults) {
-                        assert_within("f32 against f64", *error, default, 0.2);
+                        // Measured: equal in all digits that are printed.
+                        assert_within("f32 against f64", *error, default, 0.02);
                     }
                 }
                 _ => assert_below("mean dilatation at .499", c.abs(), 5.0),
@@ -77,6 +78,7 @@ fn cantilever_small_strain() {
         for (method, [a, b, c]) in [("dissertation", paper), ("linear tetrahedra", linear)] {
             println!("| {name} | {method} | {a:+.2} | {b:+.2} | {c:+.2} |");
         }
+        // Measured: -69 and -64; -14 and -17. Far off is what they are, by how much is not the subject.
         assert!(paper[0] < -50.0, "dissertation's mode {paper:?}");
         assert!(linear[0] < -10.0, "linear tetrahedra {linear:?}");
     }
@@ -119,7 +121,8 @@ fn bending_converges() {
             -0.5 * (x.x * x.x + nu * (x.z * x.z - x.y * x.y)),
         )
     };
-    for (jitter, bar) in [(0.0, 1.6), (0.25, 1.3)] {
+    // Measured: 2.03 and 1.63.
+    for (jitter, bar) in [(0.0, 1.9), (0.25, 1.5)] {
         let mut errors = Vec::new();
         for cells in [4, 8, 12] {
             let block = Block::new([cells; 3], DVec3::ONE, jitter, 5);
@@ -174,7 +177,8 @@ fn cantilever_against_the_control_coefficient() {
         assert!(error < before, "more control, more stiffness");
         before = error;
         if (0.05..=0.2).contains(&alpha) {
-            assert_below("between 0.05 and 0.2", error.abs(), 2.5);
+            // Measured: 1.8, 1.4 and 0.6.
+            assert_below("between 0.05 and 0.2", error.abs(), 2.0);
         }
     }
 }
