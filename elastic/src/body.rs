@@ -12,6 +12,7 @@ use crate::law::Prepared;
 use crate::material::Material;
 use crate::model::{Settings, Stencils};
 use crate::rows::Rows;
+use crate::still::Still;
 use crate::viscosity::Viscosity;
 
 #[derive(Debug, Clone)]
@@ -38,6 +39,8 @@ pub(crate) struct Body {
     /// Nodes whose row is not full, rising.
     spans: Vec<(u32, Span)>,
     pub(crate) ranks: Vec<u8>,
+    /// Nodes with nothing to compute.
+    pub(crate) still: Still,
     // Computed by an evaluation.
     /// Empty under zero-energy control.
     pub(crate) moves: Vec<Move>,
@@ -86,6 +89,7 @@ impl Body {
             control: vec![Control::default(); n_controlled],
             spans: Vec::new(),
             ranks: vec![3; n],
+            still: Still::default(),
             moves: vec![[0.0; 3]; n - n_controlled],
             anchored: rest[..n_controlled].iter().map(anchored).collect(),
             deformation: vec![DMat3::IDENTITY; n],
@@ -371,6 +375,7 @@ impl Body {
             + of(&self.control)
             + of(&self.spans)
             + of(&self.ranks)
+            + self.still.bytes()
             + of(&self.moves)
             + of(&self.anchored)
             + of(&self.deformation)

@@ -364,6 +364,9 @@ pub(crate) fn tangent_product_within<L: Lanes>(
 /// `(sum_j u_ij ⊗ g_ij)ᵀ` and `(sum_j u_ij ⊗ y_ij)ᵀ`: the rows of the sums as columns.
 #[inline(always)]
 fn gather<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize) -> (DMat3, DMat3) {
+    if body.still.is_unstrained(node) {
+        return (DMat3::ZERO, DMat3::ZERO);
+    }
     L::gather_gradient(rows.row(node), L::states(body))
 }
 
@@ -375,6 +378,10 @@ fn gather_force<L: Lanes>(
     matrices: &[L::Matrix],
     node: usize,
 ) -> DVec3 {
+    // Mean pressures reach one node further than strains.
+    if body.still.is_unloaded(node) && body.dilatation.is_none() {
+        return DVec3::ZERO;
+    }
     L::gather_force(rows.incoming(node), L::states(body), matrices)
 }
 

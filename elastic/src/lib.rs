@@ -14,6 +14,7 @@ mod model;
 mod part;
 mod plain;
 mod rows;
+mod still;
 mod update;
 mod viscosity;
 

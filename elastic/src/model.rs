@@ -10,6 +10,7 @@ use crate::kernel::{Lanes, bare::Bare, controlled::Controlled};
 use crate::law::Prepared;
 use crate::material::{Law, Material};
 use crate::rows::{Graph, Rows};
+use crate::still::Still;
 
 /// Gradient stencils of all nodes, compressed by rows.
 ///
@@ -307,6 +308,20 @@ impl Elastic {
     pub fn cauchy_stress(&self, node: usize) -> DMat3 {
         let f = self.body.deformation[node];
         self.first_piola_kirchhoff(node) * f.transpose() * f.determinant().recip()
+    }
+
+    /// Names the nodes that stay at their rest positions in every evaluation from now on, and at zero in
+    /// every vector: what can have no strain and no force because of that is not computed. The rest is as
+    /// before, forces on held nodes with moving neighbours too. An empty slice takes it back.
+    ///
+    /// What is given of a held node that has moved is not noticed; its forces are then wrong.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    pub fn set_held(&mut self, nodes: &[u32]) {
+        let n = self.node_count();
+        let still = with_table!(&self.pairs, table => Still::new(&table.rows, n, nodes));
+        self.body.still = still;
     }
 
     /// Writes the forces `f = -dE/dx` (N) at `positions` (m) and returns the energy `E` (J).

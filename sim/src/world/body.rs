@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use phyxel_discretize::{MeshReport, Sampling, Solid, tetrahedra_edges};
 use phyxel_elastic::{
     Elastic, Material, Materials, Nodes, Part, Settings as ElasticSettings, Stencils,
@@ -169,6 +169,7 @@ impl Body {
             volume: volumes.iter().sum(),
         };
         let supports = supports_of(scene, description, &rest);
+        elastic.set_held(&held_nodes(&supports));
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         let mut forces = vec![DVec3::ZERO; rest.len()];
         elastic.forces_into(&rest, &mut forces);
@@ -381,6 +382,12 @@ impl Body {
         Ok(())
     }
 
+    /// Takes supports that hold for the rest of the scene.
+    pub(super) fn set_supports(&mut self, supports: Supports) {
+        self.elastic.set_held(&held_nodes(&supports));
+        self.motion.set_supports(supports);
+    }
+
     /// Takes over a kept state; the model is brought to its positions.
     pub(super) fn restore(
         &mut self,
@@ -404,6 +411,13 @@ impl Body {
             self.pending = Err(error);
         }
     }
+}
+
+/// Nodes that supports keep where they are.
+fn held_nodes(supports: &Supports) -> Vec<u32> {
+    let held = supports.entries().iter();
+    let held = held.filter(|support| support.free == DMat3::ZERO && support.path.is_none());
+    held.map(|support| support.node).collect()
 }
 
 /// Mean length (m) of all pairs.

@@ -219,7 +219,7 @@ impl World {
             let body = &mut member.body;
             let driven = support::driven_supports_of(&self.scene, description, &body.rest, start);
             if let Some(supports) = driven {
-                body.motion.set_supports(supports);
+                body.set_supports(supports);
             }
             let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
             for touch in &mut member.touches {

@@ -204,3 +204,60 @@ fn products_within_a_part_are_those_of_the_whole() {
         }
     }
 }
+
+/// What cannot move is not computed, and nothing else changes: against the same body told nothing.
+#[test]
+fn held_nodes_change_nothing_but_the_work() {
+    let block = Block::new([7, 6, 6], DVec3::ONE, 0.2, 7);
+    let x = shaken(&block, 0.1, 5);
+    let rest = &block.positions;
+    // All but a corner is held; one ring of held nodes sees moving ones, the next sees strained ones.
+    let held: Vec<u32> = (0_u32..)
+        .zip(rest)
+        .filter(|(_, x)| x.max_element() > 0.2)
+        .map(|(node, _)| node)
+        .collect();
+    let placed = |moved: &[DVec3], home: &[DVec3]| {
+        let mut at = moved.to_vec();
+        for &node in &held {
+            at[node as usize] = home[node as usize];
+        }
+        at
+    };
+    let (x, zero) = (placed(&x, rest), vec![DVec3::ZERO; rest.len()]);
+    let v = placed(&shaken(&block, 1.0, 6), &zero);
+    for settings in [Settings::default(), mean()] {
+        let plain = Material::neo_hookean(3.0, 0.3);
+        let mut told = built(&block, plain, &settings);
+        let mut untold = built(&block, plain, &settings);
+        told.set_held(&held);
+        let evaluate = |body: &mut Elastic| {
+            let (mut f, mut kv) = (zero.clone(), zero.clone());
+            let energy = body.forces_into(&x, &mut f);
+            body.tangent_product_into(&v, &mut kv);
+            (energy, f, kv)
+        };
+        let (energy, f, kv) = evaluate(&mut told);
+        let (energy_of, f_of, kv_of) = evaluate(&mut untold);
+        assert!((energy - energy_of).abs() <= 1e-14 * energy_of, "{energy}");
+        let largest = |v: &[DVec3]| v.iter().map(|v| v.length()).fold(0.0, f64::max);
+        for (a, b) in [(&f, &f_of), (&kv, &kv_of)] {
+            for (node, (a_i, b_i)) in a.iter().zip(b).enumerate() {
+                let off = (*a_i - *b_i).length() / largest(b);
+                assert!(off <= 1e-14, "node {node}: {a_i} told, {b_i} untold");
+            }
+        }
+        let exact = f.iter().filter(|f| **f == DVec3::ZERO).count();
+        let reached = f_of.iter().filter(|f| f.length() > 1e-9 * largest(&f_of));
+        assert!(
+            exact + reached.count() <= f.len(),
+            "what is loaded is computed"
+        );
+        if settings == Settings::default() {
+            assert!(exact > 0, "some nodes have nothing to compute");
+        }
+        told.set_held(&[]);
+        let (_, again, _) = evaluate(&mut told);
+        assert_eq!(again, f_of, "taken back");
+    }
+}
