@@ -361,6 +361,12 @@ impl Elastic {
         });
     }
 
+    /// Those of [`Elastic::bytes`] that [`Elastic::set_held`] takes.
+    #[must_use]
+    pub fn held_bytes(&self) -> usize {
+        self.body.still.bytes()
+    }
+
     /// Heap bytes that the model holds.
     #[must_use]
     pub fn bytes(&self) -> usize {

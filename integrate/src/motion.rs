@@ -246,14 +246,15 @@ impl Motion {
     pub fn bytes(&self) -> MotionBytes {
         let vectors = |list: &[&Vec<DVec3>]| list.iter().map(|v| size_of_val(&***v)).sum();
         let s = &self.state;
+        let [inverse, partly] = self.mobility.bytes();
         MotionBytes {
             state: vectors(&[&s.positions, &s.velocities, &s.forces, &self.next_forces])
                 + size_of_val(&*self.masses)
-                + self.mobility.bytes(),
+                + inverse,
             supports: if self.supports.entries().is_empty() {
                 0
             } else {
-                self.supports.bytes()
+                self.supports.bytes() + partly
             },
             loads: vectors(&[&self.loads]),
             viscous: vectors(&[&s.viscous, &self.next_viscous]),

@@ -46,8 +46,9 @@ impl Mobility {
         Self { inverse, partly }
     }
 
-    pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.inverse) + size_of_val(&*self.partly)
+    /// Bytes for all nodes, and for partly held ones.
+    pub(crate) fn bytes(&self) -> [usize; 2] {
+        [size_of_val(&*self.inverse), size_of_val(&*self.partly)]
     }
 
     /// Takes the held parts out of the vectors of the nodes from `first` on.

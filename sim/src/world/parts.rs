@@ -39,13 +39,21 @@ impl Member {
                 None,
             ),
             part("stencils", body.stencils.memory_bytes().total, None),
-            part("elasticity", body.elastic.bytes(), Some(Phase::Forces)),
+            part(
+                "elasticity",
+                body.elastic.bytes() - body.elastic.held_bytes(),
+                Some(Phase::Forces),
+            ),
             part(
                 "motion",
                 moving.state + size_of_val(&*body.eigenvector),
                 Some(Phase::Integration),
             ),
-            part("supports", moving.supports, None),
+            part(
+                "supports",
+                moving.supports + body.elastic.held_bytes(),
+                None,
+            ),
             part("gravity", moving.loads, None),
             part("viscous damping", moving.viscous, None),
             part(
