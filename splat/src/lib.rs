@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod adapt;
 mod binding;
 mod border;
 mod camera;
@@ -25,6 +26,7 @@ mod texture;
 mod tissue;
 mod tool;
 
+pub use adapt::follow_curvature;
 pub use binding::{BindSettings, Binding, WeightLaw};
 pub use camera::{Camera, Lens};
 pub use carry::{Splats, carry_into};

@@ -62,19 +62,19 @@ fn bodies(effort: Effort) -> Vec<Body> {
 /// What a ray through a pixel meets.
 #[derive(Clone, Copy)]
 struct Hit {
-    depth: f64,
+    pub(super) depth: f64,
     normal: DVec3,
 }
 
 /// The exact picture: a hit per pixel, row-major.
-struct Exact {
+pub(super) struct Exact {
     width: usize,
     height: usize,
     hits: Vec<Option<Hit>>,
 }
 
 impl Exact {
-    fn of(solid: &Solid, camera: &Camera, width: usize, height: usize) -> Self {
+    pub(super) fn of(solid: &Solid, camera: &Camera, width: usize, height: usize) -> Self {
         let Lens::Perspective { focal } = camera.lens else {
             unreachable!("the study's camera is one with perspective");
         };
@@ -121,7 +121,7 @@ impl Exact {
         range.is_some_and(|(low, high)| high - low < FOLD)
     }
 
-    fn compare(&self, frame: &Frame, camera: &Camera) -> Difference {
+    pub(super) fn compare(&self, frame: &Frame, camera: &Camera) -> Difference {
         let mut found = Difference::default();
         let (mut square, mut angle, mut compared) = (0.0, 0.0, 0.0);
         let mut inside = 0.0;
@@ -169,17 +169,17 @@ fn trace(solid: &Solid, from: DVec3, along: DVec3) -> Option<DVec3> {
 
 /// How far a picture is from the exact one.
 #[derive(Debug, Clone, Copy, Default)]
-struct Difference {
+pub(super) struct Difference {
     /// Background pixels more than a pixel inside the exact outline.
-    holes: usize,
+    pub(super) holes: usize,
     /// Covered pixels more than a pixel outside of it.
-    strays: usize,
+    pub(super) strays: usize,
     /// Pixels that only one of the pictures covers, over those that the exact one covers.
-    outline: f64,
+    pub(super) outline: f64,
     /// Root mean square error of the depth (m) away from edges.
-    depth: f64,
+    pub(super) depth: f64,
     /// Mean angle (degrees) between normals away from edges.
-    normal: f64,
+    pub(super) normal: f64,
 }
 
 /// The radius rules; all but the default and the largest draw as much as the default does: the mean
@@ -210,7 +210,7 @@ fn rules(surfels: &Surfels) -> Vec<(&'static str, RadiusRule)> {
     ]
 }
 
-fn mean_square(radii: &[f64]) -> f64 {
+pub(super) fn mean_square(radii: &[f64]) -> f64 {
     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let count = radii.len().max(1) as f64;
     radii.iter().map(|r| r * r).sum::<f64>() / count

@@ -1,5 +1,6 @@
 //! Surfaces drawn as splats: how near to exact pictures, how fast, and how they look.
 
+mod adaptive;
 mod cuts;
 mod exact;
 mod inside;
@@ -16,6 +17,7 @@ use super::{Effort, StudyError};
 
 pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut report = exact::run(effort)?;
+    report.tables.push(adaptive::table(effort)?);
     report.tables.push(speed::table(effort)?);
     report.tables.push(inside::table(effort)?);
     report.pictures = stills::pictures(effort)?;
