@@ -1,6 +1,7 @@
 //! Pictures of the world: surfels on the bodies, new skin in cuts, tools and blades.
 
 mod camera;
+pub(crate) mod coloring;
 mod tool;
 
 use std::fs::File;
@@ -10,11 +11,11 @@ use std::sync::Arc;
 use glam::Vec3;
 use phyxel_discretize::{sample_surfels, surface_mesh};
 use phyxel_splat::{
-    Clip, DrawMode, Frame, Image, ImageCoat, Mesh, RenderSettings, Renderer, SplatView, Splats,
-    Surface, Tissue, TissueSettings, TissueTexture,
+    Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer, SplatView,
+    Splats, Surface, Tissue, TissueSettings, TissueTexture,
 };
 
-use crate::scene::{self, Pictures};
+use crate::scene::{self, Coloring, Pictures};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 
 /// The surface of one body.
@@ -34,6 +35,8 @@ pub struct Style {
     pub tissue: TissueSettings,
     /// How splats are drawn.
     pub mode: DrawMode,
+    /// Leave tools and blades away.
+    pub bare: bool,
 }
 
 /// Draws the world as a scene asks.
@@ -42,6 +45,8 @@ pub struct Painter {
     skins: Vec<Skin>,
     renderer: Renderer,
     camera: phyxel_splat::Camera,
+    coloring: Coloring,
+    bare: bool,
     frames: usize,
 }
 
@@ -73,6 +78,12 @@ impl Painter {
             .collect::<Result<Vec<_>, _>>()?;
         let camera = camera::camera_of(world, pictures);
         let surfaces = skins.iter().flat_map(|skin| skin.surfaces.iter().cloned());
+        let plain = Surface {
+            specular: 0.0,
+            ..Surface::default()
+        };
+        let colored = pictures.color != Coloring::Tissue;
+        let surfaces = surfaces.map(|own| if colored { plain.clone() } else { own });
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
@@ -84,6 +95,8 @@ impl Painter {
             skins,
             renderer,
             camera,
+            coloring: pictures.color,
+            bare: style.bare,
             frames: 0,
         })
     }
@@ -183,17 +196,30 @@ impl Painter {
                 body.motion.positions(),
                 body.elastic.deformation_gradients(),
             );
+            if let Some((scale, _)) = coloring::legend(self.coloring) {
+                let (tissue, splats) = (&skin.tissue, &skin.splats);
+                let colors = &mut skin.colors;
+                coloring::colors(self.coloring, &scale, tissue, splats, body, colors);
+            }
         }
     }
 
     /// Draws one frame of what [`Painter::carry`] has moved.
     pub fn draw(&mut self, world: &World) -> Frame {
         self.frames += 1;
-        let tools = tool::meshes(world);
-        match &self.skins[..] {
+        let tools = if self.bare {
+            Vec::new()
+        } else {
+            tool::meshes(world)
+        };
+        let mut frame = match &self.skins[..] {
             [only] => self.renderer.draw(&only.view(), &tools, &self.camera),
             skins => Merged::of(skins).draw(&mut self.renderer, &tools, &self.camera),
+        };
+        if let Some((scale, title)) = coloring::legend(self.coloring) {
+            Overlay::new(&mut frame).legend(&scale, title);
         }
+        frame
     }
 }
 

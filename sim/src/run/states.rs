@@ -1,12 +1,12 @@
 //! The bodies as ParaView reads them: nodes as VTK with stress, surfels as PLY, at the end and at a
 //! rate.
 
-use glam::{DMat3, DVec3};
 use phyxel_discretize::{Field, Surfels, ply_surfels, vtk_tetrahedra};
 use serde::{Deserialize, Serialize};
 
 use crate::output::{OutputError, OutputFolder};
 use crate::picture::Painter;
+use crate::picture::coloring::von_mises;
 use crate::world::{Body, World};
 
 /// Name of the folder of periodic states.
@@ -136,12 +136,4 @@ fn vtk(body: &Body) -> Vec<u8> {
 /// A body's name with what file systems refuse replaced.
 fn file_name(name: &str) -> String {
     name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
-}
-
-/// Equivalent stress `sqrt(3/2 s:s)` of a Cauchy stress with the deviator `s` (Pa).
-fn von_mises(stress: DMat3) -> f64 {
-    let pressure = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
-    let deviator = stress - DMat3::from_diagonal(DVec3::splat(pressure));
-    let squares: f64 = deviator.to_cols_array().iter().map(|s| s * s).sum();
-    (1.5 * squares).sqrt()
 }

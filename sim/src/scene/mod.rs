@@ -34,7 +34,7 @@ pub use keys::key_reference;
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
-pub use settings::{Integration, Observe, Pictures, Settle, View};
+pub use settings::{Coloring, Integration, Observe, Pictures, Settle, View};
 pub(crate) use suggest::nearest;
 pub use tool::{Release, Tool, ToolShape};
 

@@ -91,6 +91,8 @@ pub struct Pictures {
     pub rate: f64,
     /// Where the camera stands.
     pub view: View,
+    /// What colours the surfaces.
+    pub color: Coloring,
     /// Whether the frames are also written as one animated file.
     pub animation: bool,
     /// Whether settling is drawn too.
@@ -104,10 +106,35 @@ impl Default for Pictures {
             height: 540,
             rate: 25.0,
             view: View::default(),
+            color: Coloring::default(),
             animation: true,
             settling: true,
         }
     }
+}
+
+/// What colours the surfaces; a quantity gets a legend.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum Coloring {
+    /// The colours and images of the bodies' surfels.
+    #[default]
+    Tissue,
+    /// How far each place has moved from where it is at rest.
+    Displacement {
+        /// Value of the last colour (m); the first is 0.
+        most: f64,
+    },
+    /// Equivalent (von Mises) stress.
+    Stress {
+        /// Value of the last colour (Pa); the first is 0.
+        most: f64,
+    },
+    /// Mean curvature of the deformed surface, positive where it bulges.
+    Curvature {
+        /// Value of the last colour (1/m); the first is its negative.
+        most: f64,
+    },
 }
 
 /// Where the camera stands.

@@ -79,6 +79,7 @@ fn overrides_apply_in_order_and_add_what_is_missing() {
             "bodies[0].shape.size[1]=0.5",
             "pictures.width=320",
             "pictures.view.zoom=2",
+            "pictures.color=Stress(most: 2e3)",
             "pictures.view.elevation=10",
             "integration.settle=None",
             "integration.settle.limit=0.5",
@@ -100,6 +101,7 @@ fn overrides_apply_in_order_and_add_what_is_missing() {
     );
     let pictures = scene.pictures.expect("pictures are on");
     assert_eq!((pictures.width, pictures.height), (320, 540));
+    assert_eq!(pictures.color, Coloring::Stress { most: 2e3 });
     assert_eq!(
         pictures.view,
         View::Around {

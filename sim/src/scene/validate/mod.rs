@@ -6,7 +6,7 @@ mod event;
 
 pub(super) use check::Fault;
 
-use super::settings::{Integration, Pictures, View};
+use super::settings::{Coloring, Integration, Pictures, View};
 use super::{Scene, VERSION};
 use body::body;
 use check::{Check, finite, not_negative, positive, require, triple};
@@ -153,6 +153,12 @@ fn pictures(pictures: &Pictures) -> Check {
         format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}"),
     )?;
     positive("pictures.rate", pictures.rate, " (frames per second)")?;
+    match pictures.color {
+        Coloring::Tissue => {}
+        Coloring::Displacement { most } => positive("pictures.color.most", most, " (m)")?,
+        Coloring::Stress { most } => positive("pictures.color.most", most, " (Pa)")?,
+        Coloring::Curvature { most } => positive("pictures.color.most", most, " (1/m)")?,
+    }
     match pictures.view {
         View::Around {
             azimuth,
