@@ -11,12 +11,11 @@ use crate::study::report::Picture;
 use crate::study::{Effort, StudyError};
 use crate::world::World;
 
-/// An embedded scene, when its first cut is done (s), and how far apart its surfels are (m).
+/// An embedded scene and when its first cut is done (s).
 struct Play {
     scene: &'static str,
     name: &'static str,
     between: f64,
-    spacing: f64,
     /// Size in the frame.
     zoom: f64,
     title: &'static str,
@@ -28,8 +27,7 @@ const PLAYS: [Play; 2] = [
         scene: "block",
         name: "block",
         between: 1.1,
-        spacing: 0.0015,
-        zoom: 0.72,
+        zoom: 0.56,
         title: "A hanging block before its cuts (figs 76, 77), cut once (78) and twice (79, 80)",
         figures: ["figs 76, 77", "fig. 78", "figs 79, 80"],
     },
@@ -37,14 +35,14 @@ const PLAYS: [Play; 2] = [
         scene: "liver",
         name: "liver",
         between: 1.65,
-        spacing: 0.0014,
-        zoom: 1.7,
+        zoom: 1.85,
         title: "A hanging liver before its cuts (fig. 82), cut once (83) and twice (84)",
         figures: ["fig. 82", "fig. 83", "fig. 84"],
     },
 ];
 
-/// Styles side by side: the default, without clipping, and the dissertation's chapters 4 and 5.
+/// Styles side by side: the default, without clipping, and the dissertation's chapters 4 and 5, for
+/// surfels so far apart (m).
 fn styles(spacing: f64) -> [(&'static str, Style); 3] {
     let plain = TissueSettings {
         clip: false,
@@ -64,7 +62,11 @@ fn styles(spacing: f64) -> [(&'static str, Style); 3] {
         inside: InsideTest::TwoNearest,
         ..plain.clone()
     };
-    let style = |tissue, mode| Style { tissue, mode };
+    let style = |tissue, mode| Style {
+        tissue,
+        mode,
+        bare: true,
+    };
     [
         (
             "default",
@@ -112,7 +114,14 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
     };
     let (settle, duration) = (scene.integration.settle, scene.integration.duration);
     let mut world = World::new(scene)?;
-    let styles = styles(play.spacing);
+    let spacing = {
+        let painter = Painter::new(&world, &pictures)?;
+        let (_, _, areas) = painter.surfels(0);
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let count = areas.len() as f64;
+        (areas.iter().sum::<f64>() / count).sqrt()
+    };
+    let styles = styles(spacing);
     let mut painters = styles
         .iter()
         .map(|(_, style)| Painter::styled(&world, &pictures, style))
