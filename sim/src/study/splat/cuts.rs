@@ -35,7 +35,7 @@ const PLAYS: [Play; 2] = [
         scene: "liver",
         name: "liver",
         between: 1.65,
-        zoom: 1.85,
+        zoom: 1.75,
         title: "A hanging liver before its cuts (fig. 82), cut once (83) and twice (84)",
         figures: ["fig. 82", "fig. 83", "fig. 84"],
     },
