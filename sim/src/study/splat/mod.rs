@@ -17,9 +17,9 @@ use super::{Effort, StudyError};
 
 pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut report = exact::run(effort)?;
-    report.tables.push(adaptive::table(effort)?);
     report.tables.push(speed::table(effort)?);
     report.tables.push(inside::table(effort)?);
+    report.tables.push(adaptive::table(effort)?);
     report.pictures = stills::pictures(effort)?;
     report.pictures.extend(cuts::pictures(effort)?);
     report.words.push(
