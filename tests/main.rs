@@ -24,5 +24,7 @@ mod integrate_press;
 mod model_only;
 /// Conservative stencils on sampled livers.
 mod organ_stencils;
+/// Every key of a scene: that it has an effect, and the right one.
+mod scene_keys;
 /// Scenes with tools: weight on a table, a dropped ball, a torn surface.
 mod scene_tools;

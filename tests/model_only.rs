@@ -1,5 +1,5 @@
-//! A scene pays only for what it needs: each part is added to a scene that has none, and nothing else
-//! changes.
+//! A scene pays only for what it needs: each part is added to a scene that has none, and taken from one
+//! that has all, and nothing else changes.
 
 use std::path::Path;
 
@@ -52,7 +52,14 @@ fn changed(a: &Played, b: &Played) -> Vec<&'static str> {
 #[test]
 fn each_part_adds_its_own_memory_and_no_other() {
     let bare = play(&format!("{BARE} gravity: None"));
-    let off = ["supports", "gravity", "viscous damping", "contact", "cuts"];
+    let off = [
+        "viscosity",
+        "supports",
+        "gravity",
+        "viscous damping",
+        "contact",
+        "cuts",
+    ];
     for (name, bytes) in &bare.bytes {
         assert_eq!(
             *bytes == 0,
@@ -98,4 +105,88 @@ fn each_part_adds_its_own_memory_and_no_other() {
         changed(&bare, &play(&format!("{BARE} {heavy}"))),
         ["gravity"]
     );
+}
+
+/// Keys that choose between models: what they change is the part they choose.
+#[test]
+fn a_choice_of_model_changes_its_own_part() {
+    let bare = play(&format!("{BARE} gravity: None"));
+    let body = |keys: &str| BARE.replace("Nodes(400))", &format!("Nodes(400)), {keys}"));
+    for (keys, expected) in [
+        ("material: (model: SaintVenantKirchhoff)", &[][..]),
+        ("material: (model: MooneyRivlin(share: 0.5))", &[]),
+        ("material: (volume_constant: 1e4)", &[]),
+        (
+            "material: (fiber: (direction: (0, 0, 1), stiffness: 1e4))",
+            &[],
+        ),
+        (
+            "material: (viscosity: [(ratio: 0.5, time: 0.1)])",
+            &["viscosity"],
+        ),
+        ("material: (stabilization: 0)", &["elasticity"]),
+        ("material: (dilatation: Mean)", &["elasticity"]),
+        ("precision: Single", &["elasticity"]),
+        ("cut_rule: Grid()", &[]),
+        (
+            "inclusions: [(region: Sphere(center: (0, 0, 0), radius: 0.01), youngs_modulus: 1e5)]",
+            &["elasticity"],
+        ),
+    ] {
+        let with = play(&format!("{} gravity: None", body(keys)));
+        assert_eq!(changed(&bare, &with), expected, "{keys}");
+        assert_eq!((with.contact_calls, with.cut_calls), (0, 0), "{keys}");
+    }
+    for scheme in ["SymplecticEuler", "Newmark()", "BackwardEuler()"] {
+        let text = BARE.replace("settle: None", &format!("settle: None, scheme: {scheme}"));
+        let with = play(&format!("{text} gravity: None"));
+        assert_eq!(changed(&bare, &with), [""; 0], "{scheme}");
+    }
+}
+
+#[test]
+fn each_part_takes_its_own_memory_away_and_no_other() {
+    let held = "supports: [(region: HalfSpace(point: (0, 0, 0.0249), normal: (0, 0, 1)))],";
+    let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 9))])],";
+    // Inside, so that it leaves the surface whole that the tool may touch, and before anything moves.
+    let cut = "cuts: [(edge: [(0, -5e-3, 0), (0, 5e-3, 0)], path: [
+        (time: 0, position: (0, 0, -8e-3)), (time: 1e-7, position: (0, 0, 8e-3))])],";
+    let heavy = "gravity: (acceleration: (0, 0, -9.81), ramp: 0),";
+    let all = [held, tool, cut, heavy];
+    let inner = "material: (viscosity: [(ratio: 0.5, time: 0.1)]), damping_ratio: 0.1";
+    let scene = |inner: &str, rest: &[&str]| {
+        let body = BARE.replace("Nodes(400))", &format!("Nodes(400)), {inner}"));
+        play(&format!("{body} {}", rest.join(" ")))
+    };
+    let full = scene(inner, &all);
+    assert!(
+        full.bytes.iter().all(|(_, bytes)| *bytes > 0),
+        "{:?}",
+        full.bytes
+    );
+    for (part, k) in [("supports", 0), ("contact", 1), ("cuts", 2), ("gravity", 3)] {
+        let rest = all.map(|key| {
+            let gone = key == all[k];
+            if gone && k == 3 {
+                "gravity: None"
+            } else if gone {
+                ""
+            } else {
+                key
+            }
+        });
+        let without = scene(inner, &rest);
+        assert_eq!(changed(&full, &without), [part]);
+        let calls = (
+            if k == 1 { 0 } else { 60 },
+            if k == 2 { 0 } else { full.cut_calls },
+        );
+        assert_eq!((without.contact_calls, without.cut_calls), calls, "{part}");
+        let left = without.bytes.iter().find(|(name, _)| *name == part);
+        assert_eq!(left, Some(&(part, 0)));
+    }
+    let calm = scene(&inner.replace(", damping_ratio: 0.1", ""), &all);
+    assert_eq!(changed(&full, &calm), ["viscous damping"]);
+    let dry = scene("damping_ratio: 0.1", &all);
+    assert_eq!(changed(&full, &dry), ["viscosity"]);
 }

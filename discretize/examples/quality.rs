@@ -119,6 +119,12 @@ fn sample(name: &str, solid: &Solid, counts: &[usize], settings: &SampleSettings
                 let error = s.report.volume_error.unwrap_or(f64::NAN);
                 let (nodes, tets) = (s.positions.len(), s.tetrahedra.len());
                 row(name, nodes, tets, &s.report.quality, error, seconds);
+                let sum: f64 = s.volumes.iter().sum();
+                assert!(
+                    (sum / s.report.volume - 1.0).abs() < 1e-9 && s.report.quality.inverted == 0,
+                    "the nodes' volumes sum to {sum} of {} m³",
+                    s.report.volume
+                );
                 eprintln_report(&s.report.to_string());
             }
             Err(error) => println!("| {name} | {count}: {error} |"),

@@ -50,4 +50,12 @@ fn main() {
         body.node_count(),
         body.pair_count()
     );
+    // Momentum is kept, up to the round-off of the pairs.
+    let sum: DVec3 = forces.iter().sum();
+    let size: f64 = forces.iter().map(|f| f.length()).sum();
+    let allowed = if single { 1e-6 } else { 1e-13 };
+    assert!(
+        sum.length() <= allowed * size,
+        "forces sum to {sum} of {size} N"
+    );
 }

@@ -102,6 +102,17 @@ fn row(block: &Block, order: &str, precision: Precision) {
         })
     };
     let (one, two) = (time(1), time(2));
+    let sum: DVec3 = f.iter().sum();
+    let size: f64 = f.iter().map(|f| f.length()).sum();
+    let allowed = if precision == Precision::Single {
+        1e-6
+    } else {
+        1e-13
+    };
+    assert!(
+        sum.length() <= allowed * size,
+        "forces sum to {sum} of {size} N"
+    );
     let tangent = on_threads(1, || {
         best_time(0.3, || body.tangent_product_into(&x, &mut f))
     });

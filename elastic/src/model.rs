@@ -376,6 +376,13 @@ impl Elastic {
         self.body.bytes() + with_table!(&self.pairs, table => table_bytes(table))
     }
 
+    /// Those of them that only viscous materials need; 0 without any.
+    #[must_use]
+    pub fn viscous_bytes(&self) -> usize {
+        let viscosity = self.body.viscosity.as_ref();
+        viscosity.map_or(0, crate::viscosity::Viscosity::bytes)
+    }
+
     /// Prepares the viscous part for a step of `time_step` (s) from the state of the last
     /// [`Elastic::end_viscous_step`]: forces and energy are then those of the step's incremental
     /// potential. Without a call the body answers with its long-term law. Does nothing for a body

@@ -236,6 +236,10 @@ fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<
             touched += found.pairs.len();
         }
     }
+    assert!(
+        factors.severed_count() > 0 && factors.severed_count() <= factors.crossed_count(),
+        "a cut severs some of the pairs it crosses"
+    );
     Ok(Run {
         times,
         touched,

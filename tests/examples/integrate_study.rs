@@ -26,9 +26,9 @@ use chart::{Chart, Curve};
 use glam::DVec3;
 use integrate_bodies::{Body, Solid};
 use integrate_press::{
-    HERTZ, REFERENCE, SMALL, contact_radius, cube, graded, hertz_quarter_force, hertz_rings,
-    quarter, ring_pressures, sphere_over_paraboloid,
+    HERTZ, REFERENCE, SMALL, contact_radius, cube, graded, hertz_quarter_force, quarter,
 };
+use phyxel::study::indentation::sphere_over_paraboloid;
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
     ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose,
@@ -372,7 +372,7 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
         .collect();
     for cells in [9, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 22] {
         let mut press = cube(cells);
-        let count = press.body.rest.len() as f64;
+        let count = press.node_count() as f64;
         let errors = REFERENCE.map(|row| press.error(row).0);
         println!("{count} regular nodes: {errors:.4?}");
         for (curve, error) in curves.iter_mut().zip(errors) {
@@ -392,7 +392,7 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
     ] {
         let mut press = graded(cells);
         let errors = REFERENCE.map(|row| press.error(row).0);
-        let count = press.body.rest.len() as f64;
+        let count = press.node_count() as f64;
         println!("{count} graded nodes: {errors:.4?}");
         let largest = errors
             .into_iter()
@@ -407,9 +407,9 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
         let error = found.force / hertz_quarter_force() - 1.0;
         println!(
             "{} nodes, Hertz, {fine} cells in 1.5 contact radii: {error:.4}",
-            press.body.rest.len()
+            press.node_count()
         );
-        hertz.push((press.body.rest.len() as f64, 100.0 * error));
+        hertz.push((press.node_count() as f64, 100.0 * error));
     }
     curves.push(Curve::new("quarter of a large block, Hertz", hertz));
     let (title, x) = (
@@ -434,15 +434,23 @@ fn hertz(charts: &mut Vec<(&'static str, Chart)>) {
     for (name, fine) in [("8 cells in 1.5 contact radii", 8), ("12 cells", 12)] {
         let (mut press, size) = quarter(fine, 8);
         press.press(HERTZ.0, HERTZ.1);
-        let rings = ring_pressures(press.contact.points(), &ends);
+        let rings = press.rings(&ends);
         println!(
             "{name}, block of {size:.0} contact radii: contact radius {:.3} of Hertz's; mean pressures on rings, Hertz's beside",
-            contact_radius(press.contact.points())
+            contact_radius(press.points())
         );
-        for (k, (ring, theory)) in rings.iter().zip(hertz_rings(&ends)).enumerate() {
-            println!("{:.3}, {ring:.3}, {theory:.3}", middle(k));
+        for (k, ring) in rings.iter().enumerate() {
+            println!(
+                "{:.3}, {:.3}, {:.3}",
+                middle(k),
+                ring.pressure,
+                ring.expected
+            );
         }
-        let points = rings.iter().enumerate().map(|(k, p)| (middle(k), *p));
+        let points = rings
+            .iter()
+            .enumerate()
+            .map(|(k, ring)| (middle(k), ring.pressure));
         curves.push(Curve::dots(name, points.collect()));
     }
     let (x, y) = (

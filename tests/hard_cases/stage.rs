@@ -74,7 +74,7 @@ pub(super) fn pieces(world: &World) -> Vec<u32> {
     let member = &world.members()[0];
     let graph = &member.body.neighborhoods;
     // A pair's weight is zero if and only if a cut has severed it.
-    let weights = &member.body.stencils.weights;
+    let weights = member.body.stencils.weights();
     let mut sizes = connected_pieces(graph.offsets(), graph.indices(), weights).sizes;
     sizes.sort_unstable_by(|a, b| b.cmp(a));
     sizes

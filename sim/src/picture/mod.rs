@@ -2,6 +2,7 @@
 
 mod camera;
 pub(crate) mod coloring;
+mod style;
 mod tool;
 
 use std::fs::File;
@@ -56,21 +57,33 @@ impl Painter {
     /// # Errors
     /// [`WorldError`] if a surface cannot be sampled or bound to its nodes.
     pub fn new(world: &World, pictures: &Pictures) -> Result<Self, WorldError> {
-        Self::styled(world, pictures, &Style::default())
+        Self::build(world, pictures, None)
     }
 
-    /// As [`Painter::new`], in another style than the default.
+    /// As [`Painter::new`], in another style than the scene's.
     ///
     /// # Errors
     /// As [`Painter::new`].
     pub fn styled(world: &World, pictures: &Pictures, style: &Style) -> Result<Self, WorldError> {
+        Self::build(world, pictures, Some(style))
+    }
+
+    fn build(
+        world: &World,
+        pictures: &Pictures,
+        style: Option<&Style>,
+    ) -> Result<Self, WorldError> {
         let scene = world.scene();
         let skins = world
             .members()
             .iter()
             .zip(&scene.bodies)
             .map(|(member, description)| {
-                Skin::new(member, description, &style.tissue).map_err(|problem| WorldError {
+                let tissue = style.map_or_else(
+                    || style::tissue_of(&description.surfels),
+                    |style| style.tissue.clone(),
+                );
+                Skin::new(member, description, tissue).map_err(|problem| WorldError {
                     body: description.name.clone(),
                     problem,
                 })
@@ -87,7 +100,7 @@ impl Painter {
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
-            mode: style.mode,
+            mode: style.map_or_else(|| style::mode_of(pictures.mode), |style| style.mode),
             surfaces: surfaces.collect(),
             ..RenderSettings::default()
         });
@@ -227,7 +240,7 @@ impl Skin {
     fn new(
         member: &Member,
         description: &scene::Body,
-        style: &TissueSettings,
+        style: TissueSettings,
     ) -> Result<Self, BodyProblem> {
         let wish = &description.surfels;
         let body = &member.body;
@@ -245,7 +258,7 @@ impl Skin {
             &body.rest,
             &TissueSettings {
                 skin_density: wish.cut_density,
-                ..style.clone()
+                ..style
             },
         )?;
         let texture = texture_of(wish, body.solid.bounds().size().max_element());

@@ -101,7 +101,16 @@ impl Run {
             Some(time) => RunError::Diverged {
                 source: Box::new(source),
                 time,
-                advice: 0.5 * self.world.scene().integration.step_factor,
+                advice: {
+                    let integration = &self.world.scene().integration;
+                    match integration.scheme.step() {
+                        Some(step) => format!("integration.scheme.step={}", 0.5 * step),
+                        None => {
+                            let factor = 0.5 * integration.step_factor;
+                            format!("integration.step_factor={factor}")
+                        }
+                    }
+                },
                 checkpoint: self.folder.path().join(CHECKPOINT),
             },
             None => RunError::World(source),

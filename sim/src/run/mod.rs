@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
 use crate::phases::Phase;
 use crate::picture::Painter;
-use crate::scene::Scene;
+use crate::scene::{Rest, Scene};
 use crate::world::{Input, InputError, World, WorldError};
 
 use forces::Forces;
@@ -58,7 +58,7 @@ pub enum RunError {
     /// A step failed; there is a state to go on from.
     #[error(
         "{source}; the last good state, at {time:.4} s, is kept: to go on with smaller steps: \
-         phyxel run --resume {} --set integration.step_factor={advice}",
+         phyxel run --resume {} --set {advice}",
         checkpoint.display()
     )]
     Diverged {
@@ -66,8 +66,8 @@ pub enum RunError {
         source: Box<WorldError>,
         /// Time (s) of the state.
         time: f64,
-        /// Half the step factor of the run.
-        advice: f64,
+        /// The change that halves the steps.
+        advice: String,
         /// The file that holds it.
         checkpoint: PathBuf,
     },
@@ -305,6 +305,11 @@ impl Run {
             return Ok(());
         }
         self.progress.phase("settling");
+        if settle.rest == Rest::Equilibrium {
+            self.world.rest_in_equilibrium()?;
+            self.world.start_scene()?;
+            return Ok(());
+        }
         let duration = self.world.scene().integration.duration;
         self.course.rested = false;
         while self.world.time() < settle.limit {

@@ -72,6 +72,10 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 energy.released_by_cuts
             ),
         )?;
+        if energy.relaxed != 0.0 {
+            let relaxed = energy.relaxed;
+            row(text, "viscosity", format_args!("{relaxed:.3e} J taken up"))?;
+        }
         row(
             text,
             "audit",

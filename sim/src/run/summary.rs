@@ -68,10 +68,11 @@ pub struct BodySummary {
     pub volume_before: f64,
     /// Sum of the nodal volumes (m³) after the last.
     pub volume_after: f64,
-    /// Largest residual of the stencils' integration constraint, relative.
-    pub stencil_residual: f64,
+    /// Largest residual of the stencils' integration constraint, relative; `null` for stencils that are
+    /// not solved for.
+    pub stencil_residual: Option<f64>,
     /// Iterations of the stencils' solve.
-    pub stencil_iterations: usize,
+    pub stencil_iterations: Option<usize>,
     /// Connected pieces at the end.
     pub pieces: usize,
     /// Energies (J) at the end and over the run.
@@ -95,6 +96,8 @@ pub struct EnergySummary {
     pub external_work: f64,
     /// Lost to damping over the run (J).
     pub dissipated: f64,
+    /// Taken up by viscosity over the run, lost or held by it (J).
+    pub relaxed: f64,
     /// Released by cutting over the run: elastic energy that severed pairs held (J).
     pub released_by_cuts: f64,
     /// What is left unexplained over the run, relative to the largest of the terms.
@@ -344,7 +347,8 @@ pub(super) fn of(
 fn body_summary(Member { body, .. }: &Member, worst: &Extremes) -> BodySummary {
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
-    let weights = &body.stencils.weights;
+    let weights = body.stencils.weights();
+    let solved = body.stencils.conservative();
     let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
     let volume: f64 = body.volumes.iter().sum();
     BodySummary {
@@ -360,16 +364,20 @@ fn body_summary(Member { body, .. }: &Member, worst: &Extremes) -> BodySummary {
         mass_before: body.initial.mass,
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.initial.volume,
-        volume_after: body.stencils.volumes.iter().sum(),
-        stencil_residual: body.stencils.report.residual,
-        stencil_iterations: body.stencils.report.iterations,
+        volume_after: solved
+            .map_or(&body.volumes, |solved| &solved.volumes)
+            .iter()
+            .sum(),
+        stencil_residual: solved.map(|solved| solved.report.residual),
+        stencil_iterations: solved.map(|solved| solved.report.iterations),
         pieces: pieces.sizes.len(),
         energy: EnergySummary {
             kinetic: audit.kinetic,
             elastic: audit.elastic,
             external_work: audit.external_work(),
             dissipated: audit.dissipated,
-            released_by_cuts: -audit.booked,
+            relaxed: body.relaxed,
+            released_by_cuts: -audit.booked - body.relaxed,
             imbalance: if audit.scale() > 0.0 {
                 audit.balance().abs() / audit.scale()
             } else {
@@ -393,6 +401,7 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
         (body.critical_step(), found.value, found.iterations)
     });
     let factor = world.scene().integration.step_factor;
+    let implicit = world.scene().integration.scheme.step().is_some();
     SteppingSummary {
         steps: world.steps(),
         settling_steps: course.settling_steps,
@@ -402,10 +411,17 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
         smallest_step: course.smallest_step,
         critical_step,
         largest_eigenvalue,
-        chosen: format!(
-            "{factor} of the critical {:.3} ms, from the largest eigenvalue {largest_eigenvalue:.3e} /s² ({iterations} products)",
-            1e3 * critical_step
-        ),
+        chosen: if implicit {
+            format!(
+                "as the implicit scheme has it; critical {:.3} ms",
+                1e3 * critical_step
+            )
+        } else {
+            format!(
+                "{factor} of the critical {:.3} ms, from the largest eigenvalue {largest_eigenvalue:.3e} /s² ({iterations} products)",
+                1e3 * critical_step
+            )
+        },
     }
 }
 

@@ -1,10 +1,13 @@
-//! Bodies: shape, sampling, material and looks.
+//! Bodies: shape, sampling, and what is asked of their model; surfels.
 
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use super::material::{Inclusion, Material};
+use super::method::{CutRule, Method, Precision};
 
 /// A deformable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,6 +28,18 @@ pub struct Body {
     /// What the body is made of.
     #[serde(default)]
     pub material: Material,
+    /// Parts of another stiffness, such as a tumour; the last one that holds a node counts.
+    #[serde(default)]
+    pub inclusions: Vec<Inclusion>,
+    /// How nodes are coupled: neighbours, gradients, volumes.
+    #[serde(default)]
+    pub method: Method,
+    /// How a cut weakens the pairs it crosses.
+    #[serde(default)]
+    pub cut_rule: CutRule,
+    /// How pairs are stored.
+    #[serde(default)]
+    pub precision: Precision,
     /// Mass-proportional damping (1/s): a free motion loses its speed as `exp(-damping t)`.
     #[serde(default = "Body::default_damping")]
     pub damping: f64,
@@ -52,6 +67,10 @@ impl Body {
             position: DVec3::ZERO,
             sampling: Sampling::default(),
             material: Material::default(),
+            inclusions: Vec::new(),
+            method: Method::default(),
+            cut_rule: CutRule::default(),
+            precision: Precision::default(),
             damping: Self::default_damping(),
             damping_ratio: 0.0,
             moved_mass: Self::default_moved_mass(),
@@ -247,41 +266,6 @@ pub enum Target {
     Nodes(u32),
 }
 
-/// A hyperelastic material.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Material {
-    /// Strain energy.
-    pub model: Model,
-    /// Young's modulus E at small strain (Pa).
-    pub youngs_modulus: f64,
-    /// Poisson's ratio nu at small strain, above -1 and below 0.5.
-    pub poissons_ratio: f64,
-    /// Mass density at rest (kg/m^3).
-    pub density: f64,
-    /// Strength of the pair penalty against zero-energy modes, as a share of the shear modulus.
-    pub stabilization: f64,
-}
-
-impl Default for Material {
-    fn default() -> Self {
-        Self {
-            model: Model::NeoHookean,
-            youngs_modulus: 5.0e3,
-            poissons_ratio: 0.45,
-            density: 1060.0,
-            stabilization: 0.1,
-        }
-    }
-}
-
-/// Strain energy of a material.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Model {
-    /// Compressible neo-Hookean solid.
-    NeoHookean,
-}
-
 /// Surface points of a body and their colours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -290,6 +274,16 @@ pub struct Surfels {
     pub target: SurfelTarget,
     /// Surfels per square metre (1/m^2) on each side of a cut; that of the surface where not given.
     pub cut_density: Option<f64>,
+    /// Most nodes that carry a surfel.
+    pub nodes: u32,
+    /// Distance (m) at rest by which the two sides of a cut are held apart.
+    pub opening: f64,
+    /// Radii of the surfels on the surface.
+    pub radius: SurfelRadius,
+    /// Whether surfels are clipped where a cut passes and at sharp edges.
+    pub clip: bool,
+    /// How it is decided which samples of a cut lie in the body and become surfels.
+    pub inside: InsideTest,
     /// Colour of the surface (sRGB, 0 to 1).
     pub color: [f64; 3],
     /// Colour of the inside that a cut lays open (sRGB, 0 to 1).
@@ -316,6 +310,11 @@ impl Default for Surfels {
         Self {
             target: SurfelTarget::Count(30_000),
             cut_density: None,
+            nodes: 8,
+            opening: 0.0,
+            radius: SurfelRadius::default(),
+            clip: true,
+            inside: InsideTest::default(),
             color: [0.50, 0.16, 0.12],
             cut_color: [0.82, 0.36, 0.32],
             image: None,
@@ -331,4 +330,54 @@ pub enum SurfelTarget {
     Count(u32),
     /// Number per square metre (1/m^2).
     Density(f64),
+}
+
+/// Radii of the surfels on a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum SurfelRadius {
+    /// As small as leaves no hole between neighbours.
+    #[default]
+    Covering,
+    /// The same everywhere (m).
+    Constant(f64),
+    /// By what the neighbourhood says of detail, from least to most (Aras 2014, section 4.5).
+    Mapped {
+        /// What is measured.
+        measure: SurfelMeasure,
+        /// Nearest neighbours that are looked at.
+        #[serde(default = "SurfelRadius::default_neighbors")]
+        neighbors: u32,
+        /// Smallest radius (m).
+        least: f64,
+        /// Largest radius (m).
+        most: f64,
+    },
+}
+
+impl SurfelRadius {
+    const fn default_neighbors() -> u32 {
+        12
+    }
+}
+
+/// What a surfel's neighbourhood says of detail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SurfelMeasure {
+    /// Mean distance to the neighbours, eq. (52).
+    Density,
+    /// Curvature from the height over a fitted plane, eqs. (53)-(56).
+    Curvature,
+    /// Share of the neighbours' spread across their plane, eq. (57).
+    Variation,
+}
+
+/// How it is decided whether a sample of a cut lies in the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum InsideTest {
+    /// By the body's own shape.
+    #[default]
+    Shape,
+    /// By the two nearest surfels of the surface, as in Aras 2014, fig. 65, which misjudges thin parts.
+    TwoNearest,
 }

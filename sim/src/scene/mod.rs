@@ -10,7 +10,9 @@ mod error;
 mod event;
 mod keys;
 mod locate;
+mod material;
 mod mesh;
+mod method;
 mod path;
 mod read;
 mod settings;
@@ -25,16 +27,21 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Image, Material, Model, Refinement, Sampling, Shape, SurfelTarget, Surfels, Target,
+    Axis, Body, Image, InsideTest, Refinement, Sampling, Shape, SurfelMeasure, SurfelRadius,
+    SurfelTarget, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 pub use keys::key_reference;
+pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
+pub use method::{CutRule, Method, Precision};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
-pub use settings::{Coloring, Integration, Observe, Pictures, Settle, View};
+pub use settings::{
+    Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
+};
 pub(crate) use suggest::nearest;
 pub use tool::{Release, Tool, ToolShape};
 

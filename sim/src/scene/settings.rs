@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 pub struct Integration {
     /// Simulated time (s) after settling.
     pub duration: f64,
-    /// Step as a share of the largest stable one, above 0 and at most 1.
+    /// Scheme of the steps.
+    pub scheme: Scheme,
+    /// Explicit step as a share of the largest stable one, above 0 and at most 1.
     pub step_factor: f64,
     /// How the bodies come to rest before scene time starts; `None` starts at once.
     pub settle: Option<Settle>,
@@ -20,8 +22,59 @@ impl Default for Integration {
     fn default() -> Self {
         Self {
             duration: 4.0,
+            scheme: Scheme::default(),
             step_factor: 0.5,
             settle: Some(Settle::default()),
+        }
+    }
+}
+
+/// How one step follows another.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum Scheme {
+    /// Explicit, second order, at the stable step (velocity Verlet, central differences).
+    #[default]
+    VelocityVerlet,
+    /// Explicit, first order, at the stable step.
+    SymplecticEuler,
+    /// Implicit, first order, damps what the step does not resolve (Aras 2014, eqs. (12)-(14)). Neither
+    /// `damping_ratio` nor released tools go with it.
+    BackwardEuler {
+        /// Step (s), of any length.
+        #[serde(default = "Scheme::default_step")]
+        step: f64,
+        /// Unbalanced force, relative, at which a step is solved.
+        #[serde(default = "Scheme::default_tolerance")]
+        tolerance: f64,
+    },
+    /// Implicit, second order, damps nothing by itself (Newmark 1959, average acceleration). Neither
+    /// `damping_ratio` nor released tools go with it.
+    Newmark {
+        /// Step (s), of any length.
+        #[serde(default = "Scheme::default_step")]
+        step: f64,
+        /// Unbalanced force, relative, at which a step is solved.
+        #[serde(default = "Scheme::default_tolerance")]
+        tolerance: f64,
+    },
+}
+
+impl Scheme {
+    const fn default_step() -> f64 {
+        0.01
+    }
+
+    const fn default_tolerance() -> f64 {
+        1e-4
+    }
+
+    /// Step (s) of an implicit scheme; `None` for explicit ones, whose step follows the body.
+    #[must_use]
+    pub const fn step(&self) -> Option<f64> {
+        match *self {
+            Self::VelocityVerlet | Self::SymplecticEuler => None,
+            Self::BackwardEuler { step, .. } | Self::Newmark { step, .. } => Some(step),
         }
     }
 }
@@ -30,6 +83,8 @@ impl Default for Integration {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settle {
+    /// How rest is reached.
+    pub rest: Rest,
     /// Rest is reached when the root of the mean squared speed of the mass stays below this (m/s).
     pub speed: f64,
     /// Longest time (s) to wait for rest.
@@ -41,11 +96,23 @@ pub struct Settle {
 impl Default for Settle {
     fn default() -> Self {
         Self {
+            rest: Rest::default(),
             speed: 2.0e-3,
             limit: 2.0,
             damping: 15.0,
         }
     }
+}
+
+/// How bodies come to rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Rest {
+    /// By damped motion, while gravity grows.
+    #[default]
+    Motion,
+    /// By a static solution under full gravity, at scene time 0; the other keys of settling have no
+    /// meaning then. Not with tools.
+    Equilibrium,
 }
 
 /// What is written down while the scene runs.
@@ -87,6 +154,8 @@ pub struct Pictures {
     pub width: u32,
     /// Height of a frame (pixels).
     pub height: u32,
+    /// How surfels are drawn.
+    pub mode: DrawMode,
     /// Frames per simulated second (1/s); also the speed of the animation.
     pub rate: f64,
     /// Where the camera stands.
@@ -104,6 +173,7 @@ impl Default for Pictures {
         Self {
             width: 960,
             height: 540,
+            mode: DrawMode::default(),
             rate: 25.0,
             view: View::default(),
             color: Coloring::default(),
@@ -135,6 +205,20 @@ pub enum Coloring {
         /// Value of the last colour (1/m); the first is its negative.
         most: f64,
     },
+}
+
+/// How surfels are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum DrawMode {
+    /// Blended disks, lit per pixel.
+    #[default]
+    ThreePass,
+    /// Squares that face the viewer, lit one by one (Aras 2014, fig. 41).
+    Squares,
+    /// Disks that face the viewer, lit one by one (Aras 2014, fig. 42).
+    Disks,
+    /// Oriented disks, blended from back to front in one pass (Aras 2014, figs. 45-47).
+    SinglePass,
 }
 
 /// Where the camera stands.

@@ -156,11 +156,13 @@ fn beam(ratio: f64, spacing: f64) -> Result<Scene, StudyError> {
 fn measure(ratio: f64, reference: f64, spacing: f64) -> Result<Measured, StudyError> {
     let scene = beam(ratio, spacing)?;
     let mut body = Body::new(&scene, &scene.bodies[0])?;
+    let stencils = body.stencils.conservative();
+    let boundary: &[DVec3] = stencils.map_or(&[], |stencils| &stencils.boundary_vectors);
     // The share of the end face that each of its nodes stands for.
     let shares: Vec<f64> = body
         .rest
         .iter()
-        .zip(&body.stencils.boundary_vectors)
+        .zip(boundary)
         .map(|(x, b)| {
             if x.x > 0.499_999 * LENGTH {
                 b.x.max(0.0)

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, NewtonSettings, Pose, Pressed, Shape, StaticLoad,
-    StaticReport, Supports, penalty, solve_static,
+    Contact, ContactPoint, ContactSettings, ContactSurface, NewtonSettings, Pose, Pressed, Shape,
+    StaticLoad, StaticReport, Supports, penalty, solve_static,
 };
 
 use super::StudyError;
@@ -96,6 +96,48 @@ impl Press {
         let supports = Supports::fixed(body.rest.len(), &held);
         let top = body.faces(|x| x.z > -edge);
         Self::on(body, supports, &top, spacing)
+    }
+
+    /// A quarter of a block between two symmetry planes, far sides and bottom held: `lines` (m), rising
+    /// from 0, are where its nodes lie along each axis. Contact within `reach` (m) of the corner, by six
+    /// points a triangle; `spacing` (m) sets the penalty.
+    ///
+    /// # Errors
+    /// [`StudyError`] if there is no surface to press.
+    pub fn quarter(lines: &[f64], reach: f64, spacing: f64) -> Result<Self, StudyError> {
+        let end = lines.last().copied().unwrap_or_default();
+        let cells = u32::try_from(lines.len().saturating_sub(1)).unwrap_or(u32::MAX);
+        let line = |s: f64| {
+            let at = s * f64::from(cells);
+            let away = |cell: u32| (f64::from(cell) - at).abs();
+            let nearest = lines.iter().zip(0..=cells);
+            nearest
+                .min_by(|p, q| away(p.1).total_cmp(&away(q.1)))
+                .map_or(0.0, |(x, _)| *x)
+        };
+        let (nodes, tetrahedra) = lattice([cells; 3], |s| {
+            DVec3::new(line(s.x), line(s.y), -line(1.0 - s.z))
+        });
+        let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
+        let edge = 1e-9 * reach;
+        let mut supports = Supports::free(body.rest.len());
+        for node in body.nodes(|x| x.x < edge) {
+            supports.slide(node, DVec3::X);
+        }
+        for node in body.nodes(|x| x.y < edge) {
+            supports.slide(node, DVec3::Y);
+        }
+        for node in body.nodes(|x| x.x.max(x.y).max(-x.z) > end - edge) {
+            supports.fix(node);
+        }
+        let near = body.faces(|x| x.z > -edge && x.x < reach && x.y < reach);
+        Self::on(body, supports, &near, spacing)
+    }
+
+    /// Where it touches, after [`Press::press`].
+    #[must_use]
+    pub fn points(&self) -> &[ContactPoint] {
+        self.contact.points()
     }
 
     fn on(
@@ -220,39 +262,12 @@ pub fn half_space(cells: u32) -> Result<HalfSpace, StudyError> {
         end += width;
         lines.push(end);
     }
-    let line = |s: f64| {
-        let at = s * f64::from(cells);
-        let nearest = lines.iter().zip(0..=cells);
-        nearest
-            .min_by(|p, q| {
-                (f64::from(p.1) - at)
-                    .abs()
-                    .total_cmp(&(f64::from(q.1) - at).abs())
-            })
-            .map_or(0.0, |(x, _)| *x)
-    };
-    let (nodes, tetrahedra) = lattice([cells; 3], |s| {
-        DVec3::new(line(s.x), line(s.y), -line(1.0 - s.z))
-    });
-    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
-    let edge = 1e-9 * a;
-    let mut supports = Supports::free(body.rest.len());
-    for node in body.nodes(|x| x.x < edge) {
-        supports.slide(node, DVec3::X);
-    }
-    for node in body.nodes(|x| x.y < edge) {
-        supports.slide(node, DVec3::Y);
-    }
-    for node in body.nodes(|x| x.x.max(x.y).max(-x.z) > end - edge) {
-        supports.fix(node);
-    }
-    let near = body.faces(|x| x.z > -edge && x.x < 3.0 * a && x.y < 3.0 * a);
-    let mut press = Press::on(body, supports, &near, fine)?;
+    let mut press = Press::quarter(&lines, 3.0 * a, fine)?;
     let found = press.press(radius, depth, 1e-10)?;
     let largest = 2.0 / PI / (1.0 - SOFT.poissons_ratio.powi(2)) * (depth / radius).sqrt();
-    let rings = press.rings(a, largest);
+    let rings = press.rings(a, largest, &[0.3, 0.55, 0.8, 1.0, 1.25]);
     Ok(HalfSpace {
-        nodes: nodes.len(),
+        nodes: press.body.rest.len(),
         size: end / a,
         // A quarter of the force and of the area.
         force: 4.0 * found.force / hertz_force(SOFT, radius, depth),
@@ -263,10 +278,11 @@ pub fn half_space(cells: u32) -> Result<HalfSpace, StudyError> {
 }
 
 impl Press {
-    /// Means over rings, as within a triangle the pressure follows the gap between chord and sphere;
-    /// of a quarter of the contact.
-    fn rings(&self, a: f64, largest: f64) -> Vec<Ring> {
-        let ends = [0.0, 0.3, 0.55, 0.8, 1.0, 1.25];
+    /// Mean pressures, as within a triangle the pressure follows the gap between chord and sphere, of a
+    /// quarter of the contact in rings that end at `ends` times Hertz's contact radius `a` (m);
+    /// `largest` is Hertz's largest pressure (Pa). Points out of contact count with none.
+    #[must_use]
+    pub fn rings(&self, a: f64, largest: f64, ends: &[f64]) -> Vec<Ring> {
         let ring = |inner: f64, outer: f64| {
             let points = self.contact.points().iter().filter(|point| {
                 let r = point.position.truncate().length() / a;
@@ -282,6 +298,8 @@ impl Press {
                 expected: (part(outer) - part(inner)) / area,
             }
         };
-        ends.windows(2).map(|pair| ring(pair[0], pair[1])).collect()
+        let inner = std::iter::once(&0.0).chain(ends);
+        let pairs = inner.zip(ends);
+        pairs.map(|(inner, outer)| ring(*inner, *outer)).collect()
     }
 }

@@ -3,28 +3,23 @@
 use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{MeshReport, Sampling, Solid, tetrahedra_edges};
-use phyxel_elastic::{
-    Elastic, Material, Materials, Nodes, Part, Settings as ElasticSettings, Stencils,
-};
+use phyxel_discretize::{MeshReport, Solid};
+use phyxel_elastic::{Elastic, Part};
 use phyxel_integrate::{
     Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, Supports,
     critical_step, largest_eigenvalue, level_masses,
 };
-use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
-};
+use phyxel_mls::Neighborhoods;
 
 use super::error::{BodyProblem, WorldError};
-use super::shape::{sample, solid_of};
+use super::model::{Built, build};
+use super::scheme::{Stepper, equilibrium, explicit_scheme};
+use super::shape::solid_of;
+use super::stencils::Stencils;
 use super::support::supports_of;
 use super::tool::Touch;
-use crate::scene::{self, Scene};
+use crate::scene::{self, CutRule, Scene};
 
-/// A direction that a node's neighbours span this much less than the widest (squared lengths) counts
-/// as not seen: a cut leaves surface nodes with three or four neighbours almost in a plane, whose
-/// gradients across the plane would be twenty times too large.
-const RANK_TOLERANCE: f64 = 0.03;
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
 /// Share of the start of an estimate that comes from the motion.
@@ -55,7 +50,7 @@ pub struct Body {
     /// Who is coupled with whom.
     pub neighborhoods: Neighborhoods,
     /// Gradient stencils.
-    pub stencils: ConservativeStencils,
+    pub stencils: Stencils,
     /// Forces.
     pub elastic: Elastic,
     /// Nodes in motion.
@@ -74,6 +69,12 @@ pub struct Body {
     pub damping: f64,
     /// What a cut must not change.
     pub initial: Totals,
+    /// Energy (J) that viscosity took up so far.
+    pub relaxed: f64,
+    /// How a cut weakens pairs.
+    pub(super) cut_rule: CutRule,
+    /// What takes the steps.
+    stepper: Stepper,
     pending: Result<(), StepError>,
 }
 
@@ -95,20 +96,6 @@ pub struct Totals {
     pub volume: f64,
 }
 
-/// The stencils as the elastic model reads them.
-pub(super) fn stencil_view<'a>(
-    neighborhoods: &'a Neighborhoods,
-    stencils: &'a ConservativeStencils,
-) -> Stencils<'a> {
-    Stencils {
-        offsets: neighborhoods.offsets(),
-        indices: neighborhoods.indices(),
-        gradients: &stencils.pair_gradients,
-        self_gradients: &stencils.self_gradients,
-        weights: &stencils.weights,
-    }
-}
-
 impl Body {
     /// Builds the body that `description` asks for.
     ///
@@ -123,47 +110,16 @@ impl Body {
 
     fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
         let (solid, report) = solid_of(description)?;
-        let sampling = sample(&solid, &description.sampling)?;
-        let Sampling {
-            positions: rest,
+        let Built {
+            rest,
             volumes,
-            boundary_vectors,
+            mut masses,
             tetrahedra,
-            report: sampled,
-            ..
-        } = sampling;
-        let (offsets, indices) = tetrahedra_edges(rest.len(), &tetrahedra);
-        let neighborhoods = Neighborhoods::from_graph(offsets, indices)?;
-        let weights = inverse_square_weights(&rest, &neighborhoods);
-        let stencils = ConservativeStencils::new(
-            &rest,
-            &volumes,
-            &boundary_vectors,
-            &neighborhoods,
-            weights,
-            &ConservativeSettings {
-                rank_tolerance: RANK_TOLERANCE,
-                ..ConservativeSettings::default()
-            },
-        )?;
-        let material = &description.material;
-        let scene::Model::NeoHookean = material.model;
-        let mut elastic = Elastic::new(
-            &stencil_view(&neighborhoods, &stencils),
-            &Nodes {
-                rest_positions: &rest,
-                volumes: &volumes,
-            },
-            &Materials::Uniform(Material::neo_hookean(
-                material.youngs_modulus,
-                material.poissons_ratio,
-            )),
-            &ElasticSettings {
-                zero_energy_control: material.stabilization,
-                ..ElasticSettings::default()
-            },
-        )?;
-        let mut masses: Vec<f64> = volumes.iter().map(|v| material.density * v).collect();
+            volume_error,
+            neighborhoods,
+            stencils,
+            mut elastic,
+        } = build(&solid, description)?;
         let initial = Totals {
             mass: masses.iter().sum(),
             volume: volumes.iter().sum(),
@@ -205,6 +161,7 @@ impl Body {
             &masses,
             supports,
             MotionSettings {
+                scheme: explicit_scheme(scene.integration.scheme),
                 damping: description.damping,
                 viscosity: 2.0 * description.damping_ratio / eigenvalue.value.sqrt(),
                 ..MotionSettings::default()
@@ -215,7 +172,7 @@ impl Body {
             solid,
             report,
             tetrahedra,
-            volume_error: sampled.volume_error,
+            volume_error,
             spacing: mean_edge(&rest, &neighborhoods),
             rest,
             volumes,
@@ -231,6 +188,9 @@ impl Body {
             step_factor: scene.integration.step_factor,
             damping: description.damping,
             initial,
+            relaxed: 0.0,
+            cut_rule: description.cut_rule,
+            stepper: Stepper::new(scene.integration.scheme)?,
             pending: Ok(()),
         })
     }
@@ -241,9 +201,13 @@ impl Body {
         critical_step(self.eigenvalue.value, self.motion.settings().viscosity)
     }
 
-    /// Step (s) for the eigenvalue as last estimated: the step factor times the critical step.
+    /// Step (s) for the eigenvalue as last estimated: the step factor times the critical step; that of
+    /// an implicit scheme as it is.
     #[must_use]
     pub fn step_size(&self) -> f64 {
+        if let Some(step) = self.stepper.step() {
+            return step;
+        }
         self.step_factor * critical_step(self.current_eigenvalue, self.motion.settings().viscosity)
     }
 
@@ -363,21 +327,20 @@ impl Body {
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
         std::mem::replace(&mut self.pending, Ok(()))?;
-        let elastic = &mut self.elastic;
-        let law = |positions: &[DVec3], forces: &mut [DVec3]| {
+        self.relax(step, in_forces)?;
+        self.stepper.step_with(
+            step,
+            &mut self.motion,
+            &mut self.elastic,
+            touches,
+            in_forces,
+            in_contact,
+        )?;
+        if self.is_viscous() {
             let start = Instant::now();
-            let energy = elastic.forces_into(positions, forces);
+            self.elastic.end_viscous_step();
+            self.elastic.begin_viscous_step(0.0);
             *in_forces += start.elapsed();
-            energy
-        };
-        if touches.is_empty() {
-            self.motion.step(step, law)?;
-        } else {
-            self.motion.step_with(step, law, &mut |view, forces| {
-                for touch in touches.iter_mut() {
-                    touch.press(view, forces, in_contact);
-                }
-            })?;
         }
         Ok(())
     }
@@ -388,14 +351,50 @@ impl Body {
         self.motion.set_supports(supports);
     }
 
+    fn is_viscous(&self) -> bool {
+        !self.elastic.viscous_history().is_empty()
+    }
+
+    /// Lets viscosity go on to a step of `step` (s): forces are then those of the step. What the
+    /// energy loses by that is noted.
+    pub(super) fn relax(&mut self, step: f64, in_forces: &mut Duration) -> Result<(), BodyProblem> {
+        if !self.is_viscous() {
+            return Ok(());
+        }
+        let start = Instant::now();
+        self.elastic.begin_viscous_step(step);
+        let elastic = &mut self.elastic;
+        let jump = self.motion.refresh(|x, f| elastic.forces_into(x, f))?;
+        self.relaxed -= jump;
+        *in_forces += start.elapsed();
+        Ok(())
+    }
+
+    /// Moves the nodes to where they are in equilibrium with constant `loads` (N), viscosity at rest.
+    pub(super) fn come_to_rest(&mut self, loads: &[DVec3]) -> Result<(), BodyProblem> {
+        let supports = self.motion.supports().clone();
+        self.elastic.begin_viscous_step(f64::INFINITY);
+        let positions = equilibrium(&mut self.elastic, &self.rest, &supports, loads)?;
+        self.elastic
+            .forces_into(&positions, &mut vec![DVec3::ZERO; positions.len()]);
+        self.elastic.end_viscous_step();
+        self.elastic.begin_viscous_step(0.0);
+        self.motion.set_positions(&positions)?;
+        Ok(())
+    }
+
     /// Takes over a kept state; the model is brought to its positions.
     pub(super) fn restore(
         &mut self,
         motion: phyxel_integrate::State,
         eigenvalue: f64,
         eigenvector: Vec<DVec3>,
+        (history, relaxed): (&[[f64; 6]], f64),
     ) {
         let mut forces = vec![DVec3::ZERO; self.rest.len()];
+        self.elastic.set_viscous_history(history);
+        self.elastic.begin_viscous_step(0.0);
+        self.relaxed = relaxed;
         self.elastic.forces_into(&motion.positions, &mut forces);
         self.motion.restore(motion);
         self.current_eigenvalue = eigenvalue;

@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 use phyxel_elastic::StiffnessCap;
-use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors, nodes_in_small_pieces};
+use phyxel_enrich::{CutSettings, Cuts, Graph, nodes_in_small_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
-use super::body::{Body, stencil_view};
+use super::body::Body;
 use super::error::BodyProblem;
+use super::factors::Factors;
 use super::state::Incision;
 
 /// Growth of the largest eigenvalue in one update above which the cap is strengthened.
@@ -31,7 +32,7 @@ const MAP_SUPPORT: f64 = 2.0;
 #[derive(Debug)]
 pub struct Cutting {
     cuts: Cuts,
-    factors: PairFactors,
+    factors: Factors,
     map: MaterialMap,
     cap: StiffnessCap,
     strokes: Vec<Stroke>,
@@ -83,15 +84,16 @@ impl Cutting {
         }
         let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
         let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
+        let map = MaterialMap::new(
+            &body.rest,
+            &radii,
+            &body.neighborhoods,
+            &MapSettings::default(),
+        )?;
         Ok(Self {
             cuts: Cuts::new(&settings),
-            factors: PairFactors::new(&graph_of(body), &FactorSettings::default()),
-            map: MaterialMap::new(
-                &body.rest,
-                &radii,
-                &body.neighborhoods,
-                &MapSettings::default(),
-            )?,
+            factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
+            map,
             cap: StiffnessCap::new(&body.elastic, &body.masses),
             strokes: Vec::new(),
             division: spacing,
@@ -112,7 +114,7 @@ impl Cutting {
 
     /// Factors on the pairs.
     #[must_use]
-    pub fn factors(&self) -> &PairFactors {
+    pub fn factors(&self) -> &Factors {
         &self.factors
     }
 
@@ -223,6 +225,7 @@ impl Cutting {
             None => {
                 let id = self.cuts.start(edge)?;
                 self.strokes.push(Stroke { cut, id });
+                self.factors.start(id, edge);
                 id
             }
         };
@@ -236,15 +239,16 @@ impl Cutting {
         }
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let inside = |point| body.solid.contains(point);
+        let graph = graph_of(body);
         let touched = self
             .factors
-            .update(&graph_of(body), &self.cuts, new, &inside);
-        let changed = !touched.nodes.is_empty();
+            .update(&graph, &self.cuts, new, (stroke, edge), &inside)?;
+        let changed = !touched.is_empty();
         if changed {
             self.updates += 1;
-            self.reconnect(body, &touched.nodes)?;
+            self.reconnect(body, &touched)?;
         }
-        Ok((Capture { triangles, changed }, touched.nodes))
+        Ok((Capture { triangles, changed }, touched))
     }
 
     /// Carries changed factors into stencils, map and model.
@@ -254,7 +258,7 @@ impl Cutting {
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
         self.map.update_rows(factor, touched);
         body.elastic
-            .update_rows(touched, &stencil_view(&body.neighborhoods, &body.stencils))?;
+            .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
         self.touched.extend_from_slice(touched);
         self.touched.sort_unstable();
         self.touched.dedup();
@@ -305,7 +309,8 @@ impl Cutting {
     /// Takes the elastic energy from nodes that a cut left too few neighbours to have a strain of
     /// their own. Their neighbours' energies, which depend on them too, still hold them in place.
     fn release_weak(&self, body: &mut Body, touched: &[u32]) {
-        let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
+        let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
+        let ranks = body.stencils.ranks();
         let (offsets, indices) = (graph.offsets(), graph.indices());
         let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PIECE);
         let weak: Vec<u32> = touched
@@ -314,7 +319,7 @@ impl Cutting {
             .filter(|&node| {
                 let row = &weights[graph.pairs(node as usize)];
                 let live = row.iter().filter(|&&weight| weight > 0.0).count();
-                let spread = &body.stencils.ranks[node as usize];
+                let spread = &ranks[node as usize];
                 live < FEWEST_NEIGHBORS
                     || spread.rank < 3
                     || spread.condition > LARGEST_CONDITION

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use phyxel_discretize::{ReadError, RepairError, SampleError};
 use phyxel_elastic::ElasticError;
-use phyxel_enrich::CutError;
-use phyxel_integrate::{EigenvalueError, MotionError, StepError, SurfaceError};
-use phyxel_mls::{GraphError, MapError, StencilError};
+use phyxel_enrich::{CutError, GridError};
+use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
+use phyxel_mls::{CloudError, GraphError, MapError, StencilError};
 use phyxel_splat::{ImageError, SurfelError};
 
 /// What went wrong in one body.
@@ -27,6 +27,9 @@ pub enum BodyProblem {
     /// No nodes can be placed.
     #[error(transparent)]
     Sample(#[from] SampleError),
+    /// No neighbours can be looked for.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
     /// The node graph is broken.
     #[error(transparent)]
     Graph(#[from] GraphError),
@@ -42,6 +45,9 @@ pub enum BodyProblem {
     /// The blade's edge cannot be taken up.
     #[error(transparent)]
     Cut(#[from] CutError),
+    /// The dissertation's grid does not take the cut.
+    #[error("the cut does not suit cut_rule Grid: {0}; take Detour")]
+    Grid(#[from] GridError),
     /// The motion cannot be set up.
     #[error(transparent)]
     Motion(#[from] MotionError),
@@ -51,6 +57,9 @@ pub enum BodyProblem {
     /// A step failed.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// An implicit step or an equilibrium was not found.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// The surface cannot be touched.
     #[error(transparent)]
     Surface(#[from] SurfaceError),

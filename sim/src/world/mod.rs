@@ -6,10 +6,14 @@
 mod body;
 mod cutting;
 mod error;
+mod factors;
 mod input;
+mod model;
 mod parts;
+mod scheme;
 mod shape;
 mod state;
+mod stencils;
 mod support;
 mod tool;
 
@@ -20,9 +24,11 @@ use glam::DVec3;
 pub use body::Body;
 pub use cutting::{Capture, Cutting, Moment};
 pub use error::{BodyProblem, WorldError};
+pub use factors::{Factors, Grids};
 pub use input::{Action, Input, InputError};
 pub use parts::Part;
 pub use state::WorldState;
+pub use stencils::Stencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
@@ -204,6 +210,27 @@ impl World {
         self.gravity == self.scene.gravity.map(|gravity| gravity.acceleration)
     }
 
+    /// Puts every body where it is in equilibrium with all of gravity, in place of settling by motion;
+    /// tools have no part in it. [`World::start_scene`] follows.
+    ///
+    /// # Errors
+    /// [`WorldError`] if a body has no equilibrium or none is found.
+    pub fn rest_in_equilibrium(&mut self) -> Result<(), WorldError> {
+        let start = Instant::now();
+        let gravity = self.scene.gravity.map(|gravity| gravity.acceleration);
+        self.set_gravity(gravity)?;
+        let now = gravity.unwrap_or(DVec3::ZERO);
+        for Member { body, .. } in &mut self.members {
+            let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
+            body.come_to_rest(&loads).map_err(|problem| WorldError {
+                body: body.name.clone(),
+                problem,
+            })?;
+        }
+        self.phases.add(Phase::Setup, start.elapsed());
+        self.fit_step()
+    }
+
     /// Ends settling: scene time is 0 from here.
     ///
     /// # Errors
@@ -271,7 +298,8 @@ impl World {
         self.load_gravity()?;
         let number = self.steps();
         self.capture_blades(number)?;
-        if number.is_multiple_of(STEPS_PER_ESTIMATE) {
+        let explicit = self.scene.integration.scheme.step().is_none();
+        if explicit && number.is_multiple_of(STEPS_PER_ESTIMATE) {
             self.fit_step()?;
         }
         let (time, step) = (self.time(), self.step);
@@ -455,12 +483,14 @@ impl Member {
         moment: Moment,
     ) -> Result<(Capture, Vec<DVec3>, usize), BodyProblem> {
         let (body, cutting) = self.with_cutting(cut)?;
+        // What viscosity has taken up since the last step is not the cut's.
+        body.relax(0.0, &mut Duration::default())?;
         let edge = cutting.edge_in_material(body, edge)?;
         let capture = cutting.capture(body, index, &edge, moment)?;
         let level = cutting.level();
-        if capture.changed {
+        if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
             for touch in &mut self.touches {
-                touch.tear(&self.body)?;
+                touch.tear(&self.body, cutting.factors())?;
             }
         }
         Ok((capture, edge, level))

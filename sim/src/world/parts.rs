@@ -24,6 +24,7 @@ impl Member {
         let part = |name, bytes, phase| Part { name, bytes, phase };
         let moving = body.motion.bytes();
         let graph = &body.neighborhoods;
+        let relaxing = body.elastic.viscous_bytes();
         vec![
             part(
                 "nodes",
@@ -38,12 +39,13 @@ impl Member {
                 size_of_val(graph.offsets()) + size_of_val(graph.indices()),
                 None,
             ),
-            part("stencils", body.stencils.memory_bytes().total, None),
+            part("stencils", body.stencils.bytes(), None),
             part(
                 "elasticity",
-                body.elastic.bytes() - body.elastic.held_bytes(),
+                body.elastic.bytes() - body.elastic.held_bytes() - relaxing,
                 Some(Phase::Forces),
             ),
+            part("viscosity", relaxing, None),
             part(
                 "motion",
                 moving.state + size_of_val(&*body.eigenvector),

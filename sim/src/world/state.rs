@@ -34,6 +34,9 @@ struct BodyState {
     eigenvalue: f64,
     eigenvector: Vec<DVec3>,
     growth: Option<f64>,
+    /// What viscous materials remember, and the energy (J) they took up.
+    history: Vec<[f64; 6]>,
+    relaxed: f64,
     touches: Vec<Touch>,
 }
 
@@ -69,6 +72,8 @@ impl World {
                 eigenvalue: body.current_eigenvalue,
                 eigenvector: body.eigenvector.clone(),
                 growth: cutting.as_ref().map(super::Cutting::growth),
+                history: body.elastic.viscous_history().to_vec(),
+                relaxed: body.relaxed,
                 touches: touches.clone(),
             },
         );
@@ -110,7 +115,8 @@ impl World {
         self.set_gravity(state.gravity)?;
         for (member, kept) in self.members.iter_mut().zip(state.bodies) {
             let body = &mut member.body;
-            body.restore(kept.motion, kept.eigenvalue, kept.eigenvector);
+            let viscous = (&*kept.history, kept.relaxed);
+            body.restore(kept.motion, kept.eigenvalue, kept.eigenvector, viscous);
             member.touches = kept.touches;
             if let (Some(cutting), Some(growth)) = (&mut member.cutting, kept.growth) {
                 cutting.set_growth(growth);

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::Body;
 use super::error::BodyProblem;
+use super::factors::Factors;
 use crate::scene::{self, Pose, Release, ToolShape};
 
 /// Contact points along a side of a surface triangle: enough for contacts of two spacings.
@@ -75,7 +76,7 @@ impl Touch {
             friction: description.friction,
             ..ContactSettings::new(stiffness)
         };
-        let (surface, torn) = surface_of(body)?;
+        let (surface, torn) = surface_of(body, None)?;
         let still = Path::new(vec![(0.0, DVec3::ZERO)], Ease::Linear);
         let path = still.expect("one finite key is a path");
         let placed = placed(&description.shape, pose);
@@ -133,13 +134,18 @@ impl Touch {
 
     /// Gives way where a cut has torn the surface: a torn triangle's area goes to its corners, so that
     /// nothing spans the gap. Where friction sticks is forgotten then.
-    pub(super) fn tear(&mut self, body: &Body) -> Result<(), BodyProblem> {
-        let (surface, torn) = surface_of(body)?;
+    pub(super) fn tear(&mut self, body: &Body, factors: &Factors) -> Result<(), BodyProblem> {
+        let (surface, torn) = surface_of(body, Some(factors))?;
         if torn != self.torn {
             self.contact = Contact::new(surface, *self.contact.settings());
             self.torn = torn;
         }
         Ok(())
+    }
+
+    /// The tool and its contact, for implicit steps.
+    pub(super) fn parts(&mut self) -> (&mut phyxel_integrate::Tool, &mut Contact) {
+        (&mut self.hand, &mut self.contact)
     }
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
@@ -199,13 +205,16 @@ fn placed(shape: &ToolShape, pose: &Pose) -> Placed {
 }
 
 /// Contact points on a body's outside, and how many of its triangles a cut has torn.
-fn surface_of(body: &Body) -> Result<(ContactSurface, usize), BodyProblem> {
+fn surface_of(
+    body: &Body,
+    factors: Option<&Factors>,
+) -> Result<(ContactSurface, usize), BodyProblem> {
     let triangles = boundary_triangles(&body.tetrahedra, |_| true);
     let holds = |a: u32, b: u32| {
-        let row = body.neighborhoods.row(a as usize);
-        let first = body.neighborhoods.pairs(a as usize).start;
-        row.binary_search(&b)
-            .is_ok_and(|place| body.stencils.weights[first + place] > 0.0)
+        let pair = body.neighborhoods.find_pair(a as usize, b);
+        factors
+            .zip(pair)
+            .is_none_or(|(factors, pair)| factors.factor(pair) > 0.0)
     };
     let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
         .into_iter()

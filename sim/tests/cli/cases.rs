@@ -26,6 +26,14 @@ fn changed(name: &str, from: &str, to: &str) -> Case {
     }
 }
 
+impl Case {
+    /// The same with more arguments.
+    fn with(mut self, arguments: &[&str]) -> Self {
+        self.arguments.extend(strings(arguments));
+        self
+    }
+}
+
 /// The same with a tool, of which `from` is replaced; more keys where that is empty.
 fn tool(name: &str, from: &str, to: &str) -> Case {
     let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0)])], ";
@@ -62,6 +70,7 @@ fn given(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Case {
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases = text_cases();
     cases.extend(value_cases());
+    cases.extend(model_cases());
     cases.extend(override_cases());
     cases.extend(file_cases());
     cases.extend(mesh_cases());
@@ -296,6 +305,117 @@ fn value_cases() -> Vec<Case> {
             "name: \"liver\"",
             "name: \"../liver\"",
         ),
+    ]
+}
+
+/// Materials, methods and schemes that do not go together, for the embedded liver.
+fn model_cases() -> Vec<Case> {
+    vec![
+        changed(
+            "misspelt model",
+            "density: 1060",
+            "density: 1060, model: NeoHokean",
+        ),
+        changed(
+            "too much of the second coefficient",
+            "density: 1060",
+            "density: 1060, model: MooneyRivlin(share: 1.5)",
+        ),
+        changed(
+            "fibres without direction",
+            "density: 1060",
+            "density: 1060, fiber: (direction: (0, 0, 0), stiffness: 1e4)",
+        ),
+        changed(
+            "fibres spread too far",
+            "density: 1060",
+            "density: 1060, fiber: (direction: (1, 0, 0), stiffness: 1e4, dispersion: 0.5)",
+        ),
+        changed(
+            "five terms of viscosity",
+            "density: 1060",
+            "density: 1060, viscosity: [(ratio: 1, time: 1), (ratio: 1, time: 1), (ratio: 1, time: 1), \
+             (ratio: 1, time: 1), (ratio: 1, time: 1)]",
+        ),
+        changed(
+            "viscosity without time",
+            "density: 1060",
+            "density: 1060, viscosity: [(ratio: 1, time: 0)]",
+        ),
+        changed(
+            "negative volume constant",
+            "density: 1060",
+            "density: 1060, volume_constant: -1",
+        ),
+        changed(
+            "mean dilatation of another model",
+            "density: 1060",
+            "density: 1060, model: SaintVenantKirchhoff, dilatation: Mean",
+        ),
+        changed(
+            "inclusion without stiffness",
+            "damping: 3",
+            "inclusions: [(region: Sphere(center: (0, 0, 0), radius: 0.01), youngs_modulus: 0)], damping: 3",
+        ),
+        changed(
+            "inclusion without size",
+            "damping: 3",
+            "inclusions: [(region: Sphere(center: (0, 0, 0), radius: 0))], damping: 3",
+        ),
+        set(
+            "dissertation's method with control",
+            "bodies[0].method=Dissertation()",
+        ),
+        set(
+            "too few neighbours",
+            "bodies[0].method=Dissertation(neighbor_limit: 3)",
+        ),
+        set(
+            "support of nothing",
+            "bodies[0].method=Dissertation(support_scale: 0)",
+        ),
+        set("no reach", "bodies[0].cut_rule=Detour(reach: 0)"),
+        set("misspelt rule", "bodies[0].cut_rule=Detuor()"),
+        set(
+            "grid without spacing",
+            "bodies[0].cut_rule=Grid(spacing: 0)",
+        ),
+        set(
+            "transparency of exponent 0",
+            "bodies[0].cut_rule=Transparency(exponent: 0)",
+        ),
+        set("misspelt precision", "bodies[0].precision=Singel"),
+        set(
+            "implicit scheme with viscous damping",
+            "integration.scheme=Newmark()",
+        ),
+        set(
+            "implicit scheme without step",
+            "integration.scheme=BackwardEuler(step: 0)",
+        ),
+        set(
+            "implicit scheme without tolerance",
+            "integration.scheme=BackwardEuler(tolerance: 1)",
+        ),
+        tool(
+            "implicit scheme with a released tool",
+            "",
+            "release: (mass: 1),",
+        )
+        .with(&["--set", "integration.scheme=Newmark()"]),
+        tool("equilibrium with a tool", "", "")
+            .with(&["--set", "integration.settle.rest=Equilibrium"]),
+        set("surfels on no node", "bodies[0].surfels.nodes=0"),
+        set("cut closed beyond itself", "bodies[0].surfels.opening=-1"),
+        set(
+            "surfels of no radius",
+            "bodies[0].surfels.radius=Constant(0)",
+        ),
+        set(
+            "surfels smaller than the smallest",
+            "bodies[0].surfels.radius=Mapped(measure: Density, least: 0.01, most: 0.001)",
+        ),
+        set("misspelt mode", "pictures.mode=Disk"),
     ]
 }
 

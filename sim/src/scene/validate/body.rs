@@ -1,17 +1,20 @@
-//! Bodies: shape, sampling, material and looks.
+//! Bodies: shape, sampling, motion and looks.
 
 use std::path::Path;
 
 use super::check::{
     Check, fault, finite, not_negative, positive, positive_components, require, triple,
 };
-use crate::scene::body::{Body, Material, Sampling, Shape, SurfelTarget, Surfels, Target};
+use super::{material, method};
+use crate::scene::body::{Body, Sampling, Shape, SurfelRadius, SurfelTarget, Surfels, Target};
 
 pub(super) fn body(path: &str, body: &Body) -> Check {
     shape(&format!("{path}.shape"), &body.shape)?;
     finite(format_args!("{path}.position"), body.position)?;
     sampling(&format!("{path}.sampling"), &body.sampling, &body.shape)?;
-    material(&format!("{path}.material"), &body.material)?;
+    material::of(path, body)?;
+    method::method(path, body)?;
+    method::cut_rule(&format!("{path}.cut_rule"), body.cut_rule)?;
     require(
         (0.0..=1.0).contains(&body.damping_ratio),
         format_args!("{path}.damping_ratio"),
@@ -160,30 +163,6 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
     }
 }
 
-fn material(path: &str, material: &Material) -> Check {
-    positive(
-        format_args!("{path}.youngs_modulus"),
-        material.youngs_modulus,
-        " (Pa), such as 5e3 for liver",
-    )?;
-    require(
-        material.poissons_ratio > -1.0 && material.poissons_ratio < 0.5,
-        format_args!("{path}.poissons_ratio"),
-        material.poissons_ratio,
-        "it must be above -1 and below 0.5, such as 0.45 for soft tissue",
-    )?;
-    positive(
-        format_args!("{path}.density"),
-        material.density,
-        " (kg/m^3), such as 1060 for soft tissue",
-    )?;
-    not_negative(
-        format_args!("{path}.stabilization"),
-        material.stabilization,
-        ", 0.1 is the measured choice",
-    )
-}
-
 fn surfels(path: &str, surfels: &Surfels) -> Check {
     const MOST_SURFELS: u32 = 10_000_000;
     let target = format!("{path}.target");
@@ -204,6 +183,15 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
     if let Some(density) = surfels.cut_density {
         positive(format_args!("{path}.cut_density"), density, " (1/m^2)")?;
     }
+    const MOST_NEIGHBORS: u32 = 64;
+    require(
+        (1..=MOST_NEIGHBORS).contains(&surfels.nodes),
+        format_args!("{path}.nodes"),
+        surfels.nodes,
+        format_args!("it must be from 1 to {MOST_NEIGHBORS}"),
+    )?;
+    not_negative(format_args!("{path}.opening"), surfels.opening, " (m)")?;
+    radius(&format!("{path}.radius"), surfels.radius)?;
     for (name, color) in [("color", surfels.color), ("cut_color", surfels.cut_color)] {
         for (index, value) in color.into_iter().enumerate() {
             require(
@@ -221,4 +209,36 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
         }
     }
     Ok(())
+}
+
+fn radius(path: &str, radius: SurfelRadius) -> Check {
+    match radius {
+        SurfelRadius::Covering => Ok(()),
+        SurfelRadius::Constant(radius) => require(
+            radius.is_finite() && radius > 0.0,
+            path,
+            format_args!("Constant({radius:?})"),
+            "it must be above 0 (m), such as 0.002",
+        ),
+        SurfelRadius::Mapped {
+            neighbors,
+            least,
+            most,
+            ..
+        } => {
+            require(
+                (3..=64).contains(&neighbors),
+                format_args!("{path}.neighbors"),
+                neighbors,
+                "it must be from 3 to 64",
+            )?;
+            positive(format_args!("{path}.least"), least, " (m)")?;
+            require(
+                most.is_finite() && most >= least,
+                format_args!("{path}.most"),
+                most,
+                format_args!("it must be at least the smallest radius, {least} m"),
+            )
+        }
+    }
 }

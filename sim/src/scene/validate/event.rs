@@ -11,31 +11,36 @@ use crate::scene::{Body, Scene};
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
 
-pub(super) fn support(path: &str, support: &Support, bodies: &[Body]) -> Check {
-    body_name(&format!("{path}.body"), support.body.as_deref(), bodies)?;
-    match support.region {
+/// A part of space.
+pub(super) fn region(path: &str, region: Region) -> Check {
+    match region {
         Region::HalfSpace { point, normal } => {
-            finite(format_args!("{path}.region.point"), point)?;
-            direction(format_args!("{path}.region.normal"), normal)?;
+            finite(format_args!("{path}.point"), point)?;
+            direction(format_args!("{path}.normal"), normal)
         }
         Region::Box { min, max } => {
-            finite(format_args!("{path}.region.min"), min)?;
-            finite(format_args!("{path}.region.max"), max)?;
+            finite(format_args!("{path}.min"), min)?;
+            finite(format_args!("{path}.max"), max)?;
             require(
                 min.cmple(max).all(),
-                format_args!("{path}.region.max"),
+                format_args!("{path}.max"),
                 triple(max),
                 format_args!(
                     "each of its numbers must be at least that of min, {}",
                     triple(min)
                 ),
-            )?;
+            )
         }
         Region::Sphere { center, radius } => {
-            finite(format_args!("{path}.region.center"), center)?;
-            positive(format_args!("{path}.region.radius"), radius, " (m)")?;
+            finite(format_args!("{path}.center"), center)?;
+            positive(format_args!("{path}.radius"), radius, " (m)")
         }
     }
+}
+
+pub(super) fn support(path: &str, support: &Support, bodies: &[Body]) -> Check {
+    body_name(&format!("{path}.body"), support.body.as_deref(), bodies)?;
+    region(&format!("{path}.region"), support.region)?;
     match &support.motion {
         Motion::Fixed => Ok(()),
         Motion::Driven { path: keys } => keys_in_order(&format!("{path}.motion.path"), keys, 1),

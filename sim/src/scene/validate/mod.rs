@@ -3,10 +3,12 @@
 mod body;
 mod check;
 mod event;
+mod material;
+mod method;
 
 pub(super) use check::Fault;
 
-use super::settings::{Coloring, Integration, Pictures, View};
+use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, View};
 use super::{Scene, VERSION};
 use body::body;
 use check::{Check, finite, not_negative, positive, require, triple};
@@ -53,6 +55,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
     }
     unique("cuts", scene.cuts.iter().map(|cut| cut.name.as_str()))?;
     integration(&scene.integration)?;
+    stepping(scene)?;
     let rate = scene.observe.history_rate;
     positive("observe.history_rate", rate, " (1/s)")?;
     limited("observe.history_rate", rate, MOST_ROWS, scene, "rows")?;
@@ -132,6 +135,49 @@ fn integration(settings: &Integration) -> Check {
         positive("integration.settle.speed", settle.speed, " (m/s)")?;
         positive("integration.settle.limit", settle.limit, " (s)")?;
         not_negative("integration.settle.damping", settle.damping, " (1/s)")?;
+    }
+    Ok(())
+}
+
+/// What the scheme and the way to rest ask of the rest of the scene.
+fn stepping(scene: &Scene) -> Check {
+    let settings = &scene.integration;
+    let at_rest = settings
+        .settle
+        .is_some_and(|settle| settle.rest == Rest::Equilibrium);
+    require(
+        !at_rest || scene.tools.is_empty(),
+        "integration.settle.rest",
+        "Equilibrium",
+        "it does not go with tools; take Motion",
+    )?;
+    let (Scheme::BackwardEuler { step, tolerance } | Scheme::Newmark { step, tolerance }) =
+        settings.scheme
+    else {
+        return Ok(());
+    };
+    positive("integration.scheme.step", step, " (s), such as 0.01")?;
+    require(
+        tolerance > 0.0 && tolerance < 1.0,
+        "integration.scheme.tolerance",
+        tolerance,
+        "it must be above 0 and below 1, such as 1e-4",
+    )?;
+    for (index, body) in scene.bodies.iter().enumerate() {
+        require(
+            body.damping_ratio == 0.0,
+            format_args!("bodies[{index}].damping_ratio"),
+            body.damping_ratio,
+            "implicit schemes have no viscous damping; set it to 0",
+        )?;
+    }
+    for (index, tool) in scene.tools.iter().enumerate() {
+        require(
+            tool.release.is_none(),
+            format_args!("tools[{index}].release"),
+            "given",
+            "implicit schemes have tools on paths only; take an explicit scheme",
+        )?;
     }
     Ok(())
 }

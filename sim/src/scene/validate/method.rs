@@ -1,0 +1,82 @@
+//! How nodes are coupled and cuts weaken that.
+
+use super::check::{Check, positive, require};
+use crate::scene::body::Body;
+use crate::scene::material::Dilatation;
+use crate::scene::method::{CutRule, Method};
+
+/// Neighbours that a gradient in space needs at least.
+const FEWEST_NEIGHBORS: u32 = 4;
+/// Most neighbours of a node.
+const MOST_NEIGHBORS: u32 = 1000;
+
+pub(super) fn method(path: &str, body: &Body) -> Check {
+    let Method::Dissertation {
+        nearest,
+        support_scale,
+        neighbor_limit,
+    } = body.method
+    else {
+        return Ok(());
+    };
+    let place = format!("{path}.method");
+    for (name, count) in [
+        ("nearest", Some(nearest)),
+        ("neighbor_limit", neighbor_limit),
+    ] {
+        let Some(count) = count else { continue };
+        require(
+            (FEWEST_NEIGHBORS..=MOST_NEIGHBORS).contains(&count),
+            format_args!("{place}.{name}"),
+            count,
+            format_args!("it must be from {FEWEST_NEIGHBORS} to {MOST_NEIGHBORS}"),
+        )?;
+    }
+    require(
+        (0.5..=10.0).contains(&support_scale),
+        format_args!("{place}.support_scale"),
+        support_scale,
+        "it must be from 0.5 to 10, such as 1.5",
+    )?;
+    let material = &body.material;
+    require(
+        material.stabilization == 0.0,
+        format_args!("{path}.material.stabilization"),
+        material.stabilization,
+        "the method Dissertation has no control of zero-energy modes; set it to 0",
+    )?;
+    require(
+        material.dilatation == Dilatation::Local,
+        format_args!("{path}.material.dilatation"),
+        "Mean",
+        "the method Dissertation has Local only",
+    )
+}
+
+pub(super) fn cut_rule(path: &str, rule: CutRule) -> Check {
+    match rule {
+        CutRule::Detour { reach } => positive(
+            format_args!("{path}.reach"),
+            reach,
+            ", in mean lengths of pairs, such as 2",
+        ),
+        CutRule::Visibility => Ok(()),
+        CutRule::Transparency { depth, exponent } => {
+            positive(format_args!("{path}.depth"), depth, "")?;
+            require(
+                exponent.is_finite() && exponent >= 1.0,
+                format_args!("{path}.exponent"),
+                exponent,
+                "it must be finite and 1 or more, such as 2",
+            )
+        }
+        CutRule::Grid { spacing, inflate } => {
+            for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
+                if let Some(length) = length {
+                    positive(format_args!("{path}.{name}"), length, " (m)")?;
+                }
+            }
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! How steps are taken and rest is found, by the scheme that a scene asks for.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use phyxel_elastic::Elastic;
+use phyxel_integrate::{
+    ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionError, NewtonSettings,
+    Scheme as Explicit, StaticLoad, Supports, solve_static,
+};
+
+use super::error::BodyProblem;
+use super::tool::Touch;
+use crate::scene::Scheme;
+
+/// Unbalanced force, relative, at which an equilibrium is found.
+const AT_REST: f64 = 1e-6;
+/// Load steps to begin with; those that fail are halved.
+const LOAD_STEPS: u32 = 4;
+
+/// What takes a body's steps.
+#[derive(Debug)]
+pub(super) enum Stepper {
+    Explicit,
+    Implicit { solver: Box<Implicit>, step: f64 },
+}
+
+/// The explicit scheme that a scene's scheme is, or stands for where it is implicit.
+pub(super) fn explicit_scheme(scheme: Scheme) -> Explicit {
+    match scheme {
+        Scheme::SymplecticEuler => Explicit::SymplecticEuler,
+        Scheme::VelocityVerlet | Scheme::BackwardEuler { .. } | Scheme::Newmark { .. } => {
+            Explicit::VelocityVerlet
+        }
+    }
+}
+
+impl Stepper {
+    pub(super) fn new(scheme: Scheme) -> Result<Self, MotionError> {
+        let (scheme, step, tolerance) = match scheme {
+            Scheme::VelocityVerlet | Scheme::SymplecticEuler => return Ok(Self::Explicit),
+            Scheme::BackwardEuler { step, tolerance } => {
+                (ImplicitScheme::BackwardEuler, step, tolerance)
+            }
+            Scheme::Newmark { step, tolerance } => (ImplicitScheme::Newmark, step, tolerance),
+        };
+        let newton = NewtonSettings {
+            tolerance,
+            ..NewtonSettings::default()
+        };
+        let solver = Box::new(Implicit::new(ImplicitSettings { scheme, newton })?);
+        Ok(Self::Implicit { solver, step })
+    }
+
+    /// Step (s) of an implicit scheme.
+    pub(super) fn step(&self) -> Option<f64> {
+        match self {
+            Self::Explicit => None,
+            Self::Implicit { step, .. } => Some(*step),
+        }
+    }
+
+    /// Takes one step of `step` (s).
+    pub(super) fn step_with(
+        &mut self,
+        step: f64,
+        motion: &mut Motion,
+        elastic: &mut Elastic,
+        touches: &mut [Touch],
+        in_forces: &mut Duration,
+        in_contact: &mut Duration,
+    ) -> Result<(), BodyProblem> {
+        let mut law = Timed { elastic, in_forces };
+        match self {
+            Self::Implicit { solver, .. } => {
+                let mut tools: Vec<_> = touches.iter_mut().map(Touch::parts).collect();
+                solver.step_with(motion, step, &mut law, &mut tools)?;
+            }
+            Self::Explicit if touches.is_empty() => {
+                motion.step(step, |x, f| law.forces_into(x, f))?;
+            }
+            Self::Explicit => {
+                motion.step_with(step, |x, f| law.forces_into(x, f), &mut |view, forces| {
+                    for touch in touches.iter_mut() {
+                        touch.press(view, forces, in_contact);
+                    }
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Places (m) of the nodes in equilibrium with `loads` (N), from their places at rest.
+pub(super) fn equilibrium(
+    elastic: &mut Elastic,
+    rest: &[DVec3],
+    supports: &Supports,
+    loads: &[DVec3],
+) -> Result<Vec<DVec3>, BodyProblem> {
+    let mut positions = rest.to_vec();
+    let mut in_forces = Duration::ZERO;
+    let mut law = Timed {
+        elastic,
+        in_forces: &mut in_forces,
+    };
+    solve_static(
+        &mut law,
+        &mut positions,
+        supports,
+        &StaticLoad {
+            forces: loads,
+            steps: LOAD_STEPS,
+            ..StaticLoad::default()
+        },
+        &NewtonSettings {
+            tolerance: AT_REST,
+            ..NewtonSettings::default()
+        },
+    )?;
+    Ok(positions)
+}
+
+/// A body's forces with the time that they take.
+struct Timed<'a> {
+    elastic: &'a mut Elastic,
+    in_forces: &'a mut Duration,
+}
+
+impl ForceLaw for Timed<'_> {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        let start = Instant::now();
+        let energy = self.elastic.forces_into(positions, forces);
+        *self.in_forces += start.elapsed();
+        energy
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        let start = Instant::now();
+        self.elastic.tangent_product_into(vector, product);
+        *self.in_forces += start.elapsed();
+    }
+}

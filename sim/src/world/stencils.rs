@@ -1,0 +1,77 @@
+//! Gradient stencils of a body, by the method that its scene asks for.
+
+use glam::DVec3;
+use phyxel_elastic as elastic;
+use phyxel_mls::{
+    ConservativeStencils, GradientStencils, Neighborhoods, StencilError, StencilRank,
+};
+
+/// Stencils of either method.
+#[derive(Debug)]
+pub enum Stencils {
+    /// Conservative and consistent ones.
+    Conservative(Box<ConservativeStencils>),
+    /// Plain moving least squares, the dissertation's.
+    Plain(Box<GradientStencils>),
+}
+
+/// Binds `$stencils` to either.
+macro_rules! with {
+    ($of:expr, $stencils:ident => $work:expr) => {
+        match $of {
+            Stencils::Conservative($stencils) => $work,
+            Stencils::Plain($stencils) => $work,
+        }
+    };
+}
+
+impl Stencils {
+    /// Present weights of the pairs, any unit, shape `(pairs)`.
+    #[must_use]
+    pub fn weights(&self) -> &[f64] {
+        with!(self, stencils => &stencils.weights)
+    }
+
+    /// What the neighbours of each node span, shape `(n)`.
+    #[must_use]
+    pub fn ranks(&self) -> &[StencilRank] {
+        with!(self, stencils => &stencils.ranks)
+    }
+
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        with!(self, stencils => stencils.memory_bytes().total)
+    }
+
+    /// The conservative ones; `None` for plain ones, which need no solve and enforce nothing.
+    #[must_use]
+    pub fn conservative(&self) -> Option<&ConservativeStencils> {
+        match self {
+            Self::Conservative(stencils) => Some(stencils),
+            Self::Plain(_) => None,
+        }
+    }
+
+    /// The stencils as the elastic model reads them.
+    pub(super) fn view<'a>(&'a self, graph: &'a Neighborhoods) -> elastic::Stencils<'a> {
+        with!(self, stencils => elastic::Stencils {
+            offsets: graph.offsets(),
+            indices: graph.indices(),
+            gradients: &stencils.pair_gradients,
+            self_gradients: &stencils.self_gradients,
+            weights: &stencils.weights,
+        })
+    }
+
+    /// Rebuilds the touched rows with new pair factors.
+    pub(super) fn update_rows(
+        &mut self,
+        rest: &[DVec3],
+        graph: &Neighborhoods,
+        factor: impl Fn(usize) -> f64,
+        touched: &[u32],
+    ) -> Result<(), StencilError> {
+        with!(self, stencils => stencils.update_rows(rest, graph, factor, touched))
+    }
+}

@@ -1,0 +1,246 @@
+//! Every key of a scene does something: each is changed alone in a small scene, and the run's results
+//! are compared, to the bit, with those of the scene without the change. What is written out although
+//! it is the default changes nothing.
+
+mod physics;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use phyxel::run::{RunOptions, run};
+use phyxel::scene::{Override, Scene, key_reference};
+use rayon::prelude::*;
+
+/// A held block that is pressed and cut, with pictures.
+const SCENE: &str = r#"(
+    version: 1,
+    name: "keys",
+    bodies: [(
+        name: "block",
+        shape: Box(size: (0.05, 0.04, 0.04)),
+        sampling: (target: Nodes(160)),
+        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
+        surfels: (target: Count(400)),
+    )],
+    supports: [(region: HalfSpace(point: (0, 0, 0.0199), normal: (0, 0, 1)))],
+    gravity: (acceleration: (0, 0, -9.81), ramp: 0.01),
+    tools: [(
+        shape: Sphere(radius: 0.01),
+        path: [
+            (time: 0, position: (0.012, 0, -0.0293)),
+            (time: 0.02, position: (0.012, 0.004, -0.028)),
+        ],
+    )],
+    cuts: [(
+        edge: [(0, 0, -0.03), (0, 0, 0.005)],
+        path: [
+            (time: 0.002, position: (0.003, -0.03, 0)),
+            (time: 0.015, position: (0.003, 0.005, 0)),
+        ],
+        capture: Rate(400),
+    )],
+    integration: (duration: 0.02, settle: (limit: 0.02)),
+    pictures: (width: 64, height: 48, rate: 100, animation: false),
+)"#;
+
+/// Rows `keys | what both scenes have | what only the second has`; a line that begins with `=` is of a
+/// change to what is the default, which must change nothing. `SHELF` stands for a folder of files.
+const ROWS: &str = include_str!("scene_keys/rows.txt");
+
+/// Keys that no result of a run depends on, and where they are tested.
+const ELSEWHERE: [(&str, &str); 4] = [
+    ("Scene.version", "sim/tests/cli: other versions are refused"),
+    ("Scene.description", "for people"),
+    ("Sampling.limit", "sim/tests/cli: more nodes are refused"),
+    (
+        "Observe.checkpoint",
+        "tests/determinism.rs: runs go on from checkpoints",
+    ),
+];
+
+type Files = BTreeMap<String, Vec<u8>>;
+
+/// Files of a run by name, but for what says how long it took or repeats the scene.
+fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
+    let shelf_name = shelf.to_str().expect("a plain path");
+    let changes: Vec<Override> = changes
+        .iter()
+        .map(|change| change.trim())
+        .filter(|change| !change.is_empty())
+        .map(|change| {
+            Override::parse(&change.replace("SHELF", shelf_name)).expect("it is an override")
+        })
+        .collect();
+    let scene =
+        Scene::from_text(SCENE, "test", shelf, &changes).map_err(|error| error.to_string())?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options = RunOptions {
+        out: folder.path().to_owned(),
+        threads: Some(1),
+        quiet: true,
+        interrupt: None,
+    };
+    let summary = run(&scene, &options).map_err(|error| error.to_string())?;
+    let mut json = serde_json::to_value(&summary).expect("a summary is JSON");
+    json.as_object_mut().expect("an object").remove("timings");
+    let mut files = BTreeMap::from([("summary".to_owned(), json.to_string().into_bytes())]);
+    let mut folders = vec![folder.path().to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            let name = path
+                .strip_prefix(folder.path())
+                .expect("below the folder")
+                .to_string_lossy()
+                .into_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if !["scene.ron", "summary.json", "state.checkpoint"].contains(&&*name) {
+                files.insert(name, std::fs::read(&path).expect("a file"));
+            }
+        }
+    }
+    Ok(files)
+}
+
+/// Files that scenes name: a lopsided closed mesh and two images.
+fn fill(shelf: &Path) {
+    let corners = [
+        (-2.5, -2.0, -2.0),
+        (2.5, -2.0, -2.0),
+        (2.5, 2.0, -2.0),
+        (-2.5, 2.0, -2.0),
+        (-2.5, -2.0, 2.0),
+        (2.5, -1.5, 2.0),
+        (2.5, 2.0, 2.5),
+        (-2.5, 2.0, 2.0),
+    ];
+    let mut mesh = String::new();
+    for (x, y, z) in corners {
+        mesh.push_str(&format!("v {x} {y} {z}\n"));
+    }
+    for [a, b, c, d] in [
+        [1, 4, 3, 2],
+        [5, 6, 7, 8],
+        [1, 2, 6, 5],
+        [2, 3, 7, 6],
+        [3, 4, 8, 7],
+        [4, 1, 5, 8],
+    ] {
+        mesh.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
+    }
+    std::fs::write(shelf.join("block.obj"), mesh).expect("it can be written");
+    let drawn = results(&[], shelf).expect("the scene runs");
+    for (name, frame) in [
+        ("one.png", "frames/frame-00000.png"),
+        ("two.png", "frames/frame-00003.png"),
+    ] {
+        let image = drawn.get(frame);
+        let image = image.unwrap_or_else(|| panic!("no {frame} in {:?}", drawn.keys()));
+        std::fs::write(shelf.join(name), image).expect("it can be written");
+    }
+}
+
+struct Row<'a> {
+    keys: Vec<&'a str>,
+    both: Vec<&'a str>,
+    more: Vec<&'a str>,
+    same: bool,
+}
+
+impl<'a> Row<'a> {
+    fn all(&self) -> Vec<&'a str> {
+        [&self.both[..], &self.more[..]].concat()
+    }
+}
+
+fn rows() -> Vec<Row<'static>> {
+    let lines = ROWS.lines().filter(|line| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    lines
+        .map(|line| {
+            let (same, line) = line.strip_prefix('=').map_or((false, line), |l| (true, l));
+            let parts: Vec<&str> = line.split('|').collect();
+            let [keys, both, more] = parts[..] else {
+                panic!("three parts in '{line}'");
+            };
+            Row {
+                keys: keys.split_whitespace().collect(),
+                both: both.split(';').collect(),
+                more: more.split(';').collect(),
+                same,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn each_key_has_an_effect_and_each_default_has_none() {
+    let shelf = tempfile::tempdir().expect("a temporary folder");
+    fill(shelf.path());
+    let rows = rows();
+    let asked: BTreeSet<Vec<&str>> = rows
+        .iter()
+        .flat_map(|row| [row.both.clone(), row.all()])
+        .collect();
+    let found: BTreeMap<Vec<&str>, Result<Files, String>> = asked
+        .into_par_iter()
+        .map(|changes| {
+            let found = results(&changes, shelf.path());
+            (changes, found)
+        })
+        .collect();
+    let mut wrong = Vec::new();
+    for row in rows {
+        let (without, with) = (&found[&row.both], &found[&row.all()]);
+        let what = match (without, with) {
+            (Ok(without), Ok(with)) if (without == with) == row.same => continue,
+            (Err(error), _) => format!("without it: {error}"),
+            (_, Err(error)) => error.clone(),
+            _ if row.same => "changes the results".to_owned(),
+            _ => "leaves the results as they are".to_owned(),
+        };
+        wrong.push(format!("{:?}: {:?}: {what}", row.keys, row.more));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn no_key_is_left_out() {
+    let mut section = String::new();
+    let mut choice = String::new();
+    let mut all = BTreeSet::new();
+    for line in key_reference().lines() {
+        if let Some(title) = line.strip_prefix("## ") {
+            section = title.split(' ').next().unwrap_or_default().to_owned();
+        }
+        let Some(rest) = line.strip_prefix("| ") else {
+            continue;
+        };
+        let Some(name) = rest.split('`').nth(1) else {
+            continue;
+        };
+        let name = name.trim_end_matches("(..)");
+        if rest.starts_with('·') {
+            all.insert(format!("{section}.{choice}.{name}"));
+        } else if rest.starts_with('`') {
+            choice = name.to_owned();
+            all.insert(format!("{section}.{name}"));
+        }
+    }
+    assert!(all.len() > 180, "{} keys are documented", all.len());
+    let rows = rows();
+    let tested = rows.iter().flat_map(|row| row.keys.iter().copied());
+    let tested: BTreeSet<String> = tested
+        .chain(ELSEWHERE.iter().map(|(key, _)| *key))
+        .map(str::to_owned)
+        .collect();
+    let missing: Vec<_> = all.difference(&tested).collect();
+    let unknown: Vec<_> = tested.difference(&all).collect();
+    assert!(
+        missing.is_empty() && unknown.is_empty(),
+        "without a row: {missing:?}; of no key: {unknown:?}"
+    );
+}
