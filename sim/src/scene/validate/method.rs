@@ -64,10 +64,10 @@ pub(super) fn cut_rule(path: &str, rule: CutRule) -> Check {
         CutRule::Transparency { depth, exponent } => {
             positive(format_args!("{path}.depth"), depth, "")?;
             require(
-                exponent.is_finite() && exponent >= 1.0,
+                exponent.is_finite() && exponent >= 2.0,
                 format_args!("{path}.exponent"),
                 exponent,
-                "it must be finite and 1 or more, such as 2",
+                "it must be finite and 2 or more",
             )
         }
         CutRule::Grid { spacing, inflate } => {
