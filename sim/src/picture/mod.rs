@@ -109,7 +109,7 @@ impl Painter {
             renderer,
             camera,
             coloring: pictures.color,
-            bare: style.bare,
+            bare: style.is_some_and(|style| style.bare),
             frames: 0,
         })
     }
