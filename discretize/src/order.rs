@@ -105,3 +105,45 @@ fn hilbert(mut x: [u32; 3]) -> u64 {
     }
     key
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use testkit::cloud::uniform;
+
+    /// On a full lattice of 8³ points a Hilbert curve goes from face neighbour to face neighbour; any
+    /// other order of them, Morton's too, jumps.
+    #[test]
+    fn the_curve_never_jumps() {
+        let lattice: Vec<DVec3> = (0..512_u32)
+            .map(|i| DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)))
+            .collect();
+        for scale in [1e-6, 1.0, 3.7e5] {
+            let placed: Vec<DVec3> = lattice.iter().map(|x| (*x - 2.3) * scale).collect();
+            let path = space_filling_order(&placed).apply(&lattice);
+            for pair in path.windows(2) {
+                let step = pair[0].distance(pair[1]);
+                assert!((step - 1.0).abs() < 1e-12, "{scale}: {pair:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn maps_lead_both_ways() {
+        let mut points = uniform(777, 2.0, 5);
+        points.extend_from_within(..50);
+        let order = space_filling_order(&points);
+        let back = NodeOrder {
+            old_of_new: order.new_of_old.clone(),
+            new_of_old: order.old_of_new.clone(),
+        };
+        assert_eq!(back.apply(&order.apply(&points)), points, "there and back");
+        assert_eq!(order, space_filling_order(&points), "the same every time");
+        for few in [&points[..0], &points[..1], &[DVec3::ONE; 3]] {
+            let order = space_filling_order(few);
+            let mut seen = order.old_of_new.clone();
+            seen.sort_unstable();
+            assert!(seen.iter().copied().eq(0..index(few.len())), "{few:?}");
+        }
+    }
+}
