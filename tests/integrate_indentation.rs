@@ -54,7 +54,7 @@ fn hertz_on_a_quarter_of_a_large_block() {
     let ends = [0.3, 0.55, 0.8];
     let mut forces = Vec::new();
     for coarse in [9, 10] {
-        let (mut press, size) = quarter(8, coarse);
+        let (mut press, size) = quarter(8, coarse).unwrap();
         let found = press.press(radius, depth);
         let error = found.force / hertz_quarter_force() - 1.0;
         let contact = contact_radius(press.points()) - 1.0;

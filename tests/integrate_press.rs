@@ -2,6 +2,7 @@
 //! of `phyxel study hertz`.
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panicking")]
 
+use phyxel::study::StudyError;
 use phyxel::study::indentation as problem;
 use phyxel::study::indentation::{Pressing, Ring, hertz_force};
 use phyxel::study::model::ElasticBody;
@@ -77,7 +78,7 @@ fn hertz_radius() -> f64 {
 
 /// A quarter of a block: `fine` cells over 1.5 contact radii, then `coarse` ones that grow by 1.8 each.
 /// Also gives the block's size in contact radii.
-pub(crate) fn quarter(fine: u32, coarse: u32) -> (Press, f64) {
+pub(crate) fn quarter(fine: u32, coarse: u32) -> Result<(Press, f64), StudyError> {
     let a = hertz_radius();
     let mut h = 1.5 * a / f64::from(fine);
     let spacing = h;
@@ -91,11 +92,11 @@ pub(crate) fn quarter(fine: u32, coarse: u32) -> (Press, f64) {
         lines.push(end);
     }
     let press = Press {
-        inner: problem::Press::quarter(&lines, 3.0 * a, spacing).unwrap(),
+        inner: problem::Press::quarter(&lines, 3.0 * a, spacing)?,
         // Cells of very unequal size: round-off of the far ones is above 1e-10 of the force.
         tolerance: 1e-8,
     };
-    (press, end / a)
+    Ok((press, end / a))
 }
 
 /// Hertz's force on a quarter (N) at E = 1 Pa, ν = 0.3.
