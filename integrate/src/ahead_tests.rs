@@ -88,20 +88,17 @@ fn check_defining_equation(contact: &mut Contact, shape: &Shape, pose: &Pose, se
     let mut supports = Supports::free(9);
     supports.fix(0);
     supports.slide(4, DVec3::new(1.0, 1.0, 0.0));
-    let mobility = crate::sweep::Mobility::new(&masses, &supports);
+    let nodes = crate::sweep::Nodes::new(&masses, supports);
     let step = 0.05;
     let view = StepView {
         time: 0.0,
         step,
         positions: &x,
         velocities: &v,
-        nodes: crate::view::NodeForces {
-            masses: &masses,
-            mobility: &mobility,
-            supports: &supports,
+        acting: crate::view::NodeForces {
+            nodes: &nodes,
             gravity: DVec3::NEG_Z,
             forces: &internal,
-            loads: &[],
             before: &[],
             viscosity: 0.0,
         },

@@ -198,19 +198,17 @@ impl Motion {
         let energy = forces(&self.state.positions, &mut self.next_forces);
         self.next_applied.clear();
         if let Some(applied) = applied {
-            self.next_applied.resize(self.masses.len(), DVec3::ZERO);
+            self.next_applied
+                .resize(self.nodes.masses.len(), DVec3::ZERO);
             let view = StepView {
                 time: end,
                 step,
                 positions: &self.state.positions,
                 velocities: &self.state.velocities,
-                nodes: NodeForces {
-                    masses: &self.masses,
-                    mobility: &self.mobility,
-                    supports: &self.supports,
+                acting: NodeForces {
+                    nodes: &self.nodes,
                     gravity: self.settings.gravity,
                     forces: &self.next_forces,
-                    loads: &self.loads,
                     before: &self.state.forces,
                     viscosity: self.settings.viscosity / step,
                 },
@@ -242,12 +240,9 @@ impl Motion {
     fn drift(&mut self, kick: Kick) {
         let s = &mut self.state;
         let sweep = Sweep {
-            masses: &self.masses,
-            mobility: &self.mobility,
-            supports: &self.supports,
+            nodes: &self.nodes,
             gravity: self.settings.gravity,
             forces: &s.forces,
-            loads: &self.loads,
             applied: &s.applied,
         };
         sweep.drift(&s.viscous, kick, &mut s.positions, &mut s.velocities);
@@ -256,16 +251,13 @@ impl Motion {
     /// Second pass over nodes, with the new forces.
     fn finish(&mut self, kick: Kick) -> Sums {
         let viscous = self.settings.viscosity > 0.0;
-        let count = if viscous { self.masses.len() } else { 0 };
+        let count = if viscous { self.nodes.masses.len() } else { 0 };
         self.next_viscous.resize(count, DVec3::ZERO);
         let s = &mut self.state;
         let sweep = Sweep {
-            masses: &self.masses,
-            mobility: &self.mobility,
-            supports: &self.supports,
+            nodes: &self.nodes,
             gravity: self.settings.gravity,
             forces: &self.next_forces,
-            loads: &self.loads,
             applied: &self.next_applied,
         };
         let before = Before {
@@ -283,10 +275,10 @@ impl Motion {
     fn release_driven(&mut self) -> f64 {
         self.driven.clear();
         let mut kinetic = self.state.audit.kinetic;
-        if self.supports.paths().is_empty() {
+        if self.nodes.supports.paths().is_empty() {
             return kinetic;
         }
-        for support in self.supports.entries() {
+        for support in self.nodes.supports.entries() {
             if support.path.is_none() {
                 continue;
             }
@@ -294,7 +286,7 @@ impl Motion {
             let at = |v: &Vec<DVec3>| v.get(node).copied().unwrap_or_default();
             let velocity = self.state.velocities[node];
             let held = support.held(velocity);
-            kinetic -= 0.5 * self.masses[node] * held.length_squared();
+            kinetic -= 0.5 * self.nodes.masses[node] * held.length_squared();
             self.driven.push(DrivenNode {
                 support: *support,
                 position: self.state.positions[node],
@@ -310,7 +302,7 @@ impl Motion {
 
     fn place_driven(&mut self, time: f64) {
         if !self.driven.is_empty() {
-            self.supports.place(time, &mut self.state.positions);
+            self.nodes.supports.place(time, &mut self.state.positions);
         }
     }
 
@@ -319,10 +311,10 @@ impl Motion {
         for driven in &self.driven {
             let support = &driven.support;
             let node = support.node as usize;
-            let Some((_, velocity)) = self.supports.target(support, time) else {
+            let Some((_, velocity)) = self.nodes.supports.target(support, time) else {
                 continue;
             };
-            let mass = self.masses[node];
+            let mass = self.nodes.masses[node];
             let velocity = support.held(velocity);
             let moved = support.held(self.state.positions[node] - driven.position);
             let force = 0.5 * (driven.force + self.total_force(node));
@@ -369,7 +361,7 @@ impl Motion {
         }
         // Below 1e-9 body sizes a step, energies are round-off.
         let slow = 1e-9 * self.size / step;
-        let floor = 0.5 * self.masses.iter().sum::<f64>() * slow * slow;
+        let floor = 0.5 * self.nodes.masses.iter().sum::<f64>() * slow * slow;
         if balance <= floor {
             return Ok(());
         }
@@ -395,7 +387,7 @@ impl Motion {
     }
 
     fn fastest_node(&self) -> usize {
-        let energies = self.masses.iter().zip(&self.state.velocities);
+        let energies = self.nodes.masses.iter().zip(&self.state.velocities);
         let energies = energies.map(|(m, v)| m * v.length_squared());
         let mut best = (0, 0.0);
         for (node, energy) in energies.enumerate() {

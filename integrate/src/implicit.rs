@@ -122,16 +122,16 @@ impl Implicit {
         let driven = self.prescribe(motion, end);
         let mut x = self.start.clone();
         let problem = Problem {
-            supports: &motion.supports,
+            supports: &motion.nodes.supports,
             loads: &self.loads,
-            inertia: Some((c, &motion.masses, &self.target)),
+            inertia: Some((c, &motion.nodes.masses, &self.target)),
         };
         let prescribed = driven.then_some(self.prescribed.as_slice());
         let settings = &self.settings.newton;
         let report = self
             .newton
             .solve(law, &problem, &mut x, prescribed, settings)?;
-        motion.supports.place(end, &mut x);
+        motion.nodes.supports.place(end, &mut x);
         self.finish(motion, x, step, end, &report);
         Ok(report)
     }
@@ -183,25 +183,25 @@ impl Implicit {
         self.loads.clear();
         self.accelerations.clear();
         for i in 0..n {
-            let load = motion.loads.get(i).copied().unwrap_or_default();
-            let load = load + gravity * motion.masses[i];
+            let load = motion.nodes.loads.get(i).copied().unwrap_or_default();
+            let load = load + gravity * motion.nodes.masses[i];
             self.loads.push(load);
             let force = motion.state.forces[i] + load;
             let damping = motion.state.velocities[i] * motion.settings.damping;
             self.accelerations
-                .push(force * motion.mobility.inverse[i] - damping);
+                .push(force * motion.nodes.mobility.inverse[i] - damping);
         }
-        motion.supports.project(&mut self.accelerations);
+        motion.nodes.supports.project(&mut self.accelerations);
     }
 
     /// Motion of driven directions over the step; `false` if there is none.
     fn prescribe(&mut self, motion: &Motion, end: f64) -> bool {
         self.prescribed.clear();
-        if motion.supports.paths().is_empty() {
+        if motion.nodes.supports.paths().is_empty() {
             return false;
         }
         self.prescribed.extend_from_slice(&self.start);
-        motion.supports.place(end, &mut self.prescribed);
+        motion.nodes.supports.place(end, &mut self.prescribed);
         let mut driven = false;
         for (moved, start) in self.prescribed.iter_mut().zip(&self.start) {
             *moved -= *start;
@@ -228,13 +228,14 @@ impl Implicit {
             ..before
         };
         // Work of supports: what inertia and all other forces take on held directions.
-        for support in motion.supports.entries() {
+        for support in motion.nodes.supports.entries() {
             if support.path.is_none() {
                 continue;
             }
             let i = support.node as usize;
-            let (m, moved) = (motion.masses[i], x[i] - self.start[i]);
+            let (m, moved) = (motion.nodes.masses[i], x[i] - self.start[i]);
             let (_, velocity) = motion
+                .nodes
                 .supports
                 .target(support, end)
                 .unwrap_or((DVec3::ZERO, DVec3::ZERO));
@@ -248,16 +249,17 @@ impl Implicit {
             let old = s.velocities[i];
             let mean = moved / step;
             let mut v = if newmark { mean * 2.0 - old } else { mean };
-            if let Some(support) = motion.supports.of(i) {
-                let driven = motion.supports.target(support, end);
+            if let Some(support) = motion.nodes.supports.of(i) {
+                let driven = motion.nodes.supports.target(support, end);
                 let held = driven.map_or(DVec3::ZERO, |(_, v)| support.held(v));
                 v = support.free * v + held;
             }
             s.velocities[i] = v;
-            let m = motion.masses[i];
+            let m = motion.nodes.masses[i];
             audit.kinetic += 0.5 * m * v.length_squared();
             audit.momentum += v * m;
             let free = motion
+                .nodes
                 .supports
                 .of(i)
                 .map_or(mean, |support| support.free * mean);

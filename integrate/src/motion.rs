@@ -3,7 +3,7 @@
 use crate::audit::{Audit, Warning};
 use crate::error::MotionError;
 use crate::supports::Supports;
-use crate::sweep::Mobility;
+use crate::sweep::Nodes;
 use glam::DVec3;
 
 /// Explicit scheme.
@@ -156,10 +156,7 @@ impl Frame {
 #[derive(Debug, Clone)]
 pub struct Motion {
     pub(crate) settings: MotionSettings,
-    pub(crate) masses: Vec<f64>,
-    pub(crate) mobility: Mobility,
-    pub(crate) supports: Supports,
-    pub(crate) loads: Vec<DVec3>,
+    pub(crate) nodes: Nodes,
     pub(crate) critical_step: Option<f64>,
     pub(crate) warning: Option<Warning>,
     pub(crate) state: State,
@@ -212,10 +209,7 @@ impl Motion {
             .map_or(0.0, |(low, high)| (high - low).length());
         let mut motion = Self {
             settings,
-            masses: masses.to_vec(),
-            mobility: Mobility::new(masses, &supports),
-            supports,
-            loads: Vec::new(),
+            nodes: Nodes::new(masses, supports),
             critical_step: None,
             warning: None,
             state: State {
@@ -246,17 +240,17 @@ impl Motion {
     pub fn bytes(&self) -> MotionBytes {
         let vectors = |list: &[&Vec<DVec3>]| list.iter().map(|v| size_of_val(&***v)).sum();
         let s = &self.state;
-        let [inverse, partly] = self.mobility.bytes();
+        let [inverse, partly] = self.nodes.mobility.bytes();
         MotionBytes {
             state: vectors(&[&s.positions, &s.velocities, &s.forces, &self.next_forces])
-                + size_of_val(&*self.masses)
+                + size_of_val(&*self.nodes.masses)
                 + inverse,
-            supports: if self.supports.entries().is_empty() {
+            supports: if self.nodes.supports.entries().is_empty() {
                 0
             } else {
-                self.supports.bytes() + partly
+                self.nodes.supports.bytes() + partly
             },
-            loads: vectors(&[&self.loads]),
+            loads: vectors(&[&self.nodes.loads]),
             viscous: vectors(&[&s.viscous, &self.next_viscous]),
             applied: vectors(&[&s.applied, &self.next_applied]),
         }
@@ -265,7 +259,7 @@ impl Motion {
     /// Number of nodes.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        self.masses.len()
+        self.nodes.masses.len()
     }
 
     /// Positions (m).
@@ -283,13 +277,13 @@ impl Motion {
     /// Masses (kg).
     #[must_use]
     pub fn masses(&self) -> &[f64] {
-        &self.masses
+        &self.nodes.masses
     }
 
     /// Supports.
     #[must_use]
     pub fn supports(&self) -> &Supports {
-        &self.supports
+        &self.nodes.supports
     }
 
     /// Time (s).
@@ -353,7 +347,7 @@ impl Motion {
         assert_eq!(velocities.len(), self.node_count(), "one velocity per node");
         finite(velocities, "velocity")?;
         self.state.velocities.copy_from_slice(velocities);
-        self.supports.project(&mut self.state.velocities);
+        self.nodes.supports.project(&mut self.state.velocities);
         self.restart_audit();
         Ok(())
     }
@@ -390,8 +384,8 @@ impl Motion {
         );
         finite(loads, "load")?;
         let before = self.load_potential();
-        self.loads.clear();
-        self.loads.extend_from_slice(loads);
+        self.nodes.loads.clear();
+        self.nodes.loads.extend_from_slice(loads);
         self.state.load_origin += self.load_potential() - before;
         Ok(())
     }
@@ -407,10 +401,9 @@ impl Motion {
             self.node_count(),
             "supports for every node"
         );
-        self.mobility = Mobility::new(&self.masses, &supports);
-        self.supports = supports;
+        self.nodes.set_supports(supports);
         let before = self.state.audit.kinetic;
-        self.supports.project(&mut self.state.velocities);
+        self.nodes.supports.project(&mut self.state.velocities);
         self.state.audit.kinetic = self.kinetic_energy();
         self.book_energy(self.state.audit.kinetic - before);
     }
@@ -445,7 +438,7 @@ impl Motion {
     /// inertia is left out. As of the last evaluation of the forces.
     #[must_use]
     pub fn reactions(&self) -> Vec<(u32, DVec3)> {
-        let entries = self.supports.entries().iter();
+        let entries = self.nodes.supports.entries().iter();
         entries
             .map(|support| {
                 let node = support.node as usize;
@@ -462,7 +455,7 @@ impl Motion {
     /// Angular momentum about the origin (kg m²/s).
     #[must_use]
     pub fn angular_momentum(&self) -> DVec3 {
-        let nodes = self.masses.iter().zip(&self.state.positions);
+        let nodes = self.nodes.masses.iter().zip(&self.state.positions);
         nodes
             .zip(&self.state.velocities)
             .map(|((m, x), v)| x.cross(*v) * *m)
@@ -470,7 +463,7 @@ impl Motion {
     }
 
     fn kinetic_energy(&self) -> f64 {
-        let nodes = self.masses.iter().zip(&self.state.velocities);
+        let nodes = self.nodes.masses.iter().zip(&self.state.velocities);
         nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
     }
 
@@ -481,19 +474,20 @@ impl Motion {
         let weight: f64 = if gravity == DVec3::ZERO {
             0.0
         } else {
-            self.masses
+            self.nodes
+                .masses
                 .iter()
                 .zip(x)
                 .map(|(m, x)| m * x.dot(gravity))
                 .sum()
         };
-        let loads: f64 = self.loads.iter().zip(x).map(|(f, x)| f.dot(*x)).sum();
+        let loads: f64 = self.nodes.loads.iter().zip(x).map(|(f, x)| f.dot(*x)).sum();
         -(weight + loads)
     }
 
     fn restart_audit(&mut self) {
         let kinetic = self.kinetic_energy();
-        let nodes = self.masses.iter().zip(&self.state.velocities);
+        let nodes = self.nodes.masses.iter().zip(&self.state.velocities);
         self.state.audit = Audit {
             kinetic,
             initial: kinetic,
@@ -508,8 +502,8 @@ impl Motion {
 
     /// All forces (N) but those of supports, at the last evaluation.
     pub(crate) fn total_force(&self, node: usize) -> DVec3 {
-        let mut force = self.state.forces[node] + self.settings.gravity * self.masses[node];
-        for more in [&self.loads, &self.state.applied, &self.state.viscous] {
+        let mut force = self.state.forces[node] + self.settings.gravity * self.nodes.masses[node];
+        for more in [&self.nodes.loads, &self.state.applied, &self.state.viscous] {
             if let Some(f) = more.get(node) {
                 force += *f;
             }

@@ -65,15 +65,39 @@ impl Mobility {
     }
 }
 
+/// What does not change in a step: masses, what holds nodes, and constant forces on them.
+#[derive(Debug, Clone)]
+pub(crate) struct Nodes {
+    /// (kg).
+    pub(crate) masses: Vec<f64>,
+    pub(crate) mobility: Mobility,
+    pub(crate) supports: Supports,
+    /// (N); empty without any.
+    pub(crate) loads: Vec<DVec3>,
+}
+
+impl Nodes {
+    pub(crate) fn new(masses: &[f64], supports: Supports) -> Self {
+        Self {
+            masses: masses.to_vec(),
+            mobility: Mobility::new(masses, &supports),
+            supports,
+            loads: Vec::new(),
+        }
+    }
+
+    pub(crate) fn set_supports(&mut self, supports: Supports) {
+        self.mobility = Mobility::new(&self.masses, &supports);
+        self.supports = supports;
+    }
+}
+
 /// What a pass reads. Slices are empty where a motion has no such forces.
 #[derive(Clone, Copy)]
 pub(crate) struct Sweep<'a> {
-    pub(crate) masses: &'a [f64],
-    pub(crate) mobility: &'a Mobility,
-    pub(crate) supports: &'a Supports,
+    pub(crate) nodes: &'a Nodes,
     pub(crate) gravity: DVec3,
     pub(crate) forces: &'a [DVec3],
-    pub(crate) loads: &'a [DVec3],
     pub(crate) applied: &'a [DVec3],
 }
 
@@ -156,7 +180,9 @@ impl Sweep<'_> {
                 let v = &mut v[at];
                 self.kick(&nodes, part(viscous, &nodes), kick.time, gained);
                 combine(v, gained, |v, gained| v * kick.decay + gained);
-                self.mobility.project(self.supports, nodes.start, v);
+                self.nodes
+                    .mobility
+                    .project(&self.nodes.supports, nodes.start, v);
                 combine(x, v, |x, v| x + v * kick.step);
             }
         };
@@ -230,8 +256,10 @@ impl Sweep<'_> {
         }
         self.kick(&nodes, viscous, kick.time, new);
         combine(new, v, |gained, v| v + gained);
-        self.mobility.project(self.supports, nodes.start, new);
-        let masses = &self.masses[nodes.clone()];
+        self.nodes
+            .mobility
+            .project(&self.nodes.supports, nodes.start, new);
+        let masses = &self.nodes.masses[nodes.clone()];
         for ((p, v), m) in momenta.iter_mut().zip(&*new).zip(masses) {
             *p = *v * *m;
         }
@@ -244,7 +272,7 @@ impl Sweep<'_> {
         if !sums.bad {
             combine(v, new, |_, new| new * kick.decay);
         }
-        sums.potential = -dot_in_order(part(self.loads, &nodes), part(x, &nodes));
+        sums.potential = -dot_in_order(part(&self.nodes.loads, &nodes), part(x, &nodes));
         if self.gravity != DVec3::ZERO {
             let weighted = x[nodes].iter().zip(masses).map(|(x, m)| *x * *m);
             sums.potential -= weighted.sum::<DVec3>().dot(self.gravity);
@@ -256,15 +284,22 @@ impl Sweep<'_> {
     /// nodes alone. Held parts of partly held nodes are still in it.
     fn kick(&self, nodes: &Range<usize>, viscous: &[DVec3], time: f64, gained: &mut [DVec3]) {
         gained.copy_from_slice(&self.forces[nodes.clone()]);
-        for more in [part(self.loads, nodes), part(self.applied, nodes), viscous] {
+        for more in [
+            part(&self.nodes.loads, nodes),
+            part(self.applied, nodes),
+            viscous,
+        ] {
             combine(gained, more, |sum, more| sum + more);
         }
         if self.gravity != DVec3::ZERO {
-            for (sum, m) in gained.iter_mut().zip(&self.masses[nodes.clone()]) {
+            for (sum, m) in gained.iter_mut().zip(&self.nodes.masses[nodes.clone()]) {
                 *sum += self.gravity * *m;
             }
         }
-        for (sum, inverse) in gained.iter_mut().zip(&self.mobility.inverse[nodes.clone()]) {
+        for (sum, inverse) in gained
+            .iter_mut()
+            .zip(&self.nodes.mobility.inverse[nodes.clone()])
+        {
             *sum *= inverse * time;
         }
     }

@@ -1,7 +1,6 @@
 //! What forces from outside may know of a step.
 
-use crate::supports::Supports;
-use crate::sweep::Mobility;
+use crate::sweep::Nodes;
 use glam::{DMat3, DVec3};
 
 /// The body at the end of a step, before its second kick: positions are those of the end, velocities
@@ -16,7 +15,7 @@ pub struct StepView<'a> {
     pub positions: &'a [DVec3],
     /// Velocities (m/s).
     pub velocities: &'a [DVec3],
-    pub(crate) nodes: NodeForces<'a>,
+    pub(crate) acting: NodeForces<'a>,
 }
 
 impl StepView<'_> {
@@ -26,7 +25,7 @@ impl StepView<'_> {
     /// If there is no such node.
     #[must_use]
     pub fn acceleration(&self, node: usize) -> DVec3 {
-        self.nodes.acceleration(node)
+        self.acting.acceleration(node)
     }
 
     /// Mass of a node (kg).
@@ -35,7 +34,7 @@ impl StepView<'_> {
     /// If there is no such node.
     #[must_use]
     pub fn mass(&self, node: usize) -> f64 {
-        self.nodes.masses[node]
+        self.acting.nodes.masses[node]
     }
 
     /// Projector on the free directions of a node.
@@ -44,7 +43,7 @@ impl StepView<'_> {
     /// If there is no such node.
     #[must_use]
     pub fn free(&self, node: usize) -> DMat3 {
-        let support = self.nodes.supports.of(node);
+        let support = self.acting.nodes.supports.of(node);
         support.map_or(DMat3::IDENTITY, |support| support.free)
     }
 }
@@ -52,13 +51,9 @@ impl StepView<'_> {
 /// Read-only view of masses and of all forces but those from outside.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NodeForces<'a> {
-    pub(crate) masses: &'a [f64],
-    pub(crate) mobility: &'a Mobility,
-    pub(crate) supports: &'a Supports,
+    pub(crate) nodes: &'a Nodes,
     pub(crate) gravity: DVec3,
     pub(crate) forces: &'a [DVec3],
-    /// Empty without any.
-    pub(crate) loads: &'a [DVec3],
     /// Internal forces of the step before.
     pub(crate) before: &'a [DVec3],
     /// Viscosity over step.
@@ -67,15 +62,15 @@ pub(crate) struct NodeForces<'a> {
 
 impl NodeForces<'_> {
     fn acceleration(&self, node: usize) -> DVec3 {
-        let mut force = self.forces[node] + self.gravity * self.masses[node];
-        if let Some(load) = self.loads.get(node) {
+        let mut force = self.forces[node] + self.gravity * self.nodes.masses[node];
+        if let Some(load) = self.nodes.loads.get(node) {
             force += *load;
         }
         if self.viscosity > 0.0 {
             force += (self.forces[node] - self.before[node]) * self.viscosity;
         }
-        let acceleration = force * self.mobility.inverse[node];
-        match self.supports.of(node) {
+        let acceleration = force * self.nodes.mobility.inverse[node];
+        match self.nodes.supports.of(node) {
             Some(support) => support.free * acceleration,
             None => acceleration,
         }
