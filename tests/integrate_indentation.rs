@@ -70,7 +70,8 @@ fn hertz_on_a_quarter_of_a_large_block() {
         for ring in &rings {
             let error = ring.pressure / ring.expected - 1.0;
             println!("ring: mean pressure {:+.1} % of Hertz's", 100.0 * error);
-            assert!(error.abs() < 0.08, "{rings:?}");
+            // 6.0 and 5.3 % at most, in the two blocks: a ring is 1.3 to 1.6 cells wide.
+            assert!(error.abs() < 0.07, "{rings:?}");
         }
         forces.push(found.force);
     }

@@ -4,12 +4,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Shape, Solid, Surfels, sample_surfels, surface_mesh};
-use phyxel_splat::{
-    Camera, RadiusRule, RenderSettings, Renderer, Splats, covering_radii, follow_curvature,
-};
+use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii, follow_curvature};
 
-use super::at_rest;
 use super::exact::{Difference, Exact, mean_square};
+use super::{at_rest, plain_renderer};
 use crate::study::report::{Cell, Column, Table};
 use crate::study::{Effort, StudyError};
 
@@ -83,13 +81,7 @@ pub(super) fn table(effort: Effort) -> Result<Table, StudyError> {
             let tissue = at_rest(surfels, radius)?;
             let splats = Splats::at_rest(tissue.surfels());
             let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
-            let mut renderer = Renderer::new(RenderSettings {
-                width,
-                height,
-                samples: 1,
-                keep_normals: true,
-                ..RenderSettings::default()
-            });
+            let mut renderer = plain_renderer(width, height);
             let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
             Ok(exact.compare(&frame, &camera))
         };

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Shape, Solid, Surfels, sample_surfels, surface_mesh};
-use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats};
+use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats};
 use rayon::prelude::*;
 
-use super::at_rest;
+use super::{at_rest, plain_renderer};
 use crate::study::clock::median_time;
 use crate::study::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::study::{Effort, StudyError};
@@ -254,13 +254,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let tissue = at_rest(&surfels, radius)?;
                 let splats = Splats::at_rest(tissue.surfels());
                 let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
-                let mut renderer = Renderer::new(RenderSettings {
-                    width,
-                    height,
-                    samples: 1,
-                    keep_normals: true,
-                    ..RenderSettings::default()
-                });
+                let mut renderer = plain_renderer(width, height);
                 let (frame, seconds) = median_time(PICTURES, || {
                     renderer.draw(&tissue.view(&splats, &colors), &[], &camera)
                 });

@@ -10,7 +10,7 @@ mod stills;
 
 use glam::DVec3;
 use phyxel_discretize::Surfels;
-use phyxel_splat::{RadiusRule, Tissue, TissueSettings};
+use phyxel_splat::{RadiusRule, RenderSettings, Renderer, Tissue, TissueSettings};
 
 use super::report::Report;
 use super::{Effort, StudyError};
@@ -30,6 +30,17 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
             .to_owned(),
     );
     Ok(report)
+}
+
+/// Draws one sample a pixel and keeps the normals, to be compared with exact pictures.
+fn plain_renderer(width: u32, height: u32) -> Renderer {
+    Renderer::new(RenderSettings {
+        width,
+        height,
+        samples: 1,
+        keep_normals: true,
+        ..RenderSettings::default()
+    })
 }
 
 /// Surfels that nothing carries: a tissue of one node, at rest.
