@@ -133,6 +133,7 @@ impl Binding {
     /// # Panics
     /// If `surfel` is out of range.
     #[must_use]
+    #[inline]
     pub fn row(&self, surfel: usize) -> (&[u32], &[f64]) {
         let range = surfel * self.stride..(surfel + 1) * self.stride;
         (&self.nodes[range.clone()], &self.weights[range])
@@ -144,6 +145,7 @@ impl Binding {
     /// # Panics
     /// If `surfel` is out of range.
     #[must_use]
+    #[inline]
     pub fn slopes(&self, surfel: usize) -> &[[f64; 2]] {
         &self.slopes[surfel * self.stride..(surfel + 1) * self.stride]
     }

@@ -2,72 +2,15 @@
 
 use crate::binding::Binding;
 use crate::cast::index;
+use crate::splats::{Splats, bends};
 use crate::surfels::Surfels;
 use glam::{DMat3, DVec3};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::ops::{Add, Mul, Sub};
 
-/// Surfels in the deformed frame, ready to draw; one entry per surfel in every array. The fields of
-/// normals (`bends_*`) and the rest axes (`rest_*`) may be left empty: flat disks, a texture constant
-/// over each.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Splats {
-    /// Centres (m).
-    pub positions: Vec<DVec3>,
-    /// First half-axis: the image of the rest disk's first tangent times radius (m).
-    pub axes_u: Vec<DVec3>,
-    /// Second half-axis (m).
-    pub axes_v: Vec<DVec3>,
-    /// Outward unit normals.
-    pub normals: Vec<DVec3>,
-    /// Change of the normal from the centre to the end of the first axis (Aras 2014, eq. (51):
-    /// a linear field of normals over the disk).
-    pub bends_u: Vec<DVec3>,
-    /// Change of the normal from the centre to the end of the second axis.
-    pub bends_v: Vec<DVec3>,
-    /// First axis in the rest frame (m): how texture coordinates vary over the disk.
-    pub rest_u: Vec<DVec3>,
-    /// Second axis in the rest frame (m).
-    pub rest_v: Vec<DVec3>,
-}
-
-impl Splats {
-    /// Appends all of another body's splats.
-    pub fn extend(&mut self, other: &Self) {
-        self.positions.extend(&other.positions);
-        self.axes_u.extend(&other.axes_u);
-        self.axes_v.extend(&other.axes_v);
-        self.normals.extend(&other.normals);
-        self.bends_u.extend(&other.bends_u);
-        self.bends_v.extend(&other.bends_v);
-        self.rest_u.extend(&other.rest_u);
-        self.rest_v.extend(&other.rest_v);
-    }
-
-    /// The undeformed surfels.
-    #[must_use]
-    pub fn at_rest(surfels: &Surfels) -> Self {
-        let mut out = Self::default();
-        for i in 0..surfels.len() {
-            let (t0, t1) = Surfels::tangents(surfels.normals[i]);
-            out.positions.push(surfels.positions[i]);
-            out.axes_u.push(t0 * surfels.radii[i]);
-            out.axes_v.push(t1 * surfels.radii[i]);
-            out.normals.push(surfels.normals[i]);
-            let [a, b] = bends(surfels.shapes[i], t0, t1);
-            out.bends_u.push(a * surfels.radii[i]);
-            out.bends_v.push(b * surfels.radii[i]);
-            out.rest_u.push(t0 * surfels.radii[i]);
-            out.rest_v.push(t1 * surfels.radii[i]);
-        }
-        out
-    }
-}
-
-/// Change of the rest normal per metre along the two tangents.
-#[inline]
-fn bends(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
-    [t0 * shape.x + t1 * shape.y, t0 * shape.y + t1 * shape.z]
-}
+/// Surfels that are carried, and nodes whose maps are formed, by one thread at a time.
+const CHUNK: usize = 128;
 
 /// Carries surfels by their nodes' positions and deformation gradients.
 ///
@@ -116,61 +59,349 @@ pub fn carry_into(
     splats.normals.resize(n, DVec3::ZERO);
     splats.bends_u.resize(n, DVec3::ZERO);
     splats.bends_v.resize(n, DVec3::ZERO);
-    splats.rest_u.resize(n, DVec3::ZERO);
-    splats.rest_v.resize(n, DVec3::ZERO);
+    let maps: Vec<Map> = (rest_nodes, nodes, gradients)
+        .into_par_iter()
+        .with_min_len(CHUNK)
+        .map(|(&rest, &node, gradient)| Map::new(rest, node, gradient))
+        .collect();
+    let arch = Arch::new();
     splats
         .positions
-        .par_iter_mut()
-        .zip(&mut splats.axes_u)
-        .zip(&mut splats.axes_v)
-        .zip(&mut splats.normals)
-        .zip(splats.bends_u.par_iter_mut().zip(&mut splats.bends_v))
-        .zip(splats.rest_u.par_iter_mut().zip(&mut splats.rest_v))
+        .par_chunks_mut(CHUNK)
+        .zip(splats.axes_u.par_chunks_mut(CHUNK))
+        .zip(splats.axes_v.par_chunks_mut(CHUNK))
+        .zip(splats.normals.par_chunks_mut(CHUNK))
+        .zip(splats.bends_u.par_chunks_mut(CHUNK))
+        .zip(splats.bends_v.par_chunks_mut(CHUNK))
         .enumerate()
-        .with_min_len(256)
         .for_each(
-            |(i, (((((x, u), v), normal), (bend_u, bend_v)), (rest_u, rest_v)))| {
-                let rest = surfels.positions[i];
-                let (row, weights) = binding.row(i);
-                let image = |node: usize| nodes[node] + gradients[node] * (rest - rest_nodes[node]);
-                let first = image(index(row[0]));
-                let mut at = first;
-                let mut f = DMat3::ZERO;
-                // What the change of the weights over the disk adds to its axes.
-                let mut drift = [DVec3::ZERO; 2];
-                for ((&node, &w), slope) in row.iter().zip(weights).zip(binding.slopes(i)) {
-                    let node = index(node);
-                    let aside = image(node) - first;
-                    at += aside * w;
-                    f += gradients[node] * w;
-                    drift[0] += aside * slope[0];
-                    drift[1] += aside * slope[1];
-                }
-                let rest_normal = surfels.normals[i];
-                let (t0, t1) = Surfels::tangents(rest_normal);
-                let (a, b) = (f * t0, f * t1);
-                *x = at;
-                let radius = surfels.radii[i];
-                let raw = a.cross(b);
-                let length = raw.length();
-                if length > 0.0 {
-                    let cofactor = DMat3::from_cols(
-                        f.y_axis.cross(f.z_axis),
-                        f.z_axis.cross(f.x_axis),
-                        f.x_axis.cross(f.y_axis),
-                    );
-                    *normal = raw / length;
-                    let [p, q] = bends(surfels.shapes[i], t0, t1);
-                    *bend_u = cofactor * p * (radius / length);
-                    *bend_v = cofactor * q * (radius / length);
-                } else {
-                    *normal = rest_normal;
-                    *bend_u = DVec3::ZERO;
-                    *bend_v = DVec3::ZERO;
-                }
-                (*rest_u, *rest_v) = (t0 * radius, t1 * radius);
-                *u = (a + drift[0]).clamp_length_max(max_stretch) * radius;
-                *v = (b + drift[1]).clamp_length_max(max_stretch) * radius;
+            |(chunk, (((((positions, u), v), normals), bend_u), bend_v))| {
+                arch.dispatch(Run {
+                    from: (surfels, binding, &maps),
+                    max_stretch,
+                    first: chunk * CHUNK,
+                    positions,
+                    axes: [u, v],
+                    normals,
+                    bends: [bend_u, bend_v],
+                });
             },
         );
+}
+
+/// A run of surfels to carry, by the instructions that the processor at hand has.
+struct Run<'a> {
+    from: (&'a Surfels, &'a Binding, &'a [Map]),
+    max_stretch: f64,
+    /// Index of the first surfel.
+    first: usize,
+    positions: &'a mut [DVec3],
+    axes: [&'a mut [DVec3]; 2],
+    normals: &'a mut [DVec3],
+    bends: [&'a mut [DVec3]; 2],
+}
+
+impl WithSimd for Run<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (surfels, binding, maps) = self.from;
+        let x = self.positions;
+        let ([u, v], [bend_u, bend_v]) = (self.axes, self.bends);
+        let mut sums = [Sums::ZERO; CHUNK];
+        for (k, sum) in sums[..x.len()].iter_mut().enumerate() {
+            let i = self.first + k;
+            let (row, weights) = binding.row(i);
+            *sum = blend(surfels.positions[i], row, weights, binding.slopes(i), maps);
+        }
+        for (k, sum) in sums[..x.len()].iter().enumerate() {
+            let carried = carry(surfels, self.first + k, sum, self.max_stretch);
+            x[k] = carried.position;
+            [u[k], v[k]] = carried.axes;
+            self.normals[k] = carried.normal;
+            [bend_u[k], bend_v[k]] = carried.bends;
+        }
+    }
+}
+
+/// A vector padded to four numbers, so that one instruction works on all of it where the processor
+/// has such. Sums and products stay apart: same bits on any processor.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+struct Wide([f64; 4]);
+
+impl Wide {
+    const ZERO: Self = Self([0.0; 4]);
+
+    #[inline(always)]
+    fn new(v: DVec3) -> Self {
+        Self([v.x, v.y, v.z, 0.0])
+    }
+
+    #[inline(always)]
+    fn vector(self) -> DVec3 {
+        let [x, y, z, _] = self.0;
+        DVec3::new(x, y, z)
+    }
+}
+
+impl Add for Wide {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let (a, b) = (self.0, other.0);
+        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]])
+    }
+}
+
+impl Sub for Wide {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let (a, b) = (self.0, other.0);
+        Self([a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]])
+    }
+}
+
+impl Mul<f64> for Wide {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, by: f64) -> Self {
+        let a = self.0;
+        Self([a[0] * by, a[1] * by, a[2] * by, a[3] * by])
+    }
+}
+
+/// The affine map of one node: `p(X) = F X + shift`.
+#[derive(Debug, Clone, Copy)]
+struct Map {
+    axes: [Wide; 3],
+    shift: Wide,
+}
+
+impl Map {
+    fn new(rest: DVec3, node: DVec3, gradient: &DMat3) -> Self {
+        Self {
+            axes: [gradient.x_axis, gradient.y_axis, gradient.z_axis].map(Wide::new),
+            shift: Wide::new(node - *gradient * rest),
+        }
+    }
+
+    #[inline(always)]
+    fn point(&self, x: DVec3) -> Wide {
+        turned(&self.axes, x) + self.shift
+    }
+}
+
+/// A matrix of the given columns times a vector.
+#[inline(always)]
+fn turned(columns: &[Wide; 3], x: DVec3) -> Wide {
+    columns[0] * x.x + columns[1] * x.y + columns[2] * x.z
+}
+
+/// One surfel in the deformed frame.
+struct Carried {
+    position: DVec3,
+    axes: [DVec3; 2],
+    normal: DVec3,
+    bends: [DVec3; 2],
+}
+
+/// What the nodes of a surfel make of it.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    at: Wide,
+    gradient: [Wide; 3],
+    /// What the change of the weights over the disk adds to its axes.
+    drift: [Wide; 2],
+}
+
+impl Sums {
+    const ZERO: Self = Self {
+        at: Wide::ZERO,
+        gradient: [Wide::ZERO; 3],
+        drift: [Wide::ZERO; 2],
+    };
+}
+
+/// Sums over a row of nodes. They are handed back whole: told to go on with three of four numbers,
+/// the compiler shuffles in every step.
+#[inline(always)]
+fn blend(rest: DVec3, row: &[u32], weights: &[f64], slopes: &[[f64; 2]], maps: &[Map]) -> Sums {
+    let first = maps[index(row[0])].point(rest);
+    let mut sums = Sums {
+        at: first,
+        ..Sums::ZERO
+    };
+    for ((&node, &w), slope) in row.iter().zip(weights).zip(slopes) {
+        let map = &maps[index(node)];
+        let aside = map.point(rest) - first;
+        sums.at = sums.at + aside * w;
+        for k in 0..3 {
+            sums.gradient[k] = sums.gradient[k] + map.axes[k] * w;
+        }
+        sums.drift[0] = sums.drift[0] + aside * slope[0];
+        sums.drift[1] = sums.drift[1] + aside * slope[1];
+    }
+    sums
+}
+
+/// The surfel that the sums make.
+#[inline(always)]
+fn carry(surfels: &Surfels, i: usize, sums: &Sums, max_stretch: f64) -> Carried {
+    let (f, drift) = (&sums.gradient, &sums.drift);
+    let normal = surfels.normals[i];
+    let radius = surfels.radii[i];
+    let (t0, t1) = Surfels::tangents(normal);
+    let (a, b) = (turned(f, t0), turned(f, t1));
+    let u = (a + drift[0]).vector().clamp_length_max(max_stretch) * radius;
+    let v = (b + drift[1]).vector().clamp_length_max(max_stretch) * radius;
+    let (a, b) = (a.vector(), b.vector());
+    let raw = a.cross(b);
+    let length = raw.length();
+    let mut carried = Carried {
+        position: sums.at.vector(),
+        axes: [u, v],
+        normal,
+        bends: [DVec3::ZERO; 2],
+    };
+    if length > 0.0 {
+        // cof(F) t0 = F t1 × F n and cof(F) t1 = F n × F t0, as t0, t1, n are a right-handed frame.
+        let c = turned(f, normal).vector();
+        let per = radius / length;
+        let (t0, t1) = (b.cross(c) * per, c.cross(a) * per);
+        let shape = surfels.shapes[i];
+        carried.normal = raw / length;
+        carried.bends = bends(shape, t0, t1);
+    }
+    carried
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Tissue, TissueSettings};
+
+    /// Numbers between -1 and 1 without order.
+    fn noise(i: usize) -> f64 {
+        (12.9898 * crate::cast::real(i + 1)).sin() * 43.7585 % 1.0
+    }
+
+    fn vector(i: usize) -> DVec3 {
+        DVec3::new(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2))
+    }
+
+    /// Surfels on a ball that bulge anyhow, and nodes that were moved and turned anyhow.
+    fn scene() -> (Tissue, Surfels, Vec<DVec3>, Vec<DVec3>, Vec<DMat3>) {
+        let normals: Vec<DVec3> = (0..1_000).map(|i| vector(i).normalize()).collect();
+        let areas = vec![0.0126; normals.len()];
+        let nodes: Vec<DVec3> = (1_000..1_300).map(vector).collect();
+        let settings = TissueSettings::default();
+        let tissue = Tissue::new(&normals, &normals, &areas, &nodes, &settings)
+            .expect("unit normals and finite nodes");
+        let mut surfels = tissue.surfels().clone();
+        surfels.shapes = (2_000..3_000).map(vector).collect();
+        let moved = nodes.iter().zip(4_000..).map(|(&x, i)| x + 0.2 * vector(i));
+        let gradients = (5_000..).step_by(3).take(nodes.len()).map(|i| {
+            let columns = [0, 1, 2].map(|k| DMat3::IDENTITY.col(k) + 0.3 * vector(i + k));
+            DMat3::from_cols(columns[0], columns[1], columns[2])
+        });
+        let (moved, gradients) = (moved.collect(), gradients.collect());
+        (tissue, surfels, nodes, moved, gradients)
+    }
+
+    /// The formulas as they stand, pair by pair.
+    #[test]
+    fn carrying_is_what_its_formulas_say() {
+        let (tissue, surfels, rest_nodes, nodes, gradients) = scene();
+        let binding = tissue.binding();
+        let mut splats = Splats::default();
+        carry_into(
+            &surfels,
+            binding,
+            &rest_nodes,
+            &nodes,
+            &gradients,
+            1e9,
+            &mut splats,
+        );
+        let mut worst: f64 = 0.0;
+        for i in 0..surfels.len() {
+            let (row, weights) = binding.row(i);
+            let (t0, t1) = Surfels::tangents(surfels.normals[i]);
+            let r = surfels.radii[i];
+            let (mut x, mut u, mut v) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+            let mut f = DMat3::ZERO;
+            for (k, &node) in row.iter().enumerate() {
+                let node = index(node);
+                let p = nodes[node] + gradients[node] * (surfels.positions[i] - rest_nodes[node]);
+                x += p * weights[k];
+                f += gradients[node] * weights[k];
+                u += p * binding.slopes(i)[k][0];
+                v += p * binding.slopes(i)[k][1];
+            }
+            let cofactor = f.inverse().transpose() * f.determinant();
+            let normal = cofactor * surfels.normals[i];
+            let bend = bends(surfels.shapes[i], t0, t1).map(|b| cofactor * b * r / normal.length());
+            for (found, expected) in [
+                (splats.positions[i], x),
+                (splats.axes_u[i], (f * t0 + u) * r),
+                (splats.axes_v[i], (f * t1 + v) * r),
+                (splats.normals[i], normal.normalize()),
+                (splats.bends_u[i], bend[0]),
+                (splats.bends_v[i], bend[1]),
+            ] {
+                worst = worst.max(found.distance(expected) / expected.length().max(1.0));
+            }
+        }
+        // 9e-16.
+        assert!(worst < 1e-14, "off by {worst:e}");
+    }
+
+    #[test]
+    fn bits_depend_neither_on_threads_nor_on_the_processor() {
+        let (tissue, surfels, rest_nodes, nodes, gradients) = scene();
+        let with = |threads: usize| {
+            let mut splats = Splats::default();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().expect("threads").install(|| {
+                let to = &mut splats;
+                carry_into(
+                    &surfels,
+                    tissue.binding(),
+                    &rest_nodes,
+                    &nodes,
+                    &gradients,
+                    3.0,
+                    to,
+                );
+            });
+            splats
+        };
+        let one = with(1);
+        assert_eq!(one, with(4));
+        let maps: Vec<Map> = (0..nodes.len())
+            .map(|i| Map::new(rest_nodes[i], nodes[i], &gradients[i]))
+            .collect();
+        let mut plain = one.clone();
+        plain.positions.fill(DVec3::ZERO);
+        Run {
+            from: (&surfels, tissue.binding(), &maps),
+            max_stretch: 3.0,
+            first: 0,
+            positions: &mut plain.positions[..CHUNK],
+            axes: [&mut plain.axes_u[..CHUNK], &mut plain.axes_v[..CHUNK]],
+            normals: &mut plain.normals[..CHUNK],
+            bends: [&mut plain.bends_u[..CHUNK], &mut plain.bends_v[..CHUNK]],
+        }
+        .with_simd(pulp::Scalar);
+        assert_eq!(plain.positions[..CHUNK], one.positions[..CHUNK]);
+        assert_eq!((plain.axes_u, plain.axes_v), (one.axes_u, one.axes_v));
+        assert_eq!(plain.normals, one.normals);
+        assert_eq!((plain.bends_u, plain.bends_v), (one.bends_u, one.bends_v));
+    }
 }

@@ -118,6 +118,7 @@ impl Renderer {
                 && view.materials.len() == n
                 && view.texture_points.len() == n
                 && view.radii.len() == n
+                && (view.texture_normals.is_empty() || view.texture_normals.len() == n)
                 && (view.clips.is_empty() || view.clips.len() == n),
             "one colour, material, texture point, radius and clip per splat"
         );
@@ -138,15 +139,12 @@ impl Renderer {
         let ink = |i: usize| {
             let s = self.surface(view.materials[i]);
             let cells = f64::from(s.relief_frequency);
-            let along = |axes: &[DVec3]| {
-                let axis = axes.get(i).copied().unwrap_or_default();
-                (axis * cells).as_vec3().extend(0.0)
-            };
+            let along = view.rest_axes(i);
             let point = (view.texture_points[i] * cells).as_vec3();
             Ink {
                 color: view.colors[i].extend(s.specular),
                 point: point.extend(s.relief),
-                along: [along(&view.splats.rest_u), along(&view.splats.rest_v)],
+                along: along.map(|axis| (axis * cells).as_vec3().extend(0.0)),
                 shininess: s.shininess,
             }
         };
@@ -403,14 +401,9 @@ impl Renderer {
 
 /// How an image lies on a splat.
 fn print<'a>(view: &SplatView<'_>, splat: usize, coat: &'a ImageCoat) -> Print<'a> {
-    let axis = |axes: &[DVec3]| axes.get(splat).copied().unwrap_or_default();
-    let (u, v) = (axis(&view.splats.rest_u), axis(&view.splats.rest_v));
-    let normal = u.cross(v);
-    let normal = if normal == DVec3::ZERO {
-        view.splats.normals[splat]
-    } else {
-        normal
-    };
+    let [u, v] = view.rest_axes(splat);
+    let normal = view.texture_normals.get(splat);
+    let normal = *normal.unwrap_or(&view.splats.normals[splat]);
     let (width, height) = coat.image.size();
     let chart = Chart::new(normal, coat.size, real(width) / real(height));
     Print {

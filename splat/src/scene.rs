@@ -1,8 +1,9 @@
 //! What is drawn: splats, surfaces, light, background.
 
-use crate::carry::Splats;
 use crate::clip::Clip;
 use crate::image::Image;
+use crate::splats::Splats;
+use crate::surfels::Surfels;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -131,8 +132,22 @@ pub struct SplatView<'a> {
     pub materials: &'a [u8],
     /// Rest positions (m): the texture coordinates of relief and images.
     pub texture_points: &'a [DVec3],
+    /// Rest normals: how texture coordinates vary over a disk; empty: they are constant over each.
+    pub texture_normals: &'a [DVec3],
     /// What bounds each disk; empty: nothing bounds any.
     pub clips: &'a [Option<Box<Clip>>],
     /// Rest radii (m), the unit of the clips.
     pub radii: &'a [f64],
+}
+
+impl SplatView<'_> {
+    /// Half-axes of a splat's disk in the rest frame (m).
+    #[inline]
+    pub(crate) fn rest_axes(&self, splat: usize) -> [DVec3; 2] {
+        let Some(&normal) = self.texture_normals.get(splat) else {
+            return [DVec3::ZERO; 2];
+        };
+        let (t0, t1) = Surfels::tangents(normal);
+        [t0, t1].map(|t| t * self.radii[splat])
+    }
 }

@@ -90,6 +90,7 @@ impl Surfels {
     /// The tangent frame of a surfel: two unit vectors that make a right-handed frame with the
     /// normal (`t0 × t1 = n`). Depends on the normal alone.
     #[must_use]
+    #[inline]
     pub fn tangents(normal: DVec3) -> (DVec3, DVec3) {
         let t0 = normal.any_orthonormal_vector();
         (t0, normal.cross(t0))

@@ -142,6 +142,8 @@ impl Painter {
                     + size_of_val(&*splats.axes_u)
                     + size_of_val(&*splats.axes_v)
                     + size_of_val(&*splats.normals)
+                    + size_of_val(&*splats.bends_u)
+                    + size_of_val(&*splats.bends_v)
                     + size_of_val(&*skin.colors)
             })
             .sum()
@@ -295,6 +297,7 @@ impl Skin {
             colors: &self.colors,
             materials: &surfels.materials,
             texture_points: &surfels.positions,
+            texture_normals: &surfels.normals,
             clips: self.tissue.clips(),
             radii: &surfels.radii,
         }
@@ -308,6 +311,7 @@ struct Merged {
     colors: Vec<Vec3>,
     materials: Vec<u8>,
     texture_points: Vec<glam::DVec3>,
+    texture_normals: Vec<glam::DVec3>,
     clips: Vec<Option<Box<Clip>>>,
     radii: Vec<f64>,
 }
@@ -323,6 +327,7 @@ impl Merged {
             let shifted = view.materials.iter().map(|m| first_material + m);
             all.materials.extend(shifted);
             all.texture_points.extend(view.texture_points);
+            all.texture_normals.extend(view.texture_normals);
             all.clips.extend_from_slice(view.clips);
             all.radii.extend(view.radii);
             first_material += u8::try_from(skin.surfaces.len()).unwrap_or(0);
@@ -341,6 +346,7 @@ impl Merged {
             colors: &self.colors,
             materials: &self.materials,
             texture_points: &self.texture_points,
+            texture_normals: &self.texture_normals,
             clips: &self.clips,
             radii: &self.radii,
         };

@@ -7,7 +7,7 @@ mod tests;
 
 use crate::binding::{BindSettings, Binding, NodeTree, Nodes, Query, View, point_tree};
 use crate::border::Borders;
-use crate::carry::{Splats, carry_into};
+use crate::carry::carry_into;
 use crate::cast::{count, index};
 use crate::clip::Clip;
 use crate::error::SurfelError;
@@ -15,6 +15,7 @@ use crate::radii::{RadiusRule, shape_operators};
 use crate::rim;
 use crate::scene::SplatView;
 use crate::skin::CutSampler;
+use crate::splats::Splats;
 use crate::surfels::Surfels;
 use crate::texture::CAPSULE;
 use glam::{DMat3, DVec3, Vec3};
@@ -214,6 +215,7 @@ impl Tissue {
             colors,
             materials: &self.surfels.materials,
             texture_points: &self.surfels.positions,
+            texture_normals: &self.surfels.normals,
             clips: &self.clips,
             radii: &self.surfels.radii,
         }
