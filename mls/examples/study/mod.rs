@@ -125,6 +125,8 @@ pub fn write_plot(name: &str, title: &str, axes: [&str; 2], log: bool, lines: &[
             let mut chart = $chart.expect("drawing");
             let mut mesh = chart.configure_mesh();
             mesh.x_desc(axes[0]).y_desc(axes[1]).light_line_style(WHITE);
+            mesh.x_labels(20).y_labels(20);
+            mesh.x_label_formatter(&tick).y_label_formatter(&tick);
             mesh.draw().expect("drawing");
             for (place, line) in lines.iter().enumerate() {
                 let colour = colour(line, place);
@@ -152,6 +154,20 @@ pub fn write_plot(name: &str, title: &str, axes: [&str; 2], log: bool, lines: &[
     root.present().expect("the plot can be written");
     drop((plot, legend, root));
     println!("wrote {}", path.display());
+}
+
+/// What stands at a tick: five figures at most, as a power of ten where zeros would be many.
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the drawing library asks for it"
+)]
+fn tick(value: &f64) -> String {
+    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(*value);
+    if rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
 }
 
 fn colour(line: &Line, place: usize) -> RGBAColor {
