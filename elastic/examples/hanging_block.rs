@@ -6,9 +6,11 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use phyxel_elastic::{Elastic, Precision};
 use testkit::block::Block;
 use testkit::cloud::Random;
+
+mod body;
 
 const DENSITY: f64 = 1000.0;
 
@@ -26,23 +28,7 @@ fn main() {
 }
 
 fn run(block: &Block, precision: Precision) {
-    let stencils = Stencils {
-        offsets: &block.offsets,
-        indices: &block.indices,
-        gradients: &block.gradients,
-        self_gradients: &block.self_gradients,
-        weights: &block.weights,
-    };
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
-    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
-    let settings = Settings {
-        precision,
-        ..Settings::default()
-    };
-    let mut body = Elastic::new(&stencils, &nodes, &material, &settings).expect("sound");
+    let mut body = body::body(block, precision);
     let masses: Vec<f64> = block.volumes.iter().map(|v| DENSITY * v).collect();
     let free: Vec<bool> = block.positions.iter().map(|x| x.z < 0.2099).collect();
     let eigenvalue = largest_eigenvalue(&mut body, &masses, &free);

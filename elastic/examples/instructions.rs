@@ -6,34 +6,21 @@
 #![allow(clippy::print_stdout, reason = "prints what to divide by")]
 
 use glam::DVec3;
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use phyxel_elastic::Precision;
 use testkit::block::Block;
 use testkit::cloud::Random;
+
+mod body;
 
 fn main() {
     let single = std::env::args().any(|a| a == "single");
     let block = Block::eighteen([12; 3], 0.1);
-    let stencils = Stencils {
-        offsets: &block.offsets,
-        indices: &block.indices,
-        gradients: &block.gradients,
-        self_gradients: &block.self_gradients,
-        weights: &block.weights,
+    let precision = if single {
+        Precision::Single
+    } else {
+        Precision::Double
     };
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
-    let settings = Settings {
-        precision: if single {
-            Precision::Single
-        } else {
-            Precision::Double
-        },
-        ..Settings::default()
-    };
-    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
-    let mut body = Elastic::new(&stencils, &nodes, &material, &settings).expect("sound");
+    let mut body = body::body(&block, precision);
     let mut random = Random::new(1);
     let x: Vec<DVec3> = block
         .positions

@@ -11,9 +11,11 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use phyxel_elastic::Precision;
 use testkit::block::Block;
 use testkit::cloud::Random;
+
+mod body;
 
 /// Best of repeated timings in seconds, one warm-up first: what other programs on the machine take
 /// away is not the subject.
@@ -70,23 +72,7 @@ fn main() {
 }
 
 fn row(block: &Block, order: &str, precision: Precision) {
-    let stencils = Stencils {
-        offsets: &block.offsets,
-        indices: &block.indices,
-        gradients: &block.gradients,
-        self_gradients: &block.self_gradients,
-        weights: &block.weights,
-    };
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
-    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
-    let settings = Settings {
-        precision,
-        ..Settings::default()
-    };
-    let mut body = Elastic::new(&stencils, &nodes, &material, &settings).expect("sound");
+    let mut body = body::body(block, precision);
     let mut random = Random::new(1);
     let x: Vec<DVec3> = block
         .positions

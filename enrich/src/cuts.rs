@@ -30,6 +30,23 @@ impl CutSettings {
             index_cell: 2.0 * spacing,
         }
     }
+
+    /// What both kinds of cuts ask of their settings.
+    ///
+    /// # Panics
+    /// If the index cell is not positive or the weld tolerance is negative, infinite or NaN.
+    pub(crate) fn check(&self) {
+        assert!(
+            self.index_cell > 0.0 && self.index_cell.is_finite(),
+            "index cell of {} is not positive",
+            self.index_cell
+        );
+        assert!(
+            self.weld_tolerance >= 0.0 && self.weld_tolerance.is_finite(),
+            "weld tolerance of {} is not a length",
+            self.weld_tolerance
+        );
+    }
 }
 
 /// Triangles that were not taken, by reason.
@@ -98,16 +115,7 @@ impl Cuts {
     /// If the index cell is not positive or the weld tolerance is negative, infinite or NaN.
     #[must_use]
     pub fn new(settings: &CutSettings) -> Self {
-        assert!(
-            settings.index_cell > 0.0 && settings.index_cell.is_finite(),
-            "index cell of {} is not positive",
-            settings.index_cell
-        );
-        assert!(
-            settings.weld_tolerance >= 0.0 && settings.weld_tolerance.is_finite(),
-            "weld tolerance of {} is not a length",
-            settings.weld_tolerance
-        );
+        settings.check();
         Self {
             settings: *settings,
             vertices: Vec::new(),

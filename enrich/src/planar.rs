@@ -53,16 +53,7 @@ impl PlanarCuts {
     /// If the index cell is not positive or the weld tolerance is negative, infinite or NaN.
     #[must_use]
     pub fn new(settings: &CutSettings) -> Self {
-        assert!(
-            settings.index_cell > 0.0 && settings.index_cell.is_finite(),
-            "index cell of {} is not positive",
-            settings.index_cell
-        );
-        assert!(
-            settings.weld_tolerance >= 0.0 && settings.weld_tolerance.is_finite(),
-            "weld tolerance of {} is not a length",
-            settings.weld_tolerance
-        );
+        settings.check();
         Self {
             settings: *settings,
             corners: Vec::new(),

@@ -31,6 +31,17 @@ pub struct ShapeScratch {
     values: Vec<BasisValues>,
 }
 
+/// A point's moment matrix solved.
+struct Fit {
+    /// What lengths are divided by (m).
+    scale: f64,
+    inverse: Matrix,
+    /// Condition of the scaled moment matrix.
+    condition: f64,
+    /// `A⁻¹ p(x)`.
+    a: BasisValues,
+}
+
 impl Approximation<'_> {
     /// Shape functions and gradients of some nodes at one point.
     ///
@@ -71,14 +82,13 @@ impl Approximation<'_> {
             neighbors.len(),
             "one gradient per neighbour"
         );
-        let scale = self.weigh(x, neighbors, scratch)?;
         let m = self.basis.size();
-        let mut moment = [[0.0; LARGEST_BASIS]; LARGEST_BASIS];
-        for (w, p) in scratch.weights.iter().zip(&scratch.values) {
-            add_outer(&mut moment, *w, p, m);
-        }
-        let (inverse, condition) = invert(&moment, m)?;
-        let a = multiply(&inverse, &self.basis.values(x, x, scale), m);
+        let Fit {
+            scale,
+            inverse,
+            condition,
+            a,
+        } = self.fit(x, neighbors, scratch)?;
         let slopes = self.basis.gradients(x, x, scale);
         // A⁻¹ (∇p − ∇A a) for each axis, with ∇A a = Σ ∇w_j p_j (p_jᵀ a).
         let mut changes = slopes;
@@ -120,6 +130,21 @@ impl Approximation<'_> {
         phi: &mut [f64],
     ) -> Result<f64, ShapeError> {
         assert_eq!(phi.len(), neighbors.len(), "one value per neighbour");
+        let m = self.basis.size();
+        let Fit { condition, a, .. } = self.fit(x, neighbors, scratch)?;
+        for ((w, p), phi) in scratch.weights.iter().zip(&scratch.values).zip(phi) {
+            *phi = w * dot(p, &a, m);
+        }
+        Ok(condition)
+    }
+
+    /// Weighs the neighbours and solves for what the basis at `x` takes of them.
+    fn fit(
+        &self,
+        x: DVec3,
+        neighbors: &[u32],
+        scratch: &mut ShapeScratch,
+    ) -> Result<Fit, ShapeError> {
         let scale = self.weigh(x, neighbors, scratch)?;
         let m = self.basis.size();
         let mut moment = [[0.0; LARGEST_BASIS]; LARGEST_BASIS];
@@ -128,10 +153,12 @@ impl Approximation<'_> {
         }
         let (inverse, condition) = invert(&moment, m)?;
         let a = multiply(&inverse, &self.basis.values(x, x, scale), m);
-        for ((w, p), phi) in scratch.weights.iter().zip(&scratch.values).zip(phi) {
-            *phi = w * dot(p, &a, m);
-        }
-        Ok(condition)
+        Ok(Fit {
+            scale,
+            inverse,
+            condition,
+            a,
+        })
     }
 
     /// Weights, their gradients and basis values of all neighbours; returns the length scale.

@@ -1,0 +1,25 @@
+//! The model that the examples measure.
+
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use testkit::block::Block;
+
+/// A neo-Hookean block, E 10 kPa, nu 0.4, with the default control.
+pub(crate) fn body(block: &Block, precision: Precision) -> Elastic {
+    let stencils = Stencils {
+        offsets: &block.offsets,
+        indices: &block.indices,
+        gradients: &block.gradients,
+        self_gradients: &block.self_gradients,
+        weights: &block.weights,
+    };
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
+    let settings = Settings {
+        precision,
+        ..Settings::default()
+    };
+    Elastic::new(&stencils, &nodes, &material, &settings).expect("sound")
+}
