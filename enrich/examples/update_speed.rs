@@ -14,7 +14,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_enrich::{
     CutError, CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings,
-    PairFactors, grid_pair_factors,
+    PairFactors, Rule, grid_pair_factors,
 };
 use testkit::cloud;
 
@@ -24,6 +24,9 @@ fn block(size: [usize; 3]) -> (Vec<DVec3>, Vec<u32>, Vec<u32>) {
     let (offsets, indices) = cloud::lattice_rows(size);
     (x, offsets, indices)
 }
+
+/// Whether a place lies in the body.
+type Inside<'a> = &'a (dyn Fn(DVec3) -> bool + Sync);
 
 /// The blade's place after `k` captures, a spacing apart.
 type Path = fn(usize, [usize; 3]) -> [DVec3; 2];
@@ -201,6 +204,44 @@ fn sight() -> Result<(), CutError> {
     Ok(())
 }
 
+/// Compares what small updates have left with every pair asked on its own, and with one update by the
+/// whole cut.
+fn check(graph: &Graph<'_>, cuts: &Cuts, factors: &PairFactors, inside: Inside<'_>) {
+    let mut whole = PairFactors::new(graph, &FactorSettings::default());
+    whole.update(graph, cuts, 0..cuts.triangle_count(), inside);
+    let mut blind = PairFactors::new(
+        graph,
+        &FactorSettings {
+            rule: Rule::Visibility,
+            ..FactorSettings::default()
+        },
+    );
+    blind.update(graph, cuts, 0..cuts.triangle_count(), inside);
+    let mut crossed = 0;
+    for (i, &x) in graph.positions.iter().enumerate() {
+        let row = graph.offsets[i] as usize..graph.offsets[i + 1] as usize;
+        for pair in row {
+            let other = graph.positions[graph.indices[pair] as usize];
+            let apart = cuts.crosses(x, other);
+            crossed += usize::from(apart);
+            let (many, once) = (factors.factor(pair), whole.factor(pair));
+            let hidden = if apart { 0.0_f64 } else { 1.0 };
+            assert_eq!(
+                blind.factor(pair).to_bits(),
+                hidden.to_bits(),
+                "what a cut crosses it hides"
+            );
+            assert_eq!(many.to_bits(), once.to_bits(), "one update or many");
+            assert!(apart || many >= 1.0, "only crossed pairs are weakened");
+        }
+    }
+    assert!(crossed > 0, "the cut crosses pairs");
+    assert!(
+        factors.severed_count() > 0 && factors.severed_count() <= crossed / 2,
+        "a cut severs some of the pairs it crosses"
+    );
+}
+
 struct Run {
     /// Times (s) of the last updates, each with the append before it.
     times: Vec<f64>,
@@ -236,10 +277,7 @@ fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<
             touched += found.pairs.len();
         }
     }
-    assert!(
-        factors.severed_count() > 0 && factors.severed_count() <= factors.crossed_count(),
-        "a cut severs some of the pairs it crosses"
-    );
+    check(&graph, &cuts, &factors, &inside);
     Ok(Run {
         times,
         touched,

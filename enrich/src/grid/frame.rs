@@ -97,7 +97,12 @@ pub(super) struct Spatial {
     separators: Vec<(DVec3, DVec3)>,
     /// Two triangles per group: corners, projected corners, unit normal.
     triangles: Vec<([DVec3; 3], [DVec3; 3], DVec3)>,
+    /// Distance (m) in the plane up to which a point counts as beside the cut.
+    beside: f64,
 }
+
+/// [`Spatial::beside`] over the size of the cut: far above rounding, far below any lattice.
+const BESIDE: f64 = 1e-12;
 
 impl Frame {
     pub(super) fn planar(points: &[DVec2]) -> Result<Self, GridError> {
@@ -186,12 +191,14 @@ impl Frame {
             .iter()
             .map(|&[p, q]| (project(p), normal.cross(project(q) - project(p))))
             .collect();
+        let bounds = Bounds::of(blades.as_flattened());
         let frame = Spatial {
             blades: blades.to_vec(),
             origin,
             normal,
             separators,
             triangles,
+            beside: BESIDE * bounds.low.distance(bounds.high),
         };
         frame.check()?;
         Ok(Self::Spatial(frame))
@@ -273,6 +280,8 @@ impl Spatial {
         } else {
             (2 * region, first)
         };
+        // What rounding leaves beside the cut would outweigh an `s` as small, of points on the cut.
+        let d_plus = if d_plus > self.beside { d_plus } else { 0.0 };
         let (corners, _, normal) = self.triangles[master];
         enrichment(region, normal.dot(point - corners[0]), d_plus)
     }
