@@ -3,10 +3,12 @@
 //! it is the default changes nothing.
 
 mod physics;
+mod points;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use glam::DVec3;
 use phyxel::run::{RunOptions, run};
 use phyxel::scene::{Override, Scene, key_reference};
 use rayon::prelude::*;
@@ -103,7 +105,7 @@ fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
     Ok(files)
 }
 
-/// Files that scenes name: a lopsided closed mesh and two images.
+/// Files that scenes name: a lopsided closed mesh, points of the block's surface and two images.
 fn fill(shelf: &Path) {
     let corners = [
         (-2.5, -2.0, -2.0),
@@ -130,6 +132,11 @@ fn fill(shelf: &Path) {
         mesh.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
     }
     std::fs::write(shelf.join("block.obj"), mesh).expect("it can be written");
+    std::fs::write(
+        shelf.join("block.xyz"),
+        points_on_box(DVec3::new(0.05, 0.04, 0.04), 5e-3),
+    )
+    .expect("it can be written");
     let drawn = results(&[], shelf).expect("the scene runs");
     for (name, frame) in [
         ("one.png", "frames/frame-00000.png"),
@@ -139,6 +146,35 @@ fn fill(shelf: &Path) {
         let image = image.unwrap_or_else(|| panic!("no {frame} in {:?}", drawn.keys()));
         std::fs::write(shelf.join(name), image).expect("it can be written");
     }
+}
+
+/// Points with normals about `apart` from each other on a box about the origin, one a line.
+fn points_on_box(size: DVec3, apart: f64) -> String {
+    let mut text = String::from("# x y z nx ny nz\n");
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let counts = [u, v].map(|side| (size[side] / apart).round().max(1.0));
+        let mut a = 0.5;
+        while a < counts[0] {
+            let mut b = 0.5;
+            while b < counts[1] {
+                for sign in [-1.0, 1.0] {
+                    let (mut x, mut normal) = (DVec3::ZERO, DVec3::ZERO);
+                    x[axis] = 0.5 * sign * size[axis];
+                    x[u] = (a / counts[0] - 0.5) * size[u];
+                    x[v] = (b / counts[1] - 0.5) * size[v];
+                    normal[axis] = sign;
+                    text.push_str(&format!(
+                        "{} {} {} {} {} {}\n",
+                        x.x, x.y, x.z, normal.x, normal.y, normal.z
+                    ));
+                }
+                b += 1.0;
+            }
+            a += 1.0;
+        }
+    }
+    text
 }
 
 struct Row<'a> {

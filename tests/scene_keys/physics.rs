@@ -293,7 +293,7 @@ fn every_rule_parts_a_body_that_is_cut_through() {
         "Detour()",
         "Visibility",
         "Transparency(depth: 0.5)",
-        // Looked up at the nearest point of the grid: a coarse one mistakes the side of nodes by the cut.
+        "Grid()",
         "Grid(spacing: 0.001)",
     ] {
         let mut world = world(

@@ -13,6 +13,7 @@ pub(super) fn camera_of(world: &World, pictures: &Pictures) -> Camera {
             azimuth,
             elevation,
             zoom,
+            parallel,
         } => {
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for member in world.members() {
@@ -24,6 +25,14 @@ pub(super) fn camera_of(world: &World, pictures: &Pictures) -> Camera {
             let (sin_e, cos_e) = elevation.to_radians().sin_cos();
             let towards = DVec3::new(sin_a * cos_e, -cos_a * cos_e, sin_e);
             let aspect = f64::from(pictures.width) / f64::from(pictures.height);
+            if parallel {
+                let mut camera =
+                    Camera::framing_orthographic(low, high, -towards, DVec3::Z, aspect);
+                if let Lens::Orthographic { height } = &mut camera.lens {
+                    *height /= zoom;
+                }
+                return camera;
+            }
             let mut camera = Camera::framing(low, high, -towards, DVec3::Z, aspect);
             let middle = low.midpoint(high);
             camera.eye = middle + (camera.eye - middle) / zoom;

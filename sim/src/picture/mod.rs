@@ -3,6 +3,7 @@
 mod camera;
 pub(crate) mod coloring;
 mod style;
+mod surfels;
 mod tool;
 
 use std::fs::File;
@@ -10,7 +11,6 @@ use std::io::BufReader;
 use std::sync::Arc;
 
 use glam::Vec3;
-use phyxel_discretize::{sample_surfels, surface_mesh};
 use phyxel_splat::{
     Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer, SplatView,
     Splats, Surface, Tissue, TissueSettings, TissueTexture,
@@ -100,6 +100,8 @@ impl Painter {
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
+            samples: pictures.samples,
+            background: style::background_of(pictures.background),
             mode: style.map_or_else(|| style::mode_of(pictures.mode), |style| style.mode),
             surfaces: surfaces.collect(),
             ..RenderSettings::default()
@@ -246,13 +248,10 @@ impl Skin {
     ) -> Result<Self, BodyProblem> {
         let wish = &description.surfels;
         let body = &member.body;
-        // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
-        let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
-        let count = match wish.target {
-            scene::SurfelTarget::Count(count) => count as usize,
-            scene::SurfelTarget::Density(density) => rounded(density * surface.area()),
+        let surfels = match &wish.points {
+            Some(points) => surfels::scanned(points, description.position, body)?,
+            None => surfels::spread(wish.target, body)?,
         };
-        let surfels = sample_surfels(&surface, count, Some(&body.solid));
         let tissue = Tissue::new(
             &surfels.positions,
             &surfels.normals,
@@ -369,8 +368,8 @@ fn coat_of(image: &scene::Image) -> Result<ImageCoat, BodyProblem> {
 
 /// The liver's texture with the scene's two colours.
 fn texture_of(wish: &scene::Surfels, size: f64) -> TissueTexture {
-    let capsule = linear(wish.color);
-    let parenchyma = linear(wish.cut_color);
+    let capsule = style::linear(wish.color);
+    let parenchyma = style::linear(wish.cut_color);
     TissueTexture {
         capsule,
         capsule_dark: capsule * 0.55,
@@ -378,26 +377,4 @@ fn texture_of(wish: &scene::Surfels, size: f64) -> TissueTexture {
         parenchyma_dark: parenchyma * 0.6,
         ..TissueTexture::liver(size)
     }
-}
-
-/// A count from a number that is not negative.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to the range of u32"
-)]
-fn rounded(value: f64) -> usize {
-    value.round().clamp(0.0, f64::from(u32::MAX)) as usize
-}
-
-/// Linear light of an sRGB colour (IEC 61966-2-1).
-fn linear(srgb: [f64; 3]) -> Vec3 {
-    let channel = |c: f64| {
-        if c <= 0.040_45 {
-            c / 12.92
-        } else {
-            ((c + 0.055) / 1.055).powf(2.4)
-        }
-    };
-    glam::DVec3::from_array(srgb.map(channel)).as_vec3()
 }

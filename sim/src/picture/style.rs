@@ -1,8 +1,11 @@
 //! How a scene wants surfaces covered and drawn.
 
-use phyxel_splat::{BindSettings, DrawMode, InsideTest, Measure, RadiusRule, TissueSettings};
+use glam::{DVec3, Vec3};
+use phyxel_splat::{
+    Background, BindSettings, DrawMode, InsideTest, Measure, RadiusRule, TissueSettings, WeightLaw,
+};
 
-use crate::scene::{self, SurfelMeasure, SurfelRadius, Surfels};
+use crate::scene::{self, Backdrop, SurfelMeasure, SurfelRadius, SurfelWeights, Surfels};
 
 /// Radii, clipping and binding of a body's surfels.
 pub(super) fn tissue_of(wish: &Surfels) -> TissueSettings {
@@ -10,6 +13,10 @@ pub(super) fn tissue_of(wish: &Surfels) -> TissueSettings {
     TissueSettings {
         bind: BindSettings {
             neighbors: wish.nodes as usize,
+            law: match wish.weights {
+                SurfelWeights::Compact => WeightLaw::Compact,
+                SurfelWeights::Gaussian => WeightLaw::Gaussian,
+            },
             ..usual.bind
         },
         radius: match wish.radius {
@@ -48,4 +55,23 @@ pub(super) fn mode_of(wish: scene::DrawMode) -> DrawMode {
         scene::DrawMode::Disks => DrawMode::Disks,
         scene::DrawMode::SinglePass => DrawMode::SinglePass,
     }
+}
+
+pub(super) fn background_of(wish: Option<Backdrop>) -> Background {
+    wish.map_or_else(Background::default, |wish| Background {
+        top: linear(wish.top),
+        bottom: linear(wish.bottom),
+    })
+}
+
+/// Linear light of an sRGB colour (IEC 61966-2-1).
+pub(super) fn linear(srgb: [f64; 3]) -> Vec3 {
+    let channel = |c: f64| {
+        if c <= 0.040_45 {
+            c / 12.92
+        } else {
+            ((c + 0.055) / 1.055).powf(2.4)
+        }
+    };
+    DVec3::from_array(srgb.map(channel)).as_vec3()
 }

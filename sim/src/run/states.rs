@@ -1,7 +1,7 @@
 //! The bodies as ParaView reads them: nodes as VTK with stress, surfels as PLY, at the end and at a
 //! rate.
 
-use phyxel_discretize::{Field, Surfels, ply_surfels, vtk_tetrahedra};
+use phyxel_discretize::{Field, Surfels, ply_surfels, vtk_points, vtk_tetrahedra};
 use serde::{Deserialize, Serialize};
 
 use crate::output::{OutputError, OutputFolder};
@@ -130,7 +130,12 @@ fn vtk(body: &Body) -> Vec<u8> {
         ("volume_m3", Field::Scalars(&body.volumes)),
         ("von_mises_stress_Pa", Field::Scalars(&stress)),
     ];
-    vtk_tetrahedra(body.motion.positions(), &body.tetrahedra, &fields)
+    let positions = body.motion.positions();
+    if body.tetrahedra.is_empty() {
+        vtk_points(positions, &fields)
+    } else {
+        vtk_tetrahedra(positions, &body.tetrahedra, &fields)
+    }
 }
 
 /// A body's name with what file systems refuse replaced.

@@ -228,6 +228,19 @@ pub struct Sampling {
     pub coarsest: f64,
     /// Places with more nodes, such as where a tool touches or a blade passes.
     pub refine: Vec<Refinement>,
+    /// Where nodes come from.
+    pub form: Form,
+}
+
+/// Where the nodes of a body come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Form {
+    /// Vertices of tetrahedra that fill the body; those that share an edge are neighbours.
+    #[default]
+    Tetrahedra,
+    /// Points without tetrahedra: centres of the cells of a lattice (an octree where the distance
+    /// varies) and points of the surface; the nearest are neighbours.
+    Points,
 }
 
 /// A place with smaller distances between nodes.
@@ -253,6 +266,7 @@ impl Default for Sampling {
             limit: 200_000,
             coarsest: 1.0,
             refine: Vec::new(),
+            form: Form::default(),
         }
     }
 }
@@ -270,12 +284,16 @@ pub enum Target {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Surfels {
-    /// How many surfels cover the body's surface.
+    /// How many surfels cover the body's surface; of no account with `points`.
     pub target: SurfelTarget,
+    /// Surfels from a file, such as a scan of the body, in place of those that are spread on its shape.
+    pub points: Option<PointFile>,
     /// Surfels per square metre (1/m^2) on each side of a cut; that of the surface where not given.
     pub cut_density: Option<f64>,
     /// Most nodes that carry a surfel.
     pub nodes: u32,
+    /// How their weights fall with the distance.
+    pub weights: SurfelWeights,
     /// Distance (m) at rest by which the two sides of a cut are held apart.
     pub opening: f64,
     /// Radii of the surfels on the surface.
@@ -294,6 +312,21 @@ pub struct Surfels {
     pub cut_image: Option<Image>,
 }
 
+/// Points with normals on a body's surface, without triangles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointFile {
+    /// Text file with `x y z nx ny nz` in each line; a relative path starts at the scene file's folder.
+    #[schemars(with = "String")]
+    pub file: PathBuf,
+    /// Metres per unit of the file.
+    #[serde(default = "Shape::default_scale")]
+    pub scale: f64,
+    /// Direction in the file that becomes up (+z) in the scene.
+    #[serde(default)]
+    pub up: Axis,
+}
+
 /// An image laid on a body from the six sides of a box, by the place at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -309,8 +342,10 @@ impl Default for Surfels {
     fn default() -> Self {
         Self {
             target: SurfelTarget::Count(30_000),
+            points: None,
             cut_density: None,
             nodes: 8,
+            weights: SurfelWeights::default(),
             opening: 0.0,
             radius: SurfelRadius::default(),
             clip: true,
@@ -321,6 +356,16 @@ impl Default for Surfels {
             cut_image: None,
         }
     }
+}
+
+/// How the weight of a node that carries a surfel falls with its distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum SurfelWeights {
+    /// To 0 a little beyond the farthest, so that a node on its way out fades.
+    #[default]
+    Compact,
+    /// By a bell (Aras 2014, eq. (58)).
+    Gaussian,
 }
 
 /// How many surfels cover a surface.

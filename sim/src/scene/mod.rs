@@ -27,8 +27,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Image, InsideTest, Refinement, Sampling, Shape, SurfelMeasure, SurfelRadius,
-    SurfelTarget, Surfels, Target,
+    Axis, Body, Form, Image, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
+    SurfelRadius, SurfelTarget, SurfelWeights, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
@@ -40,7 +40,7 @@ pub use method::{CutRule, Method, Precision};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
 pub use settings::{
-    Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
+    Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
 };
 pub(crate) use suggest::nearest;
 pub use tool::{Release, Tool, ToolShape};

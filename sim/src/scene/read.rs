@@ -205,6 +205,9 @@ impl Scene {
             for image in images.into_iter().flatten() {
                 image.file = resolve(folder, &image.file);
             }
+            if let Some(points) = &mut body.surfels.points {
+                points.file = resolve(folder, &points.file);
+            }
         }
         validate(&scene).map_err(|fault| located(fault, text, origin, overrides))?;
         Ok(scene)

@@ -154,6 +154,10 @@ pub struct Pictures {
     pub width: u32,
     /// Height of a frame (pixels).
     pub height: u32,
+    /// Samples per pixel along each axis against jagged edges: 1, 2 or 4.
+    pub samples: u32,
+    /// Colours behind the bodies; that of a surgical drape where not given.
+    pub background: Option<Backdrop>,
     /// How surfels are drawn.
     pub mode: DrawMode,
     /// Frames per simulated second (1/s); also the speed of the animation.
@@ -173,6 +177,8 @@ impl Default for Pictures {
         Self {
             width: 960,
             height: 540,
+            samples: 2,
+            background: None,
             mode: DrawMode::default(),
             rate: 25.0,
             view: View::default(),
@@ -181,6 +187,16 @@ impl Default for Pictures {
             settling: true,
         }
     }
+}
+
+/// Colours (sRGB, 0 to 1) behind the bodies, even from one to the other.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Backdrop {
+    /// At the upper border.
+    pub top: [f64; 3],
+    /// At the lower border.
+    pub bottom: [f64; 3],
 }
 
 /// What colours the surfaces; a quantity gets a legend.
@@ -236,6 +252,9 @@ pub enum View {
         /// Size in the frame: 1 fits the bodies at rest with a margin, 2 is twice as large.
         #[serde(default = "View::default_zoom")]
         zoom: f64,
+        /// Whether what is far is drawn as large as what is near.
+        #[serde(default)]
+        parallel: bool,
     },
     /// Stands at a place.
     Explicit {
@@ -272,6 +291,7 @@ impl Default for View {
             azimuth: Self::default_azimuth(),
             elevation: Self::default_elevation(),
             zoom: Self::default_zoom(),
+            parallel: false,
         }
     }
 }

@@ -105,6 +105,7 @@ fn overrides_apply_in_order_and_add_what_is_missing() {
     assert_eq!(
         pictures.view,
         View::Around {
+            parallel: false,
             azimuth: 20.0,
             elevation: 10.0,
             zoom: 2.0

@@ -13,6 +13,7 @@ use phyxel_mls::Neighborhoods;
 
 use super::error::{BodyProblem, WorldError};
 use super::model::{Built, build};
+use super::outside::Cover;
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
 use super::shape::solid_of;
 use super::stencils::Stencils;
@@ -40,7 +41,8 @@ pub struct Body {
     pub volumes: Vec<f64>,
     /// Nodal masses (kg).
     pub masses: Vec<f64>,
-    /// Tetrahedra that gave volumes and edges; results are written on them.
+    /// Tetrahedra that gave volumes and edges; results are written on them. None where nodes are mere
+    /// points.
     pub tetrahedra: Vec<[u32; 4]>,
     /// Deviation of the nodes' volume from the input surface's, relative; `None` for shapes
     /// without a mesh.
@@ -73,6 +75,8 @@ pub struct Body {
     pub relaxed: f64,
     /// How a cut weakens pairs.
     pub(super) cut_rule: CutRule,
+    /// What tools touch where there are no tetrahedra, in a scene with tools.
+    pub(super) cover: Option<Cover>,
     /// What takes the steps.
     stepper: Stepper,
     pending: Result<(), StepError>,
@@ -115,6 +119,7 @@ impl Body {
             volumes,
             mut masses,
             tetrahedra,
+            outer,
             volume_error,
             neighborhoods,
             stencils,
@@ -167,13 +172,18 @@ impl Body {
                 ..MotionSettings::default()
             },
         )?;
+        let spacing = mean_edge(&rest, &neighborhoods);
+        let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
+        let cover = covered
+            .then(|| Cover::new(&solid, &rest, &outer, spacing))
+            .transpose()?;
         Ok(Self {
             name: description.name.clone(),
             solid,
             report,
             tetrahedra,
             volume_error,
-            spacing: mean_edge(&rest, &neighborhoods),
+            spacing,
             rest,
             volumes,
             masses,
@@ -190,6 +200,7 @@ impl Body {
             initial,
             relaxed: 0.0,
             cut_rule: description.cut_rule,
+            cover,
             stepper: Stepper::new(scene.integration.scheme)?,
             pending: Ok(()),
         })

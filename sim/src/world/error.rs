@@ -66,6 +66,20 @@ pub enum BodyProblem {
     /// The surface cannot be bound to the nodes.
     #[error(transparent)]
     Surfel(#[from] SurfelError),
+    /// A file's points are not on the body's surface.
+    #[error(
+        "{}: its points lie {distance:.2e} m from the body's surface in the mean, more than its nodes \
+         lie apart ({spacing:.2e} m); look at surfels.points.scale and .up",
+        file.display()
+    )]
+    FarPoints {
+        /// The point file.
+        file: PathBuf,
+        /// Mean distance (m) of its points from the surface.
+        distance: f64,
+        /// Distance (m) of the body's nodes.
+        spacing: f64,
+    },
     /// An image for the surface cannot be read.
     #[error("{}: {source}", file.display())]
     Image {

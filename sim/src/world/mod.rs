@@ -9,6 +9,7 @@ mod error;
 mod factors;
 mod input;
 mod model;
+mod outside;
 mod parts;
 mod scheme;
 mod shape;

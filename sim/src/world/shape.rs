@@ -2,12 +2,12 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Sampling,
-    Shape as Primitive, Solid, Target, read_mesh, repair, sample_tetrahedra,
+    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Shape as Primitive,
+    Solid, Target, read_mesh, repair, sample_points, sample_tetrahedra,
 };
 
 use super::error::BodyProblem;
-use crate::scene::{self, Shape};
+use crate::scene::{self, Form, Shape};
 
 /// Extent of the built-in liver from right to left (m), as its own function has it.
 const LIVER_WIDTH: f64 = 0.166;
@@ -93,10 +93,22 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
     })
 }
 
-pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampling, BodyProblem> {
+/// Nodes of a body before they know each other.
+pub(super) struct Sampled {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) volumes: Vec<f64>,
+    pub(super) boundary_vectors: Vec<DVec3>,
+    /// None where nodes are mere points.
+    pub(super) tetrahedra: Vec<[u32; 4]>,
+    /// Nodes on the surface where nodes are mere points; with tetrahedra these tell.
+    pub(super) outer: Vec<u32>,
+    pub(super) volume_error: Option<f64>,
+}
+
+pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampled, BodyProblem> {
     let target = match wish.target {
         scene::Target::Spacing(spacing) => {
-            check_count(solid, spacing, wish.limit)?;
+            check_count(solid, spacing, wish)?;
             Target::Spacing(spacing)
         }
         scene::Target::Nodes(count) => Target::NodeCount(count as usize),
@@ -116,17 +128,46 @@ pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampling, 
         },
         ..SampleSettings::default()
     };
-    Ok(sample_tetrahedra(solid, &settings)?)
+    Ok(match wish.form {
+        Form::Tetrahedra => {
+            let found = sample_tetrahedra(solid, &settings)?;
+            Sampled {
+                positions: found.positions,
+                volumes: found.volumes,
+                boundary_vectors: found.boundary_vectors,
+                tetrahedra: found.tetrahedra,
+                outer: Vec::new(),
+                volume_error: found.report.volume_error,
+            }
+        }
+        Form::Points => {
+            let found = sample_points(solid, &settings, true)?;
+            let outer = (0..).zip(&found.on_surface).filter(|(_, on)| **on);
+            Sampled {
+                outer: outer.map(|(node, _)| node).collect(),
+                positions: found.positions,
+                volumes: found.volumes,
+                boundary_vectors: found.boundary_vectors,
+                tetrahedra: Vec::new(),
+                volume_error: None,
+            }
+        }
+    })
 }
 
 /// Refuses a spacing that would make more nodes than the limit, before memory is taken.
-fn check_count(solid: &Solid, spacing: f64, limit: u32) -> Result<(), BodyProblem> {
+fn check_count(solid: &Solid, spacing: f64, wish: &scene::Sampling) -> Result<(), BodyProblem> {
     let volume = solid.mesh().map_or_else(
         || 0.5 * solid.bounds().size().element_product(),
         phyxel_discretize::Mesh::volume,
     );
     // A body-centred lattice whose mean edge is the spacing has 1.57 nodes in a spacing cubed.
-    let estimate = 1.57 * volume / (spacing * spacing * spacing);
+    let density = match wish.form {
+        Form::Tetrahedra => 1.57,
+        Form::Points => 1.0,
+    };
+    let limit = wish.limit;
+    let estimate = density * volume / (spacing * spacing * spacing);
     if estimate > f64::from(limit) {
         return Err(BodyProblem::TooManyNodes {
             spacing,

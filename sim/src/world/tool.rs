@@ -3,20 +3,16 @@
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
-use phyxel_discretize::boundary_triangles;
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, Drive, Ease, Path, Pose as Placed, Shape, StepView,
-    Turn, penalty,
+    Contact, ContactSettings, Drive, Ease, Path, Pose as Placed, Shape, StepView, Turn, penalty,
 };
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
 use super::error::BodyProblem;
 use super::factors::Factors;
+use super::outside::surface_of;
 use crate::scene::{self, Pose, Release, ToolShape};
-
-/// Contact points along a side of a surface triangle: enough for contacts of two spacings.
-const DIVISIONS: u32 = 4;
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -202,39 +198,4 @@ fn placed(shape: &ToolShape, pose: &Pose) -> Placed {
         position: pose.apply(local.position),
         rotation: (pose.rotation * local.rotation).normalize(),
     }
-}
-
-/// Contact points on a body's outside, and how many of its triangles a cut has torn.
-fn surface_of(
-    body: &Body,
-    factors: Option<&Factors>,
-) -> Result<(ContactSurface, usize), BodyProblem> {
-    let triangles = boundary_triangles(&body.tetrahedra, |_| true);
-    let holds = |a: u32, b: u32| {
-        let pair = body.neighborhoods.find_pair(a as usize, b);
-        factors
-            .zip(pair)
-            .is_none_or(|(factors, pair)| factors.factor(pair) > 0.0)
-    };
-    let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
-        .into_iter()
-        .partition(|&[a, b, c]| holds(a, b) && holds(b, c) && holds(c, a));
-    let mut surface = ContactSurface::from_triangles(&whole, &body.rest, DIVISIONS)?;
-    if !torn.is_empty() {
-        let mut areas = vec![0.0; body.rest.len()];
-        for triangle in &torn {
-            let [a, b, c] = triangle.map(|node| body.rest[node as usize]);
-            for &node in triangle {
-                areas[node as usize] += (b - a).cross(c - a).length() / 6.0;
-            }
-        }
-        let (nodes, areas): (Vec<u32>, Vec<f64>) =
-            (0_u32..).zip(areas).filter(|&(_, area)| area > 0.0).unzip();
-        surface = surface.joined(&ContactSurface::from_nodes(
-            &nodes,
-            &areas,
-            body.rest.len(),
-        )?);
-    }
-    Ok((surface, torn.len()))
 }

@@ -483,6 +483,49 @@ fn file_cases() -> Vec<Case> {
             &["check", "deep/scene.ron"],
         ),
         given(
+            "missing points of a surface",
+            &[(
+                "scene.ron",
+                "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), surfels: (points: (file: \"scan.xyz\")))], \
+                 pictures: ())",
+            )],
+            &["run", "scene.ron", "--out", "results/here"],
+        ),
+        given(
+            "points without normals",
+            &[
+                (
+                    "scene.ron",
+                    "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
+                     surfels: (points: (file: \"scan.xyz\")))], pictures: ())",
+                ),
+                ("scan.xyz", "# x y z\n0.5 0 0\n"),
+            ],
+            &["run", "scene.ron", "--out", "results/here"],
+        ),
+        given(
+            "points of another body",
+            &[
+                (
+                    "scene.ron",
+                    "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
+                     surfels: (points: (file: \"scan.xyz\")))], pictures: ())",
+                ),
+                ("scan.xyz", "500 0 0 1 0 0\n-500 0 0 -1 0 0\n"),
+            ],
+            &["run", "scene.ron", "--out", "results/here"],
+        ),
+        set(
+            "points of no size",
+            "bodies[0].surfels.points=(file: \"Cargo.toml\", scale: 0)",
+        ),
+        set("samples between", "pictures.samples=3"),
+        set(
+            "background brighter than white",
+            "pictures.background=(top: (1, 1.5, 1), bottom: (1, 1, 1))",
+        ),
+        set("unknown form of nodes", "bodies[0].sampling.form=Point"),
+        given(
             "image of another kind",
             &[
                 ("skin.png", "GIF89a"),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::check::{
-    Check, fault, finite, not_negative, positive, positive_components, require, triple,
+    Check, color, fault, finite, not_negative, positive, positive_components, require, triple,
 };
 use super::{material, method};
 use crate::scene::body::{Body, Sampling, Shape, SurfelRadius, SurfelTarget, Surfels, Target};
@@ -67,15 +67,21 @@ fn shape(path: &str, shape: &Shape) -> Check {
                 format_args!("it must be above the inner radius, {inner_radius} m"),
             )
         }
-        Shape::Mesh { file, scale, .. } => {
+        Shape::Mesh {
+            file, scale: unit, ..
+        } => {
             existing_file(&format!("{path}.file"), file, "a mesh file")?;
-            positive(
-                format_args!("{path}.scale"),
-                *scale,
-                " (metres per unit of the file), such as 0.001 for millimetres",
-            )
+            scale(&format!("{path}.scale"), *unit)
         }
     }
+}
+
+fn scale(path: &str, scale: f64) -> Check {
+    positive(
+        path,
+        scale,
+        " (metres per unit of the file), such as 0.001 for millimetres",
+    )
 }
 
 fn existing_file(path: &str, file: &Path, what: &str) -> Check {
@@ -180,6 +186,14 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
             "it must be above 0 (1/m^2), such as 3e5",
         )?,
     }
+    if let Some(points) = &surfels.points {
+        existing_file(
+            &format!("{path}.points.file"),
+            &points.file,
+            "a text file of points",
+        )?;
+        scale(&format!("{path}.points.scale"), points.scale)?;
+    }
     if let Some(density) = surfels.cut_density {
         positive(format_args!("{path}.cut_density"), density, " (1/m^2)")?;
     }
@@ -192,16 +206,8 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
     )?;
     not_negative(format_args!("{path}.opening"), surfels.opening, " (m)")?;
     radius(&format!("{path}.radius"), surfels.radius)?;
-    for (name, color) in [("color", surfels.color), ("cut_color", surfels.cut_color)] {
-        for (index, value) in color.into_iter().enumerate() {
-            require(
-                (0.0..=1.0).contains(&value),
-                format_args!("{path}.{name}[{index}]"),
-                value,
-                "colours are three numbers from 0 to 1",
-            )?;
-        }
-    }
+    color(&format!("{path}.color"), surfels.color)?;
+    color(&format!("{path}.cut_color"), surfels.cut_color)?;
     for (name, image) in [("image", &surfels.image), ("cut_image", &surfels.cut_image)] {
         if let Some(image) = image {
             existing_file(&format!("{path}.{name}.file"), &image.file, "a PNG file")?;

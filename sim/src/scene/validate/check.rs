@@ -64,6 +64,19 @@ pub(super) fn not_negative(path: impl Display, value: f64, hint: &str) -> Check 
     )
 }
 
+/// A colour (sRGB).
+pub(super) fn color(path: &str, color: [f64; 3]) -> Check {
+    for (index, value) in color.into_iter().enumerate() {
+        require(
+            (0.0..=1.0).contains(&value),
+            format_args!("{path}[{index}]"),
+            value,
+            "colours are three numbers from 0 to 1",
+        )?;
+    }
+    Ok(())
+}
+
 pub(super) fn finite(path: impl Display, value: DVec3) -> Check {
     require(
         value.is_finite(),

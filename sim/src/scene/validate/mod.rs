@@ -11,7 +11,7 @@ pub(super) use check::Fault;
 use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, View};
 use super::{Scene, VERSION};
 use body::body;
-use check::{Check, finite, not_negative, positive, require, triple};
+use check::{Check, color, finite, not_negative, positive, require, triple};
 use event::{cut, support, tool};
 
 /// Checks every value of a scene.
@@ -198,6 +198,16 @@ fn pictures(pictures: &Pictures) -> Check {
         pictures.width,
         format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}"),
     )?;
+    require(
+        [1, 2, 4].contains(&pictures.samples),
+        "pictures.samples",
+        pictures.samples,
+        "it must be 1, 2 or 4",
+    )?;
+    if let Some(behind) = pictures.background {
+        color("pictures.background.top", behind.top)?;
+        color("pictures.background.bottom", behind.bottom)?;
+    }
     positive("pictures.rate", pictures.rate, " (frames per second)")?;
     match pictures.color {
         Coloring::Tissue => {}
@@ -210,6 +220,7 @@ fn pictures(pictures: &Pictures) -> Check {
             azimuth,
             elevation,
             zoom,
+            ..
         } => {
             require(
                 azimuth.is_finite(),

@@ -1,0 +1,70 @@
+//! Surfels on a body's surface at rest: spread on its shape, or points of a file.
+
+use glam::DVec3;
+use phyxel_discretize::{Surfels, read_point_cloud, sample_surfels, surface_mesh};
+use phyxel_mls::{NearestSettings, k_nearest};
+
+use crate::scene::{PointFile, SurfelTarget};
+use crate::world::{Body, BodyProblem};
+
+/// Nearest points by which the area of a file's point is told.
+const NEAREST: usize = 12;
+/// Mean distance of that many on an even surface over the root of a point's area: the mean of
+/// `sqrt((j + 1/2) / π)`, as π r² / area - 1/2 others lie within r. On a square lattice it is 1.47.
+const MEAN_OVER_ROOT: f64 = 1.44;
+
+/// About as many as asked, evenly on the body's shape.
+pub(super) fn spread(target: SurfelTarget, body: &Body) -> Result<Surfels, BodyProblem> {
+    // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
+    let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
+    let count = match target {
+        SurfelTarget::Count(count) => count as usize,
+        SurfelTarget::Density(density) => rounded(density * surface.area()),
+    };
+    Ok(sample_surfels(&surface, count, Some(&body.solid)))
+}
+
+/// The points of a file where the body at `position` (m) has them, with areas by how near their
+/// nearest are.
+pub(super) fn scanned(
+    points: &PointFile,
+    position: DVec3,
+    body: &Body,
+) -> Result<Surfels, BodyProblem> {
+    let mut surfels = read_point_cloud(&points.file)?;
+    let turn = points.up.rotation();
+    for (x, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
+        *x = turn * (*x * points.scale) + position;
+        *normal = turn * *normal;
+    }
+    #[allow(clippy::cast_precision_loss, reason = "a number of points")]
+    let count = surfels.positions.len() as f64;
+    let apart = surfels.positions.iter();
+    let apart: f64 = apart.map(|&x| body.solid.signed_distance(x).abs()).sum();
+    if apart / count > body.spacing {
+        return Err(BodyProblem::FarPoints {
+            file: points.file.clone(),
+            distance: apart / count,
+            spacing: body.spacing,
+        });
+    }
+    let settings = NearestSettings {
+        nearest: NEAREST,
+        limit: Some(NEAREST),
+        ..NearestSettings::default()
+    };
+    let near = k_nearest(&surfels.positions, &settings)?;
+    let areas = near.mean_distances.iter();
+    surfels.areas = areas.map(|mean| (mean / MEAN_OVER_ROOT).powi(2)).collect();
+    Ok(surfels)
+}
+
+/// A count from a number that is not negative.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to the range of u32"
+)]
+fn rounded(value: f64) -> usize {
+    value.round().clamp(0.0, f64::from(u32::MAX)) as usize
+}
