@@ -8,7 +8,7 @@ use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 use super::model::Law;
 use super::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use super::{Effort, StudyError};
-use crate::scene::{self, Material, Region, Scene, Shape, Support, Target};
+use crate::scene::{self, Form, Material, Region, Scene, Shape, Support, Target};
 use crate::world::{Body, World};
 
 /// Length (m); the section is a square of a fifth of it.
@@ -41,14 +41,20 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
         Effort::Quick => &[2.0, 4.0],
     };
     let (mut rows, mut by_spacing, mut by_cost) = (Vec::new(), Vec::new(), Vec::new());
-    for (ratio, reference) in REFERENCE {
-        let name = format!("nu = {ratio}");
+    let meshed = REFERENCE.map(|known| (known, Form::Tetrahedra));
+    let points = [(REFERENCE[0], Form::Points)];
+    for ((ratio, reference), form) in meshed.into_iter().chain(points) {
+        let (name, nodes) = match form {
+            Form::Tetrahedra => (format!("nu = {ratio}"), "of tetrahedra"),
+            Form::Points => (format!("nu = {ratio}, points"), "points"),
+        };
         let (mut errors, mut costs) = (Vec::new(), Vec::new());
         for &cells in cells {
-            let measured = measure(ratio, reference, DEPTH / cells)?;
+            let measured = measure(ratio, reference, (DEPTH / cells, form))?;
             let cost = measured.seconds_per_step / measured.step;
             rows.push(vec![
                 Cell::Number(ratio),
+                Cell::Word(nodes.to_owned()),
                 Cell::Count(measured.nodes),
                 Cell::Number(measured.spacing),
                 Cell::Number(100.0 * measured.error),
@@ -96,6 +102,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
             title: "Error of the deflection and cost of the motion".to_owned(),
             columns: vec![
                 column("Poisson's ratio", "1"),
+                column("kind of nodes", ""),
                 column("nodes", "1"),
                 column("spacing", "m"),
                 column("error", "%"),
@@ -123,11 +130,12 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
 }
 
 /// The beam, from the clamp at -x to the free end at +x.
-fn beam(ratio: f64, spacing: f64) -> Result<Scene, StudyError> {
+fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
     let mut body = scene::Body::new(Shape::Box {
         size: DVec3::new(LENGTH, DEPTH, DEPTH),
     });
     body.sampling.target = Target::Spacing(spacing);
+    body.sampling.form = form;
     body.material = Material {
         youngs_modulus: MODULUS,
         poissons_ratio: ratio,
@@ -153,8 +161,8 @@ fn beam(ratio: f64, spacing: f64) -> Result<Scene, StudyError> {
     )?)
 }
 
-fn measure(ratio: f64, reference: f64, spacing: f64) -> Result<Measured, StudyError> {
-    let scene = beam(ratio, spacing)?;
+fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, StudyError> {
+    let scene = beam(ratio, nodes)?;
     let mut body = Body::new(&scene, &scene.bodies[0])?;
     let stencils = body.stencils.conservative();
     let boundary: &[DVec3] = stencils.map_or(&[], |stencils| &stencils.boundary_vectors);

@@ -21,11 +21,17 @@ pub(super) fn median_time<T>(times: usize, mut work: impl FnMut() -> T) -> (T, f
     (result, seconds[times / 2])
 }
 
-/// Threads in use and version, in a line.
+/// Threads in use, the processor where the system names it, and version, in a line.
 pub(super) fn machine() -> String {
+    let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = about.lines().find_map(|line| {
+        let (key, value) = line.split_once(':')?;
+        (key.trim() == "model name").then(|| format!(" of {}", value.trim()))
+    });
     format!(
-        "{} threads, phyxel {}, {} build",
+        "{} threads{}, phyxel {}, {} build",
         rayon::current_num_threads(),
+        model.unwrap_or_default(),
         env!("CARGO_PKG_VERSION"),
         if cfg!(debug_assertions) {
             "checked"

@@ -1,6 +1,7 @@
 //! The gradient of a smooth field from nodal values.
 
 use glam::DVec3;
+use phyxel_discretize::boundary_triangles;
 use phyxel_mls::{
     Approximation, Basis, BoundarySettings, ConservativeSettings, ConservativeStencils, Dimension,
     GradientStencils, Kernel, NearestSettings, Neighborhoods, Order, ShapeScratch,
@@ -8,6 +9,7 @@ use phyxel_mls::{
     within_radius,
 };
 
+use super::block::lattice;
 use super::clock::median_time;
 use super::noise::noise;
 use super::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
@@ -199,7 +201,8 @@ fn cloud(side: u32) -> Result<Cloud, StudyError> {
             .map_or(1.0, |faces: i32| 0.5_f64.powi(faces));
         volumes.push(share * spacing * spacing * spacing);
     }
-    let (vertices, triangles) = cube();
+    let (vertices, tetrahedra) = lattice([1; 3], |s| s);
+    let triangles = boundary_triangles(&tetrahedra, |_| true);
     let (points, areas) = triangle_quadrature(&vertices, &triangles, 2 * last as usize);
     let settings = BoundarySettings::for_spacing(spacing);
     let boundary = boundary_vectors(&positions, &points, &areas, &settings)?;
@@ -209,26 +212,6 @@ fn cloud(side: u32) -> Result<Cloud, StudyError> {
         volumes,
         boundary,
     })
-}
-
-/// Surface of the unit cube, triangles anticlockwise from outside.
-fn cube() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let vertices = (0..8_u32)
-        .map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)))
-        .collect();
-    let quads: [[u32; 4]; 6] = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles = quads
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-        .collect();
-    (vertices, triangles)
 }
 
 fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {

@@ -21,6 +21,8 @@ use crate::study::noise::noisy;
 pub enum Form {
     /// One of the rules of `phyxel-enrich`; the default is the detour.
     Rule(Rule),
+    /// The detour, and then the rows near the cut solved anew ([`CutBody::finish`]).
+    Finished,
     /// The dissertation's grid, Aras 2014, eqs (45)–(48).
     Grid(GridForm),
     /// Mean of both directions of the product over the strip's pieces, Aras 2014, eq. (38).
@@ -32,8 +34,9 @@ impl Form {
     pub const DETOUR: Self = Self::Rule(Rule::Detour);
 
     /// All forms that are compared.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::DETOUR,
+        Self::Finished,
         Self::Rule(Rule::Visibility),
         Self::Rule(Rule::Transparency {
             kappa: 0.5,
@@ -50,6 +53,7 @@ impl Form {
     pub fn name(self) -> &'static str {
         match self {
             Self::Rule(Rule::Detour) => "detour (default)",
+            Self::Finished => "detour, finished",
             Self::Rule(Rule::Visibility) => "visibility",
             Self::Rule(Rule::Transparency { .. }) => "transparency",
             Self::Grid(GridForm::Product) => "grid, product of phi",
@@ -186,14 +190,14 @@ impl<'a> CutBody<'a> {
         let begin = Instant::now();
         let mut pairs = PairFactors::new(&coupled, &settings);
         let reach: Vec<f64> = match form {
-            Form::Rule(_) => Vec::new(),
+            Form::Rule(_) | Form::Finished => Vec::new(),
             _ => (0..x.len())
                 .map(|node| settings.reach.of(&coupled, node))
                 .collect(),
         };
         let start = Instant::now();
         let factors = match form {
-            Form::Rule(_) => {
+            Form::Rule(_) | Form::Finished => {
                 pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &|p| {
                     body.inside(p)
                 });
@@ -226,20 +230,24 @@ impl<'a> CutBody<'a> {
         let mut stencils = body.block.stencils.clone();
         let rows = Instant::now();
         stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
-        // Of the set-up, the forms other than rules use the coupling distances only.
-        let seconds = [
-            (start - begin).as_secs_f64(),
-            (middle - start).as_secs_f64(),
-            rows.elapsed().as_secs_f64(),
-        ];
-        Ok(Some(Self {
+        let mut cut = Self {
             body,
             stencils,
             factors,
             touched,
-            seconds,
+            seconds: [0.0; 3],
             pairs,
-        }))
+        };
+        if form == Form::Finished {
+            cut.finish(cuts);
+        }
+        // Of the set-up, the forms other than rules use the coupling distances only.
+        cut.seconds = [
+            (start - begin).as_secs_f64(),
+            (middle - start).as_secs_f64(),
+            rows.elapsed().as_secs_f64(),
+        ];
+        Ok(Some(cut))
     }
 
     /// Restores the constraint on the faces of a finished cut.
