@@ -515,9 +515,17 @@ fn file_cases() -> Vec<Case> {
             ],
             &["run", "scene.ron", "--out", "results/here"],
         ),
-        set(
+        given(
             "points of no size",
-            "bodies[0].surfels.points=(file: \"Cargo.toml\", scale: 0)",
+            &[
+                (
+                    "scene.ron",
+                    "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)),\n surfels: (points: (file: \"scan.xyz\", \
+                     scale: 0)))])",
+                ),
+                ("scan.xyz", "0.5 0 0 1 0 0\n"),
+            ],
+            &["run", "scene.ron", "--out", "results/here"],
         ),
         set("samples between", "pictures.samples=3"),
         set(
