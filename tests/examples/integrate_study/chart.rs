@@ -55,15 +55,32 @@ impl Chart {
         }
     }
 
-    /// The corner that the first curve leaves free.
+    /// The corner in whose two fifths of the axes the fewest points lie.
     fn legend(&self) -> SeriesLabelPosition {
-        let points = &self.curves[0].points;
-        let ends = points.first().zip(points.last());
-        if ends.is_some_and(|(first, last)| last.1 > first.1) && !self.logarithmic[0] {
-            SeriesLabelPosition::UpperLeft
-        } else {
-            SeriesLabelPosition::UpperRight
-        }
+        let share = |axis: usize, value: f64| {
+            let Range { start, end } = self.range(axis);
+            if self.logarithmic[axis] {
+                (value / start).ln() / (end / start).ln()
+            } else {
+                (value - start) / (end - start)
+            }
+        };
+        let inside = |[right, upper]: [bool; 2]| {
+            let near = |high: bool, share: f64| if high { share > 0.6 } else { share < 0.4 };
+            let points = self.curves.iter().flat_map(|c| &c.points);
+            let hits = points.filter(|p| near(right, share(0, p.0)) && near(upper, share(1, p.1)));
+            hits.count()
+        };
+        let corners = [
+            ([true, true], SeriesLabelPosition::UpperRight),
+            ([false, true], SeriesLabelPosition::UpperLeft),
+            ([true, false], SeriesLabelPosition::LowerRight),
+            ([false, false], SeriesLabelPosition::LowerLeft),
+        ];
+        let freest = corners
+            .into_iter()
+            .min_by_key(|(corner, _)| inside(*corner));
+        freest.map_or(SeriesLabelPosition::UpperRight, |(_, position)| position)
     }
 
     fn range(&self, axis: usize) -> Range<f64> {
