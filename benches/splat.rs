@@ -1,11 +1,11 @@
-//! Stages of a frame: binding and radii, carrying, drawing, a cut.
+//! Stages of a frame: radii, binding, carrying, drawing, the picture's file, a cut with its skin and clips.
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3, Vec3};
 use phyxel_splat::{
     Camera, CutSampler, DrawMode, RenderSettings, Renderer, Splats, Tissue, TissueSettings,
-    covering_radii,
+    TissueTexture, covering_radii,
 };
 use std::hint::black_box;
 
@@ -46,6 +46,21 @@ fn radii(c: &mut Criterion) {
         group.throughput(Throughput::Elements(u64::from(n)));
         group.bench_function(BenchmarkId::new("all", n), |b| {
             b.iter(|| black_box(covering_radii(&s.positions, &s.normals, &all)));
+        });
+    }
+    group.finish();
+}
+
+/// Radii, shape operators, clips at edges and the nodes of every surfel.
+fn bind(c: &mut Criterion) {
+    let mut group = c.benchmark_group("splat/bind");
+    group.sample_size(10);
+    for n in SIZES {
+        let (tissue, nodes) = sphere(n);
+        let (s, settings) = (tissue.surfels(), TissueSettings::default());
+        group.throughput(Throughput::Elements(u64::from(n)));
+        group.bench_function(BenchmarkId::new("8 nodes", n), |b| {
+            b.iter(|| Tissue::new(&s.positions, &s.normals, &s.areas, &nodes, &settings));
         });
     }
     group.finish();
@@ -98,6 +113,17 @@ fn draw(c: &mut Criterion) {
             });
         }
     }
+    let (tissue, _) = sphere(10_000);
+    let splats = Splats::at_rest(tissue.surfels());
+    let colors = TissueTexture::liver(0.2).colors(tissue.surfels());
+    let mut renderer = Renderer::new(RenderSettings::default());
+    let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
+    group.bench_function("PNG", |b| {
+        b.iter(|| {
+            let mut file = Vec::new();
+            frame.write_png(&mut file).map(|()| file)
+        });
+    });
     group.finish();
 }
 
@@ -135,5 +161,5 @@ fn cut(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, radii, carry, draw, cut);
+criterion_group!(benches, radii, bind, carry, draw, cut);
 criterion_main!(benches);

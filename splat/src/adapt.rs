@@ -34,7 +34,8 @@ const BESIDE: usize = 8;
 /// * `range` -- the widest spacing over the narrowest (1): flat places have no curvature to follow.
 ///
 /// # Returns
-/// Indices, ascending; fewer than `wanted` only if there are not as many samples apart.
+/// Indices, ascending, fewer than `wanted` only if there are not as many samples apart; and the area
+/// (m²) that each stands for, its own and that of the samples nearest to it.
 ///
 /// # Panics
 /// If the slices differ in length or `range` is below 1.
@@ -45,11 +46,11 @@ pub fn follow_curvature(
     areas: &[f64],
     wanted: usize,
     range: f64,
-) -> Vec<u32> {
+) -> (Vec<u32>, Vec<f64>) {
     assert!(range >= 1.0, "the widest spacing over the narrowest");
     assert_eq!(positions.len(), areas.len(), "one area per position");
     if wanted >= positions.len() {
-        return (0..count(positions.len())).collect();
+        return ((0..count(positions.len())).collect(), areas.to_vec());
     }
     // The unit of spacings for which hexagonal packing gives the wanted number.
     let unit = |spacings: &[f64]| {
@@ -86,9 +87,24 @@ pub fn follow_curvature(
         }
         distance *= SHRINK;
     }
-    (0..count(positions.len()))
+    let chosen: Vec<u32> = (0..count(positions.len()))
         .filter(|&i| taken[index(i)])
-        .collect()
+        .collect();
+    let mut shares = vec![0.0; positions.len()];
+    for ((&x, &n), area) in positions.iter().zip(normals).zip(areas) {
+        let mut near = kept
+            .nearest_neighbor_iter(x.to_array())
+            .map(|p| index(p.data));
+        // Not the other side of a thin place, if one of the same side is near.
+        let nearest = near.next();
+        let facing = nearest.into_iter().chain(near.take(BESIDE));
+        let own = facing.into_iter().find(|&j| normals[j].dot(n) > 0.0);
+        if let Some(j) = own.or(nearest) {
+            shares[j] += area;
+        }
+    }
+    let shares = chosen.iter().map(|&i| shares[index(i)]).collect();
+    (chosen, shares)
 }
 
 /// Lowers spacings until they grow by no more than `slope` times the distance from sample to sample.
@@ -162,8 +178,10 @@ mod tests {
     #[test]
     fn spacing_follows_the_cube_root_of_curvature() {
         let (x, n, areas) = capsule();
-        let chosen = follow_curvature(&x, &n, &areas, 2_000, 3.0);
+        let (chosen, shares) = follow_curvature(&x, &n, &areas, 2_000, 3.0);
         assert_eq!(chosen.len(), 2_000);
+        let (all, shared): (f64, f64) = (areas.iter().sum(), shares.iter().sum());
+        assert!((shared / all - 1.0).abs() < 1e-12, "{shared} of {all} m²");
         assert!(chosen.is_sorted(), "ascending");
         // Shares of surfels by area on the middle and near the poles: the Frobenius norms there are
         // 1/r and √2/r, so that densities are as 2^(1/3) = 1.26.
@@ -185,7 +203,12 @@ mod tests {
             .collect();
         let normals = vec![DVec3::Z; x.len()];
         let areas = vec![1.0; x.len()];
-        let chosen = follow_curvature(&x, &normals, &areas, 100, 3.0);
+        let (chosen, shares) = follow_curvature(&x, &normals, &areas, 100, 3.0);
+        // A cell of the hexagonal packing is 9 m²; each sample is 1 m².
+        assert!(
+            shares.iter().all(|a| (3.0..=20.0).contains(a)),
+            "{shares:?}"
+        );
         assert_eq!(chosen.len(), 100);
         for (k, &i) in chosen.iter().enumerate() {
             for &j in &chosen[..k] {
@@ -194,7 +217,7 @@ mod tests {
                 assert!(apart >= 2.0, "{i} and {j} are {apart} m apart");
             }
         }
-        let few = follow_curvature(&x, &normals, &areas, 1_000, 3.0);
-        assert_eq!(few.len(), x.len());
+        let (few, own) = follow_curvature(&x, &normals, &areas, 1_000, 3.0);
+        assert_eq!((few.len(), own), (x.len(), areas));
     }
 }

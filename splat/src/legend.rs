@@ -74,7 +74,7 @@ impl ColorScale {
 const GLYPHS: &str = "075557 126227 271747 371717 455711 574717 674757 771122 875757 975717 \
     A25755 B65656 C34443 D65556 E74647 F74644 G34553 H55755 I72227 J11152 K55655 L44447 M57755 \
     N65555 O25552 P65644 Q25563 R65655 S34216 T72222 U55557 V55522 W55775 X55255 Y55222 Z71247 \
-    -00700 .00002 +02720 /11244 (12221 )42224 %51245 ^25000 ,00024 =07070";
+    -00700 .00002 +02720 /11244 (12221 )42224 %51245 ^25000 ,00022 :02020 =07070";
 
 /// Writing on finished frames.
 #[derive(Debug)]
@@ -126,7 +126,7 @@ impl<'a> Overlay<'a> {
     /// Draws a scale with its title and end values at the right border of the frame.
     pub fn legend(&mut self, scale: &ColorScale, title: &str) {
         let (w, h) = (i64::from(self.frame.width), i64::from(self.frame.height));
-        let dot = (h / 240).max(1);
+        let dot = ((h + 120) / 240).max(1);
         let length = i64::try_from(title.chars().count()).unwrap_or(0).max(9);
         let left = w - 4 * dot * (length + 2);
         let (top, bottom) = (h / 6, h - h / 6);
@@ -138,8 +138,17 @@ impl<'a> Overlay<'a> {
             self.fill(left, y, 5 * dot, 1, rgb);
         }
         self.text(left, top - 16 * dot, dot, title);
-        self.text(left, top - 8 * dot, dot, &short(scale.high));
-        self.text(left, bottom + 3 * dot, dot, &short(scale.low));
+        // What is nothing beside the other end is round-off.
+        let size = scale.low.abs().max(scale.high.abs());
+        let end = |value: f64| {
+            short(if value.abs() < 1e-9 * size {
+                0.0
+            } else {
+                value
+            })
+        };
+        self.text(left, top - 8 * dot, dot, &end(scale.high));
+        self.text(left, bottom + 3 * dot, dot, &end(scale.low));
     }
 
     /// Places a smaller frame at (x, y): side-by-side figures.
@@ -161,14 +170,34 @@ impl<'a> Overlay<'a> {
     }
 }
 
-/// A number in at most nine characters.
+/// A number of three digits in at most nine characters.
 fn short(value: f64) -> String {
     let size = value.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
-        format!("{value:.2e}")
-    } else if size >= 100.0 {
-        format!("{value:.0}")
-    } else {
-        format!("{value:.3}")
+    if size == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-3..1e5).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let decimals = [100.0, 10.0, 1.0, 0.1, 0.01]
+        .iter()
+        .position(|&least| size >= least);
+    format!("{value:.*}", decimals.unwrap_or(5))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn ends_of_scales_have_three_digits() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.002_345, "0.00234"),
+            (-0.25, "-0.250"),
+            (3.267_1, "3.27"),
+            (47_123.4, "47123"),
+            (-1.5e-12, "-1.50e-12"),
+        ] {
+            assert_eq!(super::short(value), text);
+        }
     }
 }

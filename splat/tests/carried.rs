@@ -5,16 +5,13 @@
 use glam::{DAffine3, DMat3, DVec3};
 use phyxel_splat::{Splats, Tissue, TissueSettings};
 use proptest::prelude::*;
-use testkit::cloud::{lattice, patch};
+use testkit::cloud::{filled_cube, patch, swept};
 use testkit::strategies;
 
 /// Surfels of the plane z = 0.5 over nodes that fill the unit cube.
 fn slab(settings: &TissueSettings) -> (Tissue, Vec<DVec3>) {
     let (x, n, a) = patch(30, 0.3, 7);
-    let nodes: Vec<DVec3> = lattice([8, 8, 8], 1.0 / 7.0, 0.2, 3)
-        .into_iter()
-        .map(|p| p - 0.5)
-        .collect();
+    let nodes = filled_cube(8, 3);
     (Tissue::new(&x, &n, &a, &nodes, settings).unwrap(), nodes)
 }
 
@@ -53,15 +50,10 @@ fn each_surfel_follows_its_own_piece_after_a_through_cut() {
     let (mut tissue, nodes) = slab(&TissueSettings::default());
     let crosses = |a: DVec3, b: DVec3| (a.x < 0.03) != (b.x < 0.03);
     let corner = |y: f64, z: f64| DVec3::new(0.03, y, z);
-    let (a, b, c, d) = (
-        corner(-2.0, -2.0),
-        corner(2.0, -2.0),
-        corner(2.0, 2.0),
-        corner(-2.0, 2.0),
-    );
+    let edge = |z: f64| [corner(-2.0, z), corner(2.0, z)];
     let inside = |p: DVec3| p.abs().max_element() < 0.5;
     let change = tissue
-        .cut(&[[a, b, c], [a, c, d]], &inside, &crosses)
+        .cut(&swept(edge(-2.0), edge(2.0)), &inside, &crosses)
         .unwrap();
     assert!(change.doubled > 10 && change.skin > 100, "{change:?}");
     // The right piece moves by a distance that f64 adds exactly.

@@ -11,13 +11,13 @@
 mod oracle;
 
 use glam::{DMat3, DVec3, Vec3};
-use oracle::{Shape, compare};
+use oracle::{Shape, box_distance, compare};
 use phyxel_splat::{
     Camera, DrawMode, Frame, Image, ImageCoat, Lens, Mesh, RenderSettings, Renderer, Splats,
     Surfels, Tissue, TissueSettings,
 };
 use std::sync::Arc;
-use testkit::cloud::{lattice, patch};
+use testkit::cloud::{filled_cube, patch, swept};
 
 fn settings(mode: DrawMode, samples: u32) -> RenderSettings {
     RenderSettings {
@@ -33,6 +33,14 @@ fn settings(mode: DrawMode, samples: u32) -> RenderSettings {
 fn draw(tissue: &Tissue, splats: &Splats, camera: &Camera, settings: RenderSettings) -> Frame {
     let colors = vec![Vec3::splat(0.4); splats.positions.len()];
     Renderer::new(settings).draw(&tissue.view(splats, &colors), &[], camera)
+}
+
+/// A body that nothing carries.
+fn at_rest(shape: Shape, count: u32) -> (Tissue, Splats) {
+    let (x, n, a) = shape.samples(count);
+    let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
+    let splats = Splats::at_rest(tissue.surfels());
+    (tissue, splats)
 }
 
 fn cameras(low: DVec3, high: DVec3) -> Vec<Camera> {
@@ -58,9 +66,7 @@ fn cameras(low: DVec3, high: DVec3) -> Vec<Camera> {
 fn default_radii_leave_no_hole_and_no_stray() {
     let low = DVec3::splat(-1.0);
     for shape in Shape::ALL {
-        let (x, n, a) = shape.samples(5_000);
-        let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
-        let splats = Splats::at_rest(tissue.surfels());
+        let (tissue, splats) = at_rest(shape, 5_000);
         for (i, camera) in cameras(low, -low).iter().enumerate() {
             let frame = draw(&tissue, &splats, camera, settings(DrawMode::ThreePass, 1));
             let d = compare(shape, camera, &frame);
@@ -82,16 +88,8 @@ fn errors_fall_as_surfels_become_more_than_pixels() {
         let errors: Vec<(f64, f64)> = [2_500, 10_000, 40_000, 160_000]
             .iter()
             .map(|&count| {
-                let (x, n, a) = shape.samples(count);
-                let settings = TissueSettings::default();
-                let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &settings).unwrap();
-                let splats = Splats::at_rest(tissue.surfels());
-                let frame = draw(
-                    &tissue,
-                    &splats,
-                    &camera,
-                    self::settings(DrawMode::ThreePass, 1),
-                );
+                let (tissue, splats) = at_rest(shape, count);
+                let frame = draw(&tissue, &splats, &camera, settings(DrawMode::ThreePass, 1));
                 let d = compare(shape, &camera, &frame);
                 assert_eq!((d.holes, d.strays), (0, 0), "{shape:?}, {count}: {d:?}");
                 (d.depth, d.normal)
@@ -113,10 +111,7 @@ fn errors_fall_as_surfels_become_more_than_pixels() {
 fn uneven_stretch_opens_no_hole() {
     // Waves of four nodes with stretches from 0.2 to 1.8 run over a patch.
     let (x, n, a) = patch(60, 0.0, 3);
-    let nodes: Vec<DVec3> = lattice([13, 13, 13], 1.0 / 12.0, 0.2, 9)
-        .into_iter()
-        .map(|p| p - 0.5)
-        .collect();
+    let nodes = filled_cube(13, 9);
     let tissue = Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).unwrap();
     let wave = 2.0 * std::f64::consts::PI * 3.0;
     let moved =
@@ -167,9 +162,7 @@ fn an_image_lies_on_the_surface_by_place() {
     file.write_png(&mut png).unwrap();
     let image = Arc::new(Image::read_png(std::io::Cursor::new(png)).unwrap());
     assert_eq!(image.size(), (2, 2));
-    let (x, n, a) = Shape::Block.samples(600);
-    let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
-    let splats = Splats::at_rest(tissue.surfels());
+    let (tissue, splats) = at_rest(Shape::Block, 600);
     let low = DVec3::splat(-0.8);
     // The face y = -0.6: x to the right, z up.
     let camera = Camera::framing_orthographic(low, -low, DVec3::Y, DVec3::Z, 4.0 / 3.0);
@@ -203,16 +196,14 @@ fn opened_block(clip: bool, gap: f64) -> (Tissue, Splats) {
     // The blade passes in seven strips.
     for strip in 0..7 {
         let z = |k: i32| -1.05 + 0.3 * f64::from(k);
-        let corner = |y: f64, z: f64| DVec3::new(at, y, z);
-        let (p, q) = (corner(-1.0, z(strip)), corner(1.0, z(strip)));
-        let (r, s) = (corner(-1.0, z(strip + 1)), corner(1.0, z(strip + 1)));
+        let edge = |k: i32| [-1.0, 1.0].map(|y| DVec3::new(at, y, z(k)));
         let crosses = |a: DVec3, b: DVec3| {
             let t = (at - a.x) / (b.x - a.x);
             (a.x < at) != (b.x < at) && a.lerp(b, t).z < z(strip + 1)
         };
         let inside = |p: DVec3| Shape::Block.distance(p) < 0.0;
         tissue
-            .cut(&[[p, q, r], [r, q, s]], &inside, &crosses)
+            .cut(&swept(edge(strip), edge(strip + 1)), &inside, &crosses)
             .unwrap();
     }
     let shift = |p: &DVec3| if p.x < at { *p } else { *p + DVec3::X * gap };
@@ -226,8 +217,7 @@ fn opened_block(clip: bool, gap: f64) -> (Tissue, Splats) {
 fn halves(p: DVec3, gap: f64) -> f64 {
     let half = |low: f64, high: f64, p: DVec3| {
         let centre = DVec3::X * (0.5 * (low + high));
-        let q = (p - centre).abs() - DVec3::new(0.5 * (high - low), 0.6, 0.7);
-        q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+        box_distance(p - centre, DVec3::new(0.5 * (high - low), 0.6, 0.7))
     };
     half(-0.8, 0.113, p).min(half(0.113 + gap, 0.8 + gap, p))
 }

@@ -8,6 +8,7 @@ use phyxel_splat::{
     TissueSettings, mapped_radii, measures, triangle_area,
 };
 use proptest::prelude::*;
+use testkit::cloud::swept;
 use testkit::strategies;
 
 proptest! {
@@ -44,9 +45,8 @@ proptest! {
         let mut points = Vec::new();
         for k in 0..strips {
             let [x0, x1] = [k, k + 1].map(|i| f64::from(i) / f64::from(strips));
-            let [a, b] = [DVec3::new(x0, 0.0, 0.0), DVec3::new(x0, 1.0, 0.0)];
-            let [c, d] = [DVec3::new(x1, 0.0, 0.0), DVec3::new(x1, 1.0, 0.0)];
-            points.extend(sampler.points(&[[a, b, c], [c, b, d]]));
+            let edge = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x, 1.0, 0.0)];
+            points.extend(sampler.points(&swept(edge(x0), edge(x1))));
         }
         prop_assert!((points.len() as f64 - wanted).abs() <= 1.0 + 1e-9);
         // Spacing: the largest hole stays below what a skin disk covers, no two samples meet.

@@ -102,6 +102,20 @@ pub fn patch(side: u32, lean: f64, seed: u64) -> (Vec<DVec3>, Vec<DVec3>, Vec<f6
     out
 }
 
+/// Random nodes that fill the unit cube round the origin, `n` along an edge.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
+pub fn filled_cube(n: usize, seed: u64) -> Vec<DVec3> {
+    let points = lattice([n; 3], 1.0 / (n - 1) as f64, 0.2, seed);
+    points.into_iter().map(|p| p - 0.5).collect()
+}
+
+/// The two triangles that an edge leaves behind on its way from `[a, b]` to `[c, d]`, oriented alike.
+#[must_use]
+pub fn swept([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> [[DVec3; 3]; 2] {
+    [[a, b, c], [c, b, d]]
+}
+
 /// `n` uniform points in the cube `[-half, half)³`.
 #[must_use]
 pub fn uniform(n: usize, half: f64, seed: u64) -> Vec<DVec3> {

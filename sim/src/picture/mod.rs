@@ -2,6 +2,7 @@
 
 mod camera;
 pub(crate) mod coloring;
+pub(crate) mod sampling;
 mod style;
 mod surfels;
 mod tool;
@@ -250,7 +251,7 @@ impl Skin {
         let body = &member.body;
         let surfels = match &wish.points {
             Some(points) => surfels::scanned(points, description.position, body)?,
-            None => surfels::spread(wish.target, body)?,
+            None => surfels::spread(wish.target, wish.spacing, body)?,
         };
         let tissue = Tissue::new(
             &surfels.positions,

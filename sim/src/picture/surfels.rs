@@ -1,10 +1,11 @@
 //! Surfels on a body's surface at rest: spread on its shape, or points of a file.
 
 use glam::DVec3;
-use phyxel_discretize::{Surfels, read_point_cloud, sample_surfels, surface_mesh};
+use phyxel_discretize::{Surfels, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
 
-use crate::scene::{PointFile, SurfelTarget};
+use super::sampling;
+use crate::scene::{PointFile, SurfelSpacing, SurfelTarget};
 use crate::world::{Body, BodyProblem};
 
 /// Nearest points by which the area of a file's point is told.
@@ -13,15 +14,19 @@ const NEAREST: usize = 12;
 /// `sqrt((j + 1/2) / π)`, as π r² / area - 1/2 others lie within r. On a square lattice it is 1.47.
 const MEAN_OVER_ROOT: f64 = 1.44;
 
-/// About as many as asked, evenly on the body's shape.
-pub(super) fn spread(target: SurfelTarget, body: &Body) -> Result<Surfels, BodyProblem> {
+/// About as many as asked on the body's shape.
+pub(super) fn spread(
+    target: SurfelTarget,
+    spacing: SurfelSpacing,
+    body: &Body,
+) -> Result<Surfels, BodyProblem> {
     // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
     let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
     let count = match target {
         SurfelTarget::Count(count) => count as usize,
         SurfelTarget::Density(density) => rounded(density * surface.area()),
     };
-    Ok(sample_surfels(&surface, count, Some(&body.solid)))
+    Ok(sampling::surfels(&body.solid, &surface, count, spacing))
 }
 
 /// The points of a file where the body at `position` (m) has them, with areas by how near their

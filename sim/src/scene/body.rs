@@ -288,6 +288,8 @@ pub struct Surfels {
     pub target: SurfelTarget,
     /// Surfels from a file, such as a scan of the body, in place of those that are spread on its shape.
     pub points: Option<PointFile>,
+    /// How far the surfels of the surface lie from each other; of no account with `points`.
+    pub spacing: SurfelSpacing,
     /// Surfels per square metre (1/m^2) on each side of a cut; that of the surface where not given.
     pub cut_density: Option<f64>,
     /// Most nodes that carry a surfel.
@@ -343,6 +345,7 @@ impl Default for Surfels {
         Self {
             target: SurfelTarget::Count(30_000),
             points: None,
+            spacing: SurfelSpacing::default(),
             cut_density: None,
             nodes: 8,
             weights: SurfelWeights::default(),
@@ -375,6 +378,28 @@ pub enum SurfelTarget {
     Count(u32),
     /// Number per square metre (1/m^2).
     Density(f64),
+}
+
+/// How far the surfels of a surface lie from each other.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum SurfelSpacing {
+    /// Equally far everywhere.
+    #[default]
+    Even,
+    /// Closer where the surface is more curved, as the cube root of the radius of curvature: depth and
+    /// outline come out nearer to those of a surface whose curvature varies.
+    Curvature {
+        /// The widest spacing over the narrowest.
+        #[serde(default = "SurfelSpacing::default_range")]
+        range: f64,
+    },
+}
+
+impl SurfelSpacing {
+    const fn default_range() -> f64 {
+        3.0
+    }
 }
 
 /// Radii of the surfels on a surface.

@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{
     Axis, Body, Form, Image, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
-    SurfelRadius, SurfelTarget, SurfelWeights, Surfels, Target,
+    SurfelRadius, SurfelSpacing, SurfelTarget, SurfelWeights, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};

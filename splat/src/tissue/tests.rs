@@ -1,6 +1,6 @@
 use super::*;
 use glam::{DVec2, Vec3Swizzles};
-use testkit::cloud::{lattice, patch};
+use testkit::cloud::{filled_cube, lattice, patch, swept};
 
 /// Whether the segment p-q crosses a triangle, by the signs of three volumes.
 fn meets(&[a, b, c]: &[DVec3; 3], p: DVec3, q: DVec3) -> bool {
@@ -15,10 +15,7 @@ fn meets(&[a, b, c]: &[DVec3; 3], p: DVec3, q: DVec3) -> bool {
 #[test]
 fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
     let (x, n, a) = patch(40, 0.0, 11);
-    let nodes: Vec<DVec3> = lattice([9, 9, 9], 1.0 / 8.0, 0.2, 5)
-        .into_iter()
-        .map(|p| p - 0.5)
-        .collect();
+    let nodes = filled_cube(9, 5);
     let mut tissue =
         Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).expect("the samples are sound");
     let inside = |p: DVec3| p.abs().max_element() < 0.5;
@@ -33,8 +30,7 @@ fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
     let mut whole: Vec<[DVec3; 3]> = Vec::new();
     let (mut rebound, mut all) = (0, 0);
     for k in 0..9 {
-        let ([a, b], [c, d]) = (edge(k), edge(k + 1));
-        let new = [[a, b, c], [c, b, d]];
+        let new = swept(edge(k), edge(k + 1));
         whole.extend(new);
         let crosses = |p: DVec3, q: DVec3| whole.iter().any(|t| meets(t, p, q));
         rebound += tissue.cut(&new, &inside, &crosses).expect("finite").rebound;
@@ -72,14 +68,13 @@ fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
             let y = 0.2 + 0.1 * f64::from(k);
             [DVec3::new(0.52, y, 0.2), DVec3::new(0.52, y, 0.8)]
         };
-        let ([a, b], [c, d]) = (edge(k), edge(k + 1));
         let top = edge(k + 1)[0].y;
         let crosses = |p: DVec3, q: DVec3| {
             let at = p.lerp(q, (0.52 - p.x) / (q.x - p.x));
             (p.x < 0.52) != (q.x < 0.52) && (0.2..top).contains(&at.y) && (0.2..0.8).contains(&at.z)
         };
         before.clone_from(&tissue.surfels.radii);
-        let change = tissue.cut(&[[a, b, c], [c, b, d]], &|_| true, &crosses);
+        let change = tissue.cut(&swept(edge(k), edge(k + 1)), &|_| true, &crosses);
         last = change.expect("finite");
     }
     (tissue, last, before)

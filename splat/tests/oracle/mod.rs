@@ -24,6 +24,12 @@ const MAJOR: f64 = 0.7;
 const MINOR: f64 = 0.3;
 const HALF: DVec3 = DVec3::new(0.8, 0.6, 0.7);
 
+/// Signed distance to a box round the origin.
+pub(crate) fn box_distance(p: DVec3, half: DVec3) -> f64 {
+    let q = p.abs() - half;
+    q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+}
+
 impl Shape {
     /// All of them.
     pub(crate) const ALL: [Self; 4] = [Self::Sphere, Self::UnevenSphere, Self::Torus, Self::Block];
@@ -33,10 +39,7 @@ impl Shape {
         match self {
             Self::Sphere | Self::UnevenSphere => p.length() - 1.0,
             Self::Torus => (p.x.hypot(p.z) - MAJOR).hypot(p.y) - MINOR,
-            Self::Block => {
-                let q = p.abs() - HALF;
-                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
-            }
+            Self::Block => box_distance(p, HALF),
         }
     }
 

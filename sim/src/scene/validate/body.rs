@@ -6,7 +6,9 @@ use super::check::{
     Check, color, fault, finite, not_negative, positive, positive_components, require, triple,
 };
 use super::{material, method};
-use crate::scene::body::{Body, Sampling, Shape, SurfelRadius, SurfelTarget, Surfels, Target};
+use crate::scene::body::{
+    Body, Sampling, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
+};
 
 pub(super) fn body(path: &str, body: &Body) -> Check {
     shape(&format!("{path}.shape"), &body.shape)?;
@@ -171,6 +173,7 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
 
 fn surfels(path: &str, surfels: &Surfels) -> Check {
     const MOST_SURFELS: u32 = 10_000_000;
+    const MOST_RANGE: f64 = 100.0;
     let target = format!("{path}.target");
     match surfels.target {
         SurfelTarget::Count(count) => require(
@@ -193,6 +196,14 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
             "a text file of points",
         )?;
         scale(&format!("{path}.points.scale"), points.scale)?;
+    }
+    if let SurfelSpacing::Curvature { range } = surfels.spacing {
+        require(
+            (1.0..=MOST_RANGE).contains(&range),
+            format_args!("{path}.spacing.range"),
+            range,
+            format_args!("it must be from 1 to {MOST_RANGE}, such as 3"),
+        )?;
     }
     if let Some(density) = surfels.cut_density {
         positive(format_args!("{path}.cut_density"), density, " (1/m^2)")?;

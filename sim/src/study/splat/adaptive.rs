@@ -3,16 +3,16 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use phyxel_discretize::{Bounds, Shape, Solid, Surfels, sample_surfels, surface_mesh};
-use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii, follow_curvature};
+use phyxel_discretize::{Bounds, Shape, Solid, Surfels, surface_mesh};
+use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
 use super::{at_rest, plain_renderer};
+use crate::picture::sampling;
+use crate::scene::SurfelSpacing;
 use crate::study::report::{Cell, Column, Table};
 use crate::study::{Effort, StudyError};
 
-/// Samples that each surfel is chosen from.
-const CHOICE: usize = 8;
 /// The widest spacing of surfels over the narrowest.
 const RANGE: f64 = 3.0;
 /// Length of the edges of the meshes that are sampled (m).
@@ -46,22 +46,9 @@ fn bodies() -> Vec<(&'static str, Solid)> {
 /// Surfels of even density, and as many that follow curvature.
 fn surfels(solid: &Solid, count: usize) -> Result<[Surfels; 2], StudyError> {
     let mesh = surface_mesh(solid, EDGE)?;
-    let even = sample_surfels(&mesh, count, Some(solid));
-    let many = sample_surfels(&mesh, CHOICE * count, Some(solid));
-    let chosen = follow_curvature(
-        &many.positions,
-        &many.normals,
-        &many.areas,
-        even.positions.len(),
-        RANGE,
-    );
-    let pick = |values: &[DVec3]| chosen.iter().map(|&i| values[i as usize]).collect();
-    // Areas are those of even surfels: only a cut's skin would ask for them.
-    let following = Surfels {
-        positions: pick(&many.positions),
-        normals: pick(&many.normals),
-        areas: even.areas[..chosen.len()].to_vec(),
-    };
+    let even = sampling::surfels(solid, &mesh, count, SurfelSpacing::Even);
+    let following = SurfelSpacing::Curvature { range: RANGE };
+    let following = sampling::surfels(solid, &mesh, even.positions.len(), following);
     Ok([even, following])
 }
 

@@ -18,6 +18,8 @@ struct Play {
     between: f64,
     /// Size in the frame.
     zoom: f64,
+    /// The frame's width over its height.
+    aspect: f64,
     title: &'static str,
     figures: [&'static str; 3],
 }
@@ -28,6 +30,7 @@ const PLAYS: [Play; 2] = [
         name: "block",
         between: 1.1,
         zoom: 0.56,
+        aspect: 0.75,
         title: "A hanging block before its cuts (figs 76, 77), cut once (78) and twice (79, 80)",
         figures: ["figs 76, 77", "fig. 78", "figs 79, 80"],
     },
@@ -36,6 +39,7 @@ const PLAYS: [Play; 2] = [
         name: "liver",
         between: 1.65,
         zoom: 1.75,
+        aspect: 4.0 / 3.0,
         title: "A hanging liver before its cuts (fig. 82), cut once (83) and twice (84)",
         figures: ["fig. 82", "fig. 83", "fig. 84"],
     },
@@ -82,18 +86,23 @@ pub(super) fn pictures(effort: Effort) -> Result<Vec<Picture>, StudyError> {
 }
 
 fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
-    let (changes, width, height): (&[&str], _, _) = match effort {
-        Effort::Full => (&[], 640, 480),
+    let (changes, height): (&[&str], u32) = match effort {
+        Effort::Full => (&[], 480),
         Effort::Quick => (
             &[
                 "bodies[0].sampling.target=Nodes(500)",
                 "bodies[0].surfels.target=Count(3000)",
                 "integration.settle.limit=0.4",
             ],
-            240,
             180,
         ),
     };
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a few hundred pixels"
+    )]
+    let width = (f64::from(height) * play.aspect) as u32;
     let changes = changes
         .iter()
         .map(|change| Override::parse(change))

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Shape, Solid, Surfels, sample_surfels, surface_mesh};
-use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats};
+use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
 use rayon::prelude::*;
 
 use super::{at_rest, plain_renderer};
@@ -30,7 +30,7 @@ struct Body {
     solid: Solid,
 }
 
-fn bodies(effort: Effort) -> Vec<Body> {
+fn bodies() -> Vec<Body> {
     let shape = |shape: Shape| Solid::implicit(shape.bounds(), move |p| shape.value(p));
     let ball = Body {
         name: "ball",
@@ -53,10 +53,7 @@ fn bodies(effort: Effort) -> Vec<Body> {
             half_extents: DVec3::new(0.8, 0.6, 0.7),
         }),
     };
-    match effort {
-        Effort::Full => vec![ball, torus, block],
-        Effort::Quick => vec![ball, block],
-    }
+    vec![ball, torus, block]
 }
 
 /// What a ray through a pixel meets.
@@ -182,6 +179,35 @@ pub(super) struct Difference {
     pub(super) normal: f64,
 }
 
+/// How far disks stand out over the outline (pixels): those that are drawn, and at the least those of
+/// the tissue's number that cover its area.
+///
+/// A disk of radius r that touches a surface with a radius of curvature R reaches √(R² + r²) from the
+/// centre of curvature. No plane is covered by fewer disks than in the hexagonal arrangement, each of
+/// which covers 3√3/2 r² alone.
+fn standing_out(tissue: &Tissue, area: f64, camera: &Camera, height: u32) -> [f64; 2] {
+    let Lens::Perspective { focal } = camera.lens else {
+        unreachable!("the study's camera is one with perspective");
+    };
+    let surfels = tissue.surfels();
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let least = (2.0 * area / (27.0_f64.sqrt() * surfels.len().max(1) as f64)).sqrt();
+    let mut most = [0.0_f64; 2];
+    for (i, shape) in surfels.shapes.iter().enumerate() {
+        let curvature = 0.5 * (shape.x + shape.z) + (0.5 * (shape.x - shape.z)).hypot(shape.y);
+        if curvature <= 0.0 {
+            continue;
+        }
+        let round = 1.0 / curvature;
+        let away = (surfels.positions[i] - camera.eye).dot(camera.forward);
+        let per_metre = focal * f64::from(height) / away;
+        for (most, radius) in most.iter_mut().zip([surfels.radii[i], least]) {
+            *most = most.max((round.hypot(radius) - round) * per_metre);
+        }
+    }
+    most
+}
+
 /// The radius rules; all but the default and the largest draw as much as the default does: the mean
 /// square of their radii is the same.
 fn rules(surfels: &Surfels) -> Vec<(&'static str, RadiusRule)> {
@@ -241,7 +267,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
     let aspect = f64::from(width) / f64::from(height);
     let mut rows = Vec::new();
     let mut curves: Vec<(&str, Curves)> = Vec::new();
-    for body in bodies(effort) {
+    for body in bodies() {
         let bounds = body.solid.bounds();
         let view = DVec3::new(-0.5, 0.8, -0.7);
         let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
@@ -259,6 +285,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
                     renderer.draw(&tissue.view(&splats, &colors), &[], &camera)
                 });
                 let found = exact.compare(&frame, &camera);
+                let [drawn, least] = standing_out(&tissue, area, &camera, height);
                 let disks: f64 = tissue.surfels().radii.iter().map(|r| PI * r * r).sum();
                 rows.push(vec![
                     Cell::Word(body.name.to_owned()),
@@ -271,6 +298,8 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
                     Cell::Number(1e3 * found.depth),
                     Cell::Number(found.normal),
                     Cell::Number(1e3 * seconds),
+                    Cell::Number(drawn),
+                    Cell::Number(least),
                 ]);
                 if body.name == "ball" {
                     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
@@ -293,7 +322,11 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
     let column = |&(name, unit): &(&'static str, &'static str)| Column { name, unit };
     let axis = |label: &str| Axis {
         label: label.to_owned(),
-        scale: Scale::Logarithmic,
+        scale: if label.starts_with("time") {
+            Scale::Linear
+        } else {
+            Scale::Logarithmic
+        },
     };
     let plot = |name, title: &str, x: &str, y: &str, of: fn(&Curves) -> &Vec<(f64, f64)>| Plot {
         name,
@@ -322,6 +355,12 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
              Creases of the box are compared: a pixel on the wrong side of one counts as 90 degrees. \
              Times are medians, all threads; plots are of the ball."
                 .to_owned(),
+            "A flat disk stands out where it touches the outline of a curved body: by sqrt(R^2 + r^2) - R \
+             for a radius r and a radius of curvature R. The last columns give the most that any of the \
+             disks drawn can, and what the smallest disks would that cover the body with as many \
+             (arranged in hexagons): where that is above one pixel, no choice of radii keeps the outline \
+             within one."
+                .to_owned(),
         ],
         tables: vec![Table {
             name: "rules",
@@ -337,6 +376,8 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
                 ("depth", "mm"),
                 ("normal", "degrees"),
                 ("picture", "ms"),
+                ("standing out", "pixels"),
+                ("at least", "pixels"),
             ]
             .iter()
             .map(column)
@@ -362,7 +403,7 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
                 "outline",
                 "Ball: error of the outline against surfels",
                 "surfels",
-                "pixels covered by one picture only (%)",
+                "pixels covered by one picture only (%), none not shown",
                 |curve| &curve.uncovered,
             ),
             plot(

@@ -157,7 +157,7 @@ pub(super) fn pictures(effort: Effort) -> Result<Vec<Picture>, StudyError> {
         picture(
             "measures",
             "What the neighbourhoods of surfels measure: density (fig. 50), curvature (fig. 53), \
-             variation (fig. 54)",
+             variation (fig. 54); the 2 % of least and greatest values have the colours of the ends",
             measured(&sizes)?,
         ),
         picture(
@@ -203,7 +203,7 @@ fn measured(sizes: &Sizes) -> Result<Frame, StudyError> {
         ] {
             let mut actor = Actor::new(model, sizes.many / 2, RadiusRule::Covering, sizes.frame)?;
             let values = measures(&actor.tissue.surfels().positions, measure, 12);
-            let scale = ColorScale::of(&values);
+            let scale = middle(&values);
             actor.colors = scale.colors(&values);
             actor.surfaces = vec![Surface {
                 specular: 0.0,
@@ -231,7 +231,7 @@ fn radii(sizes: &Sizes) -> Result<Frame, StudyError> {
         least: 0.8 * mean,
         most: 1.2 * mean,
     };
-    for share in [0.33, 1.0] {
+    for (share, note) in [(1.0 / 3.0, ": 1/3"), (1.0, "")] {
         for (rule, caption) in [
             (RadiusRule::Constant(mean), "one size, same overdraw"),
             (RadiusRule::Constant(largest), "one size, no hole"),
@@ -240,10 +240,18 @@ fn radii(sizes: &Sizes) -> Result<Frame, StudyError> {
         ] {
             let mut actor = Actor::new(model, sizes.few, rule, sizes.frame)?;
             actor.share = share;
-            panels.push(Panel::new(caption, actor.draw()));
+            panels.push(Panel::new(format!("{caption}{note}"), actor.draw()));
         }
     }
     Ok(sheet(panels, 4))
+}
+
+/// The range of most values: a few at folds and corners would leave one colour to the rest.
+fn middle(values: &[f64]) -> ColorScale {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let few = sorted.len() / 50;
+    ColorScale::of(&sorted[few..sorted.len() - few])
 }
 
 /// An image of vessels on tissue, as a file would hold it.

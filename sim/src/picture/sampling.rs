@@ -1,0 +1,26 @@
+//! Where the surfels of a surface lie.
+
+use glam::DVec3;
+use phyxel_discretize::{Mesh, Solid, Surfels, sample_surfels};
+use phyxel_splat::follow_curvature;
+
+use crate::scene::SurfelSpacing;
+
+/// Even samples that each surfel is chosen from, where surfels follow curvature.
+const CHOICE: usize = 8;
+
+/// About `count` surfels of a solid's surface.
+pub(crate) fn surfels(solid: &Solid, mesh: &Mesh, count: usize, spacing: SurfelSpacing) -> Surfels {
+    let SurfelSpacing::Curvature { range } = spacing else {
+        return sample_surfels(mesh, count, Some(solid));
+    };
+    let many = sample_surfels(mesh, CHOICE * count, Some(solid));
+    let (chosen, areas) =
+        follow_curvature(&many.positions, &many.normals, &many.areas, count, range);
+    let pick = |values: &[DVec3]| chosen.iter().map(|&i| values[i as usize]).collect();
+    Surfels {
+        positions: pick(&many.positions),
+        normals: pick(&many.normals),
+        areas,
+    }
+}
