@@ -7,6 +7,7 @@
 
 mod cases;
 mod program;
+mod reports;
 mod studies;
 
 use program::Sandbox;
