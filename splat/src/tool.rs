@@ -1,7 +1,7 @@
 //! Rigid things drawn beside the splats: triangle meshes with a colour.
 
 use crate::cast::{count, real};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
 /// Triangles with one colour, world frame. Both faces are drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,64 +70,5 @@ impl Mesh {
             smooth: true,
             ..Self::metal(vertices, triangles)
         }
-    }
-
-    /// A scalpel: its cutting edge runs from `tip` to `heel`, the handle continues away from the
-    /// tissue along `back` (from the edge towards the spine).
-    #[must_use]
-    pub fn scalpel(tip: DVec3, heel: DVec3, back: DVec3) -> Vec<Self> {
-        let edge = heel - tip;
-        let length = edge.length().max(f64::MIN_POSITIVE);
-        let along = edge / length;
-        let back = (back - along * back.dot(along))
-            .try_normalize()
-            .unwrap_or_else(|| along.any_orthonormal_vector());
-        let side = along.cross(back);
-        // Outline of the blade in (along, back), units of its length; belly first.
-        let outline = [
-            (0.0, 0.0),
-            (0.12, -0.0),
-            (1.0, 0.0),
-            (1.25, 0.08),
-            (1.3, 0.3),
-            (0.42, 0.3),
-            (0.12, 0.16),
-        ];
-        let thickness = 0.012 * length;
-        let mut vertices = Vec::new();
-        for sign in [-1.0, 1.0] {
-            for (k, &(u, v)) in outline.iter().enumerate() {
-                // The edge itself is sharp, the spine thick.
-                let t = if k < 3 { 0.0 } else { thickness };
-                vertices.push(tip + (along * u + back * v) * length + side * (sign * t));
-            }
-        }
-        let n = outline.len();
-        let mut triangles = Vec::new();
-        for k in 1..n - 1 {
-            triangles.push([0, k, k + 1].map(count));
-            triangles.push([n, n + k + 1, n + k].map(count));
-        }
-        for k in 0..n {
-            let next = (k + 1) % n;
-            triangles.push([k, n + k, next].map(count));
-            triangles.push([next, n + k, n + next].map(count));
-        }
-        let blade = Self::metal(vertices, triangles);
-        let grip = |u: f64| tip + (along * u + back * (0.17 + 0.10 * (u - 1.2))) * length;
-        let mut handle = Self::capsule(grip(1.2), grip(4.5), 0.13 * length);
-        handle.color = Vec3::new(0.16, 0.17, 0.19);
-        handle.shininess = 25.0;
-        vec![blade, handle]
-    }
-
-    /// The mesh moved by an affine map.
-    #[must_use]
-    pub fn transformed(&self, map: &DAffine3) -> Self {
-        let mut out = self.clone();
-        for v in &mut out.vertices {
-            *v = map.transform_point3(*v);
-        }
-        out
     }
 }
