@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::world::World;
+use testkit::cloud::BOX_FACES;
 
 use super::stage::*;
 
@@ -258,20 +259,12 @@ fn flipped_parts_of_a_mesh_are_turned_and_weigh_as_much() {
                 text += &format!("v {x} {} {}\n", bit(1), bit(2));
             }
         }
-        let faces = [
-            [1, 3, 4, 2],
-            [5, 6, 8, 7],
-            [1, 2, 6, 5],
-            [3, 7, 8, 4],
-            [1, 5, 7, 3],
-            [2, 4, 8, 6],
-        ];
         for part in 0..2 {
-            for mut face in faces {
+            for mut face in BOX_FACES {
                 if part == 1 && flipped {
                     face.reverse();
                 }
-                let corners = face.map(|v| (v + 8 * part).to_string());
+                let corners = face.map(|v| (v + 1 + 8 * part).to_string());
                 text += &format!("f {}\n", corners.join(" "));
             }
         }

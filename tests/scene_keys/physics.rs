@@ -8,6 +8,8 @@ use phyxel::world::World;
 use phyxel_elastic::Material;
 use phyxel_enrich::connected_pieces;
 
+use super::sag;
+
 /// A column that hangs by its top, 40 x 40 x 80 mm.
 fn world(material: &str, body: &str, rest: &str) -> World {
     column(0.3, material, body, rest)
@@ -24,18 +26,6 @@ fn column(ratio: f64, material: &str, body: &str, rest: &str) -> World {
 }
 
 const AT_ONCE: &str = "integration: (settle: None), gravity: (ramp: 0),";
-
-/// How far the lowest nodes lie below their places at rest (m), in the mean.
-fn sag(world: &World) -> f64 {
-    let body = &world.members()[0].body;
-    let low = body.rest.iter().zip(body.motion.positions());
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (rest, now) in low.filter(|(rest, _)| rest.z < -0.0399) {
-        sum += rest.z - now.z;
-        count += 1.0;
-    }
-    sum / count
-}
 
 fn play(world: &mut World, until: f64) {
     while world.time() < until {

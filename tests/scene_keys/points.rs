@@ -9,7 +9,7 @@ use phyxel::scene::Scene;
 use phyxel::world::World;
 use phyxel_enrich::connected_pieces;
 
-use super::points_on_box;
+use super::{points_on_box, sag};
 
 fn scene(text: &str, folder: &Path) -> Scene {
     Scene::from_text(text, "test", folder, &[]).unwrap_or_else(|error| panic!("{error}"))
@@ -27,18 +27,6 @@ fn column(sampling: &str, rest: &str) -> String {
           supports: [(region: HalfSpace(point: (0, 0, 0.0399), normal: (0, 0, 1)))],
           integration: (settle: None), {rest})"
     )
-}
-
-/// How far the lowest nodes lie below their places at rest (m), in the mean.
-fn sag(world: &World) -> f64 {
-    let body = &world.members()[0].body;
-    let low = body.rest.iter().zip(body.motion.positions());
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (rest, now) in low.filter(|(rest, _)| rest.z < -0.0399) {
-        sum += rest.z - now.z;
-        count += 1.0;
-    }
-    sum / count
 }
 
 /// Volumes and masses sum to the body's, the stencils conserve, and the column hangs as long as one of

@@ -102,6 +102,16 @@ pub fn patch(side: u32, lean: f64, seed: u64) -> (Vec<DVec3>, Vec<DVec3>, Vec<f6
     out
 }
 
+/// Faces of a box, seen from outside counterclockwise; bit 0, 1, 2 of a corner's number: high in x, y, z.
+pub const BOX_FACES: [[u32; 4]; 6] = [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+];
+
 /// Random nodes that fill the unit cube round the origin, `n` along an edge.
 #[must_use]
 #[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]

@@ -9,6 +9,7 @@ use phyxel_discretize::{
     Target, sample_tetrahedra,
 };
 use proptest::prelude::*;
+use testkit::cloud::BOX_FACES;
 use testkit::strategies::{rotation, scale, vector};
 use testkit::tol::{assert_below, assert_relative};
 
@@ -164,17 +165,9 @@ pub(crate) fn cube(at: DVec3) -> Mesh {
     let vertices = (0..8)
         .map(|k| at + DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
         .collect();
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
     Mesh {
         vertices,
-        triangles: quads
+        triangles: BOX_FACES
             .iter()
             .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
             .collect(),
