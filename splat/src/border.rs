@@ -13,14 +13,6 @@ type Key = [[u64; 3]; 2];
 /// A free edge in the tree: its triangle and that triangle's third corner.
 type Node = GeomWithData<Line<[f64; 3]>, (u32, [f64; 3])>;
 
-/// An edge that bounds a cut.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FreeEdge {
-    pub(crate) ends: [DVec3; 2],
-    /// A point on the cut's side of the edge: the third corner of its triangle.
-    pub(crate) inner: DVec3,
-}
-
 /// All triangles of the cuts so far, their edges, and which triangles hang together.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Borders {
@@ -144,23 +136,6 @@ impl Borders {
         let at = (x - a).dot(along).clamp(0.0, a.distance(b));
         Some(a + along * at - inward * ahead)
     }
-
-    /// Free edges of a sheet within `radius` of `x`, in an order that does not depend on how the
-    /// cut grew.
-    pub(crate) fn near(&self, x: DVec3, radius: f64, sheet: u32) -> Vec<FreeEdge> {
-        let mut found: Vec<(Key, FreeEdge)> = self
-            .free
-            .locate_within_distance(x.to_array(), radius * radius)
-            .filter(|node| self.sheet(node.data.0) == sheet)
-            .map(|node| {
-                let ends = [node.geom().from, node.geom().to].map(DVec3::from_array);
-                let inner = DVec3::from_array(node.data.1);
-                (node_key(node), FreeEdge { ends, inner })
-            })
-            .collect();
-        found.sort_unstable_by_key(|edge| edge.0);
-        found.into_iter().map(|edge| edge.1).collect()
-    }
 }
 
 fn node_key(node: &Node) -> Key {
@@ -192,23 +167,14 @@ mod tests {
         let far = strip(7.0);
         borders.extend(&far);
         assert_ne!(borders.sheet(0), borders.sheet(2));
-        let all = |borders: &Borders, sheet| borders.near(DVec3::ZERO, 1e3, sheet).len();
-        assert_eq!((all(&borders, 0), all(&borders, 2)), (4, 4));
+        assert_eq!(borders.free.size(), 8);
         // The next strip takes over the front: one edge is free no more, three are new.
         let turned = borders.extend(&strip(1.0));
         assert_eq!(turned.len(), 4);
-        assert_eq!(all(&borders, borders.sheet(4)), 6);
+        assert_eq!(borders.free.size(), 10);
         assert_eq!(borders.sheet(5), borders.sheet(0));
-        let front = borders.near(corner(2.0, 0.5), 0.1, borders.sheet(0));
-        assert_eq!(front.len(), 1);
-        assert!(front[0].inner.x < 2.0);
         let round = borders.way_round(corner(1.7, 0.4), 0.5, 0.1);
         assert!(round.is_some_and(|p| p.distance(corner(2.1, 0.4)) < 1e-12));
         assert_eq!(borders.way_round(corner(1.7, 0.4), 0.2, 0.1), None);
-        assert!(
-            borders
-                .near(corner(1.0, 0.5), 0.1, borders.sheet(0))
-                .is_empty()
-        );
     }
 }

@@ -6,36 +6,36 @@ use glam::{DVec2, DVec3};
 /// What bounds a disk, in its tangent plane (m, measured from the centre along the tangents of
 /// [`Surfels::tangents`]).
 ///
-/// A point of the disk is drawn if the segment from `anchor` to it crosses none of `walls`: the
-/// same visibility that separates nodes across a cut. A wall that ends inside the disk (the front
-/// of a growing cut) hides only what lies in its shadow. New skin is bounded likewise where its cut
-/// ends.
+/// A point of the disk is drawn if it lies beyond none of `edges` and the segment from `anchor` to
+/// it crosses none of `walls`: the same visibility that separates nodes across a cut. A wall that
+/// ends inside the disk (the front of a growing cut) hides only what lies in its shadow.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Clip {
     /// The point that sees.
     pub anchor: DVec2,
+    /// Lines `p · direction = offset` beyond which there is no body: sharp edges, and for new skin
+    /// the body's surface.
+    pub edges: Vec<(DVec2, f64)>,
     /// Segments that block the view.
     pub walls: Vec<[DVec2; 2]>,
-    /// Walls where the cut ends for now: they go when it grows on.
-    pub borders: Vec<[DVec2; 2]>,
 }
 
 impl Clip {
-    /// True if the segment from the anchor to `p` crosses a wall.
+    /// True if `p` lies beyond an edge or the segment from the anchor to `p` crosses a wall.
     #[must_use]
     pub fn hides(&self, p: DVec2) -> bool {
-        self.walls
-            .iter()
-            .chain(&self.borders)
-            .any(|&[a, b]| shadows(a - self.anchor, b - self.anchor, p - self.anchor))
+        self.is_beyond_edge(p)
+            || self
+                .walls
+                .iter()
+                .any(|&[a, b]| shadows(a - self.anchor, b - self.anchor, p - self.anchor))
     }
 
-    /// Adds the line `p · direction = offset` as a wall, long enough for a disk of `radius`.
-    pub(crate) fn add_line(&mut self, direction: DVec2, offset: f64, radius: f64) {
-        // The wall's shadow is a half-plane but for a sliver beside its ends, outside the disk.
-        let along = direction.perp() * (100.0 * radius);
-        let foot = direction * offset;
-        self.walls.push([foot - along, foot + along]);
+    /// True if `p` lies beyond an edge.
+    pub(crate) fn is_beyond_edge(&self, p: DVec2) -> bool {
+        self.edges
+            .iter()
+            .any(|&(direction, offset)| p.dot(direction) > offset)
     }
 }
 

@@ -315,7 +315,16 @@ fn extent(
 
 fn add_walls(clip: &Clip, radius: f64, scale: f64, walls: &mut Vec<Wall>) {
     let overhang = OVERHANG / scale;
-    for &[a, b] in clip.walls.iter().chain(&clip.borders) {
+    // The first two functions of an edge are 0: it hides all that is beyond.
+    walls.extend(clip.edges.iter().map(|&(direction, offset)| {
+        let beyond = [
+            single(offset + overhang),
+            single(-direction.x * radius),
+            single(-direction.y * radius),
+        ];
+        [[0.0; 3], [0.0; 3], beyond]
+    }));
+    for &[a, b] in &clip.walls {
         let (mut a, mut b) = (a - clip.anchor, b - clip.anchor);
         if a.perp_dot(b) < 0.0 {
             std::mem::swap(&mut a, &mut b);

@@ -63,27 +63,15 @@ pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Box<
     (0..surfels.len())
         .into_par_iter()
         .map(|i| {
-            let lines = edge_lines(surfels, tree, i);
-            if lines.is_empty() {
-                return None;
-            }
-            let mut clip = Clip::default();
-            for (direction, offset) in lines {
-                clip.add_line(direction, offset, surfels.radii[i]);
-            }
-            Some(Box::new(clip))
+            let edges = edge_lines(surfels, tree, i);
+            (!edges.is_empty()).then(|| {
+                Box::new(Clip {
+                    edges,
+                    ..Clip::default()
+                })
+            })
         })
         .collect()
-}
-
-/// True if point `at` of surfel `i`'s tangent plane lies beyond a sharp edge that bounds it.
-pub(crate) fn outside_of_edges(surfels: &Surfels, tree: &NodeTree, i: usize, at: DVec3) -> bool {
-    let (t0, t1) = Surfels::tangents(surfels.normals[i]);
-    let d = at - surfels.positions[i];
-    let p = DVec2::new(d.dot(t0), d.dot(t1));
-    edge_lines(surfels, tree, i)
-        .iter()
-        .any(|&(direction, offset)| p.dot(direction) > offset)
 }
 
 /// Whether `x` lies behind the tangent planes of both surfels nearest to it (Aras 2014, fig. 65).
@@ -175,18 +163,15 @@ pub(crate) fn at_surface(
             }
         }
     }
-    let seen = lines
-        .iter()
-        .all(|&(direction, offset)| clip.anchor.dot(direction) < offset);
+    clip.edges = lines;
     let eye = x + t0 * clip.anchor.x + t1 * clip.anchor.y;
     let moved = clip.anchor.length();
-    if !seen || moved > r || (lines.is_empty() && !is_inside) || (moved > 0.0 && !inside(eye)) {
-        return None;
-    }
-    for (direction, offset) in lines {
-        clip.add_line(direction, offset, r);
-    }
-    Some(clip)
+    let in_body = if moved > 0.0 {
+        inside(eye)
+    } else {
+        is_inside || !clip.edges.is_empty()
+    };
+    (in_body && moved <= r && !clip.is_beyond_edge(clip.anchor)).then_some(clip)
 }
 
 /// The surfel nearest to `x` among those that face about like `normal`.

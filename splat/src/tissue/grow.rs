@@ -1,16 +1,13 @@
 //! New skin on a cut: where it lies, how large its disks are, where it ends.
 
-use super::split::NUDGE;
 use super::{InsideTest, Tissue};
 use crate::cast::{count, index};
-use crate::clip::{Clip, nearest_on_segment};
+use crate::clip::Clip;
 use crate::radii::sheet_radius;
 use crate::rim::{self, SkinDisk};
-use crate::surfels::Surfels;
 use crate::texture::PARENCHYMA;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
-use rstar::AABB;
 use rstar::primitives::GeomWithData;
 
 /// Largest radius of new skin in units of its spacing; the sampler's holes stay below that.
@@ -27,7 +24,7 @@ pub(super) struct Grown {
     pub(super) skin: usize,
     /// Surfels whose radius was computed.
     pub(super) resized: usize,
-    /// New skin, and old skin whose anchor moved.
+    /// New skin, doubles included.
     pub(super) to_bind: Vec<u32>,
 }
 
@@ -38,12 +35,11 @@ impl Tissue {
     }
 
     /// New skin on triangles, numbered from `first_triangle`: two surfels per sample inside the body,
-    /// and beside its rim; `turned` are the edges that became free or ceased to be.
+    /// and beside its rim.
     pub(super) fn grow_skin(
         &mut self,
         triangles: &[[DVec3; 3]],
         first_triangle: u32,
-        turned: &[[DVec3; 2]],
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Grown {
         let (spacing, radius) = (self.sampler.spacing(), self.skin_radius());
@@ -80,22 +76,18 @@ impl Tissue {
             let area = spacing * spacing;
             self.surfels.push(at, disk.normal, area, radius, PARENCHYMA);
             self.triangles.push(triangle);
-            let bounded = !clip.walls.is_empty();
+            let bounded = !clip.edges.is_empty();
             self.clips.push(bounded.then(|| Box::new(clip)));
             self.skin_tree.insert(GeomWithData::new(at.to_array(), i));
         }
         let fresh: Vec<u32> = (first..count(self.surfels.len())).collect();
-        let mut to_bind = Vec::new();
         if self.settings.clip {
             for &s in &fresh {
                 let at = self.surfels.positions[index(s)];
                 let hits = self.borders.triangles_near(at, radius);
                 self.split(s, &hits);
             }
-            to_bind = self.end_at_borders(&fresh, turned);
         }
-        to_bind.retain(|&s| s < first);
-        to_bind.extend(first..count(self.surfels.len()));
         let resized = self.skin_beside(&fresh);
         self.resize(&resized);
         self.rows_for_new();
@@ -103,7 +95,7 @@ impl Tissue {
             samples: samples.len(),
             skin: fresh.len(),
             resized: resized.len(),
-            to_bind,
+            to_bind: (first..count(self.surfels.len())).collect(),
         }
     }
 
@@ -158,67 +150,5 @@ impl Tissue {
                 self.surfels.radii[index(double)] = radius;
             }
         }
-    }
-
-    /// Bounds skin at the cut's free edges: the new surfels `fresh`, and old ones beside edges that
-    /// `turned` free or ceased to be. Returns those whose anchor moved.
-    fn end_at_borders(&mut self, fresh: &[u32], turned: &[[DVec3; 2]]) -> Vec<u32> {
-        let reach = self.skin_radius() + 0.5 * self.settings.opening;
-        let mut touched = fresh.to_vec();
-        for &[a, b] in turned {
-            let (low, high) = (a.min(b) - reach, a.max(b) + reach);
-            let envelope = AABB::from_corners(low.to_array(), high.to_array());
-            let beside = self.skin_tree.locate_in_envelope(envelope);
-            touched.extend(beside.map(|p| p.data));
-        }
-        touched.sort_unstable();
-        touched.dedup();
-        let mut moved = Vec::new();
-        for s in touched {
-            let i = index(s);
-            let (x, n) = (self.surfels.positions[i], self.surfels.normals[i]);
-            let (t0, t1) = Surfels::tangents(n);
-            let flat = |p: DVec3| DVec2::new((p - x).dot(t0), (p - x).dot(t1));
-            let sheet = self.borders.sheet(self.triangles[i]);
-            let edges: Vec<([DVec2; 2], DVec2)> = self
-                .borders
-                .near(x, reach, sheet)
-                .iter()
-                .map(|edge| (edge.ends.map(flat), flat(edge.inner)))
-                .collect();
-            let family = self.doubles.get(&s).into_iter().flatten();
-            for &member in std::iter::once(&s).chain(family) {
-                let clip = &mut self.clips[index(member)];
-                if edges.is_empty() && clip.is_none() {
-                    continue;
-                }
-                let clip = clip.get_or_insert_default();
-                clip.borders = edges.iter().map(|edge| edge.0).collect();
-                let anchor = clip.anchor;
-                let clearance = NUDGE * SKIN_RADIUS * self.sampler.spacing();
-                for &([a, b], inner) in &edges {
-                    draw_in(&mut clip.anchor, [a, b], inner, clearance);
-                }
-                if clip.anchor != anchor {
-                    moved.push(member);
-                }
-            }
-        }
-        moved
-    }
-}
-
-/// Moves an anchor that is closer than `clearance` to the edge a-b to the side of `inner`.
-fn draw_in(anchor: &mut DVec2, [a, b]: [DVec2; 2], inner: DVec2, clearance: f64) {
-    let Some(normal) = (b - a).perp().try_normalize() else {
-        return;
-    };
-    let inward = if (inner - a).dot(normal) < 0.0 {
-        -normal
-    } else {
-        normal
-    };
-    if nearest_on_segment(a, b, *anchor).distance(*anchor) < clearance {
-        *anchor += inward * (clearance - (*anchor - a).dot(inward));
     }
 }

@@ -233,8 +233,8 @@ impl Tissue {
     /// clipped at the cut, nodes sought again for surfels near it. Costs in proportion to what the
     /// triangles touch.
     ///
-    /// Skin ends at the body's surface and at the edges that only one triangle of the cut has, until
-    /// further triangles with the same corners take over from there. Its radii are those of
+    /// Skin ends at the body's surface and at older cuts; at the edges that only one triangle of the
+    /// cut has, its disks reach on into the tissue that hides them. Its radii are those of
     /// [`crate::covering_radii`] within one sheet of skin, at most 1.3 spacings, computed again where
     /// samples are new. Radii of the outer surface stay: the parts of a split disk cover what it
     /// covered.
@@ -285,7 +285,7 @@ impl Tissue {
         }
         change.rebound = touched.len();
         self.rebind(&touched, inside, crosses);
-        let grown = self.grow_skin(triangles, first_triangle, &turned, inside);
+        let grown = self.grow_skin(triangles, first_triangle, inside);
         change.samples = grown.samples;
         change.skin = grown.skin;
         change.resized = grown.resized;

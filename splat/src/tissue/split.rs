@@ -12,7 +12,7 @@ use rstar::AABB;
 use std::ops::Range;
 
 /// Clearance of an anchor from a wall, in radii.
-pub(super) const NUDGE: f64 = 0.05;
+const NUDGE: f64 = 0.05;
 /// Doubles of one surfel at most: a disk diced into more pieces is smaller than a node's share.
 const MAX_DOUBLES: usize = 7;
 /// A cut this parallel to a disk (cosine of normals) does not bound it.
@@ -100,14 +100,14 @@ impl Tissue {
                     continue;
                 }
                 let Some(clip) = &self.clips[i] else { continue };
+                // What no one sees beyond an edge is air.
+                if clip.is_beyond_edge(probe) {
+                    continue;
+                }
                 let clip = Clip {
                     anchor: probe,
                     ..(**clip).clone()
                 };
-                // Sharp edges of the surface bound the doubles too: a probe beyond one is air.
-                if self.beyond_edge(surfel, probe) {
-                    continue;
-                }
                 let double = count(self.surfels.len());
                 self.surfels.push_copy(i);
                 self.triangles.push(self.triangles[i]);
@@ -174,13 +174,5 @@ impl Tissue {
         let anchor = self.clips[i].as_ref().map_or(DVec2::ZERO, |c| c.anchor);
         let behind = super::BEHIND * self.sampler.spacing();
         self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y - n * behind
-    }
-
-    /// True if `probe` lies outside a sharp edge of the surface that bounds `surfel`.
-    fn beyond_edge(&self, surfel: u32, probe: DVec2) -> bool {
-        let i = index(surfel);
-        let (t0, t1) = Surfels::tangents(self.surfels.normals[i]);
-        let at = self.surfels.positions[i] + t0 * probe.x + t1 * probe.y;
-        rim::outside_of_edges(&self.surfels, &self.outer_tree, i, at)
     }
 }

@@ -136,9 +136,10 @@ fn drawn(tissue: &Tissue) -> Vec<DVec3> {
     out
 }
 
-/// Skin ends where its cut ends, at every stage of growth, and covers it up to there.
+/// Skin covers its cut up to the edges where it ends, at every stage of growth, and reaches less than
+/// a disk's radius on into the body, where its two sides cross.
 #[test]
-fn skin_ends_at_the_free_edges_of_a_growing_cut() {
+fn skin_reaches_the_free_edges_of_a_growing_cut() {
     for pieces in 1..6 {
         let (tissue, _, _) = inner_cut(pieces);
         let (low, high) = (
@@ -150,9 +151,8 @@ fn skin_ends_at_the_free_edges_of_a_growing_cut() {
             .iter()
             .map(|&p| (low - p).max(p - high).max_element())
             .fold(f64::NEG_INFINITY, f64::max);
-        // To round-off of coordinates below 1.
         assert!(
-            over < 1e-12,
+            over < tissue.skin_radius(),
             "skin of {pieces} pieces sticks out by {over:e}"
         );
         // Everywhere some disk is drawn within the steps of its 20 x 20 points.
