@@ -17,6 +17,7 @@ mod project;
 mod radii;
 mod raster;
 mod render;
+mod resolve;
 mod rim;
 mod scene;
 mod shade;

@@ -6,12 +6,13 @@ use crate::frame::Frame;
 use crate::image::Chart;
 use crate::project::{Chunk, Ink, Paint, Projected, Raster, TILE, project};
 use crate::raster::{
-    Print, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
+    Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles,
 };
+use crate::resolve::{LitTriangle, Stage, TilePixels};
 use crate::scene::{Background, DrawMode, ImageCoat, Lighting, SplatView, Surface};
-use crate::shade::{Point, Rig, Transfer, relief, tone};
+use crate::shade::{Rig, Transfer};
 use crate::tool::Mesh;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// What the image is like.
@@ -61,20 +62,6 @@ pub struct Renderer {
     tiles: Vec<TilePixels>,
     chunks: Vec<Chunk>,
     plain: Surface,
-}
-
-/// Finished pixels of one tile.
-#[derive(Debug, Clone, Default)]
-struct TilePixels {
-    color: Vec<[u8; 4]>,
-    depth: Vec<f32>,
-    normals: Vec<Vec3>,
-}
-
-/// A triangle in the camera frame, for lighting.
-struct LitTriangle {
-    normals: [Vec3; 3],
-    mesh: usize,
 }
 
 impl Renderer {
@@ -150,7 +137,14 @@ impl Renderer {
         };
         project(view, camera, &raster, &ink, &mut chunks);
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);
-        let rig = Rig::new(&self.settings.lighting);
+        let stage = Stage {
+            settings: &self.settings,
+            transfer: &self.transfer,
+            camera,
+            rig: &Rig::new(&self.settings.lighting),
+            lit: &lit,
+            meshes,
+        };
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
         let surfaces = &self.settings.surfaces;
         let coated = surfaces.iter().any(|surface| surface.coat.is_some());
@@ -165,18 +159,18 @@ impl Renderer {
                 let origin = [tile % raster.tiles[0] * TILE, tile / raster.tiles[0] * TILE];
                 let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
                 if triangles[tile].is_empty() && chunks.iter().all(|c| c.is_empty_in(tile)) {
-                    self.fill(origin[1], pixels);
+                    stage.fill(origin[1], pixels);
                     return;
                 }
                 buffers.clear();
                 draw_triangles(&triangles[tile], from, buffers);
                 if raster.mode == DrawMode::SinglePass {
-                    let tone = |p: &Projected, paint: &Paint| self.tone(p, paint, camera, &rig);
+                    let tone = |p: &Projected, paint: &Paint| stage.tone(p, paint);
                     blend_splats(&chunks, tile, from, &tone, buffers);
                 } else {
                     draw_splats(&chunks, tile, from, &print, buffers);
                 }
-                self.finish(buffers, &lit, meshes, camera, origin, &rig, pixels);
+                stage.finish(buffers, origin, pixels);
             },
         );
         self.chunks = chunks;
@@ -185,180 +179,9 @@ impl Renderer {
         frame
     }
 
-    /// The one colour of a splat that is lit as a whole.
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "on the screen"
-    )]
-    fn tone(&self, p: &Projected, paint: &Paint, camera: &Camera, rig: &Rig) -> Vec3 {
-        let at = [p.x.max(0.0) as usize, p.y.max(0.0) as usize];
-        let view = view_direction(camera, at, &self.settings);
-        tone(rig.shade(&Point {
-            normal: paint.normal.truncate(),
-            view,
-            color: paint.ink.color.truncate(),
-            specular: paint.ink.color.w,
-            shininess: paint.ink.shininess,
-            softness: 0.5,
-        }))
-    }
-
     fn surface(&self, material: u8) -> &Surface {
         let surfaces = &self.settings.surfaces;
         surfaces.get(usize::from(material)).unwrap_or(&self.plain)
-    }
-
-    /// A tile that shows nothing but the background.
-    fn fill(&self, top: usize, pixels: &mut TilePixels) {
-        let ss = index(self.settings.samples);
-        let side = TILE / ss;
-        pixels.color.resize(side * side, [0; 4]);
-        pixels.depth.clear();
-        pixels.depth.resize(side * side, f32::INFINITY);
-        pixels.normals.clear();
-        if self.settings.keep_normals {
-            pixels.normals.resize(side * side, Vec3::ZERO);
-        }
-        for (py, row) in pixels.color.chunks_exact_mut(side).enumerate() {
-            let [r, g, b] = self.transfer.encode(self.background(top + py * ss));
-            row.fill([r, g, b, 255]);
-        }
-    }
-
-    /// The background's colour in a row of samples.
-    fn background(&self, row: usize) -> Vec3 {
-        let height = index(self.settings.height) * index(self.settings.samples);
-        let down = single(real(row)) / single(real(height));
-        let background = &self.settings.background;
-        background.top.lerp(background.bottom, down.min(1.0))
-    }
-
-    /// Third pass: normalise, light, average the samples of each pixel, encode.
-    #[allow(clippy::too_many_arguments, reason = "one tile's inputs and outputs")]
-    fn finish(
-        &self,
-        buffers: &TileBuffers,
-        lit: &[LitTriangle],
-        meshes: &[Mesh],
-        camera: &Camera,
-        origin: [usize; 2],
-        rig: &Rig,
-        pixels: &mut TilePixels,
-    ) {
-        let ss = index(self.settings.samples);
-        let side = TILE / ss;
-        self.fill(origin[1], pixels);
-        if self.settings.keep_normals {
-            for (k, normal) in pixels.normals.iter_mut().enumerate() {
-                let mut sum = Vec3::ZERO;
-                for sample in 0..ss * ss {
-                    let (y, x) = (k / side * ss + sample / ss, k % side * ss + sample % ss);
-                    let sums = buffers.sums()[y * TILE + x][0];
-                    sum += sums.truncate().normalize_or_zero();
-                }
-                *normal = sum.normalize_or_zero();
-            }
-        }
-        for py in 0..side {
-            let background = self.background(origin[1] + py * ss);
-            for px in 0..side {
-                let open = (py * ss..(py + 1) * ss).all(|y| {
-                    let from = y * TILE + px * ss;
-                    let samples = &buffers.near()[from..from + ss];
-                    samples.iter().all(|&near| near == f32::NEG_INFINITY)
-                });
-                if open {
-                    continue;
-                }
-                let (sum, nearest) = self.pixel(
-                    buffers,
-                    [px, py],
-                    origin,
-                    background,
-                    lit,
-                    meshes,
-                    camera,
-                    rig,
-                );
-                let [r, g, b] = self.transfer.encode(sum);
-                pixels.color[py * side + px] = [r, g, b, 255];
-                pixels.depth[py * side + px] = match camera.lens {
-                    Lens::Perspective { .. } => 1.0 / nearest,
-                    Lens::Orthographic { .. } => -nearest,
-                };
-            }
-        }
-    }
-
-    /// Colour of a pixel, averaged over its samples, and the nearest sample's nearness.
-    ///
-    /// Samples of one smooth surface are averaged before they are lit, others lit one by one.
-    #[allow(clippy::too_many_arguments, reason = "one pixel's inputs")]
-    fn pixel(
-        &self,
-        buffers: &TileBuffers,
-        pixel: [usize; 2],
-        origin: [usize; 2],
-        background: Vec3,
-        lit: &[LitTriangle],
-        meshes: &[Mesh],
-        camera: &Camera,
-        rig: &Rig,
-    ) -> (Vec3, f32) {
-        let ss = index(self.settings.samples);
-        let mut nearest = f32::NEG_INFINITY;
-        let mut sum = Vec3::ZERO;
-        let mut alike = true;
-        let mut mean = [Vec4::ZERO; 3];
-        let mut mean_gloss = 0.0;
-        let mut splatted = 0.0;
-        let corner = [pixel[0] * ss, pixel[1] * ss];
-        let at = [origin[0] + corner[0], origin[1] + corner[1]];
-        let view = view_direction(camera, at, &self.settings);
-        for sample in 0..ss * ss {
-            let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
-            let near = buffers.near()[k];
-            if near == f32::NEG_INFINITY {
-                sum += background;
-                continue;
-            }
-            nearest = nearest.max(near);
-            if self.settings.mode == DrawMode::SinglePass {
-                let over = buffers.sums()[k][1];
-                let under = match buffers.triangle()[k].checked_sub(1) {
-                    Some(id) => tone(lit_triangle(&lit[index(id)], meshes, view, rig)),
-                    None => background,
-                };
-                sum += over.truncate() + under * (1.0 - over.w);
-                continue;
-            }
-            if let Some(id) = buffers.triangle()[k].checked_sub(1) {
-                sum += tone(lit_triangle(&lit[index(id)], meshes, view, rig));
-                continue;
-            }
-            let s = &buffers.sums()[k];
-            let per = 1.0 / s[0].w;
-            if splatted > 0.0 {
-                alike &= s[0].truncate().dot(mean[0].truncate()) * per > 0.9 * splatted;
-            }
-            for (m, s) in mean.iter_mut().zip(s) {
-                *m += *s * per;
-            }
-            mean_gloss += buffers.gloss()[k] * per;
-            splatted += 1.0;
-        }
-        if splatted > 0.0 && alike {
-            sum += tone(light(&mean, mean_gloss, view, rig)) * splatted;
-        } else if splatted > 0.0 {
-            for sample in 0..ss * ss {
-                let k = (corner[1] + sample / ss) * TILE + corner[0] + sample % ss;
-                if buffers.near()[k] > f32::NEG_INFINITY && buffers.triangle()[k] == 0 {
-                    sum += tone(light(&buffers.sums()[k], buffers.gloss()[k], view, rig));
-                }
-            }
-        }
-        (sum / single(real(ss * ss)), nearest)
     }
 
     fn assemble(&self, tiles: &[TilePixels], tiles_per_row: usize, side: usize) -> Frame {
@@ -410,70 +233,6 @@ fn print<'a>(view: &SplatView<'_>, splat: usize, coat: &'a ImageCoat) -> Print<'
         image: &coat.image,
         at: chart.at(view.texture_points[splat]),
         along: [chart.at(u), chart.at(v)],
-    }
-}
-
-/// Strength and exponent of the highlight where unit normals differ and their mean is shorter than 1
-/// (Toksvig 2005): without it the two sides of an edge, blended, shine as a third face between them.
-#[inline]
-fn spread_highlight(length: f32, specular: f32, shininess: f32) -> (f32, f32) {
-    let share = length / (length + shininess * (1.0 - length));
-    let strength = (1.0 + share * shininess) / (1.0 + shininess);
-    (specular * strength, share * shininess)
-}
-
-/// Normalises sums and lights them.
-#[inline]
-fn light(sums: &Sums, gloss: f32, view: Vec3, rig: &Rig) -> Vec3 {
-    let per = 1.0 / sums[0].w;
-    let (color, point) = (sums[1] * per, sums[2] * per);
-    let mean = sums[0].truncate() * per;
-    let length = mean.length();
-    let normal = if length > 0.0 { mean / length } else { view };
-    let (specular, shininess) = spread_highlight(length.min(1.0), color.w, gloss * per);
-    rig.shade(&Point {
-        normal: relief(normal, point.truncate(), point.w),
-        view,
-        color: color.truncate(),
-        specular,
-        shininess,
-        softness: 0.5,
-    })
-}
-
-/// Linear colour of a point on a tool.
-fn lit_triangle(t: &LitTriangle, meshes: &[Mesh], view: Vec3, rig: &Rig) -> Vec3 {
-    let mesh = &meshes[t.mesh];
-    let normal = (t.normals[0] + t.normals[1] + t.normals[2]).normalize_or(view);
-    rig.shade(&Point {
-        normal: if normal.dot(view) < 0.0 {
-            -normal
-        } else {
-            normal
-        },
-        view,
-        color: mesh.color,
-        specular: mesh.specular,
-        shininess: mesh.shininess,
-        softness: 0.0,
-    })
-}
-
-/// Unit vector from a sample to the viewer, camera axes (right, up, towards the viewer).
-#[inline]
-fn view_direction(camera: &Camera, at: [usize; 2], settings: &RenderSettings) -> Vec3 {
-    match camera.lens {
-        Lens::Orthographic { .. } => Vec3::Z,
-        Lens::Perspective { focal } => {
-            let ss = settings.samples;
-            let (w, h) = (
-                single(f64::from(settings.width * ss)),
-                single(f64::from(settings.height * ss)),
-            );
-            let per = 1.0 / (single(focal) * h);
-            let [x, y] = at.map(|v| single(real(v)) + 0.5);
-            Vec3::new((0.5 * w - x) * per, (y - 0.5 * h) * per, 1.0).normalize()
-        }
     }
 }
 
