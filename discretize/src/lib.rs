@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod background;
+mod creases;
 mod error;
 mod file;
 mod fill;

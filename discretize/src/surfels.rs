@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::creases::{corner_normals, interpolated};
 use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::solid::Solid;
@@ -30,8 +31,10 @@ const FIRST_RADIUS: f64 = 0.82;
 /// count is reached (Poisson discs by dart throwing, Cook 1986). Each candidate then gives its area
 /// to the nearest surfel.
 ///
-/// `exact`: the body the mesh approximates; positions are moved onto it and normals taken from it.
-/// Otherwise normals are those of the triangles.
+/// `exact`: the body the mesh approximates; positions are moved onto it and normals taken from it. A
+/// body given by a mesh is taken for a smooth surface with creases, where faces meet at more than
+/// 40°: normals are interpolated between those at the corners of its triangles. Without `exact` they
+/// are those of the triangles.
 ///
 /// # Panics
 /// If a triangle names a vertex out of range.
@@ -93,7 +96,20 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfe
         };
         surfels.areas[place[owner as usize] as usize] += share;
     }
-    if let Some(solid) = exact {
+    let given = exact.and_then(|solid| solid.mesh().zip(solid.hierarchy()));
+    if let Some((mesh, hierarchy)) = given {
+        let normals = corner_normals(mesh);
+        for (position, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
+            let Some(closest) = hierarchy.closest(*position) else {
+                continue;
+            };
+            let triangle = closest.triangle as usize;
+            *position = closest.point;
+            *normal = interpolated(mesh.corners(triangle), normals[triangle], closest.point)
+                .try_normalize()
+                .unwrap_or(*normal);
+        }
+    } else if let Some(solid) = exact {
         for (position, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
             *position = solid.project(*position);
             let exact = solid.normal(*position);
