@@ -109,11 +109,34 @@ pub(crate) struct Raster {
     pub(crate) tolerance: f64,
 }
 
-/// Projects and bins all splats, each in the ink that `ink` gives it; `chunks` are overwritten.
+/// Which splats are projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Facing {
+    Viewer,
+    /// Those seen from behind, but for the ones near an outline.
+    Away,
+}
+
+/// Cosine between the line of sight and the normal of a splat that faces well away.
+const AWAY: f64 = 0.3;
+
+impl Facing {
+    /// Whether a splat with its normal at this cosine to the line of sight is projected; false for NaN.
+    fn takes(self, cosine: f64) -> bool {
+        match self {
+            Self::Viewer => cosine < 0.0,
+            Self::Away => cosine > AWAY,
+        }
+    }
+}
+
+/// Projects and bins the splats that face as told, each in the ink that `ink` gives it; `chunks` are
+/// overwritten.
 pub(crate) fn project(
     view: &SplatView<'_>,
     camera: &Camera,
     raster: &Raster,
+    facing: Facing,
     ink: &(impl Fn(usize) -> Ink + Sync),
     chunks: &mut Vec<Chunk>,
 ) {
@@ -126,29 +149,33 @@ pub(crate) fn project(
         chunk.paints.clear();
         chunk.walls.clear();
         for i in c * size..((c + 1) * size).min(n) {
-            project_one(view, camera, &axes, raster, i, ink, chunk);
+            project_one(view, camera, &axes, raster, facing, i, ink, chunk);
         }
         bin(chunk, raster.tiles);
     });
 }
 
+#[allow(
+    clippy::too_many_arguments,
+    reason = "what a splat is and how it is seen"
+)]
 fn project_one(
     view: &SplatView<'_>,
     camera: &Camera,
     axes: &DMat3,
     raster: &Raster,
+    facing: Facing,
     i: usize,
     ink: &impl Fn(usize) -> Ink,
     chunk: &mut Chunk,
 ) {
     let splats = view.splats;
     let (arm, normal) = (splats.positions[i] - camera.eye, splats.normals[i]);
-    let toward = match camera.lens {
-        Lens::Perspective { .. } => normal.dot(arm),
+    let cosine = match camera.lens {
+        Lens::Perspective { .. } => normal.dot(arm) / arm.length(),
         Lens::Orthographic { .. } => normal.dot(camera.forward),
     };
-    // Seen from behind (and NaN).
-    if toward >= 0.0 || toward.is_nan() {
+    if !facing.takes(cosine) {
         return;
     }
     let axes = *axes;

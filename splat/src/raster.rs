@@ -311,6 +311,42 @@ pub(crate) fn draw_splats<'a>(
     }
 }
 
+/// Gives what no splat covers, where a tile's splats seen from behind do, the one colour `inside`.
+pub(crate) fn fill_gaps(
+    chunks: &[Chunk],
+    tile_index: usize,
+    origin: [i32; 2],
+    inside: Vec3,
+    tile: &mut TileBuffers,
+) {
+    let open = |near: &[f32; LANES]| near.contains(&f32::NEG_INFINITY);
+    if !tile.near.iter().any(open) {
+        return;
+    }
+    tile.limit.copy_from_slice(&tile.near);
+    for chunk in chunks {
+        for (p, _) in chunk.in_tile(tile_index) {
+            for_runs(p, chunk.walls_of(p), origin, |k, found| {
+                let covered = found.squared.cmplt(Vec4::INFINITY);
+                let gap = Vec4::from_array(tile.limit[k]).cmpeq(Vec4::NEG_INFINITY);
+                let mut left = (covered & gap).bitmask();
+                let near = found.near.to_array();
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize % LANES;
+                    left &= left - 1;
+                    tile.near[k][lane] = tile.near[k][lane].max(near[lane]);
+                    tile.sums[k][lane] = [
+                        Vec4::new(0.0, 0.0, 1.0, 1.0),
+                        inside.extend(0.0),
+                        Vec4::ZERO,
+                    ];
+                    tile.gloss[k][lane] = 1.0;
+                }
+            });
+        }
+    }
+}
+
 /// Single pass: splats over each other from back to front, opacity by eq. (50) of Aras 2014, each
 /// splat in the one colour `tone` gives it. The sums hold colour times opacity and opacity.
 pub(crate) fn blend_splats(

@@ -4,9 +4,9 @@ use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
 use crate::image::Chart;
-use crate::project::{Chunk, Ink, Paint, Projected, Raster, TILE, project};
+use crate::project::{Chunk, Facing, Ink, Paint, Projected, Raster, TILE, project};
 use crate::raster::{
-    Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles,
+    Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
 };
 use crate::resolve::{LitTriangle, Stage, TilePixels};
 use crate::scene::{Background, DrawMode, ImageCoat, Lighting, SplatView, Surface};
@@ -61,6 +61,7 @@ pub struct Renderer {
     transfer: Transfer,
     tiles: Vec<TilePixels>,
     chunks: Vec<Chunk>,
+    behind: Vec<Chunk>,
     plain: Surface,
 }
 
@@ -84,6 +85,7 @@ impl Renderer {
             transfer: Transfer::new(),
             tiles: Vec::new(),
             chunks: Vec::new(),
+            behind: Vec::new(),
             plain: Surface::default(),
         }
     }
@@ -122,6 +124,7 @@ impl Renderer {
             tolerance: self.settings.tolerance,
         };
         let mut chunks = std::mem::take(&mut self.chunks);
+        let mut behind = std::mem::take(&mut self.behind);
         let mut tiles = std::mem::take(&mut self.tiles);
         let ink = |i: usize| {
             let s = self.surface(view.materials[i]);
@@ -135,7 +138,12 @@ impl Renderer {
                 shininess: s.shininess,
             }
         };
-        project(view, camera, &raster, &ink, &mut chunks);
+        project(view, camera, &raster, Facing::Viewer, &ink, &mut chunks);
+        let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
+        match inside {
+            Some(_) => project(view, camera, &raster, Facing::Away, &ink, &mut behind),
+            None => behind.clear(),
+        }
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);
         let stage = Stage {
             settings: &self.settings,
@@ -158,7 +166,9 @@ impl Renderer {
             |buffers, (tile, pixels)| {
                 let origin = [tile % raster.tiles[0] * TILE, tile / raster.tiles[0] * TILE];
                 let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
-                if triangles[tile].is_empty() && chunks.iter().all(|c| c.is_empty_in(tile)) {
+                if triangles[tile].is_empty()
+                    && chunks.iter().chain(&behind).all(|c| c.is_empty_in(tile))
+                {
                     stage.fill(origin[1], pixels);
                     return;
                 }
@@ -170,10 +180,14 @@ impl Renderer {
                 } else {
                     draw_splats(&chunks, tile, from, &print, buffers);
                 }
+                if let Some(inside) = inside {
+                    fill_gaps(&behind, tile, from, inside, buffers);
+                }
                 stage.finish(buffers, origin, pixels);
             },
         );
         self.chunks = chunks;
+        self.behind = behind;
         let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
         self.tiles = tiles;
         frame

@@ -138,6 +138,9 @@ pub struct SplatView<'a> {
     pub clips: &'a [Option<Box<Clip>>],
     /// Rest radii (m), the unit of the clips.
     pub radii: &'a [f64],
+    /// Linear colour of what is seen of the body from behind through gaps of its surface, as along
+    /// the end of a cut (three-pass mode); `None`: the background is seen there.
+    pub inside: Option<Vec3>,
 }
 
 impl SplatView<'_> {

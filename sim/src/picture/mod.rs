@@ -20,6 +20,9 @@ use phyxel_splat::{
 use crate::scene::{self, Coloring, Pictures};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 
+/// What light reaches the bottom of a wound, where its sides do not quite meet.
+const DEPTH: f32 = 0.25;
+
 /// The surface of one body.
 #[derive(Debug)]
 struct Skin {
@@ -300,6 +303,9 @@ impl Skin {
             texture_normals: &surfels.normals,
             clips: self.tissue.clips(),
             radii: &surfels.radii,
+            // An uncut surface has no gaps.
+            inside: (surfels.len() > self.tissue.outer_count())
+                .then_some(self.texture.parenchyma_dark * DEPTH),
         }
     }
 }
@@ -314,6 +320,7 @@ struct Merged {
     texture_normals: Vec<glam::DVec3>,
     clips: Vec<Option<Box<Clip>>>,
     radii: Vec<f64>,
+    inside: Option<Vec3>,
 }
 
 impl Merged {
@@ -330,6 +337,7 @@ impl Merged {
             all.texture_normals.extend(view.texture_normals);
             all.clips.extend_from_slice(view.clips);
             all.radii.extend(view.radii);
+            all.inside = all.inside.or(view.inside);
             first_material += u8::try_from(skin.surfaces.len()).unwrap_or(0);
         }
         all
@@ -349,6 +357,7 @@ impl Merged {
             texture_normals: &self.texture_normals,
             clips: &self.clips,
             radii: &self.radii,
+            inside: self.inside,
         };
         renderer.draw(&view, tools, camera)
     }

@@ -218,6 +218,7 @@ impl Tissue {
             texture_normals: &self.surfels.normals,
             clips: &self.clips,
             radii: &self.surfels.radii,
+            inside: None,
         }
     }
 
