@@ -16,7 +16,6 @@
 //! | step at the stability limit | 1 of the critical step stays bounded; 1.2 is refused with the limit |
 //! | tool pushed through the body | it comes out on the other side, the body lives or the error names it |
 //! | blade faster than the body | one strip from start to end, as deep as a slow one |
-//! | tissue that tears ahead of the blade | the part of the blade in the gap cuts nothing: the cut is flat |
 //! | cut of the support itself | held nodes stay; both parts hang on |
 //! | zero gravity | a cut body at rest stays at rest to round-off |
 //! | graded nodes, cut where they are fine | two pieces, the audit closes |

@@ -6,7 +6,6 @@ use phyxel_enrich::{CutSettings, Cuts, Graph, nodes_in_small_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
-use super::blade::{divided, edge_in_material};
 use super::body::Body;
 use super::error::BodyProblem;
 use super::factors::Factors;
@@ -53,8 +52,6 @@ pub struct Cutting {
 struct Stroke {
     cut: usize,
     id: usize,
-    /// The blade's edge in material coordinates (m) when it was last taken up.
-    edge: Vec<DVec3>,
 }
 
 /// What a capture changed.
@@ -155,17 +152,21 @@ impl Cutting {
         self.capped.iter().filter(|&&capped| capped).count()
     }
 
-    /// The edge in the world (m) of the blade of `cut`, mapped into the material.
+    /// A blade's edge in the world (m), mapped into the material.
     pub(super) fn edge_in_material(
         &self,
         body: &Body,
-        cut: usize,
         edge: &[DVec3],
     ) -> Result<Vec<DVec3>, BodyProblem> {
-        let stroke = self.strokes.iter().find(|stroke| stroke.cut == cut);
-        let last = stroke.map_or(&[][..], |stroke| &stroke.edge);
+        let frame = self.map.frame(
+            body.motion.positions(),
+            body.elastic.deformation_gradients(),
+        )?;
         let world = divided(edge, self.division);
-        edge_in_material(body, &self.map, &self.cuts, &world, last)
+        Ok(world
+            .iter()
+            .map(|&point| frame.to_material(point).position)
+            .collect())
     }
 
     /// Takes up an edge in material coordinates: spans the new piece of the cut, and changes
@@ -219,19 +220,11 @@ impl Cutting {
         moment: Moment,
     ) -> Result<(Capture, Vec<u32>), BodyProblem> {
         self.captures += 1;
-        let stroke = match self.strokes.iter_mut().find(|stroke| stroke.cut == cut) {
-            Some(stroke) => {
-                stroke.edge.clear();
-                stroke.edge.extend_from_slice(edge);
-                stroke.id
-            }
+        let stroke = match self.strokes.iter().find(|stroke| stroke.cut == cut) {
+            Some(stroke) => stroke.id,
             None => {
                 let id = self.cuts.start(edge)?;
-                self.strokes.push(Stroke {
-                    cut,
-                    id,
-                    edge: edge.to_vec(),
-                });
+                self.strokes.push(Stroke { cut, id });
                 self.factors.start(id, edge);
                 id
             }
@@ -352,4 +345,37 @@ fn with_neighbors(body: &Body, nodes: &[u32]) -> Vec<u32> {
         .iter()
         .map(|&node| body.neighborhoods.row(node as usize));
     rows.flatten().chain(nodes).copied().collect()
+}
+
+/// Divides a polyline into pieces not longer than `length` (m).
+fn divided(line: &[DVec3], length: f64) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for pair in line.windows(2) {
+        let pieces = (pair[0].distance(pair[1]) / length).ceil().max(1.0);
+        let mut piece = 0.0;
+        while piece < pieces {
+            points.push(pair[0].lerp(pair[1], piece / pieces));
+            piece += 1.0;
+        }
+    }
+    points.extend(line.last());
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_divided_line_keeps_its_corners_and_has_no_long_piece() {
+        let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.25, 0.0)];
+        let points = divided(&line, 0.3);
+        for corner in line {
+            assert!(points.contains(&corner), "{corner} is lost");
+        }
+        for pair in points.windows(2) {
+            assert!(pair[0].distance(pair[1]) <= 0.3, "{pair:?} is too long");
+        }
+        assert_eq!(points.len(), 6, "4 pieces and 1");
+    }
 }

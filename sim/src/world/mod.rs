@@ -3,7 +3,6 @@
 //! The world composes the leaves and computes no physics itself. It knows nothing of pictures and
 //! files; whoever runs it asks for them between two steps.
 
-mod blade;
 mod body;
 mod cutting;
 mod error;
@@ -487,7 +486,7 @@ impl Member {
         let (body, cutting) = self.with_cutting(cut)?;
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
-        let edge = cutting.edge_in_material(body, index, edge)?;
+        let edge = cutting.edge_in_material(body, edge)?;
         let capture = cutting.capture(body, index, &edge, moment)?;
         let level = cutting.level();
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
