@@ -13,8 +13,8 @@ mod oracle;
 use glam::{DMat3, DVec3, Vec3};
 use oracle::{Shape, box_distance, compare};
 use phyxel_splat::{
-    Camera, DrawMode, Frame, Image, ImageCoat, Lens, Mesh, RenderSettings, Renderer, Splats,
-    Surfels, Tissue, TissueSettings,
+    Camera, DrawMode, Frame, Image, ImageCoat, Lens, Mesh, RenderSettings, Renderer, SplatView,
+    Splats, Surfels, Tissue, TissueSettings,
 };
 use std::sync::Arc;
 use testkit::cloud::{filled_cube, patch, swept};
@@ -373,4 +373,50 @@ fn tools_hide_and_are_hidden() {
     assert!((depth_with(1.0) - 1.1).abs() < 0.01);
     assert!((depth_with(0.7) - 0.8).abs() < 0.01);
     assert!((depth_with(0.0) - 0.7).abs() < 0.01);
+}
+
+/// Through a gap one sees the body's inside, from behind; nothing else changes.
+#[test]
+fn gaps_show_the_inside() {
+    let (mut x, mut n, mut a) = Shape::Sphere.samples(4_000);
+    let open = |p: &DVec3| p.z > 0.8 * p.length();
+    let kept: Vec<usize> = (0..x.len()).filter(|&i| !open(&x[i])).collect();
+    x = kept.iter().map(|&i| x[i]).collect();
+    n = kept.iter().map(|&i| n[i]).collect();
+    a = kept.iter().map(|&i| a[i]).collect();
+    let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
+    let splats = Splats::at_rest(tissue.surfels());
+    let colors = vec![Vec3::splat(0.4); splats.positions.len()];
+    let half = DVec3::splat(x[0].length());
+    let camera = Camera::framing(-half, half, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
+    let mut renderer = Renderer::new(settings(DrawMode::ThreePass, 1));
+    let closed = SplatView {
+        inside: Some(Vec3::new(0.02, 0.0, 0.0)),
+        ..tissue.view(&splats, &colors)
+    };
+    let open = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
+    let closed = renderer.draw(&closed, &[], &camera);
+    let mut filled = 0;
+    for (k, (before, after)) in open.depth.iter().zip(&closed.depth).enumerate() {
+        if before.is_finite() {
+            assert_eq!(open.pixels[k], closed.pixels[k], "pixel {k} was covered");
+            assert_eq!(before.to_bits(), after.to_bits());
+        } else if after.is_finite() {
+            let [r, g, b, _] = closed.pixels[k];
+            assert!(
+                r > 2 * g.max(b),
+                "pixel {k} is not the inside's: {r} {g} {b}"
+            );
+            filled += 1;
+        }
+        let (dx, dy) = (
+            f64::from(k as u32 % 320) - 159.5,
+            f64::from(k as u32 / 320) - 119.5,
+        );
+        // The hole's radius is 0.6 of the ball's, which fills 0.44 of 240 pixels.
+        if dx.hypot(dy) < 0.5 * 0.44 * 240.0 {
+            assert!(after.is_finite(), "pixel {k} shows the background");
+        }
+    }
+    assert!(filled > 5_000, "{filled} pixels were open");
 }
