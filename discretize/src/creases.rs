@@ -2,15 +2,43 @@
 
 use glam::DVec3;
 
+use crate::hierarchy::Hierarchy;
 use crate::mesh::Mesh;
 
 /// Faces whose normals differ by more than 40° (cosine) meet at a crease, the others are one smooth
 /// surface.
 const CREASE: f64 = 0.766;
 
+/// A mesh as a smooth surface with creases.
+pub(crate) struct Creased<'a> {
+    mesh: &'a Mesh,
+    hierarchy: &'a Hierarchy,
+    corner_normals: Vec<[DVec3; 3]>,
+}
+
+impl<'a> Creased<'a> {
+    pub(crate) fn new(mesh: &'a Mesh, hierarchy: &'a Hierarchy) -> Self {
+        Self {
+            mesh,
+            hierarchy,
+            corner_normals: corner_normals(mesh),
+        }
+    }
+
+    /// The unit normal where the surface is closest to `p`, interpolated between those at the corners of
+    /// the triangle; zero for an empty or degenerate one.
+    pub(crate) fn normal(&self, p: DVec3) -> DVec3 {
+        self.hierarchy.closest(p).map_or(DVec3::ZERO, |closest| {
+            let triangle = closest.triangle as usize;
+            let corners = self.mesh.corners(triangle);
+            interpolated(corners, self.corner_normals[triangle], closest.point)
+        })
+    }
+}
+
 /// Unit normals at the corners of all triangles: the mean of those faces at the vertex that no crease
 /// parts from the triangle, weighted by their angles there (Thürmer and Wüthrich 1998).
-pub(crate) fn corner_normals(mesh: &Mesh) -> Vec<[DVec3; 3]> {
+fn corner_normals(mesh: &Mesh) -> Vec<[DVec3; 3]> {
     let count = mesh.triangles.len();
     let normals: Vec<DVec3> = (0..count)
         .map(|t| mesh.area_vector(t).normalize_or_zero())
@@ -40,54 +68,10 @@ pub(crate) fn corner_normals(mesh: &Mesh) -> Vec<[DVec3; 3]> {
 }
 
 /// The normal at a point of a triangle, interpolated between those at its corners.
-pub(crate) fn interpolated(corners: [DVec3; 3], normals: [DVec3; 3], point: DVec3) -> DVec3 {
+fn interpolated(corners: [DVec3; 3], normals: [DVec3; 3], point: DVec3) -> DVec3 {
     let [a, b, c] = corners;
     let whole = (b - a).cross(c - a);
     let share = |p: DVec3, q: DVec3| (p - point).cross(q - point).dot(whole);
     let (u, v, w) = (share(b, c), share(c, a), share(a, b));
     (normals[0] * u + normals[1] * v + normals[2] * w).normalize_or_zero()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Shape, Solid, surface_mesh};
-
-    #[test]
-    fn a_ball_of_facets_has_nearly_a_balls_normals_and_a_box_its_faces() {
-        let ball = Shape::Ellipsoid {
-            semi_axes: DVec3::ONE,
-        };
-        let solid = Solid::implicit(ball.bounds(), move |p| ball.value(p));
-        let mesh = surface_mesh(&solid, 0.2).expect("it has a surface");
-        let normals = corner_normals(&mesh);
-        let (mut smooth, mut flat) = (0.0_f64, 0.0_f64);
-        for (t, normals) in normals.iter().enumerate() {
-            let corners = mesh.corners(t);
-            for share in [[0.6, 0.3, 0.1], [0.1, 0.1, 0.8], [0.3, 0.4, 0.3]] {
-                let at = corners
-                    .iter()
-                    .zip(share)
-                    .map(|(&c, s)| c * s)
-                    .sum::<DVec3>();
-                let exact = at.normalize();
-                smooth = smooth.max(interpolated(corners, *normals, at).distance(exact));
-                flat = flat.max(mesh.area_vector(t).normalize().distance(exact));
-            }
-        }
-        assert!(smooth < 0.35 * flat, "{smooth} instead of {flat}");
-        let corner =
-            |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
-        let mut cube = Mesh {
-            vertices: (0..8).map(corner).collect(),
-            triangles: Vec::new(),
-        };
-        for [a, b, c, d] in testkit::cloud::BOX_FACES {
-            cube.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-        for (t, normals) in corner_normals(&cube).iter().enumerate() {
-            let face = cube.area_vector(t).normalize();
-            assert!(normals.iter().all(|n| n.distance(face) < 1e-15));
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::creases::{corner_normals, interpolated};
+use crate::creases::Creased;
 use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::solid::Solid;
@@ -96,23 +96,15 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfe
         };
         surfels.areas[place[owner as usize] as usize] += share;
     }
-    let given = exact.and_then(|solid| solid.mesh().zip(solid.hierarchy()));
-    if let Some((mesh, hierarchy)) = given {
-        let normals = corner_normals(mesh);
-        for (position, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
-            let Some(closest) = hierarchy.closest(*position) else {
-                continue;
-            };
-            let triangle = closest.triangle as usize;
-            *position = closest.point;
-            *normal = interpolated(mesh.corners(triangle), normals[triangle], closest.point)
-                .try_normalize()
-                .unwrap_or(*normal);
-        }
-    } else if let Some(solid) = exact {
+    if let Some(solid) = exact {
+        let given = solid.mesh().zip(solid.hierarchy());
+        let creased = given.map(|(mesh, hierarchy)| Creased::new(mesh, hierarchy));
         for (position, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
             *position = solid.project(*position);
-            let exact = solid.normal(*position);
+            let exact = match &creased {
+                Some(creased) => creased.normal(*position),
+                None => solid.normal(*position),
+            };
             if exact != DVec3::ZERO {
                 *normal = exact;
             }

@@ -134,6 +134,18 @@ fn skin_of_a_folded_cut_stays_in_the_body() {
         if surfels.normals[i].z.abs() > 0.5 {
             continue;
         }
+        // An anchor beside a wall is moved off it by a twentieth of the largest radius at most.
+        if let Some(clip) = &tissue.clips()[i] {
+            let beyond = clip
+                .edges
+                .iter()
+                .map(|(d, offset)| clip.anchor.dot(*d) - offset);
+            let out = beyond.fold(0.0, f64::max);
+            assert!(
+                out < 0.05 * 1.3 / 30.0,
+                "surfel {i} sees from the air: {out}"
+            );
+        }
         for k in 0..400 {
             let q = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) / 10.0;
             let hidden = tissue.clips()[i]

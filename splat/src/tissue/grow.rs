@@ -24,8 +24,6 @@ pub(super) struct Grown {
     pub(super) skin: usize,
     /// Surfels whose radius was computed.
     pub(super) resized: usize,
-    /// New skin, doubles included.
-    pub(super) to_bind: Vec<u32>,
 }
 
 impl Tissue {
@@ -95,7 +93,6 @@ impl Tissue {
             samples: samples.len(),
             skin: fresh.len(),
             resized: resized.len(),
-            to_bind: (first..count(self.surfels.len())).collect(),
         }
     }
 

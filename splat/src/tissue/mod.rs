@@ -286,11 +286,13 @@ impl Tissue {
         }
         change.rebound = touched.len();
         self.rebind(&touched, inside, crosses);
+        let first = count(self.surfels.len());
         let grown = self.grow_skin(triangles, first_triangle, inside);
         change.samples = grown.samples;
         change.skin = grown.skin;
         change.resized = grown.resized;
-        self.rebind(&grown.to_bind, inside, crosses);
+        let new: Vec<u32> = (first..count(self.surfels.len())).collect();
+        self.rebind(&new, inside, crosses);
         Ok(change)
     }
 

@@ -2,6 +2,10 @@
 
 use super::{Case, given, set, strings};
 
+/// A body with skin from a file of points.
+const SCANNED: &str = "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
+     surfels: (points: (file: \"scan.xyz\")))], pictures: ())";
+
 pub(super) fn file_cases() -> Vec<Case> {
     vec![
         given("unknown embedded scene", &[], &["run", "livr"]),
@@ -46,24 +50,13 @@ pub(super) fn file_cases() -> Vec<Case> {
         ),
         given(
             "points without normals",
-            &[
-                (
-                    "scene.ron",
-                    "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
-                     surfels: (points: (file: \"scan.xyz\")))], pictures: ())",
-                ),
-                ("scan.xyz", "# x y z\n0.5 0 0\n"),
-            ],
+            &[("scene.ron", SCANNED), ("scan.xyz", "# x y z\n0.5 0 0\n")],
             &["run", "scene.ron", "--out", "results/here"],
         ),
         given(
             "points of another body",
             &[
-                (
-                    "scene.ron",
-                    "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
-                     surfels: (points: (file: \"scan.xyz\")))], pictures: ())",
-                ),
+                ("scene.ron", SCANNED),
                 ("scan.xyz", "500 0 0 1 0 0\n-500 0 0 -1 0 0\n"),
             ],
             &["run", "scene.ron", "--out", "results/here"],
