@@ -9,7 +9,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::DVec3;
 use phyxel_elastic::{
     Dilatation, Elastic, Fiber, Material, Materials, Nodes, Precision, PronyTerm, Settings,
-    Stencils, StiffnessCap,
+    Stencils,
 };
 use testkit::block::Block;
 use testkit::cloud::Random;
@@ -167,10 +167,6 @@ fn setup(c: &mut Criterion) {
     let touched: Vec<u32> = (0..100).collect();
     group.bench_function("update 100 rows", |b| {
         b.iter(|| body.update_rows(&touched, &stencils(&block)));
-    });
-    let cap = StiffnessCap::new(&body, &masses);
-    group.bench_function("cap 100 nodes", |b| {
-        b.iter(|| body.cap_stiffness(&cap, &touched, 0.5));
     });
     group.finish();
 }

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::bond::Bonds;
 use crate::completion::{RowKind, Span, row_kind};
 use crate::dilatation::MeanDilatation;
 use crate::error::ElasticError;
@@ -11,16 +12,18 @@ use crate::kernel::{Anchored, Lanes, Move};
 use crate::law::Prepared;
 use crate::material::Material;
 use crate::model::{Settings, Stencils};
+use crate::offset::Continuation;
 use crate::rows::Rows;
 use crate::still::Still;
 use crate::viscosity::Viscosity;
+use crate::watch::Watch;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Body {
     pub(crate) settings: Settings,
     pub(crate) rest: Vec<DVec3>,
     pub(crate) volumes: Vec<f64>,
-    /// `V_i` with the stiffness cap applied.
+    /// `V_i`, 0 at weak nodes.
     pub(crate) elastic_volumes: Vec<f64>,
     pub(crate) materials: Vec<Material>,
     pub(crate) prepared: Vec<Prepared>,
@@ -28,10 +31,22 @@ pub(crate) struct Body {
     pub(crate) material_of: Vec<u32>,
     /// Fiber directions, empty if the materials' own hold.
     pub(crate) fiber_directions: Vec<DVec3>,
+    /// Whether any law has `ln J` in it.
+    pub(crate) logarithm: bool,
     /// No viscosity and no fiber directions of their own.
     pub(crate) plain: bool,
     pub(crate) viscosity: Option<Viscosity>,
     pub(crate) dilatation: Option<MeanDilatation>,
+    /// Factors on `alpha` per node; empty where all are 1.
+    control_scales: Vec<f64>,
+    /// Offsets of rebuilt rows.
+    pub(crate) continuation: Continuation,
+    /// Weak nodes.
+    pub(crate) bonds: Bonds,
+    /// `1 / m_i`; empty unless stiffness is watched.
+    pub(crate) inverse_masses: Vec<f64>,
+    /// `sum_j |g_ij|²/m_j`, `j = i` included; empty unless stiffness is watched.
+    pub(crate) gradient_squares: Vec<f64>,
     /// `g_ii`.
     pub(crate) self_gradients: Vec<DVec3>,
     /// What zero-energy control needs; empty without.
@@ -48,6 +63,7 @@ pub(crate) struct Body {
     pub(crate) anchored: Vec<Anchored>,
     pub(crate) deformation: Vec<DMat3>,
     pub(crate) partial_energies: Vec<f64>,
+    pub(crate) watches: Vec<Watch>,
 }
 
 /// Zero-energy control of a node; all zero where the row is deficient.
@@ -73,14 +89,21 @@ impl Body {
         let controlled = settings.zero_energy_control > 0.0;
         let anchored = |x: &DVec3| Anchored([0.0, 0.0, 0.0, 0.0, x.x, x.y, x.z, 0.0]);
         let n_controlled = if controlled { n } else { 0 };
+        let prepared: Vec<Prepared> = materials.iter().map(Prepared::new).collect();
         Self {
+            logarithm: prepared.iter().any(Prepared::has_logarithm),
+            control_scales: Vec::new(),
+            continuation: Continuation::default(),
+            bonds: Bonds::default(),
+            inverse_masses: Vec::new(),
+            gradient_squares: Vec::new(),
             plain: viscosity.is_none(),
             viscosity,
             settings: *settings,
             rest: rest.to_vec(),
             volumes: volumes.to_vec(),
             elastic_volumes: volumes.to_vec(),
-            prepared: materials.iter().map(Prepared::new).collect(),
+            prepared,
             materials,
             material_of,
             fiber_directions: Vec::new(),
@@ -94,6 +117,7 @@ impl Body {
             anchored: rest[..n_controlled].iter().map(anchored).collect(),
             deformation: vec![DMat3::IDENTITY; n],
             partial_energies: vec![0.0; n.div_ceil(CHUNK)],
+            watches: vec![Watch::NOTHING; n.div_ceil(CHUNK)],
         }
     }
 
@@ -296,11 +320,21 @@ impl Body {
 
     /// Recomputes `c_i` after its volume or row changed.
     pub(crate) fn refresh_control(&mut self, node: usize) {
-        let alpha = self.settings.zero_energy_control;
+        let scale = self.control_scales.get(node).copied().unwrap_or(1.0);
+        let alpha = self.settings.zero_energy_control * scale;
         let stiffness = alpha * self.material(node).lame_mu() * self.elastic_volumes[node];
         let control = self.control.get(node);
         if let (Some(state), Some(control)) = (self.anchored.get_mut(node), control) {
             state.0[3] = stiffness * control.spread_inverse;
+        }
+    }
+
+    /// Multiplies `alpha` of some nodes.
+    pub(crate) fn scale_control(&mut self, nodes: &[u32], factor: f64) {
+        self.control_scales.resize(self.rest.len(), 1.0);
+        for &node in nodes {
+            self.control_scales[node as usize] = factor;
+            self.refresh_control(node as usize);
         }
     }
 
@@ -371,6 +405,11 @@ impl Body {
             + of(&self.fiber_directions)
             + self.viscosity.as_ref().map_or(0, Viscosity::bytes)
             + self.dilatation.as_ref().map_or(0, MeanDilatation::bytes)
+            + of(&self.control_scales)
+            + self.continuation.bytes()
+            + self.bonds.bytes()
+            + of(&self.inverse_masses)
+            + of(&self.gradient_squares)
             + of(&self.self_gradients)
             + of(&self.control)
             + of(&self.spans)
@@ -380,6 +419,7 @@ impl Body {
             + of(&self.anchored)
             + of(&self.deformation)
             + of(&self.partial_energies)
+            + of(&self.watches)
     }
 }
 

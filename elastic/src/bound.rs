@@ -1,4 +1,4 @@
-//! Bounds on stiffness: one on the largest eigenvalue, and the cap for nodes near a cut.
+//! A bound on the largest eigenvalue.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -143,58 +143,5 @@ impl RowBlocks {
             sums += block.x_axis.abs() + block.y_axis.abs() + block.z_axis.abs();
         }
         sums.max_element() + self.rest
-    }
-}
-
-/// Reference stiffness of the uncut body, for [`Elastic::cap_stiffness`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct StiffnessCap {
-    inverse_masses: Vec<f64>,
-    reference: f64,
-}
-
-impl StiffnessCap {
-    /// Measures the stiffest node of a body that is not cut yet.
-    ///
-    /// # Panics
-    /// If `masses` (kg) is not as long as there are nodes.
-    #[must_use]
-    pub fn new(uncut: &Elastic, masses: &[f64]) -> Self {
-        assert_eq!(masses.len(), uncut.node_count(), "one mass per node");
-        let mut cap = Self {
-            inverse_masses: masses.iter().map(|m| m.recip()).collect(),
-            reference: 0.0,
-        };
-        cap.reference = (0..masses.len())
-            .map(|node| cap.stiffness(uncut, node))
-            .fold(0.0, f64::max);
-        cap
-    }
-
-    /// `q_ref`: the largest `q_i` (1/s²) of the uncut body.
-    #[must_use]
-    pub fn reference(&self) -> f64 {
-        self.reference
-    }
-
-    pub(crate) fn node_count(&self) -> usize {
-        self.inverse_masses.len()
-    }
-
-    /// `q_i` (1/s²) of a node's present row, with its full volume.
-    pub(crate) fn stiffness(&self, model: &Elastic, node: usize) -> f64 {
-        let body = &model.body;
-        let own = body.self_gradients[node].length_squared() * self.inverse_masses[node];
-        let sum = own + with_table!(&model.pairs, table => self.neighbor_sum(&table.rows, node));
-        sum * body.volumes[node] * body.material(node).modulus_bound()
-    }
-
-    fn neighbor_sum<L: Lanes>(&self, rows: &Rows<L>, node: usize) -> f64 {
-        let row = rows.row(node);
-        let terms =
-            row.indices.iter().zip(row.pairs).map(|(&j, pair)| {
-                L::gradient(pair).length_squared() * self.inverse_masses[j as usize]
-            });
-        terms.sum()
     }
 }

@@ -11,6 +11,7 @@ use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
 use crate::part::Part;
 use crate::plain::{BLOCK, Block, Plane};
 use crate::rows::Rows;
+use crate::watch::{Watch, indicator};
 
 /// Nodes per unit of parallel work, and per partial sum of the energy.
 pub(crate) const CHUNK: usize = 256;
@@ -96,19 +97,23 @@ pub(crate) fn forces<L: Lanes>(
     body.rest = rest;
     let mut deformation = std::mem::take(&mut body.deformation);
     let mut partial = std::mem::take(&mut body.partial_energies);
+    let mut watches = std::mem::take(&mut body.watches);
     partial.fill(0.0);
     if body.dilatation.is_some() {
         mean_stress_pass(body, table, &mut deformation, &mut partial, forces);
+        watch_pass(body, &deformation, &mut watches);
     } else {
         let matrices = &mut table.matrices[..];
         let outputs = (matrices, &mut deformation[..], &mut *forces);
-        stress_pass(body, &table.rows, parallel, outputs, &mut partial);
+        let sums = (&mut partial[..], &mut watches[..]);
+        stress_pass(body, &table.rows, parallel, outputs, sums);
     }
+    body.watches = watches;
     body.deformation = deformation;
     let (rows, matrices) = (&table.rows, &table.matrices);
     let (mut a, mut b) = (nothing(body), nothing(body));
     let reader = &*body;
-    let outputs = (forces, &mut a[..], &mut b[..]);
+    let outputs = (&mut *forces, &mut a[..], &mut b[..]);
     each(
         (arch, parallel),
         outputs,
@@ -119,9 +124,34 @@ pub(crate) fn forces<L: Lanes>(
             -0.5 * reader.displacement(node).dot(*force)
         },
     );
-    let energy = partial.iter().sum();
+    let energy: f64 = partial.iter().sum();
     body.partial_energies = partial;
     energy
+        + body
+            .bonds
+            .add_forces(positions, forces, &mut body.deformation)
+}
+
+/// What is watched, where no pass over nodes sees it on its way.
+fn watch_pass(body: &Body, deformation: &[DMat3], watches: &mut [Watch]) {
+    for (chunk, watch) in watches.iter_mut().enumerate() {
+        let first = chunk * CHUNK;
+        let nodes = deformation[first..].iter().take(CHUNK).enumerate();
+        *watch = nodes.fold(Watch::NOTHING, |worst, (k, f)| {
+            worst.and(watch_node(body, first + k, *f))
+        });
+    }
+}
+
+fn watch_node(body: &Body, node: usize, f: DMat3) -> Watch {
+    if body.elastic_volumes[node] > 0.0 {
+        Watch {
+            ratio: volume_ratio(f),
+            stiffness: indicator(body, node, f),
+        }
+    } else {
+        Watch::NOTHING
+    }
 }
 
 /// Pass one: gradients, stresses, and what a node's own row gives it, in blocks of nodes.
@@ -130,7 +160,7 @@ fn stress_pass<L: Lanes>(
     rows: &Rows<L>,
     parallel: bool,
     (matrices, deformation, forces): (&mut [L::Matrix], &mut [DMat3], &mut [DVec3]),
-    partial: &mut [f64],
+    (partial, watches): (&mut [f64], &mut [Watch]),
 ) {
     let blocks = |(chunk, slots): (usize, Slots<'_, L>)| {
         let first = chunk * CHUNK;
@@ -146,7 +176,7 @@ fn stress_pass<L: Lanes>(
             .par_chunks_mut(CHUNK)
             .zip(deformation.par_chunks_mut(CHUNK))
             .zip(forces.par_chunks_mut(CHUNK))
-            .zip(partial)
+            .zip(partial.par_iter_mut().zip(watches))
             .enumerate()
             .for_each(blocks);
     } else {
@@ -154,19 +184,19 @@ fn stress_pass<L: Lanes>(
             .chunks_mut(CHUNK)
             .zip(deformation.chunks_mut(CHUNK))
             .zip(forces.chunks_mut(CHUNK))
-            .zip(partial)
+            .zip(partial.iter_mut().zip(watches))
             .enumerate()
             .for_each(blocks);
     }
 }
 
-/// Outputs of a chunk of [`stress_pass`] and its partial sum.
+/// Outputs of a chunk of [`stress_pass`], its partial sum, and what it watches.
 type Slots<'a, L> = (
     (
         (&'a mut [<L as Lanes>::Matrix], &'a mut [DMat3]),
         &'a mut [DVec3],
     ),
-    &'a mut f64,
+    (&'a mut f64, &'a mut Watch),
 );
 
 /// [`stress_pass`] for one chunk.
@@ -182,7 +212,8 @@ impl<L: Lanes> WithSimd for StressChunk<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (((matrices, deformation), forces), sum) = self.slots;
+        let (((matrices, deformation), forces), (sum, watch)) = self.slots;
+        *watch = Watch::NOTHING;
         let mut block = Block::new();
         let mut first = self.first;
         for ((matrices, deformation), forces) in matrices
@@ -191,13 +222,16 @@ impl<L: Lanes> WithSimd for StressChunk<'_, L> {
             .zip(forces.chunks_mut(BLOCK))
         {
             let outputs = (matrices, deformation, forces);
-            *sum += stress_block(self.body, self.rows, first, &mut block, outputs);
+            let (energy, seen) = stress_block(self.body, self.rows, first, &mut block, outputs);
+            *sum += energy;
+            *watch = watch.and(seen);
             first += BLOCK;
         }
     }
 }
 
-/// [`stress_pass`] for the nodes from `first` on; returns their part of the energy.
+/// [`stress_pass`] for the nodes from `first` on; returns their part of the energy and what is
+/// watched of them.
 #[inline(always)]
 fn stress_block<L: Lanes>(
     body: &Body,
@@ -205,10 +239,13 @@ fn stress_block<L: Lanes>(
     first: usize,
     block: &mut Block,
     (matrices, deformation, forces): (&mut [L::Matrix], &mut [DMat3], &mut [DVec3]),
-) -> f64 {
+) -> (f64, Watch) {
     let count = matrices.len();
     for lane in 0..count {
-        let (h, s) = gather(body, rows, first + lane);
+        let (mut h, s) = gather(body, rows, first + lane);
+        if let Some(offset) = body.continuation.transposed(first + lane) {
+            h += offset;
+        }
         for (plane, value) in block.gradient.iter_mut().zip(h.to_cols_array()) {
             plane[lane] = value;
         }
@@ -218,15 +255,17 @@ fn stress_block<L: Lanes>(
             }
         }
     }
-    if L::CONTROLLED {
-        block.evaluate::<true>(body, first, count);
-    } else {
-        block.evaluate::<false>(body, first, count);
+    match (L::CONTROLLED, body.logarithm) {
+        (true, true) => block.evaluate::<true, true>(body, first, count),
+        (true, false) => block.evaluate::<true, false>(body, first, count),
+        (false, true) => block.evaluate::<false, true>(body, first, count),
+        (false, false) => block.evaluate::<false, false>(body, first, count),
     }
     let take = |planes: &[Plane; 9], lane: usize| {
         DMat3::from_cols_array(&std::array::from_fn(|i| planes[i][lane]))
     };
-    let mut sum = 0.0;
+    let (mut sum, mut watch) = (0.0, Watch::NOTHING);
+    let watched = !body.gradient_squares.is_empty();
     for (lane, ((matrix, f), force)) in matrices.iter_mut().zip(deformation).zip(forces).enumerate()
     {
         let node = first + lane;
@@ -235,7 +274,16 @@ fn stress_block<L: Lanes>(
             *f = (DMat3::IDENTITY + h).transpose();
             *matrix = L::matrix(take(&block.stress, lane), take(&block.control, lane));
             *force = DVec3::from_array(std::array::from_fn(|r| block.force[r][lane]));
-            block.work[lane]
+            let volume = body.elastic_volumes[node];
+            if volume > 0.0 {
+                watch.ratio = watch.ratio.min(block.ratio[lane]);
+                if watched {
+                    let stiffness = volume * body.gradient_squares[node] * block.bound[lane];
+                    watch.stiffness = watch.stiffness.max(stiffness);
+                }
+            }
+            let excess = body.continuation.excess(node, take(&block.stress, lane));
+            block.work[lane] + excess
         } else {
             *f = body.deformation_gradient(node, h.transpose());
             let (energy, stress) = body.energy_and_stress(node, *f);
@@ -244,10 +292,12 @@ fn stress_block<L: Lanes>(
             let control = body.control_stress(node, take(&block.offset, lane));
             *matrix = L::matrix(stress, control);
             *force = own_force(body, node, stress, control);
-            volume * energy + 0.5 * double_dot(stress, h)
+            watch = watch.and(watch_node(body, node, *f));
+            let excess = body.continuation.excess(node, stress);
+            volume * energy + 0.5 * double_dot(stress, h) + excess
         };
     }
-    sum
+    (sum, watch)
 }
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
@@ -280,7 +330,7 @@ pub(crate) fn tangent_product<L: Lanes>(
     }
     let (rows, matrices) = (&table.rows, &table.matrices);
     let reader = &*body;
-    let outputs = (product, &mut a[..], &mut b[..]);
+    let outputs = (&mut *product, &mut a[..], &mut b[..]);
     each(
         (arch, parallel),
         outputs,
@@ -292,6 +342,7 @@ pub(crate) fn tangent_product<L: Lanes>(
         },
     );
     body.partial_energies = partial;
+    body.bonds.add_product(vector, product);
 }
 
 /// What a node's matrix and own force change by with the vectors set, without mean dilatation.
@@ -438,6 +489,8 @@ fn mean_stress_pass<L: Lanes>(
         #[inline(always)]
         |node, f, control, ratio| {
             let (h, s) = gather(reader, rows, node);
+            let offset = reader.continuation.transposed(node);
+            let h = h + offset.unwrap_or(DMat3::ZERO);
             *f = reader.deformation_gradient(node, h.transpose());
             *control = reader.control_stress(node, s);
             *ratio = volume_ratio(*f);
@@ -480,7 +533,8 @@ fn mean_stress_pass<L: Lanes>(
             *matrix = L::matrix(stress, control);
             *force = own_force(reader, node, stress, control);
             let h = reader.displacement_gradient(node, f);
-            volume * energy + 0.5 * double_dot(stress, h.transpose())
+            let excess = reader.continuation.excess(node, stress);
+            volume * energy + 0.5 * double_dot(stress, h.transpose()) + excess
         },
     );
     body.dilatation = Some(mean);

@@ -12,7 +12,7 @@ use crate::material::{Law, Material};
 pub(crate) const EXTENSION_VOLUME_RATIO: f64 = 0.1;
 
 /// Coefficients of a material: `W = c10 (I1-3) + c01 (I2-3) + h(J) + fibers`,
-/// `h = -a ln J + b/2 ln²J (extended) + k_v/2 (J-1)²`, or Saint Venant–Kirchhoff with `mu`,
+/// `h = -a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)²`, or Saint Venant–Kirchhoff with `mu`,
 /// `lambda` in the places of `c10`, `c01`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Prepared {
@@ -25,11 +25,12 @@ pub(crate) struct Prepared {
     fiber: Option<Fiber>,
 }
 
-/// `-a ln J + b/2 ln²J (extended) + k/2 (J-1)²`.
+/// `-a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Volumetric {
     log: f64,
     log_squared: f64,
+    linear: f64,
     constant: f64,
 }
 
@@ -37,11 +38,23 @@ impl Volumetric {
     /// Value and two derivatives at `J`.
     #[inline(always)]
     pub(crate) fn at(&self, j: f64) -> [f64; 3] {
+        if !self.has_logarithm() {
+            return self.with_polynomial(j, [0.0; 3]);
+        }
         if j < EXTENSION_VOLUME_RATIO {
             return self.extended(j);
         }
-        let [h, h1, h2] = self.logarithmic(j);
-        self.with_constant(j, [h, h1, h2])
+        self.with_polynomial(j, self.logarithmic(j))
+    }
+
+    /// Whether `ln J` has a part in it; else it is a polynomial.
+    #[inline(always)]
+    #[allow(
+        clippy::float_cmp,
+        reason = "a coefficient that is not there is exactly zero"
+    )]
+    pub(crate) fn has_logarithm(&self) -> bool {
+        self.log != 0.0 || self.log_squared != 0.0
     }
 
     #[inline(always)]
@@ -57,9 +70,9 @@ impl Volumetric {
     }
 
     #[inline(always)]
-    fn with_constant(&self, j: f64, [h, h1, h2]: [f64; 3]) -> [f64; 3] {
-        let (k, off) = (self.constant, j - 1.0);
-        [h + 0.5 * k * off * off, h1 + k * off, h2 + k]
+    fn with_polynomial(&self, j: f64, [h, h1, h2]: [f64; 3]) -> [f64; 3] {
+        let (k, l, off) = (self.constant, self.linear, j - 1.0);
+        [h + off * (0.5 * k * off - l), h1 + (k * off - l), h2 + k]
     }
 
     #[cold]
@@ -67,17 +80,27 @@ impl Volumetric {
         let [h, h1, h2] = self.logarithmic(EXTENSION_VOLUME_RATIO);
         let below = j - EXTENSION_VOLUME_RATIO;
         let extended = [h + below * (h1 + 0.5 * h2 * below), h1 + h2 * below, h2];
-        self.with_constant(j, extended)
+        self.with_polynomial(j, extended)
     }
 }
 
 impl Prepared {
     pub(crate) fn new(material: &Material) -> Self {
+        let mut constant = material.volume_constant;
+        let mut linear = 0.0;
         let (green, c10, c01, log, log_squared) = match material.law {
             Law::NeoHookean {
                 lame_mu,
                 lame_lambda,
             } => (false, 0.5 * lame_mu, 0.0, lame_mu, lame_lambda),
+            Law::StableNeoHookean {
+                lame_mu,
+                lame_lambda,
+            } => {
+                linear = lame_mu;
+                constant += lame_lambda + lame_mu;
+                (false, 0.5 * lame_mu, 0.0, 0.0, 0.0)
+            }
             Law::SaintVenantKirchhoff {
                 lame_mu,
                 lame_lambda,
@@ -99,25 +122,30 @@ impl Prepared {
             volumetric: Volumetric {
                 log,
                 log_squared,
-                constant: material.volume_constant,
+                linear,
+                constant,
             },
             fiber: material.fiber,
         }
     }
 
-    /// Takes the part of the energy that resists a change of volume out, for mean dilatation.
+    /// Takes the part of the energy that resists a change of volume out, for mean dilatation. What
+    /// stays, `c10 (I1-3)` with the term that makes it stress-free, resists no small dilatation less
+    /// than `2/3` of the shear modulus: of the stable law's `(lambda + mu)/2 (J-1)²` the `mu` stays.
     pub(crate) fn split_volumetric(&mut self) -> Volumetric {
+        let local = self.volumetric.linear;
         let Volumetric {
             log_squared,
             constant,
             ..
         } = self.volumetric;
         self.volumetric.log_squared = 0.0;
-        self.volumetric.constant = 0.0;
+        self.volumetric.constant = local;
         Volumetric {
             log: 0.0,
             log_squared,
-            constant,
+            linear: 0.0,
+            constant: constant - local,
         }
     }
 
@@ -135,11 +163,36 @@ impl Prepared {
         self.plain
     }
 
-    /// `2 c10`, `a`, `b`, `k` of a plain law.
+    /// Whether `ln J` has a part in the energy.
     #[inline(always)]
-    pub(crate) fn plain_constants(&self) -> [f64; 4] {
+    pub(crate) fn has_logarithm(&self) -> bool {
+        self.volumetric.has_logarithm()
+    }
+
+    /// `2 c10`, `a`, `b`, `l`, `k` of a plain law.
+    #[inline(always)]
+    pub(crate) fn plain_constants(&self) -> [f64; 5] {
         let v = &self.volumetric;
-        [2.0 * self.c10, v.log, v.log_squared, v.constant]
+        [2.0 * self.c10, v.log, v.log_squared, v.linear, v.constant]
+    }
+
+    /// Bound on the largest eigenvalue (Pa) of the tangent `d²W/dF²` at `F` without fibers: `2 c10 +
+    /// max(h'', 0) |cof F|² + |h'| |F|` for the neo-Hookean laws, with what `I2` and Green's strain add
+    /// by their norms.
+    pub(crate) fn tangent_bound(&self, f: DMat3) -> f64 {
+        let squares = double_dot(f, f);
+        let cof = cofactor(f);
+        let [_, h1, h2] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
+        let volumetric = h2.max(0.0) * double_dot(cof, cof) + h1.abs() * squares.sqrt();
+        if self.green {
+            let (mu, lambda) = (self.c10, self.c01);
+            let e = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
+            let s = self.hooke(e);
+            return double_dot(s, s).sqrt()
+                + (2.0 * mu + 3.0 * lambda.max(0.0)) * squares
+                + volumetric;
+        }
+        2.0 * self.c10 + 6.0 * self.c01 * squares + volumetric
     }
 
     /// `c10 (I1 - 3) + h(J)` and its stress; transposes with `F`.

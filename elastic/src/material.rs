@@ -18,6 +18,16 @@ pub enum Law {
         /// First Lamé parameter (Pa).
         lame_lambda: f64,
     },
+    /// `W = mu/2 (F:F - 3) - mu (J - 1) + (lambda + mu)/2 (J - 1)²`: the stable neo-Hookean law
+    /// (Smith, de Goes and Kim 2018, section 3.3, with `lambda + mu` in the place of `lambda`, which
+    /// gives it the small-strain moduli of Hooke's law). A polynomial in `F`: smooth, and with a
+    /// bounded tangent modulus, through `J = 0` and for inverted `F`.
+    StableNeoHookean {
+        /// Shear modulus (Pa).
+        lame_mu: f64,
+        /// First Lamé parameter (Pa), above `-mu`.
+        lame_lambda: f64,
+    },
     /// `W = mu E:E + lambda/2 (tr E)²`, `E = (FᵀF - I)/2`: Aras 2014, eqs (3), (6) and (7) with the
     /// factor ½ of Green's strain that eq. (3) leaves out. Softens under compression beyond 42 %.
     SaintVenantKirchhoff {
@@ -72,6 +82,17 @@ impl Material {
     pub fn neo_hookean(youngs_modulus: f64, poissons_ratio: f64) -> Self {
         let (lame_mu, lame_lambda) = lame(youngs_modulus, poissons_ratio);
         Self::new(Law::NeoHookean {
+            lame_mu,
+            lame_lambda,
+        })
+    }
+
+    /// Stable neo-Hookean material from Young's modulus (Pa) and Poisson's ratio; what a body that is
+    /// cut or falls freely wants.
+    #[must_use]
+    pub fn stable_neo_hookean(youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        let (lame_mu, lame_lambda) = lame(youngs_modulus, poissons_ratio);
+        Self::new(Law::StableNeoHookean {
             lame_mu,
             lame_lambda,
         })
@@ -134,7 +155,9 @@ impl Material {
     #[must_use]
     pub fn lame_mu(&self) -> f64 {
         match self.law {
-            Law::NeoHookean { lame_mu, .. } | Law::SaintVenantKirchhoff { lame_mu, .. } => lame_mu,
+            Law::NeoHookean { lame_mu, .. }
+            | Law::StableNeoHookean { lame_mu, .. }
+            | Law::SaintVenantKirchhoff { lame_mu, .. } => lame_mu,
             Law::MooneyRivlin { c10, c01, .. } => 2.0 * (c10 + c01),
         }
     }
@@ -144,6 +167,7 @@ impl Material {
     pub const fn lame_lambda(&self) -> f64 {
         match self.law {
             Law::NeoHookean { lame_lambda, .. }
+            | Law::StableNeoHookean { lame_lambda, .. }
             | Law::SaintVenantKirchhoff { lame_lambda, .. }
             | Law::MooneyRivlin { lame_lambda, .. } => lame_lambda,
         }
@@ -162,7 +186,7 @@ impl Material {
     /// Energy density `W` (Pa) and first Piola–Kirchhoff stress `P = dW/dF` (Pa).
     ///
     /// Finite for every finite `F`, also inverted: below `J = 0.1` the terms in `ln J` continue as
-    /// their second-order expansion there.
+    /// their second-order expansion there; the stable neo-Hookean law has none.
     #[must_use]
     pub fn energy_and_stress(&self, deformation_gradient: DMat3) -> (f64, DMat3) {
         Prepared::new(self).energy_and_stress(deformation_gradient)

@@ -246,8 +246,8 @@ impl Elastic {
         with_table!(&self.pairs, table => table.rows.pair_count())
     }
 
-    /// Volumes `V_i` (m³) that carry elastic energy: the given ones, less where
-    /// [`Elastic::cap_stiffness`] lowered them.
+    /// Volumes `V_i` (m³) that carry strain energy: the given ones, 0 at nodes that
+    /// [`Elastic::weaken`] took it from.
     #[must_use]
     pub fn elastic_volumes(&self) -> &[f64] {
         &self.body.elastic_volumes
@@ -256,7 +256,8 @@ impl Elastic {
     /// Deformation gradients `F_i` of the last evaluation; the identity before the first.
     ///
     /// A node with a deficient row has unit vectors normal to the deformed span of its neighbours
-    /// in place of the directions that its row cannot see.
+    /// in place of the directions that its row cannot see. A weak node has the mean of those nodes that
+    /// its bonds lead to and that are nearer to sound ones, the identity without any.
     #[must_use]
     pub fn deformation_gradients(&self) -> &[DMat3] {
         &self.body.deformation

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::bond::PartBond;
 use crate::evaluate;
 use crate::kernel::Lanes;
 use crate::model::{Elastic, with_table};
@@ -16,6 +17,8 @@ pub struct Part {
     pub(crate) rows: Vec<u32>,
     /// Those and all their neighbours.
     pub(crate) seen: Vec<u32>,
+    /// Bonds that its nodes are in.
+    pub(crate) bonds: Vec<PartBond>,
 }
 
 impl Part {
@@ -42,6 +45,7 @@ impl Part {
             nodes,
             rows: reading,
             seen,
+            bonds: Vec::new(),
         }
     }
 }
@@ -53,7 +57,8 @@ impl Elastic {
     /// If a node does not exist.
     #[must_use]
     pub fn part(&self, nodes: &[u32]) -> Part {
-        with_table!(&self.pairs, table => Part::new(&table.rows, nodes))
+        let part = with_table!(&self.pairs, table => Part::new(&table.rows, nodes));
+        part.with_bonds(&self.body)
     }
 
     /// Writes the part's rows of `K v`, see [`Elastic::tangent_product_into`], with `v` zero outside of
@@ -70,5 +75,8 @@ impl Elastic {
         with_table!(&mut self.pairs, table => {
             evaluate::tangent_product_within(body, table, part, vector, product);
         });
+        self.body
+            .bonds
+            .add_product_within(&part.bonds, vector, product);
     }
 }

@@ -35,14 +35,17 @@ pub(crate) struct Block {
     pub(crate) force: [Plane; 3],
     /// `V W - V P : (F - I) / 2`.
     pub(crate) work: Plane,
-    ratio: Plane,
+    /// `det F`.
+    pub(crate) ratio: Plane,
+    /// Bound on the tangent modulus, as `Prepared::tangent_bound`.
+    pub(crate) bound: Plane,
     constants: Constants,
 }
 
 /// `2 c10`, the volumetric law and `V` of nodes, and what control needs.
 #[derive(Debug, Clone)]
 struct Constants {
-    law: [Plane; 4],
+    law: [Plane; 5],
     volume: Plane,
     self_gradient: [Plane; 3],
     own_offset: [Plane; 3],
@@ -62,8 +65,9 @@ impl Block {
             force: [ZERO; 3],
             work: ZERO,
             ratio: ZERO,
+            bound: ZERO,
             constants: Constants {
-                law: [ZERO; 4],
+                law: [ZERO; 5],
                 volume: ZERO,
                 self_gradient: [ZERO; 3],
                 own_offset: [ZERO; 3],
@@ -75,7 +79,9 @@ impl Block {
     /// Whether the node in a lane is one for which [`Block::evaluate`] holds.
     #[inline(always)]
     pub(crate) fn holds(&self, body: &Body, node: usize, lane: usize) -> bool {
-        body.is_plain(node) && self.ratio[lane] >= EXTENSION_VOLUME_RATIO
+        body.is_plain(node)
+            && (self.ratio[lane] >= EXTENSION_VOLUME_RATIO
+                || !body.law_shared(node).has_logarithm())
     }
 
     /// Takes the constants of the nodes from `first` on into the first `count` lanes.
@@ -107,7 +113,7 @@ impl Block {
 
     /// Fills `stress`, `control`, `force` and `work` from `gradient` and `offset`.
     #[inline(always)]
-    pub(crate) fn evaluate<const CONTROLLED: bool>(
+    pub(crate) fn evaluate<const CONTROLLED: bool, const LOGARITHM: bool>(
         &mut self,
         body: &Body,
         first: usize,
@@ -124,11 +130,23 @@ impl Block {
             );
             let cof = [cross(b, d), cross(d, a), cross(a, b)];
             let j = dot(a, cof[0]);
-            let [twice, log, log_squared, constant] = [0, 1, 2, 3].map(|i| c.law[i][k]);
+            let [twice, log, log_squared, linear, constant] = [0, 1, 2, 3, 4].map(|i| c.law[i][k]);
             // As `Volumetric::at`.
-            let (l, inverse, off) = (ln(j), j.recip(), j - 1.0);
-            let volumetric = l * (0.5 * log_squared * l - log) + 0.5 * constant * off * off;
-            let slope = (log_squared * l - log) * inverse + constant * off;
+            let off = j - 1.0;
+            let (mut volumetric, mut slope) = (
+                off * (0.5 * constant * off - linear),
+                constant * off - linear,
+            );
+            let mut curvature = constant;
+            if LOGARITHM {
+                // A lane below the extension is not used; one without logarithm takes that of one.
+                let has = log.abs() + log_squared.abs() > 0.0;
+                let safe = if has { j } else { 1.0 };
+                let (l, inverse) = (ln(safe), safe.recip());
+                volumetric += l * (0.5 * log_squared * l - log);
+                slope += (log_squared * l - log) * inverse;
+                curvature += (log + log_squared * (1.0 - l)) * inverse * inverse;
+            }
             let squares = dot(a, a) + dot(b, b) + dot(d, d);
             let energy = 0.5 * twice * (squares - 3.0) + volumetric;
             let volume = c.volume[k];
@@ -164,6 +182,8 @@ impl Block {
             }
             self.work[k] = volume * energy + 0.5 * work;
             self.ratio[k] = j;
+            let cofactors = dot(cof[0], cof[0]) + dot(cof[1], cof[1]) + dot(cof[2], cof[2]);
+            self.bound[k] = twice + curvature.max(0.0) * cofactors + slope.abs() * squares.sqrt();
         }
     }
 }

@@ -133,6 +133,11 @@ impl<L: Lanes> Rows<L> {
         }
     }
 
+    /// The pairs of a node's row.
+    pub(crate) fn pair_range(&self, node: usize) -> std::ops::Range<usize> {
+        range(&self.graph.offsets, node)
+    }
+
     /// Nodes in whose rows `node` appears, with `g_ji` and `w_ji`.
     #[inline]
     pub(crate) fn incoming(&self, node: usize) -> Row<'_, L::Pair> {

@@ -182,7 +182,9 @@ impl Motion {
         if self.state.forces.is_empty() {
             self.evaluate_first(forces)?;
         }
-        let damping = self.settings.damping;
+        // Where rigid motions are spared, damping acts after the kicks, and for itself.
+        let relative = self.spares_rigid_motion();
+        let damping = if relative { 0.0 } else { self.settings.damping };
         // Time of the first kick, of the second, and what damping leaves in each.
         let (first, second) = match self.settings.scheme {
             Scheme::VelocityVerlet => {
@@ -232,8 +234,19 @@ impl Motion {
         s.audit.dissipated += dissipated;
         s.audit.applied_work += sums.applied;
         s.audit.load_work = s.load_origin - sums.potential;
+        if relative {
+            self.spare_rigid_motions(step, second.0);
+        }
         self.finish_driven(end);
         self.judge(step)
+    }
+
+    /// Damping of a step (s) whose last kick was of `time` (s), where pieces are free.
+    fn spare_rigid_motions(&mut self, step: f64, time: f64) {
+        let viscous = self.balance_viscous_forces(time);
+        self.state.audit.kinetic += viscous;
+        let damped = self.damp_relative(step);
+        self.state.audit.dissipated += damped - viscous;
     }
 
     /// First pass over nodes, with the forces of the last evaluation.

@@ -19,6 +19,7 @@ mod motion;
 mod newton;
 mod path;
 mod pressed;
+mod rigid;
 mod shape;
 mod supports;
 mod surface;

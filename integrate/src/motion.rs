@@ -24,7 +24,8 @@ pub enum Scheme {
 pub struct MotionSettings {
     /// Scheme.
     pub scheme: Scheme,
-    /// Mass-proportional damping (1/s): velocities decay as `exp(−damping · t)`, applied exactly.
+    /// Mass-proportional damping (1/s): velocities decay as `exp(−damping · t)`, applied exactly; in
+    /// free pieces ([`Motion::set_pieces`]) relative to their rigid motion.
     pub damping: f64,
     /// Stiffness-proportional (viscous) damping (s): forces `viscosity · df/dt`, from the forces of
     /// two steps; lowers the critical step, see [`crate::critical_step`].
@@ -165,6 +166,8 @@ pub struct Motion {
     pub(crate) next_viscous: Vec<DVec3>,
     pub(crate) driven: Vec<crate::explicit::DrivenNode>,
     pub(crate) size: f64,
+    /// Empty unless a body came apart.
+    pub(crate) free_pieces: crate::rigid::FreePieces,
 }
 
 impl Motion {
@@ -230,6 +233,7 @@ impl Motion {
             next_viscous: Vec::new(),
             driven: Vec::new(),
             size,
+            free_pieces: crate::rigid::FreePieces::default(),
         };
         motion.restart_audit();
         Ok(motion)
@@ -462,7 +466,7 @@ impl Motion {
             .sum()
     }
 
-    fn kinetic_energy(&self) -> f64 {
+    pub(crate) fn kinetic_energy(&self) -> f64 {
         let nodes = self.nodes.masses.iter().zip(&self.state.velocities);
         nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
     }

@@ -11,6 +11,11 @@ use crate::law::double_dot;
 fn materials() -> Vec<(&'static str, Material)> {
     vec![
         ("neo-hookean", Material::neo_hookean(3.0, 0.4)),
+        ("stable", Material::stable_neo_hookean(3.0, 0.45)),
+        (
+            "stable + volume",
+            Material::stable_neo_hookean(3.0, 0.2).with_volume_constant(2.0),
+        ),
         ("svk", Material::saint_venant_kirchhoff(3.0, 0.3)),
         ("mooney", Material::mooney_rivlin(3.0, 0.45, 0.4)),
         (

@@ -1,12 +1,12 @@
 //! The model as a whole: derivatives, invariances, patch test, threads, cuts.
 
+mod cuts;
 mod derivatives;
 mod hard;
 mod machine;
 mod options;
 
 use super::*;
-use crate::bound::StiffnessCap;
 use crate::fiber::Fiber;
 use crate::viscosity::PronyTerm;
 use glam::{DMat3, DQuat, DVec3};

@@ -111,14 +111,14 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             text,
             "cuts",
             format_args!(
-                "{} captures, {} updates, {} triangles, {} pairs weakened, {} severed; stiffness x{:.2}, {} nodes capped",
+                "{} captures, {} updates, {} triangles, {} pairs weakened, {} severed; stiffness x{:.2}, {} weak nodes",
                 cuts.captures,
                 cuts.updates,
                 cuts.triangles,
                 cuts.weakened_pairs,
                 cuts.severed_pairs,
                 cuts.eigenvalue_growth,
-                cuts.capped_nodes
+                cuts.weak_nodes
             ),
         )?;
     }

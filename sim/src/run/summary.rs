@@ -142,8 +142,10 @@ pub struct CutSummary {
     pub severed_pairs: usize,
     /// Largest estimate of the largest eigenvalue after a cut, relative to the uncut body's.
     pub eigenvalue_growth: f64,
-    /// Nodes whose stiffness was capped at least once.
-    pub capped_nodes: usize,
+    /// Nodes that cuts left without a strain of their own: bonds hold them.
+    pub weak_nodes: usize,
+    /// Those of them that hang on no sound node: debris.
+    pub loose_nodes: usize,
 }
 
 /// What a tool felt.
@@ -448,7 +450,8 @@ fn cut_summary(world: &World) -> CutSummary {
         weakened_pairs: 0,
         severed_pairs: 0,
         eigenvalue_growth: 1.0,
-        capped_nodes: 0,
+        weak_nodes: 0,
+        loose_nodes: 0,
     };
     for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
         let (captures, updates) = cutting.counts();
@@ -458,7 +461,10 @@ fn cut_summary(world: &World) -> CutSummary {
         all.weakened_pairs += cutting.factors().crossed_count();
         all.severed_pairs += cutting.severed_pairs();
         all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth());
-        all.capped_nodes += cutting.capped_count();
+    }
+    for Member { body, .. } in world.members() {
+        all.weak_nodes += body.elastic.weak_nodes().len();
+        all.loose_nodes += body.elastic.loose_nodes();
     }
     all
 }

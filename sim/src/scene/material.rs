@@ -34,7 +34,7 @@ pub struct Material {
 impl Default for Material {
     fn default() -> Self {
         Self {
-            model: Model::NeoHookean,
+            model: Model::StableNeoHookean,
             youngs_modulus: 5.0e3,
             poissons_ratio: 0.45,
             density: 1060.0,
@@ -51,7 +51,10 @@ impl Default for Material {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Model {
-    /// Compressible neo-Hookean solid.
+    /// Stable neo-Hookean solid, whose energy and stiffness stay finite where a node is squeezed flat or
+    /// turned inside out (Smith, de Goes and Kim 2018).
+    StableNeoHookean,
+    /// Compressible neo-Hookean solid with `ln J`; for comparison with closed forms.
     NeoHookean,
     /// Saint Venant-Kirchhoff solid, the dissertation's; it gives way when pressed beyond 42 %.
     SaintVenantKirchhoff,

@@ -129,9 +129,6 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
         up,
     });
     body.name = "organ".to_owned();
-    // As in the embedded liver: strains are large and a wound's rim is held by few nodes.
-    body.material.stabilization = 0.3;
-    body.damping_ratio = 0.1;
     let mut scene = Scene::new("mesh", vec![body]);
     scene.description =
         "default scene of a mesh: held from below and behind, cut from the front".to_owned();

@@ -44,6 +44,15 @@ impl Pose {
     pub fn apply(&self, local: DVec3) -> DVec3 {
         self.rotation * local + self.position
     }
+
+    /// The pose that share of the way to another, along a straight line and the shorter arc.
+    #[must_use]
+    pub fn toward(&self, other: &Self, share: f64) -> Self {
+        Self {
+            rotation: self.rotation.slerp(other.rotation, share),
+            position: self.position + (other.position - self.position) * share,
+        }
+    }
 }
 
 impl Key {
@@ -70,9 +79,5 @@ pub fn pose_at(path: &[Key], time: f64) -> Pose {
     }
     let (from, to) = (&path[after - 1], &path[after]);
     let fraction = (time - from.time) / (to.time - from.time);
-    let (a, b) = (from.pose(), to.pose());
-    Pose {
-        rotation: a.rotation.slerp(b.rotation, fraction),
-        position: a.position + (b.position - a.position) * fraction,
-    }
+    from.pose().toward(&to.pose(), fraction)
 }

@@ -16,6 +16,7 @@ use super::model::{Built, build};
 use super::outside::Cover;
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
 use super::shape::solid_of;
+use super::state::fingerprint;
 use super::stencils::Stencils;
 use super::support::supports_of;
 use super::tool::Touch;
@@ -23,8 +24,10 @@ use crate::scene::{self, CutRule, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
-/// Share of the start of an estimate that comes from the motion.
-const STIRRED: f64 = 0.5;
+/// Nodes that an estimate is started from beside the vector of the last one, and their share of its
+/// length: where stiffness rises, it does so at few nodes, and the vector may know nothing of them.
+const SEEDS: usize = 8;
+const SEED_SHARE: f64 = 0.3;
 
 /// A body, its model and its motion.
 #[derive(Debug)]
@@ -65,6 +68,12 @@ pub struct Body {
     pub current_eigenvalue: f64,
     /// Vector of the last estimate, where the next one starts.
     pub(super) eigenvector: Vec<DVec3>,
+    /// Stiffness indicator (1/s²) when an estimate was last made because of it.
+    pub(super) indicator: f64,
+    /// Smallest `det F` of nodes that carry strain energy, over all steps.
+    pub smallest_ratio: f64,
+    /// Checksum of the rest positions.
+    pub(super) fingerprint: u32,
     /// Share of the critical step that is taken.
     pub step_factor: f64,
     /// Mass-proportional damping (1/s) once settled.
@@ -79,7 +88,6 @@ pub struct Body {
     pub(super) cover: Option<Cover>,
     /// What takes the steps.
     stepper: Stepper,
-    pending: Result<(), StepError>,
 }
 
 /// Stiffest mode of a part of a body.
@@ -161,6 +169,9 @@ impl Body {
         if !eigenvalue.critical_step.is_finite() {
             return Err(BodyProblem::NoStiffness);
         }
+        if scene.integration.scheme.step().is_none() {
+            elastic.watch_stiffness(&masses);
+        }
         let motion = Motion::new(
             &rest,
             &masses,
@@ -178,6 +189,7 @@ impl Body {
             .then(|| Cover::new(&solid, &rest, &outer, spacing))
             .transpose()?;
         Ok(Self {
+            fingerprint: fingerprint(&rest),
             name: description.name.clone(),
             solid,
             report,
@@ -193,6 +205,8 @@ impl Body {
             motion,
             current_eigenvalue: eigenvalue.value,
             eigenvector,
+            indicator: 0.0,
+            smallest_ratio: f64::INFINITY,
             leveled,
             eigenvalue,
             step_factor: scene.integration.step_factor,
@@ -202,7 +216,6 @@ impl Body {
             cut_rule: description.cut_rule,
             cover,
             stepper: Stepper::new(scene.integration.scheme)?,
-            pending: Ok(()),
         })
     }
 
@@ -230,7 +243,7 @@ impl Body {
             margin: EIGENVALUE_MARGIN,
             ..EigenvalueSettings::default()
         };
-        self.stir();
+        self.seed_eigenvector();
         let elastic = &mut self.elastic;
         let found = largest_eigenvalue(
             &self.masses,
@@ -300,30 +313,31 @@ impl Body {
         }
     }
 
-    /// Turns the vector of the last estimate towards what the nodes do against their neighbours. A
-    /// mode that has stiffened past the step grows there first, and the vector of before may know
-    /// nothing of it.
-    fn stir(&mut self) {
-        let forces = &self.motion.state().forces;
-        if forces.is_empty() || self.eigenvector.len() != self.rest.len() {
+    /// Gives the vector of the last estimate a part of what the stiffest nodes do against their
+    /// neighbours.
+    fn seed_eigenvector(&mut self) {
+        if self.eigenvector.len() != self.rest.len() {
             return;
         }
-        let acceleration = |node: usize| forces[node] / self.masses[node];
-        let apart: Vec<DVec3> = (0..self.rest.len())
-            .map(|node| {
-                let row = self.neighborhoods.row(node);
-                let sum: DVec3 = row.iter().map(|&j| acceleration(j as usize)).sum();
-                #[allow(clippy::cast_precision_loss, reason = "a row's length")]
-                let count = row.len().max(1) as f64;
-                acceleration(node) - sum / count
-            })
-            .collect();
+        let weights = self.stencils.weights();
+        let mut seed = vec![DVec3::ZERO; self.rest.len()];
+        for stiff in self.elastic.stiffest_nodes(SEEDS) {
+            let node = stiff.node as usize;
+            let row = &weights[self.neighborhoods.pairs(node)];
+            let sum: f64 = row.iter().sum();
+            seed[node] += stiff.direction;
+            for (&other, weight) in self.neighborhoods.row(node).iter().zip(row) {
+                if *weight > 0.0 {
+                    seed[other as usize] -= stiff.direction * (weight / sum);
+                }
+            }
+        }
         let length = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
-        let size = length(&apart);
+        let size = length(&seed);
         if size > 0.0 {
-            let share = STIRRED * length(&self.eigenvector) / size;
-            for (v, a) in self.eigenvector.iter_mut().zip(&apart) {
-                *v += *a * share;
+            let share = SEED_SHARE * length(&self.eigenvector) / size;
+            for (v, seed) in self.eigenvector.iter_mut().zip(&seed) {
+                *v += *seed * share;
             }
         }
     }
@@ -337,7 +351,6 @@ impl Body {
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
-        std::mem::replace(&mut self.pending, Ok(()))?;
         self.relax(step, in_forces)?;
         self.stepper.step_with(
             step,
@@ -347,6 +360,9 @@ impl Body {
             in_forces,
             in_contact,
         )?;
+        self.smallest_ratio = self
+            .smallest_ratio
+            .min(self.elastic.smallest_volume_ratio());
         if self.is_viscous() {
             let start = Instant::now();
             self.elastic.end_viscous_step();
@@ -410,16 +426,17 @@ impl Body {
         self.motion.restore(motion);
         self.current_eigenvalue = eigenvalue;
         self.eigenvector = eigenvector;
-        self.pending = Ok(());
     }
 
-    /// Evaluates the forces anew after the model changed; the energy's jump is booked. A failure
-    /// comes out of the next step.
-    pub(super) fn reload(&mut self) {
+    /// Evaluates the forces anew after the model changed; the energy's jump (J) is booked.
+    pub(super) fn reload(&mut self) -> Result<f64, StepError> {
         let elastic = &mut self.elastic;
-        if let Err(error) = self.motion.refresh(|x, f| elastic.forces_into(x, f)) {
-            self.pending = Err(error);
-        }
+        self.motion.refresh(|x, f| elastic.forces_into(x, f))
+    }
+
+    /// Whether the stable step is to be watched.
+    pub(super) fn is_explicit(&self) -> bool {
+        self.stepper.step().is_none()
     }
 }
 

@@ -1,8 +1,7 @@
 //! Blades that pass through a body: from the edge in the world to rows of the model.
 
-use glam::DVec3;
-use phyxel_elastic::StiffnessCap;
-use phyxel_enrich::{CutSettings, Cuts, Graph, nodes_in_small_pieces};
+use glam::{DMat3, DVec3};
+use phyxel_enrich::{CutSettings, Cuts, Graph, connected_pieces, nodes_in_small_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
@@ -11,16 +10,14 @@ use super::error::BodyProblem;
 use super::factors::Factors;
 use super::state::Incision;
 
-/// Growth of the largest eigenvalue in one update above which the cap is strengthened.
-const ALLOWED_GROWTH: f64 = 1.05;
-/// Strengths of the stiffness cap, from none; the next is taken when the eigenvalue no longer fits.
-const CAPS: [f64; 3] = [1.0, 0.5, 0.3];
-/// A node that a cut leaves fewer neighbours, or a moment matrix of a larger condition, has no strain
-/// of its own any more: a few neighbours turn inside out under load, and no penalty holds them.
+/// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
+/// condition, has no strain of its own any more.
 const FEWEST_NEIGHBORS: usize = 6;
 const LARGEST_CONDITION: f64 = 5.0;
-/// Strength of the cap on such nodes.
-const WEAK_CAP: f64 = 0.005;
+/// Growth of the condition by which a cut has to do with it.
+const CONDITION_GROWTH: f64 = 1.2;
+/// Factor on the zero-energy control of nodes that a cut touched, whose rows see less.
+const TOUCHED_CONTROL: f64 = 3.0;
 /// Pieces of fewer nodes are debris and count as weak.
 const SMALLEST_PIECE: usize = 12;
 /// Products with the stiffness of the part round a cut per estimate.
@@ -34,16 +31,13 @@ pub struct Cutting {
     cuts: Cuts,
     factors: Factors,
     map: MaterialMap,
-    cap: StiffnessCap,
+    /// Neighbours and condition of each node before any cut.
+    uncut: Vec<(usize, f64)>,
     strokes: Vec<Stroke>,
     /// Length (m) into which a blade's edge is divided before it is mapped.
     division: f64,
     growth: f64,
-    capped: Vec<bool>,
-    /// Every node that a cut has touched, rising.
-    touched: Vec<u32>,
-    /// Index into [`CAPS`].
-    level: usize,
+    energy: CutEnergy,
     captures: usize,
     updates: usize,
 }
@@ -52,6 +46,19 @@ pub struct Cutting {
 struct Stroke {
     cut: usize,
     id: usize,
+}
+
+/// What cuts did to the energy.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct CutEnergy {
+    /// Sum of what updates took (J).
+    pub released: f64,
+    /// Sum of what updates added (J).
+    pub added: f64,
+    /// Largest addition of one update, over the elastic energy before it.
+    pub largest_addition: f64,
+    /// Work (J) of the decay of what rebuilt rows carried over; positive if it added energy.
+    pub decay: f64,
 }
 
 /// What a capture changed.
@@ -94,13 +101,11 @@ impl Cutting {
             cuts: Cuts::new(&settings),
             factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
             map,
-            cap: StiffnessCap::new(&body.elastic, &body.masses),
+            uncut: supports_of_rows(body),
             strokes: Vec::new(),
             division: spacing,
             growth: 1.0,
-            capped: vec![false; body.rest.len()],
-            touched: Vec::new(),
-            level: 0,
+            energy: CutEnergy::default(),
             captures: 0,
             updates: 0,
         })
@@ -121,11 +126,7 @@ impl Cutting {
     /// Heap bytes of all that a cut needs.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.cuts.bytes()
-            + self.factors.bytes()
-            + self.map.bytes()
-            + size_of_val(&*self.capped)
-            + size_of_val(&*self.touched)
+        self.cuts.bytes() + self.factors.bytes() + self.map.bytes() + size_of_val(&*self.uncut)
     }
 
     /// Blade edges taken up, and how many of them changed the connectivity.
@@ -146,10 +147,18 @@ impl Cutting {
         self.growth
     }
 
-    /// Nodes whose stiffness was capped at least once.
+    /// What cuts did to the energy.
     #[must_use]
-    pub fn capped_count(&self) -> usize {
-        self.capped.iter().filter(|&&capped| capped).count()
+    pub fn energy(&self) -> CutEnergy {
+        self.energy
+    }
+
+    pub(super) fn set_energy(&mut self, energy: CutEnergy) {
+        self.energy = energy;
+    }
+
+    pub(super) fn add_decay(&mut self, work: f64) {
+        self.energy.decay += work;
     }
 
     /// A blade's edge in the world (m), mapped into the material.
@@ -180,7 +189,22 @@ impl Cutting {
     ) -> Result<Capture, BodyProblem> {
         let (capture, touched) = self.grow(body, cut, edge, moment)?;
         if capture.changed {
-            self.fit_stiffness(body, &touched)?;
+            let stored = body.motion.audit().elastic;
+            let jump = body.reload()?;
+            if jump > 0.0 {
+                self.energy.added += jump;
+                let share = if stored > 0.0 {
+                    jump / stored
+                } else {
+                    f64::INFINITY
+                };
+                self.energy.largest_addition = self.energy.largest_addition.max(share);
+            } else {
+                self.energy.released -= jump;
+            }
+            if body.is_explicit() {
+                self.fit_step(body, &touched)?;
+            }
         }
         Ok(capture)
     }
@@ -191,20 +215,8 @@ impl Cutting {
         body: &mut Body,
         incision: &Incision,
     ) -> Result<Capture, BodyProblem> {
-        let (capture, touched) = self.grow(body, incision.cut, &incision.edge, incision.moment)?;
-        if capture.changed {
-            self.limit_stiffness(body, &touched);
-            while self.level < incision.level.min(CAPS.len() - 1) {
-                self.strengthen(body);
-            }
-            self.note_capped(body, &touched);
-        }
+        let (capture, _) = self.grow(body, incision.cut, &incision.edge, incision.moment)?;
         Ok(capture)
-    }
-
-    /// Index of the cap's strength.
-    pub(super) fn level(&self) -> usize {
-        self.level
     }
 
     pub(super) fn set_growth(&mut self, growth: f64) {
@@ -251,83 +263,78 @@ impl Cutting {
         Ok((Capture { triangles, changed }, touched))
     }
 
-    /// Carries changed factors into stencils, map and model.
+    /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they
+    /// were; nodes that are left without a strain of their own get bonds.
     fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
+        let gradients = body.elastic.deformation_gradients();
+        let before: Vec<DMat3> = touched.iter().map(|&i| gradients[i as usize]).collect();
         let factor = |pair| self.factors.factor(pair);
         body.stencils
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
         self.map.update_rows(factor, touched);
+        let elastic = &mut body.elastic;
+        elastic.update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
+        elastic.scale_control(touched, TOUCHED_CONTROL);
+        let weak = self.weak_nodes(body, touched);
+        let positions = body.motion.positions();
+        body.elastic.weaken(&weak, positions, &factor);
         body.elastic
-            .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
-        self.touched.extend_from_slice(touched);
-        self.touched.sort_unstable();
-        self.touched.dedup();
+            .continue_deformation(touched, &before, positions);
+        let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
+        let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
+        body.motion.set_pieces(&pieces.piece);
         Ok(())
     }
 
-    /// Estimates the largest eigenvalue of the part that the cut touched and strengthens the cap on
-    /// touched nodes until it leaves room for the step. Elsewhere nothing changed.
-    fn fit_stiffness(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
-        let before = body.current_eigenvalue;
-        self.limit_stiffness(body, touched);
+    /// Estimates the largest eigenvalue of the part that the cut touched, for the step. Elsewhere
+    /// nothing changed.
+    fn fit_step(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let part = body.elastic.part(&with_neighbors(body, touched));
-        let found = loop {
-            body.reload();
-            let found = body.part_eigenvalue(&part, ESTIMATE_PRODUCTS)?;
-            let largest = found.value.max(before);
-            self.growth = self.growth.max(largest / body.eigenvalue.value);
-            if found.value <= ALLOWED_GROWTH * before || self.level + 1 == CAPS.len() {
-                break found;
-            }
-            self.strengthen(body);
-        };
+        let found = body.part_eigenvalue(&part, ESTIMATE_PRODUCTS)?;
+        let largest = found.value.max(body.current_eigenvalue);
+        self.growth = self.growth.max(largest / body.eigenvalue.value);
         body.take_part_eigenvalue(&part, &found);
-        self.note_capped(body, touched);
         Ok(())
     }
 
-    /// Applies the cap at its present strength.
-    fn limit_stiffness(&self, body: &mut Body, touched: &[u32]) {
-        body.elastic
-            .cap_stiffness(&self.cap, touched, CAPS[self.level]);
-        self.release_weak(body, touched);
-    }
-
-    /// Applies the next strength to all that cuts have touched.
-    fn strengthen(&mut self, body: &mut Body) {
-        self.level += 1;
-        self.limit_stiffness(body, &self.touched);
-    }
-
-    fn note_capped(&mut self, body: &Body, touched: &[u32]) {
-        for &node in touched {
-            let node = node as usize;
-            self.capped[node] |= body.elastic.elastic_volumes()[node] < body.volumes[node];
-        }
-    }
-
-    /// Takes the elastic energy from nodes that a cut left too few neighbours to have a strain of
-    /// their own. Their neighbours' energies, which depend on them too, still hold them in place.
-    fn release_weak(&self, body: &mut Body, touched: &[u32]) {
+    /// Those of the touched nodes that cuts have left without a strain of their own, by what they took:
+    /// a node that had no more from the start keeps its stiffness.
+    fn weak_nodes(&self, body: &Body, touched: &[u32]) -> Vec<u32> {
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
         let ranks = body.stencils.ranks();
         let (offsets, indices) = (graph.offsets(), graph.indices());
         let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PIECE);
-        let weak: Vec<u32> = touched
-            .iter()
-            .copied()
-            .filter(|&node| {
-                let row = &weights[graph.pairs(node as usize)];
-                let live = row.iter().filter(|&&weight| weight > 0.0).count();
-                let spread = &ranks[node as usize];
-                live < FEWEST_NEIGHBORS
-                    || spread.rank < 3
-                    || spread.condition > LARGEST_CONDITION
-                    || debris.binary_search(&node).is_ok()
-            })
-            .collect();
-        body.elastic.cap_stiffness(&self.cap, &weak, WEAK_CAP);
+        let is_weak = |node: &u32| {
+            let at = *node as usize;
+            let (neighbors, condition) = self.uncut[at];
+            let left = linked_count(&weights[graph.pairs(at)]);
+            let now = &ranks[at];
+            (left < FEWEST_NEIGHBORS && left < neighbors)
+                || now.rank < 3
+                || (now.condition > LARGEST_CONDITION
+                    && now.condition > CONDITION_GROWTH * condition)
+                || debris.binary_search(node).is_ok()
+                || body.elastic.weak_nodes().binary_search(node).is_ok()
+        };
+        touched.iter().copied().filter(is_weak).collect()
     }
+}
+
+/// Pairs of a row that still link.
+fn linked_count(row: &[f64]) -> usize {
+    row.iter().filter(|&&weight| weight > 0.0).count()
+}
+
+/// Neighbours and condition of each node.
+fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
+    let weights = body.stencils.weights();
+    let ranks = body.stencils.ranks().iter().enumerate();
+    ranks
+        .map(|(node, rank)| {
+            let count = linked_count(&weights[body.neighborhoods.pairs(node)]);
+            (count, rank.condition)
+        })
+        .collect()
 }
 
 /// The body's nodes and pairs, as the factors read them.

@@ -108,12 +108,34 @@ pub enum BodyProblem {
         "nothing resists motion: every node is supported or without stiffness; leave nodes free"
     )]
     NoStiffness,
+    /// Energy appeared or vanished, and shorter steps did not help.
+    #[error(
+        "energy is not kept: {:.0} % of it appeared or vanished before {time:.4} s, in an eighth of the \
+         step too; take more nodes where the body is thin, a stiffer material or a weaker load",
+        100.0 * share
+    )]
+    Unbalanced {
+        /// What appeared or vanished, relative to the energy there was.
+        share: f64,
+        /// Time (s), settling included.
+        time: f64,
+    },
     /// A kept state belongs to another body.
     #[error(
         "its nodes are not where the kept state has them: the mesh file has changed since; run the \
          scene from its start"
     )]
     OtherBody,
+}
+
+impl BodyProblem {
+    /// The same with the body's name.
+    pub(super) fn of(self, body: &super::Body) -> WorldError {
+        WorldError {
+            body: body.name.clone(),
+            problem: self,
+        }
+    }
 }
 
 /// A world that cannot be built or stepped, with the body at fault.

@@ -175,9 +175,9 @@ impl Hands {
         Ok(())
     }
 
-    /// Where a tool is at the beginning of the step.
-    pub(super) fn pose(&self, tool: usize) -> &Pose {
-        &self.poses[tool]
+    /// Where all tools are at the beginning of the step.
+    pub(super) fn poses(&self) -> &[Pose] {
+        &self.poses
     }
 
     /// Blades' edges that are due in a step that begins at a scene time (s), which is `None` while

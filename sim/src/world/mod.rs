@@ -7,6 +7,7 @@ mod body;
 mod cutting;
 mod error;
 mod factors;
+mod guard;
 mod input;
 mod model;
 mod outside;
@@ -23,9 +24,10 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 
 pub use body::Body;
-pub use cutting::{Capture, Cutting, Moment};
+pub use cutting::{Capture, CutEnergy, Cutting, Moment};
 pub use error::{BodyProblem, WorldError};
 pub use factors::{Factors, Grids};
+pub use guard::Retaken;
 pub use input::{Action, Input, InputError};
 pub use parts::Part;
 pub use state::WorldState;
@@ -34,14 +36,13 @@ pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
 use crate::scene::{Scene, pose_at};
+use guard::Kept;
 use input::Hands;
 use state::Incision;
 use tool::Touch;
 
-/// Steps between two estimates of the largest eigenvalue: strain stiffens a body.
-const STEPS_PER_ESTIMATE: u64 = 50;
-/// Products with the stiffness per such estimate; it starts at the vector of the last.
-const ESTIMATE_PRODUCTS: usize = 2;
+/// Products with the stiffness for the step where an equilibrium was found.
+const EQUILIBRIUM_PRODUCTS: usize = 16;
 
 /// A body with the blades that have touched it.
 #[derive(Debug)]
@@ -81,6 +82,11 @@ pub struct World {
     new_pieces: Vec<CutPiece>,
     /// Every edge that was taken up.
     incisions: Vec<Incision>,
+    /// Where to return to if a step fails.
+    kept: Option<Kept>,
+    /// Divisor of the step after steps that failed.
+    caution: f64,
+    retaken: Retaken,
 }
 
 impl World {
@@ -121,6 +127,9 @@ impl World {
             latencies: Vec::new(),
             new_pieces: Vec::new(),
             incisions: Vec::new(),
+            kept: None,
+            caution: 1.0,
+            retaken: Retaken::default(),
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -229,7 +238,7 @@ impl World {
             })?;
         }
         self.phases.add(Phase::Setup, start.elapsed());
-        self.fit_step()
+        self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
     }
 
     /// Ends settling: scene time is 0 from here.
@@ -242,6 +251,7 @@ impl World {
 
     fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {
         self.origin = Some(start);
+        self.forget_kept();
         self.set_damping(None)?;
         for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
             let body = &mut member.body;
@@ -280,7 +290,7 @@ impl World {
     pub fn tool_forces(&self) -> Vec<ToolForce> {
         let tools = self.scene.tools.iter().enumerate();
         let forces = tools.map(|(index, tool)| {
-            let mut sum = ToolForce::free(*self.hands.pose(index));
+            let mut sum = ToolForce::free(self.hands.poses()[index]);
             for touch in self.members.iter().flat_map(|member| &member.touches) {
                 if touch.tool == index {
                     touch.add_to(&tool.shape, &mut sum);
@@ -296,35 +306,12 @@ impl World {
     /// # Errors
     /// [`WorldError`] if a blade's edge cannot be taken up or a motion diverges.
     pub fn step(&mut self) -> Result<(), WorldError> {
-        self.load_gravity()?;
         let number = self.steps();
         self.capture_blades(number)?;
-        let explicit = self.scene.integration.scheme.step().is_none();
-        if explicit && number.is_multiple_of(STEPS_PER_ESTIMATE) {
-            self.fit_step()?;
-        }
-        let (time, step) = (self.time(), self.step);
+        let step = self.step;
         let end = self.scene_time().map(|now| now + step);
         let poses = self.hands.tools(&self.scene, number, end);
-        for Member { body, touches, .. } in &mut self.members {
-            for touch in touches.iter_mut() {
-                let (from, to) = (self.hands.pose(touch.tool), &poses[touch.tool]);
-                touch.lead(&self.scene.tools[touch.tool].shape, from, to, time, step);
-            }
-            let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
-            let start = Instant::now();
-            let result = body.advance(step, touches, &mut in_forces, &mut in_contact);
-            let rest = start.elapsed().saturating_sub(in_forces + in_contact);
-            self.phases.add(Phase::Forces, in_forces);
-            self.phases.add(Phase::Integration, rest);
-            if !touches.is_empty() {
-                self.phases.add(Phase::Contact, in_contact);
-            }
-            result.map_err(|problem| WorldError {
-                body: body.name.clone(),
-                problem,
-            })?;
-        }
+        self.advance_safely(step, &poses)?;
         self.hands.arrive(poses);
         if let Some(since) = self.waiting.take() {
             self.latencies.push(1e3 * since.elapsed().as_secs_f64());
@@ -332,26 +319,15 @@ impl World {
         Ok(())
     }
 
-    /// Estimates the largest eigenvalues where the bodies are now and chooses the step anew.
-    fn fit_step(&mut self) -> Result<(), WorldError> {
-        let start = Instant::now();
-        for Member { body, .. } in &mut self.members {
-            body.estimate_eigenvalue(ESTIMATE_PRODUCTS)
-                .map_err(|problem| WorldError {
-                    body: body.name.clone(),
-                    problem,
-                })?;
-        }
-        self.step = self.smallest_step_size();
-        self.phases.add(Phase::Integration, start.elapsed());
-        Ok(())
+    /// Stretches of steps that were done again.
+    #[must_use]
+    pub fn retaken(&self) -> Retaken {
+        self.retaken
     }
 
     fn smallest_step_size(&self) -> f64 {
-        self.members
-            .iter()
-            .map(|member| member.body.step_size())
-            .fold(f64::INFINITY, f64::min)
+        let steps = self.members.iter().map(|member| member.body.step_size());
+        steps.fold(f64::INFINITY, f64::min) / self.caution
     }
 
     fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
@@ -367,8 +343,8 @@ impl World {
         Ok(())
     }
 
-    /// Sets the weights while gravity grows.
-    fn load_gravity(&mut self) -> Result<(), WorldError> {
+    /// Sets the weights at the end of a step (s) while gravity grows.
+    fn load_gravity(&mut self, step: f64) -> Result<(), WorldError> {
         let (Some(gravity), Some(present)) = (self.scene.gravity, self.gravity) else {
             return Ok(());
         };
@@ -376,7 +352,7 @@ impl World {
             return Ok(());
         }
         let reached = if gravity.ramp > 0.0 {
-            ((self.time() + self.step) / gravity.ramp).min(1.0)
+            ((self.time() + step) / gravity.ramp).min(1.0)
         } else {
             1.0
         };
@@ -417,20 +393,15 @@ impl World {
                 if cut.body.as_ref().is_some_and(|body| body != name) {
                     continue;
                 }
-                let (capture, edge, level) =
-                    member
-                        .capture(index, cut, &edge, moment)
-                        .map_err(|problem| WorldError {
-                            body: member.body.name.clone(),
-                            problem,
-                        })?;
+                let (capture, edge) = member
+                    .capture(index, cut, &edge, moment)
+                    .map_err(|problem| problem.of(&member.body))?;
                 self.incisions.push(Incision {
                     steps: member.body.motion.steps(),
                     member: place,
                     cut: index,
                     moment,
                     edge,
-                    level,
                 });
                 changed |= capture.changed;
                 if !capture.triangles.is_empty() {
@@ -444,6 +415,7 @@ impl World {
             if changed {
                 self.waiting.get_or_insert(begun);
                 self.step = self.smallest_step_size();
+                self.forget_kept();
             }
         }
         Ok(())
@@ -475,26 +447,25 @@ fn touches_of(
 }
 
 impl Member {
-    /// Takes up a blade's edge (m); also the edge in the material and the level of the cap.
+    /// Takes up a blade's edge (m); also the edge in the material.
     fn capture(
         &mut self,
         index: usize,
         cut: &crate::scene::Cut,
         edge: &[DVec3],
         moment: Moment,
-    ) -> Result<(Capture, Vec<DVec3>, usize), BodyProblem> {
+    ) -> Result<(Capture, Vec<DVec3>), BodyProblem> {
         let (body, cutting) = self.with_cutting(cut)?;
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
         let edge = cutting.edge_in_material(body, edge)?;
         let capture = cutting.capture(body, index, &edge, moment)?;
-        let level = cutting.level();
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
             for touch in &mut self.touches {
                 touch.tear(&self.body, cutting.factors())?;
             }
         }
-        Ok((capture, edge, level))
+        Ok((capture, edge))
     }
 
     fn replay(

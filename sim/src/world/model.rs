@@ -204,6 +204,7 @@ fn parts_of(wish: &scene::Body, rest: &[DVec3]) -> Vec<u32> {
 fn law_of(wish: &scene::Material) -> Material {
     let (modulus, ratio) = (wish.youngs_modulus, wish.poissons_ratio);
     let law = match wish.model {
+        Model::StableNeoHookean => Material::stable_neo_hookean(modulus, ratio),
         Model::NeoHookean => Material::neo_hookean(modulus, ratio),
         Model::SaintVenantKirchhoff => Material::saint_venant_kirchhoff(modulus, ratio),
         Model::MooneyRivlin { share } => Material::mooney_rivlin(modulus, ratio, share),

@@ -5,10 +5,12 @@
 //! cut, factors and rows, to the bit.
 
 use glam::DVec3;
+use phyxel_elastic::Offsets;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::Moment;
+use super::cutting::{CutEnergy, Cutting, Moment};
 use super::error::{BodyProblem, WorldError};
+use super::guard::{Kept, Retaken};
 use super::input::HandsState;
 use super::tool::Touch;
 use super::{CutPiece, Member, World};
@@ -24,20 +26,88 @@ pub struct WorldState {
     latencies: Vec<f64>,
     bodies: Vec<BodyState>,
     incisions: Vec<Incision>,
+    kept: Option<Kept>,
+    caution: f64,
+    retaken: Retaken,
 }
 
+/// What moves in a body, and what watches over it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct BodyState {
+pub(super) struct BodyState {
     /// Checksum of the rest positions: a mesh file may have changed since.
     fingerprint: u32,
     motion: phyxel_integrate::State,
     eigenvalue: f64,
     eigenvector: Vec<DVec3>,
+    indicator: f64,
+    smallest_ratio: f64,
     growth: Option<f64>,
+    cut_energy: Option<CutEnergy>,
     /// What viscous materials remember, and the energy (J) they took up.
     history: Vec<[f64; 6]>,
     relaxed: f64,
+    /// What rebuilt rows carried over: nodes, deformation gradients, lengths of bonds.
+    offset_nodes: Vec<u32>,
+    offsets: Vec<[f64; 9]>,
+    bond_offsets: Vec<f64>,
     touches: Vec<Touch>,
+}
+
+impl BodyState {
+    pub(super) fn audit(&self) -> &phyxel_integrate::Audit {
+        &self.motion.audit
+    }
+}
+
+impl Member {
+    /// What moves, to be kept.
+    pub(super) fn state(&self) -> BodyState {
+        let Self {
+            body,
+            cutting,
+            touches,
+        } = self;
+        let offsets = body.elastic.offsets();
+        BodyState {
+            fingerprint: body.fingerprint,
+            motion: body.motion.state().clone(),
+            eigenvalue: body.current_eigenvalue,
+            eigenvector: body.eigenvector.clone(),
+            indicator: body.indicator,
+            smallest_ratio: body.smallest_ratio,
+            growth: cutting.as_ref().map(Cutting::growth),
+            cut_energy: cutting.as_ref().map(Cutting::energy),
+            history: body.elastic.viscous_history().to_vec(),
+            relaxed: body.relaxed,
+            offset_nodes: offsets.nodes,
+            offsets: offsets.values,
+            bond_offsets: body.elastic.bond_offsets(),
+            touches: touches.clone(),
+        }
+    }
+
+    /// Takes over a kept state of the same body with the same cuts.
+    pub(super) fn set_state(&mut self, state: BodyState) {
+        let body = &mut self.body;
+        body.elastic.set_offsets(&Offsets {
+            nodes: state.offset_nodes,
+            values: state.offsets,
+        });
+        body.elastic.set_bond_offsets(&state.bond_offsets);
+        body.indicator = state.indicator;
+        body.smallest_ratio = state.smallest_ratio;
+        let viscous = (&*state.history, state.relaxed);
+        body.restore(state.motion, state.eigenvalue, state.eigenvector, viscous);
+        self.touches = state.touches;
+        if let Some(cutting) = &mut self.cutting {
+            if let Some(growth) = state.growth {
+                cutting.set_growth(growth);
+            }
+            if let Some(energy) = state.cut_energy {
+                cutting.set_energy(energy);
+            }
+        }
+    }
 }
 
 /// A blade's edge as it was taken up.
@@ -52,8 +122,6 @@ pub(super) struct Incision {
     pub(super) moment: Moment,
     /// The edge in material coordinates (m).
     pub(super) edge: Vec<DVec3>,
-    /// Strength of the stiffness cap after it.
-    pub(super) level: usize,
 }
 
 impl World {
@@ -61,29 +129,16 @@ impl World {
     /// as handed out.
     #[must_use]
     pub fn state(&self) -> WorldState {
-        let bodies = self.members.iter().map(
-            |Member {
-                 body,
-                 cutting,
-                 touches,
-             }| BodyState {
-                fingerprint: fingerprint(&body.rest),
-                motion: body.motion.state().clone(),
-                eigenvalue: body.current_eigenvalue,
-                eigenvector: body.eigenvector.clone(),
-                growth: cutting.as_ref().map(super::Cutting::growth),
-                history: body.elastic.viscous_history().to_vec(),
-                relaxed: body.relaxed,
-                touches: touches.clone(),
-            },
-        );
         WorldState {
             origin: self.origin,
             gravity: self.gravity,
             hands: self.hands.state(),
             phases: self.phases.clone(),
             latencies: self.latencies.clone(),
-            bodies: bodies.collect(),
+            bodies: self.members.iter().map(Member::state).collect(),
+            kept: self.kept.clone(),
+            caution: self.caution,
+            retaken: self.retaken,
             incisions: self.incisions.clone(),
         }
     }
@@ -114,14 +169,11 @@ impl World {
         }
         self.set_gravity(state.gravity)?;
         for (member, kept) in self.members.iter_mut().zip(state.bodies) {
-            let body = &mut member.body;
-            let viscous = (&*kept.history, kept.relaxed);
-            body.restore(kept.motion, kept.eigenvalue, kept.eigenvector, viscous);
-            member.touches = kept.touches;
-            if let (Some(cutting), Some(growth)) = (&mut member.cutting, kept.growth) {
-                cutting.set_growth(growth);
-            }
+            member.set_state(kept);
         }
+        self.kept = state.kept;
+        self.caution = state.caution;
+        self.retaken = state.retaken;
         self.step = self.smallest_step_size();
         self.hands.restore(state.hands);
         self.phases = state.phases;
@@ -133,7 +185,7 @@ impl World {
     fn check(&self, state: &WorldState) -> Result<(), WorldError> {
         for (index, Member { body, .. }) in self.members.iter().enumerate() {
             let kept = state.bodies.get(index);
-            if kept.is_none_or(|kept| kept.fingerprint != fingerprint(&body.rest)) {
+            if kept.is_none_or(|kept| kept.fingerprint != body.fingerprint) {
                 return Err(WorldError {
                     body: body.name.clone(),
                     problem: BodyProblem::OtherBody,
@@ -164,7 +216,7 @@ impl World {
     }
 }
 
-fn fingerprint(rest: &[DVec3]) -> u32 {
+pub(super) fn fingerprint(rest: &[DVec3]) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     for x in rest {
         for coordinate in x.to_array() {

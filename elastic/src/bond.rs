@@ -1,0 +1,361 @@
+//! Nodes that a cut left without a strain of their own.
+//!
+//! A deformation gradient needs neighbours on all sides. Where a cut leaves a node too few, the little
+//! that its row still sees turns inside out under load and no penalty holds it. Such a *weak* node
+//! carries no strain energy; along each pair that is left acts a bond, as in bond-based peridynamics
+//! (Silling 2000), with the energy
+//!
+//! `E_b = k/2 (|x|_e - |X|_e - d)²`, `|x|_e = sqrt(x·x + e² X·X)`, `k = kappa mu V_i f_ij / (n_i X·X)`,
+//!
+//! `n_i` the pairs that the node had, `f_ij` the share that the cut left of one. It is objective, conserves momenta, is bounded
+//! in stiffness and has no state that it could invert from. `d` begins where the bonds hold no more
+//! energy than the node's strain did, and decays.
+
+use glam::{DMat3, DVec3};
+
+use crate::body::Body;
+use crate::law::outer;
+use crate::model::{Elastic, with_table};
+use crate::part::Part;
+
+/// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
+/// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
+/// what limits the step.
+const STIFFNESS: f64 = 5.0;
+/// `e`: bonds keep a direction when they are pressed to nothing.
+const SOFTENING: f64 = 0.2;
+/// Share of a bond's rest length below which what is left of `d` is dropped.
+const SMALLEST_OFFSET: f64 = 1e-4;
+
+/// A bond of a weak node.
+#[derive(Debug, Clone, Copy)]
+struct Bond {
+    node: u32,
+    other: u32,
+    /// `k` (N/m).
+    stiffness: f64,
+    /// `X·X` (m²).
+    rest_squared: f64,
+    /// `d` (m).
+    offset: f64,
+    /// Change of `d` by the last decay (m).
+    decayed: f64,
+    /// Where `other` is from `node` (m), at the state last evaluated.
+    x: DVec3,
+}
+
+impl Bond {
+    /// `|X|_e` (m).
+    fn natural(&self) -> f64 {
+        (self.rest_squared * (1.0 + SOFTENING * SOFTENING)).sqrt()
+    }
+
+    /// `|x|_e` (m).
+    fn length(&self) -> f64 {
+        (self.x.length_squared() + SOFTENING * SOFTENING * self.rest_squared).sqrt()
+    }
+
+    /// Tension (N).
+    fn tension(&self) -> f64 {
+        self.stiffness * (self.length() - self.natural() - self.offset)
+    }
+
+    fn energy(&self) -> f64 {
+        let tension = self.tension();
+        0.5 * tension * tension / self.stiffness
+    }
+
+    /// Stiffness between its ends (N/m).
+    fn tangent(&self) -> DMat3 {
+        let (length, tension) = (self.length(), self.tension());
+        let unit = self.x / length;
+        outer(unit, unit) * (self.stiffness - tension / length)
+            + DMat3::from_diagonal(DVec3::splat(tension / length))
+    }
+}
+
+/// Weak nodes and their bonds; empty before the first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Bonds {
+    /// By node, then by other.
+    list: Vec<Bond>,
+    /// Weak nodes, rising.
+    nodes: Vec<u32>,
+    /// Weak nodes with those, weak or not, from which their deformation is taken, nearest to sound
+    /// ones first; those that hang on nothing sound have none.
+    hosts: Vec<(u32, Vec<u32>)>,
+}
+
+/// A bond of a part: its place in the list and its ends' places in the part.
+pub(crate) type PartBond = (u32, Option<u32>, Option<u32>);
+
+impl Bonds {
+    pub(crate) fn add_forces(
+        &mut self,
+        positions: &[DVec3],
+        forces: &mut [DVec3],
+        deformation: &mut [DMat3],
+    ) -> f64 {
+        let mut energy = 0.0;
+        for bond in &mut self.list {
+            let (i, j) = (bond.node as usize, bond.other as usize);
+            bond.x = positions[j] - positions[i];
+            let pull = bond.x * (bond.tension() / bond.length());
+            forces[i] += pull;
+            forces[j] -= pull;
+            energy += bond.energy();
+        }
+        for (node, hosts) in &self.hosts {
+            #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
+            let share = (hosts.len() as f64).recip();
+            let gradients = hosts.iter().map(|&host| deformation[host as usize]);
+            deformation[*node as usize] = if hosts.is_empty() {
+                DMat3::IDENTITY
+            } else {
+                gradients.fold(DMat3::ZERO, |sum, f| sum + f * share)
+            };
+        }
+        energy
+    }
+
+    pub(crate) fn add_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
+        for bond in &self.list {
+            let (i, j) = (bond.node as usize, bond.other as usize);
+            let change = bond.tangent() * (vector[i] - vector[j]);
+            product[i] += change;
+            product[j] -= change;
+        }
+    }
+
+    /// The bonds that a part's nodes are in.
+    pub(crate) fn of_part(&self, nodes: &[u32]) -> Vec<PartBond> {
+        let place = |node: u32| {
+            let found = nodes.binary_search(&node).ok();
+            found.and_then(|at| u32::try_from(at).ok())
+        };
+        let bonds = (0_u32..).zip(&self.list);
+        bonds
+            .map(|(at, bond)| (at, place(bond.node), place(bond.other)))
+            .filter(|(_, node, other)| node.is_some() || other.is_some())
+            .collect()
+    }
+
+    pub(crate) fn add_product_within(
+        &self,
+        part: &[PartBond],
+        vector: &[DVec3],
+        product: &mut [DVec3],
+    ) {
+        let at = |place: Option<u32>| place.map_or(DVec3::ZERO, |at| vector[at as usize]);
+        for &(bond, node, other) in part {
+            let change = self.list[bond as usize].tangent() * (at(node) - at(other));
+            if let Some(node) = node {
+                product[node as usize] += change;
+            }
+            if let Some(other) = other {
+                product[other as usize] -= change;
+            }
+        }
+    }
+
+    /// Orders weak nodes by their distance in bonds from sound ones.
+    fn find_hosts(&mut self) {
+        let mut open = self.nodes.clone();
+        self.hosts.clear();
+        let weak = |node: &u32, open: &[u32]| open.binary_search(node).is_ok();
+        while !open.is_empty() {
+            let mut layer = Vec::new();
+            for &node in &open {
+                let from = self.list.partition_point(|bond| bond.node < node);
+                let row = self.list[from..]
+                    .iter()
+                    .take_while(|bond| bond.node == node);
+                let others = row.map(|bond| bond.other);
+                let hosts: Vec<u32> = others.filter(|other| !weak(other, &open)).collect();
+                if !hosts.is_empty() {
+                    layer.push((node, hosts));
+                }
+            }
+            if layer.is_empty() {
+                self.hosts
+                    .extend(open.iter().map(|&node| (node, Vec::new())));
+                return;
+            }
+            open.retain(|node| layer.binary_search_by(|(at, _)| at.cmp(node)).is_err());
+            self.hosts.append(&mut layer);
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let hosts = self.hosts.iter().map(|(_, hosts)| size_of_val(&**hosts));
+        self.list.capacity() * size_of::<Bond>()
+            + self.nodes.capacity() * size_of::<u32>()
+            + self.hosts.capacity() * size_of::<(u32, Vec<u32>)>()
+            + hosts.sum::<usize>()
+    }
+}
+
+impl Elastic {
+    /// Takes the strain energy and its zero-energy control from `nodes`, for good, and puts a bond
+    /// along each pair that is left of them (see the module's head in the source). Named again, a
+    /// node's bonds follow `share`: the share of pair `k` (in the order of the rows) that cuts left,
+    /// 0 for a severed one. `positions` (m) are the present ones.
+    ///
+    /// At the positions given, the energy does not rise: bonds begin with at most what the node's
+    /// strain held. [`Elastic::decay_bonds`] then lets them go to their rest lengths.
+    ///
+    /// # Panics
+    /// If a node does not exist or `positions` is not one per node.
+    pub fn weaken(&mut self, nodes: &[u32], positions: &[DVec3], share: &dyn Fn(usize) -> f64) {
+        assert_eq!(positions.len(), self.node_count(), "one position per node");
+        let mut bonds = std::mem::take(&mut self.body.bonds);
+        for &node in nodes {
+            let held = self.weaken_one(node as usize);
+            let row = self.bonds_of(node as usize, positions, share);
+            let from = bonds.list.partition_point(|bond| bond.node < node);
+            let to = bonds.list.partition_point(|bond| bond.node <= node);
+            let known = bonds.nodes.binary_search(&node);
+            let row = match known {
+                Ok(_) => kept(row, &bonds.list[from..to]),
+                Err(at) => {
+                    bonds.nodes.insert(at, node);
+                    begun(row, held)
+                }
+            };
+            bonds.list.splice(from..to, row);
+        }
+        bonds.find_hosts();
+        self.body.bonds = bonds;
+    }
+
+    /// Takes a node's strain energy; what it held (J) at the state last evaluated.
+    fn weaken_one(&mut self, node: usize) -> f64 {
+        let body = &mut self.body;
+        let (energy, _) = body.energy_and_stress(node, body.deformation[node]);
+        let held = body.elastic_volumes[node] * energy;
+        body.elastic_volumes[node] = 0.0;
+        body.refresh_control(node);
+        held.max(0.0)
+    }
+
+    fn bonds_of(
+        &self,
+        node: usize,
+        positions: &[DVec3],
+        share: &dyn Fn(usize) -> f64,
+    ) -> Vec<Bond> {
+        let body = &self.body;
+        with_table!(&self.pairs, table => {
+            let row = table.rows.row(node);
+            #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
+            let count = row.indices.len() as f64;
+            let modulus = STIFFNESS * body.material(node).lame_mu() * body.volumes[node] / count;
+            let pairs = table.rows.pair_range(node).zip(row.indices);
+            pairs.filter_map(|(pair, &other)| {
+                let share = share(pair);
+                let rest = body.rest[other as usize] - body.rest[node];
+                let rest_squared = rest.length_squared();
+                (share > 0.0).then(|| Bond {
+                    node: u32::try_from(node).unwrap_or(u32::MAX),
+                    other,
+                    stiffness: modulus * share / rest_squared,
+                    rest_squared,
+                    offset: 0.0,
+                    decayed: 0.0,
+                    x: positions[other as usize] - positions[node],
+                })
+            }).collect()
+        })
+    }
+
+    /// Multiplies the offsets of all bonds with `factor` (0 to 1) and returns the first half of the
+    /// work (J) that this does, at the state last evaluated. The second half is that of
+    /// [`Elastic::bond_work`] after the next evaluation.
+    pub fn decay_bonds(&mut self, factor: f64) -> f64 {
+        let mut work = 0.0;
+        for bond in &mut self.body.bonds.list {
+            let mut next = bond.offset * factor;
+            if next.abs() < SMALLEST_OFFSET * bond.natural() {
+                next = 0.0;
+            }
+            bond.decayed = next - bond.offset;
+            work -= 0.5 * bond.tension() * bond.decayed;
+            bond.offset = next;
+        }
+        work
+    }
+
+    /// The second half of the work (J) of the last [`Elastic::decay_bonds`], at the state last
+    /// evaluated.
+    #[must_use]
+    pub fn bond_work(&self) -> f64 {
+        let bonds = self.body.bonds.list.iter();
+        bonds.map(|bond| -0.5 * bond.tension() * bond.decayed).sum()
+    }
+
+    /// Weak nodes, rising.
+    #[must_use]
+    pub fn weak_nodes(&self) -> &[u32] {
+        &self.body.bonds.nodes
+    }
+
+    /// Weak nodes that hang on no sound one, not even by others: debris.
+    #[must_use]
+    pub fn loose_nodes(&self) -> usize {
+        let hosts = self.body.bonds.hosts.iter();
+        hosts.filter(|(_, hosts)| hosts.is_empty()).count()
+    }
+
+    /// Offsets (m) of all bonds, for a checkpoint.
+    #[must_use]
+    pub fn bond_offsets(&self) -> Vec<f64> {
+        self.body
+            .bonds
+            .list
+            .iter()
+            .map(|bond| bond.offset)
+            .collect()
+    }
+
+    /// Restores what [`Elastic::bond_offsets`] gave, on the same bonds.
+    ///
+    /// # Panics
+    /// If there are others.
+    pub fn set_bond_offsets(&mut self, offsets: &[f64]) {
+        let list = &mut self.body.bonds.list;
+        assert_eq!(list.len(), offsets.len(), "one offset per bond");
+        for (bond, &offset) in list.iter_mut().zip(offsets) {
+            bond.offset = offset;
+            bond.decayed = 0.0;
+        }
+    }
+}
+
+/// New bonds in the places of old ones: what is left of one goes on.
+fn kept(mut row: Vec<Bond>, old: &[Bond]) -> Vec<Bond> {
+    for bond in &mut row {
+        if let Some(before) = old.iter().find(|before| before.other == bond.other) {
+            bond.offset = before.offset;
+        }
+    }
+    row
+}
+
+/// The first bonds of a node, which hold at most `energy` (J).
+fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
+    let whole: f64 = row.iter().map(Bond::energy).sum();
+    if whole > energy {
+        let left = 1.0 - (energy / whole).sqrt();
+        for bond in &mut row {
+            bond.offset = left * (bond.length() - bond.natural());
+        }
+    }
+    row
+}
+
+impl Part {
+    pub(crate) fn with_bonds(mut self, body: &Body) -> Self {
+        self.bonds = body.bonds.of_part(&self.nodes);
+        self
+    }
+}

@@ -1,0 +1,266 @@
+//! Nodes that a cut left weak, gradients that go on over a rebuild, and what is watched.
+
+use super::*;
+
+/// The torn block whose nodes with fewer than six pairs are weak, at `x`.
+fn weakened(x: &[DVec3], material: Material) -> (Block, Elastic, Vec<u32>) {
+    let whole = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let (torn, touched) = torn();
+    let mut body = model(&whole, material, 0.1);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(x, &mut f);
+    body.update_rows(&touched, &stencils(&torn)).expect("sound");
+    let left = |node: &u32| {
+        let row = &torn.weights[torn.row(*node as usize)];
+        row.iter().filter(|w| **w > 0.0).count()
+    };
+    let weak: Vec<u32> = touched.iter().copied().filter(|i| left(i) < 9).collect();
+    body.weaken(&weak, x, &|p| if torn.weights[p] > 0.0 { 1.0 } else { 0.0 });
+    (torn, body, weak)
+}
+
+fn law() -> Material {
+    Material::stable_neo_hookean(1.0, 0.4)
+}
+
+#[test]
+fn bonds_are_exact_gradients_and_conserve_momenta() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let (_, mut body, weak) = weakened(&x, law());
+    assert!(weak.len() > 20 && weak.len() < x.len(), "{}", weak.len());
+    assert_eq!(body.weak_nodes(), weak);
+    assert!(
+        weak.iter()
+            .all(|&i| body.elastic_volumes()[i as usize] == 0.0)
+    );
+    let there = shaken(&rest, 0.05, 7);
+    check_derivatives("weak", &mut body, &there, 1e-3, 1e-3);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(&there, &mut f);
+    let sum: DVec3 = f.iter().sum();
+    let torque: DVec3 = there.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+    let size: f64 = f.iter().map(|f| f.length()).sum();
+    assert_below("momentum", sum.length() / size, 1e-14);
+    assert_below("angular momentum", torque.length() / size, 1e-14);
+}
+
+#[test]
+fn bonds_are_objective_and_hold_however_far_a_node_is_moved() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 1.9);
+    let (_, mut body, weak) = weakened(&rest.positions, law());
+    let mut x: Vec<DVec3> = rest.positions.iter().map(|x| turn * *x).collect();
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let energy = body.forces_into(&x, &mut f);
+    assert_within("energy of a rotation", energy, 0.0, 1e-14);
+    // A weak node that has bonds is drawn back, from any side and through its neighbours too.
+    let node = *weak.iter().find(|&&i| i != 124).expect("some") as usize;
+    for far in [DVec3::X, -DVec3::Y, DVec3::new(0.3, -0.2, 0.9)] {
+        x[node] += far;
+        body.forces_into(&x, &mut f);
+        assert!(f[node].dot(far) < 0.0, "{} along {far}", f[node]);
+        x[node] -= far;
+    }
+    // The sheet, the line and the lone node hang on nothing sound.
+    assert_eq!(body.loose_nodes(), 31);
+}
+
+#[test]
+fn weakening_never_adds_energy_and_its_decay_is_booked() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    for by in [0.003, 0.03, 0.15] {
+        let x = shaken(&rest, by, 5);
+        let (torn, touched) = torn();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        // The same rows, with and without their strain: rows change the energy, weakening lowers it.
+        let mut kept = model(&rest, law(), 0.1);
+        kept.forces_into(&x, &mut f);
+        kept.update_rows(&touched, &stencils(&torn)).expect("sound");
+        let before = kept.forces_into(&x, &mut f);
+        let weak = touched.clone();
+        let share = |p: usize| f64::from(u8::from(torn.weights[p] > 0.0));
+        kept.weaken(&weak, &x, &share);
+        let after = kept.forces_into(&x, &mut f);
+        assert!(after <= before, "{after} from {before} at {by}");
+        // At fixed positions, the work of a decay is what the energy changes by.
+        let mut energy = after;
+        let start = energy;
+        let mut work = 0.0;
+        for _ in 0..400 {
+            work += kept.decay_bonds(0.98);
+            energy = kept.forces_into(&x, &mut f);
+            work += kept.bond_work();
+        }
+        assert_within(
+            "work of the decay",
+            work,
+            energy - start,
+            1e-12 * energy.max(start),
+        );
+        // Named again, the bonds are those that they were.
+        let offsets = kept.bond_offsets();
+        kept.weaken(&weak, &x, &share);
+        assert_eq!(kept.bond_offsets(), offsets);
+    }
+}
+
+#[test]
+fn part_products_see_bonds() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let (_, mut body, weak) = weakened(&x, law());
+    let n = x.len();
+    let mut f = vec![DVec3::ZERO; n];
+    body.forces_into(&shaken(&rest, 0.04, 8), &mut f);
+    let part = body.part(&weak[3..12]);
+    let mut random = Random::new(3);
+    let inside: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+    let mut whole = vec![DVec3::ZERO; n];
+    for (&node, v) in part.nodes().iter().zip(&inside) {
+        whole[node as usize] = *v;
+    }
+    let mut expected = vec![DVec3::ZERO; n];
+    body.tangent_product_into(&whole, &mut expected);
+    let mut product = vec![DVec3::ZERO; inside.len()];
+    body.tangent_product_within(&part, &inside, &mut product);
+    for (&node, found) in part.nodes().iter().zip(product) {
+        let expected = expected[node as usize];
+        assert_below(
+            "difference",
+            (found - expected).length(),
+            1e-13 * expected.length().max(1e-3),
+        );
+    }
+}
+
+#[test]
+fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
+    let whole = block();
+    let x = shaken(&whole, 0.01, 2);
+    for settings in [Settings::default(), mean()] {
+        let mut body = built(&whole, law(), &settings);
+        let n = body.node_count();
+        let mut f = vec![DVec3::ZERO; n];
+        body.forces_into(&x, &mut f);
+        let before = body.deformation_gradients().to_vec();
+        let mut torn = block();
+        let middle = 0.2;
+        let touched = cut(&mut torn, |i, j| {
+            (whole.positions[i].x < middle) == (whole.positions[j].x < middle)
+                || (whole.positions[i].y > 0.2 && whole.positions[j].y > 0.2)
+        });
+        body.update_rows(&touched, &stencils(&torn)).expect("sound");
+        let kept: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
+        body.continue_deformation(&touched, &kept, &x);
+        body.forces_into(&x, &mut f);
+        for &node in &touched {
+            let node = node as usize;
+            if body.rank(node) == 3 {
+                let off = body.deformation_gradients()[node] - before[node];
+                let size = off
+                    .to_cols_array()
+                    .iter()
+                    .fold(0.0_f64, |m, v| m.max(v.abs()));
+                assert_below("gradient", size, 1e-14);
+            }
+        }
+        check_derivatives("offsets", &mut body, &shaken(&whole, 0.01, 4), 1e-3, 1e-3);
+        let start = body.forces_into(&x, &mut f);
+        let kept = body.offsets();
+        assert!(
+            body.has_offsets() && kept.nodes.len() > 5,
+            "{}",
+            kept.nodes.len()
+        );
+        let (mut work, mut energy) = (0.0, start);
+        let mut steps = 0;
+        while body.has_offsets() {
+            work += body.decay_offsets(0.99);
+            energy = body.forces_into(&x, &mut f);
+            work += body.offset_work();
+            steps += 1;
+        }
+        assert!(steps > 100, "{steps}");
+        assert_within(
+            "work of the decay",
+            work,
+            energy - start,
+            2e-4 * (energy - start).abs(),
+        );
+        // What is left is the model with the new rows.
+        let mut fresh = built(&whole, law(), &settings);
+        fresh
+            .update_rows(&touched, &stencils(&torn))
+            .expect("sound");
+        let mut g = f.clone();
+        assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), energy.to_bits());
+        assert_eq!(f, g);
+        // And a checkpoint brings the offsets back.
+        fresh.set_offsets(&kept);
+        assert_eq!(fresh.offsets(), kept);
+        assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), start.to_bits());
+    }
+}
+
+#[test]
+fn what_is_watched_is_the_worst_of_all_nodes() {
+    let block = block();
+    for material in [law(), Material::neo_hookean(1.0, 0.4), fibrous(law())] {
+        let mut body = model(&block, material, 0.1);
+        let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
+        let x = shaken(&block, 0.02, 9);
+        let mut f = vec![DVec3::ZERO; x.len()];
+        body.forces_into(&x, &mut f);
+        assert_eq!(body.stiffness_indicator(), 0.0);
+        body.watch_stiffness(&masses);
+        body.forces_into(&x, &mut f);
+        let (mut ratio, mut stiffest) = (f64::INFINITY, (0.0, 0));
+        for i in 0..x.len() {
+            let f = body.deformation_gradients()[i];
+            ratio = ratio.min(f.determinant());
+            let mut square = block.self_gradients[i].length_squared() / masses[i];
+            for p in block.row(i) {
+                square += block.gradients[p].length_squared() / masses[block.indices[p] as usize];
+            }
+            // The bound is one: no direction of dF is resisted more.
+            let bound = Prepared::new(&Material {
+                fiber: None,
+                ..material
+            });
+            let bound = bound.tangent_bound(f);
+            let mut random = Random::new(4);
+            for _ in 0..20 {
+                let d =
+                    DMat3::from_cols(random.vector(1.0), random.vector(1.0), random.vector(1.0));
+                let plain = Material {
+                    fiber: None,
+                    ..material
+                };
+                let resisted = crate::law::double_dot(d, plain.stress_change(f, d));
+                assert!(resisted <= bound * crate::law::double_dot(d, d) * (1.0 + 1e-12));
+            }
+            let indicator = block.volumes[i] * bound * square;
+            if indicator > stiffest.0 {
+                stiffest = (indicator, i);
+            }
+        }
+        assert_within("det F", body.smallest_volume_ratio(), ratio, 1e-14);
+        assert_within(
+            "indicator",
+            body.stiffness_indicator(),
+            stiffest.0,
+            1e-12 * stiffest.0,
+        );
+        let nodes = body.stiffest_nodes(8);
+        assert_eq!(nodes.len(), 8);
+        assert_eq!(nodes[0].node as usize, stiffest.1);
+        assert!(nodes.windows(2).all(|w| w[0].indicator >= w[1].indicator));
+        // It is at least of the size of the eigenvalue, which fibers raise.
+        if material.fiber.is_some() {
+            continue;
+        }
+        let value = hard::largest_eigenvalue(&mut body, &masses);
+        assert!(stiffest.0 > 0.5 * value, "{} for {value}", stiffest.0);
+    }
+}

@@ -1,0 +1,193 @@
+//! Deformation gradients that go on over a rebuild of rows.
+//!
+//! A row of full support does not see its own node's zero-energy displacement; the one-sided row that
+//! a cut leaves reads it as strain, and energy appears out of nothing. So a rebuilt row keeps the
+//! deformation gradient that the node had: `F = F(u) + D`, `D = F_before - F_after`, and `D` decays.
+//! The energy that the decay adds or takes is `∫ V P : dD`, by the trapezoidal rule over a step.
+
+use glam::{DMat3, DVec3};
+
+use crate::body::Body;
+use crate::kernel::Lanes;
+use crate::law::double_dot;
+use crate::model::{Elastic, with_table};
+use crate::rows::Rows;
+
+/// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
+/// modulus, and what dropping it adds to the energy is booked like the decay.
+const SMALLEST_OFFSET: f64 = 1e-5;
+
+/// Offsets of deformation gradients, as a checkpoint keeps them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Offsets {
+    /// Nodes with an offset, rising.
+    pub nodes: Vec<u32>,
+    /// Their offsets, as columns.
+    pub values: Vec<[f64; 9]>,
+}
+
+/// Offsets of a body; empty before the first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Continuation {
+    /// Per node; empty before the first.
+    pub(crate) of_node: Vec<DMat3>,
+    /// Nodes whose offset is not zero, rising.
+    nodes: Vec<u32>,
+    /// Changes of the last decay.
+    decayed: Vec<(u32, DMat3)>,
+}
+
+impl Continuation {
+    /// `V P : D / 2` of a node, from the transpose of `-V P`: what the virtual work of the stresses
+    /// with all of `F` counts too much.
+    #[inline(always)]
+    pub(crate) fn excess(&self, node: usize, stress: DMat3) -> f64 {
+        match self.of_node.get(node) {
+            None => 0.0,
+            Some(offset) => -0.5 * double_dot(stress, offset.transpose()),
+        }
+    }
+
+    /// The transpose of a node's offset.
+    #[inline(always)]
+    pub(crate) fn transposed(&self, node: usize) -> Option<DMat3> {
+        self.of_node.get(node).map(DMat3::transpose)
+    }
+
+    fn set(&mut self, node_count: usize, node: u32, offset: DMat3) {
+        self.of_node.resize(node_count, DMat3::ZERO);
+        self.of_node[node as usize] = offset;
+        let at = self.nodes.binary_search(&node);
+        match (at, offset == DMat3::ZERO) {
+            (Err(at), false) => self.nodes.insert(at, node),
+            (Ok(at), true) => drop(self.nodes.remove(at)),
+            _ => {}
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.of_node.capacity() * size_of::<DMat3>()
+            + self.nodes.capacity() * size_of::<u32>()
+            + self.decayed.capacity() * size_of::<(u32, DMat3)>()
+    }
+}
+
+impl Elastic {
+    /// Lets the deformation gradients of `nodes`, whose rows were rebuilt by [`Elastic::update_rows`],
+    /// go on from what they were: `F = F(u) + D` with `D = before - F(u)` where `u` are the
+    /// displacements to `positions` (m). Nodes without a full row get none; one of before ends.
+    ///
+    /// # Panics
+    /// If the slices' lengths do not fit or a node does not exist.
+    pub fn continue_deformation(&mut self, nodes: &[u32], before: &[DMat3], positions: &[DVec3]) {
+        assert_eq!(nodes.len(), before.len(), "one gradient per node");
+        assert_eq!(positions.len(), self.node_count(), "one position per node");
+        let body = &mut self.body;
+        let n = body.node_count();
+        with_table!(&self.pairs, table => {
+            for (&node, &before) in nodes.iter().zip(before) {
+                let at = node as usize;
+                let full = body.ranks[at] == 3 && body.elastic_volumes[at] > 0.0;
+                let offset = if full {
+                    before - gradient_at(body, &table.rows, at, positions)
+                } else {
+                    DMat3::ZERO
+                };
+                body.continuation.set(n, node, offset);
+            }
+        });
+    }
+
+    /// Multiplies every offset with `factor` (0 to 1) and returns the first half of the work (J) that
+    /// this does, with the stresses last evaluated: positive if it adds energy. The second half is
+    /// that of [`Elastic::offset_work`] after the next evaluation.
+    pub fn decay_offsets(&mut self, factor: f64) -> f64 {
+        let nodes = std::mem::take(&mut self.body.continuation.nodes);
+        let mut decayed = std::mem::take(&mut self.body.continuation.decayed);
+        decayed.clear();
+        let mut work = 0.0;
+        let mut left = Vec::with_capacity(nodes.len());
+        for node in nodes {
+            let at = node as usize;
+            let offset = self.body.continuation.of_node[at];
+            let mut next = offset * factor;
+            let size = next
+                .to_cols_array()
+                .iter()
+                .fold(0.0, |m: f64, v| m.max(v.abs()));
+            if size < SMALLEST_OFFSET {
+                next = DMat3::ZERO;
+            } else {
+                left.push(node);
+            }
+            work += self.half_work(at, next - offset);
+            decayed.push((node, next - offset));
+            self.body.continuation.of_node[at] = next;
+        }
+        self.body.continuation.nodes = left;
+        self.body.continuation.decayed = decayed;
+        work
+    }
+
+    /// The second half of the work (J) of the last [`Elastic::decay_offsets`], with the stresses last
+    /// evaluated; to be asked for once.
+    pub fn offset_work(&mut self) -> f64 {
+        let mut decayed = std::mem::take(&mut self.body.continuation.decayed);
+        let halves = decayed.iter();
+        let work = halves
+            .map(|&(node, change)| self.half_work(node as usize, change))
+            .sum();
+        decayed.clear();
+        self.body.continuation.decayed = decayed;
+        work
+    }
+
+    fn half_work(&self, node: usize, change: DMat3) -> f64 {
+        let volume = self.body.elastic_volumes[node];
+        0.5 * volume * double_dot(self.first_piola_kirchhoff(node), change)
+    }
+
+    /// Whether any node has an offset.
+    #[must_use]
+    pub fn has_offsets(&self) -> bool {
+        !self.body.continuation.nodes.is_empty()
+    }
+
+    /// The offsets, for a checkpoint.
+    #[must_use]
+    pub fn offsets(&self) -> Offsets {
+        let continuation = &self.body.continuation;
+        let value = |&node: &u32| continuation.of_node[node as usize].to_cols_array();
+        Offsets {
+            nodes: continuation.nodes.clone(),
+            values: continuation.nodes.iter().map(value).collect(),
+        }
+    }
+
+    /// Restores what [`Elastic::offsets`] gave.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    pub fn set_offsets(&mut self, offsets: &Offsets) {
+        let n = self.node_count();
+        self.body.continuation = Continuation::default();
+        for (&node, value) in offsets.nodes.iter().zip(&offsets.values) {
+            let continuation = &mut self.body.continuation;
+            continuation.set(n, node, DMat3::from_cols_array(value));
+        }
+    }
+}
+
+/// `I + sum_j u_ij ⊗ g_ij` of a node with a full row, without its offset.
+fn gradient_at<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize, positions: &[DVec3]) -> DMat3 {
+    let displacement = |i: usize| positions[i] - body.rest[i];
+    let own = displacement(node);
+    let row = rows.row(node);
+    let mut f = DMat3::IDENTITY;
+    for (&j, pair) in row.indices.iter().zip(row.pairs) {
+        let u = displacement(j as usize) - own;
+        let g = L::gradient(pair);
+        f += DMat3::from_cols(u * g.x, u * g.y, u * g.z);
+    }
+    f
+}

@@ -1,0 +1,159 @@
+//! What an explicit scheme watches while a body moves: how stiff it has become, and whether a node
+//! turns inside out.
+//!
+//! A bound on what a node's own strain energy adds to the largest eigenvalue of `M⁻¹ K` is
+//! `r_i = V_i c(F_i) s_i`, `s_i = sum_j |g_ij|²/m_j` with `j = i` included, `c` a bound on the
+//! eigenvalues of `d²W/dF²`. It is too large to be a step's limit, but it rises when the limit falls,
+//! at once and at every node, which an estimate by products with a vector of before does not.
+
+use glam::{DMat3, DVec3};
+
+use crate::body::Body;
+use crate::kernel::Lanes;
+use crate::law::cofactor;
+use crate::model::{Elastic, with_table};
+use crate::rows::Rows;
+
+/// What the last evaluation saw, over a chunk of nodes or all of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Watch {
+    /// Smallest `det F` of nodes that carry strain energy.
+    pub(crate) ratio: f64,
+    /// Largest `r_i` (1/s²); 0 where nobody asked for it.
+    pub(crate) stiffness: f64,
+}
+
+impl Watch {
+    pub(crate) const NOTHING: Self = Self {
+        ratio: f64::INFINITY,
+        stiffness: 0.0,
+    };
+
+    /// The worse of two.
+    #[inline(always)]
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            ratio: self.ratio.min(other.ratio),
+            stiffness: self.stiffness.max(other.stiffness),
+        }
+    }
+}
+
+/// A node that makes a body stiff, and the way in which it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StiffNode {
+    /// The node.
+    pub node: u32,
+    /// `r_i` (1/s²), see [`Elastic::stiffness_indicator`].
+    pub indicator: f64,
+    /// Unit vector along which it resists most: the longest column of `cof F`.
+    pub direction: DVec3,
+}
+
+impl Elastic {
+    /// Begins to watch the stiffness of nodes with these masses (kg); an empty slice ends it.
+    ///
+    /// # Panics
+    /// If `masses` is neither empty nor one per node.
+    pub fn watch_stiffness(&mut self, masses: &[f64]) {
+        let n = self.node_count();
+        assert!(
+            masses.is_empty() || masses.len() == n,
+            "one mass per node, or none"
+        );
+        self.body.inverse_masses = masses.iter().map(|m| m.recip()).collect();
+        self.body.gradient_squares = vec![0.0; masses.len()];
+        let all: Vec<usize> = (0..masses.len()).collect();
+        self.refresh_squares(all.into_iter());
+    }
+
+    pub(crate) fn refresh_squares(&mut self, nodes: impl Iterator<Item = usize>) {
+        if self.body.inverse_masses.is_empty() {
+            return;
+        }
+        let body = &mut self.body;
+        with_table!(&self.pairs, table => for node in nodes {
+            body.gradient_squares[node] = gradient_square(body, &table.rows, node);
+        });
+    }
+
+    /// Largest `r_i = V_i c(F_i) sum_j |g_ij|²/m_j` (1/s²) at the state last evaluated, `c` a bound on
+    /// the tangent modulus: it rises with the largest eigenvalue of `M⁻¹ K` and is at least of its
+    /// size, without fibers, viscosity, control and bonds. 0 unless [`Elastic::watch_stiffness`] was
+    /// called.
+    #[must_use]
+    pub fn stiffness_indicator(&self) -> f64 {
+        self.watched().stiffness
+    }
+
+    /// Smallest `det F` of the state last evaluated, over nodes that carry strain energy, infinite
+    /// without any.
+    #[must_use]
+    pub fn smallest_volume_ratio(&self) -> f64 {
+        self.watched().ratio
+    }
+
+    fn watched(&self) -> Watch {
+        let chunks = self.body.watches.iter();
+        chunks.fold(Watch::NOTHING, |worst, chunk| worst.and(*chunk))
+    }
+
+    /// The `count` nodes of largest `r_i` at the state last evaluated, the stiffest first; of equal
+    /// ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
+    #[must_use]
+    pub fn stiffest_nodes(&self, count: usize) -> Vec<StiffNode> {
+        let body = &self.body;
+        let squares = body.gradient_squares.iter().enumerate();
+        let mut nodes: Vec<(f64, usize)> = squares
+            .map(|(node, square)| {
+                let bound = body.law_shared(node).tangent_bound(body.deformation[node]);
+                (body.elastic_volumes[node] * bound * square, node)
+            })
+            .collect();
+        let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+        let count = count.min(nodes.len());
+        if count < nodes.len() && count > 0 {
+            nodes.select_nth_unstable_by(count - 1, order);
+        }
+        nodes.truncate(count);
+        nodes.sort_unstable_by(order);
+        let stiff = nodes.into_iter().map(|(indicator, node)| StiffNode {
+            node: u32::try_from(node).unwrap_or(u32::MAX),
+            indicator,
+            direction: stiffest_direction(body.deformation[node]),
+        });
+        stiff.collect()
+    }
+}
+
+/// `r_i` of a node at `f`, 0 where nobody watches.
+#[inline(always)]
+pub(crate) fn indicator(body: &Body, node: usize, f: DMat3) -> f64 {
+    match body.gradient_squares.get(node) {
+        None => 0.0,
+        Some(square) => {
+            body.elastic_volumes[node] * square * body.law_shared(node).tangent_bound(f)
+        }
+    }
+}
+
+fn gradient_square<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize) -> f64 {
+    let inverse = |node: usize| body.inverse_masses[node];
+    let row = rows.row(node);
+    let own = body.self_gradients[node].length_squared() * inverse(node);
+    let terms = row.indices.iter().zip(row.pairs);
+    terms.fold(own, |sum, (&j, pair)| {
+        sum + L::gradient(pair).length_squared() * inverse(j as usize)
+    })
+}
+
+fn stiffest_direction(f: DMat3) -> DVec3 {
+    let cof = cofactor(f);
+    let mut longest = cof.x_axis;
+    for column in [cof.y_axis, cof.z_axis] {
+        if column.length_squared() > longest.length_squared() {
+            longest = column;
+        }
+    }
+    longest.normalize_or(DVec3::X)
+}
