@@ -36,7 +36,7 @@ impl fmt::Display for Cause {
                  take a smaller step or load",
             ),
             Self::StiffnessRose => f.write_str(
-                "stiffness higher than when the step was chosen; estimate the eigenvalue again",
+                "the body has become stiffer or gives way faster than the step follows; take a smaller one",
             ),
         }
     }

@@ -8,21 +8,10 @@ use crate::run::series::Series;
 use crate::world::{Body, Cutting, World};
 
 /// Extremes of one body over all records.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Extremes {
     pub(super) momentum_error: f64,
-    pub(super) smallest_determinant: f64,
     pub(super) largest_speed: f64,
-}
-
-impl Default for Extremes {
-    fn default() -> Self {
-        Self {
-            momentum_error: 0.0,
-            smallest_determinant: f64::INFINITY,
-            largest_speed: 0.0,
-        }
-    }
 }
 
 /// The file in the making.
@@ -71,7 +60,6 @@ impl History {
             let body = &member.body;
             let now = extremes(body);
             worst.momentum_error = worst.momentum_error.max(now.momentum_error);
-            worst.smallest_determinant = worst.smallest_determinant.min(now.smallest_determinant);
             worst.largest_speed = worst.largest_speed.max(now.largest_speed);
             let audit = body.motion.audit();
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
@@ -84,7 +72,7 @@ impl History {
                 audit.balance(),
                 audit.momentum.length(),
                 now.momentum_error,
-                now.smallest_determinant,
+                body.elastic.smallest_volume_ratio(),
                 now.largest_speed,
             ];
             self.series
@@ -107,7 +95,6 @@ fn extremes(body: &Body) -> Extremes {
     let forces = &body.motion.state().forces;
     let total: DVec3 = forces.iter().sum();
     let size: f64 = forces.iter().map(|f| f.length()).sum();
-    let gradients = body.elastic.deformation_gradients();
     let speeds = body.motion.velocities().iter();
     Extremes {
         momentum_error: if size > 0.0 {
@@ -115,10 +102,6 @@ fn extremes(body: &Body) -> Extremes {
         } else {
             0.0
         },
-        smallest_determinant: gradients
-            .iter()
-            .map(glam::DMat3::determinant)
-            .fold(f64::INFINITY, f64::min),
         largest_speed: speeds.map(|v| v.length()).fold(0.0, f64::max),
     }
 }

@@ -72,6 +72,16 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 energy.released_by_cuts
             ),
         )?;
+        if energy.added_by_cuts > 0.0 {
+            row(
+                text,
+                "",
+                format_args!(
+                    "of it {:.1e} J added, at most {:.1e} of what was stored by one update",
+                    energy.added_by_cuts, energy.largest_cut_addition
+                ),
+            )?;
+        }
         if energy.relaxed != 0.0 {
             let relaxed = energy.relaxed;
             row(text, "viscosity", format_args!("{relaxed:.3e} J taken up"))?;
@@ -80,7 +90,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             text,
             "audit",
             format_args!(
-                "energy unexplained {:.1e} of what moved; |sum f|/sum |f| {:.1e}; det F >= {:.3}",
+                "energy unexplained {:.1e} of what is stored or damped; |sum f|/sum |f| {:.1e}; det F >= {:.3}",
                 energy.imbalance, body.momentum_error, body.smallest_determinant
             ),
         )?;

@@ -1,6 +1,7 @@
 //! What a run reports: the content of `summary.json` and of the closing table.
 
 use phyxel_enrich::connected_pieces;
+use phyxel_integrate::Audit;
 use serde::Serialize;
 
 use super::Records;
@@ -8,7 +9,7 @@ use super::history::Extremes;
 use super::kept::Course;
 use crate::phases::{Phase, Phases};
 use crate::picture::Painter;
-use crate::world::{Member, World};
+use crate::world::{CutEnergy, Cutting, Member, World};
 
 /// What a run did.
 ///
@@ -79,7 +80,8 @@ pub struct BodySummary {
     pub energy: EnergySummary,
     /// `|Σ f_i| / Σ |f_i|` of the internal forces, largest over the run's records.
     pub momentum_error: f64,
-    /// Smallest determinant of a deformation gradient over the run's records.
+    /// Smallest determinant of the deformation gradient of a node that carries strain energy, over all
+    /// steps.
     pub smallest_determinant: f64,
     /// Largest speed (m/s) over the run's records.
     pub largest_speed: f64,
@@ -98,9 +100,15 @@ pub struct EnergySummary {
     pub dissipated: f64,
     /// Taken up by viscosity over the run, lost or held by it (J).
     pub relaxed: f64,
-    /// Released by cutting over the run: elastic energy that severed pairs held (J).
+    /// Released by cutting over the run, less what cuts added (J).
     pub released_by_cuts: f64,
-    /// What is left unexplained over the run, relative to the largest of the terms.
+    /// Added by those updates of cuts that added energy, and by the decay of what rebuilt rows carried
+    /// over, if that added any (J).
+    pub added_by_cuts: f64,
+    /// Largest addition of one update, relative to the elastic energy before it.
+    pub largest_cut_addition: f64,
+    /// What is left unexplained over the run, relative to the larger of what is stored and what damping
+    /// took.
     pub imbalance: f64,
 }
 
@@ -117,6 +125,8 @@ pub struct SteppingSummary {
     pub rested: bool,
     /// First step size (s).
     pub step: f64,
+    /// Stretches of steps that were taken back and done again in shorter ones.
+    pub retaken: u64,
     /// Smallest step size (s) of the run.
     pub smallest_step: f64,
     /// Largest stable step (s) of the uncut body.
@@ -346,7 +356,20 @@ pub(super) fn of(
     }
 }
 
-fn body_summary(Member { body, .. }: &Member, worst: &Extremes) -> BodySummary {
+/// Energy that nothing explains, relative to the larger of what is stored and what damping took.
+fn imbalance(audit: &Audit) -> f64 {
+    let scale = audit.elastic.max(audit.dissipated);
+    // Of what moved, this much is round-off.
+    if audit.balance().abs() <= 1e-12 * audit.scale() {
+        return 0.0;
+    }
+    audit.balance().abs() / scale.max(f64::MIN_POSITIVE)
+}
+
+fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> BodySummary {
+    let cuts = cutting
+        .as_ref()
+        .map_or_else(CutEnergy::default, Cutting::energy);
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
     let weights = body.stencils.weights();
@@ -380,14 +403,12 @@ fn body_summary(Member { body, .. }: &Member, worst: &Extremes) -> BodySummary {
             dissipated: audit.dissipated,
             relaxed: body.relaxed,
             released_by_cuts: -audit.booked - body.relaxed,
-            imbalance: if audit.scale() > 0.0 {
-                audit.balance().abs() / audit.scale()
-            } else {
-                0.0
-            },
+            added_by_cuts: cuts.added + cuts.decay.max(0.0),
+            largest_cut_addition: cuts.largest_addition,
+            imbalance: imbalance(audit),
         },
         momentum_error: worst.momentum_error,
-        smallest_determinant: worst.smallest_determinant,
+        smallest_determinant: body.smallest_ratio.min(1.0),
         largest_speed: worst.largest_speed,
     }
 }
@@ -410,6 +431,7 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
         simulated: world.time(),
         rested: course.rested,
         step: world.first_step(),
+        retaken: world.retaken().stretches,
         smallest_step: course.smallest_step,
         critical_step,
         largest_eigenvalue,

@@ -126,6 +126,7 @@ impl Body {
             rest,
             volumes,
             mut masses,
+            parts,
             tetrahedra,
             outer,
             volume_error,
@@ -146,6 +147,7 @@ impl Body {
             .then(|| {
                 level_masses(
                     &mut masses,
+                    (&rest, &parts),
                     &supports,
                     neighborhoods.offsets(),
                     neighborhoods.indices(),
@@ -352,6 +354,11 @@ impl Body {
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
         self.relax(step, in_forces)?;
+        if self.is_explicit() {
+            let viscosity = self.motion.settings().viscosity;
+            let critical = critical_step(self.current_eigenvalue, viscosity);
+            self.motion.set_critical_step(critical);
+        }
         self.stepper.step_with(
             step,
             &mut self.motion,

@@ -108,6 +108,16 @@ pub enum BodyProblem {
         "nothing resists motion: every node is supported or without stiffness; leave nodes free"
     )]
     NoStiffness,
+    /// A step failed, and shorter ones from an earlier state did too.
+    #[error(
+        "{source}; steps of an eighth from an earlier state fail too. Such bodies hang or are pulled far \
+         beyond what their material holds: raise material.youngs_modulus, lower gravity, or move \
+         tools and blades more slowly"
+    )]
+    StepsFailed {
+        /// What went wrong with the shortest steps.
+        source: StepError,
+    },
     /// Energy appeared or vanished, and shorter steps did not help.
     #[error(
         "energy is not kept: {:.0} % of it appeared or vanished before {time:.4} s, in an eighth of the \

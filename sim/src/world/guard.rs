@@ -124,6 +124,10 @@ impl World {
                 self.retaken.unbalanced += 1;
                 Ok(())
             }
+            BodyProblem::Step(source) => Err(WorldError {
+                problem: BodyProblem::StepsFailed { source },
+                ..last
+            }),
             _ => Err(last),
         }
     }

@@ -33,6 +33,8 @@ pub(super) struct Built {
     pub(super) rest: Vec<DVec3>,
     pub(super) volumes: Vec<f64>,
     pub(super) masses: Vec<f64>,
+    /// Material of each node; empty for one.
+    pub(super) parts: Vec<u32>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
     pub(super) outer: Vec<u32>,
     pub(super) volume_error: Option<f64>,
@@ -98,6 +100,7 @@ pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProb
         rest: sampling.positions,
         volumes,
         masses,
+        parts: part_of,
         tetrahedra: sampling.tetrahedra,
         outer: sampling.outer,
         volume_error: sampling.volume_error,
