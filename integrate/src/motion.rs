@@ -2,6 +2,7 @@
 
 use crate::audit::{Audit, Warning};
 use crate::error::MotionError;
+use crate::rigid::Pieces;
 use crate::supports::Supports;
 use crate::sweep::Nodes;
 use glam::DVec3;
@@ -166,8 +167,7 @@ pub struct Motion {
     pub(crate) next_viscous: Vec<DVec3>,
     pub(crate) driven: Vec<crate::explicit::DrivenNode>,
     pub(crate) size: f64,
-    /// Empty unless a body came apart.
-    pub(crate) free_pieces: crate::rigid::FreePieces,
+    pub(crate) pieces: Pieces,
 }
 
 impl Motion {
@@ -233,7 +233,7 @@ impl Motion {
             next_viscous: Vec::new(),
             driven: Vec::new(),
             size,
-            free_pieces: crate::rigid::FreePieces::default(),
+            pieces: Pieces::default(),
         };
         motion.restart_audit();
         Ok(motion)
@@ -406,6 +406,7 @@ impl Motion {
             "supports for every node"
         );
         self.nodes.set_supports(supports);
+        self.find_free_pieces();
         let before = self.state.audit.kinetic;
         self.nodes.supports.project(&mut self.state.velocities);
         self.state.audit.kinetic = self.kinetic_energy();

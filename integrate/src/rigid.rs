@@ -10,9 +10,14 @@ use glam::{DMat3, DVec3};
 
 use crate::motion::Motion;
 
-/// Pieces that no support holds: their nodes, rising within each.
+/// Connected pieces, as far as they were named.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct FreePieces(pub(crate) Vec<Vec<u32>>);
+pub(crate) struct Pieces {
+    /// Piece of each node; empty where none were named.
+    of_node: Vec<u32>,
+    /// Nodes of those that no support holds, rising within each.
+    free: Vec<Vec<u32>>,
+}
 
 /// A field `a + b × (x - center)`.
 #[derive(Debug, Clone, Copy)]
@@ -89,6 +94,20 @@ impl Motion {
             piece.is_empty() || piece.len() == self.node_count(),
             "one piece per node, or none"
         );
+        self.pieces.of_node.clear();
+        self.pieces.of_node.extend_from_slice(piece);
+        self.find_free_pieces();
+    }
+
+    /// Whether [`Motion::set_pieces`] named any.
+    #[must_use]
+    pub fn has_pieces(&self) -> bool {
+        !self.pieces.of_node.is_empty()
+    }
+
+    /// Looks which pieces no support holds.
+    pub(crate) fn find_free_pieces(&mut self) {
+        let piece = &self.pieces.of_node;
         let count = piece.iter().map(|&p| p as usize + 1).max().unwrap_or(0);
         let mut held = vec![false; count];
         for support in self.nodes.supports.entries() {
@@ -97,18 +116,18 @@ impl Motion {
             }
         }
         let mut free = vec![Vec::new(); count];
-        for (node, &piece) in (0_u32..).zip(piece) {
+        for (node, &piece) in (0_u32..).zip(piece.iter()) {
             if !held[piece as usize] {
                 free[piece as usize].push(node);
             }
         }
         free.retain(|nodes| !nodes.is_empty());
-        self.free_pieces = FreePieces(free);
+        self.pieces.free = free;
     }
 
     /// Whether damping has to spare rigid motions.
     pub(crate) fn spares_rigid_motion(&self) -> bool {
-        !self.free_pieces.0.is_empty()
+        !self.pieces.free.is_empty()
     }
 
     /// Damps velocities over a step (s), in free pieces relative to their rigid motion; the energy (J)
@@ -119,10 +138,9 @@ impl Motion {
             return 0.0;
         }
         let before = self.kinetic_energy();
-        let pieces = std::mem::take(&mut self.free_pieces);
         let (masses, state) = (&self.nodes.masses, &mut self.state);
+        let pieces = &self.pieces.free;
         let fields: Vec<RigidField> = pieces
-            .0
             .iter()
             .map(|nodes| {
                 let momentum = |node: usize| state.velocities[node] * masses[node];
@@ -132,13 +150,12 @@ impl Motion {
         for velocity in &mut state.velocities {
             *velocity *= left;
         }
-        for (nodes, field) in pieces.0.iter().zip(fields) {
+        for (nodes, field) in pieces.iter().zip(fields) {
             for &node in nodes {
                 let node = node as usize;
                 state.velocities[node] += field.at(state.positions[node]) * (1.0 - left);
             }
         }
-        self.free_pieces = pieces;
         let masses = &self.nodes.masses;
         let velocities = self.state.velocities.iter();
         self.state.audit.momentum = velocities.zip(masses).map(|(v, m)| *v * *m).sum();
@@ -154,7 +171,7 @@ impl Motion {
             return 0.0;
         }
         let (masses, mut gained) = (&self.nodes.masses, 0.0);
-        for nodes in &self.free_pieces.0 {
+        for nodes in &self.pieces.free {
             let force = |node: usize| state.viscous[node];
             let field = RigidField::with_moments_of(nodes, masses, &state.positions, force);
             for &node in nodes {
@@ -170,3 +187,7 @@ impl Motion {
         gained
     }
 }
+
+#[cfg(test)]
+#[path = "rigid_tests.rs"]
+mod tests;

@@ -259,6 +259,10 @@ impl World {
             if let Some(supports) = driven {
                 body.set_supports(supports);
             }
+            if body.motion.supports().entries().is_empty() && !body.motion.has_pieces() {
+                // Nothing holds it: from here on it falls and turns freely.
+                body.motion.set_pieces(&vec![0; body.rest.len()]);
+            }
             let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
             for touch in &mut member.touches {
                 if let Some(release) = &self.scene.tools[touch.tool].release {
