@@ -178,7 +178,7 @@ fn a_single_node_falls_like_a_point_mass() {
             cut(axis, u * 0.02, corner - v * 0.01, corner + v * 0.01)
         })
         .collect();
-    let bodies = BLOCK.replace("damping: 4, damping_ratio: 0.1", "damping: 0");
+    let bodies = BLOCK.replace("damping: 4", "damping: 0");
     let mut world = world(
         &bodies,
         &format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", ")),

@@ -24,10 +24,14 @@ use crate::scene::{self, CutRule, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
-/// Nodes that an estimate is started from beside the vector of the last one, and their share of its
-/// length: where stiffness rises, it does so at few nodes, and the vector may know nothing of them.
-const SEEDS: usize = 8;
-const SEED_SHARE: f64 = 0.3;
+/// Nodes round which the largest eigenvalue is looked for, two rings of neighbours each, and products
+/// with the stiffness of that part.
+const STIFFEST_NODES: usize = 8;
+const LOCAL_PRODUCTS: usize = 12;
+/// An estimate comes from below and may miss a mode that the one before it saw: it never falls faster
+/// than this from one to the next. (Falling freely, two products once let the step of a liver grow by
+/// half past the limit.)
+const SLOWEST_FALL: f64 = 0.8;
 
 /// A body, its model and its motion.
 #[derive(Debug)]
@@ -64,8 +68,8 @@ pub struct Body {
     pub leveled: Option<Leveled>,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
-    /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.
-    pub current_eigenvalue: f64,
+    /// Largest eigenvalue (1/s²) as last estimated, of the whole and round the stiffest nodes.
+    pub(super) estimates: [f64; 2],
     /// Vector of the last estimate, where the next one starts.
     pub(super) eigenvector: Vec<DVec3>,
     /// Stiffness indicator (1/s²) when an estimate was last made because of it.
@@ -205,7 +209,7 @@ impl Body {
             stencils,
             elastic,
             motion,
-            current_eigenvalue: eigenvalue.value,
+            estimates: [eigenvalue.value; 2],
             eigenvector,
             indicator: 0.0,
             smallest_ratio: f64::INFINITY,
@@ -221,6 +225,13 @@ impl Body {
         })
     }
 
+    /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.
+    #[must_use]
+    pub fn current_eigenvalue(&self) -> f64 {
+        let [whole, local] = self.estimates;
+        whole.max(local).max(self.eigenvalue.value)
+    }
+
     /// Largest stable step (s) of the uncut body at rest, damping included.
     #[must_use]
     pub fn critical_step(&self) -> f64 {
@@ -234,18 +245,18 @@ impl Body {
         if let Some(step) = self.stepper.step() {
             return step;
         }
-        self.step_factor * critical_step(self.current_eigenvalue, self.motion.settings().viscosity)
+        self.step_factor
+            * critical_step(self.current_eigenvalue(), self.motion.settings().viscosity)
     }
 
-    /// Estimates the largest eigenvalue where the body is now, from the vector of the last time,
-    /// and takes it for the step.
-    pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<f64, BodyProblem> {
+    /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
+    /// vector of the last time, and by those with what surrounds its stiffest nodes.
+    pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
         let settings = EigenvalueSettings {
             iterations: products,
             margin: EIGENVALUE_MARGIN,
             ..EigenvalueSettings::default()
         };
-        self.seed_eigenvector();
         let elastic = &mut self.elastic;
         let found = largest_eigenvalue(
             &self.masses,
@@ -254,14 +265,63 @@ impl Body {
             &mut self.eigenvector,
             &settings,
         )?;
-        self.current_eigenvalue = found.value.max(self.eigenvalue.value);
-        Ok(found.value)
+        let [whole, _] = &mut self.estimates;
+        *whole = found.value.max(SLOWEST_FALL * *whole);
+        self.estimate_around_stiffest()
     }
 
-    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes held.
+    /// Estimates the largest eigenvalue of what surrounds the stiffest nodes, all others held: where
+    /// stiffness rises it does so at few nodes, and the vector of the whole may know nothing of them.
+    pub(super) fn estimate_around_stiffest(&mut self) -> Result<(), BodyProblem> {
+        let mut around: Vec<u32> = Vec::new();
+        let mut seeds = Vec::new();
+        for stiff in self.elastic.stiffest_nodes(STIFFEST_NODES) {
+            seeds.push((stiff.node, stiff.direction));
+            for &near in self.neighborhoods.row(stiff.node as usize) {
+                around.push(near);
+                around.extend(self.neighborhoods.row(near as usize));
+            }
+            around.push(stiff.node);
+        }
+        if seeds.is_empty() {
+            return Ok(());
+        }
+        let part = self.elastic.part(&around);
+        let start = self.seeded(&part, &seeds);
+        let found = self.part_eigenvalue(&part, start, LOCAL_PRODUCTS)?;
+        let [_, local] = &mut self.estimates;
+        *local = found.value.max(SLOWEST_FALL * *local);
+        Ok(())
+    }
+
+    /// Stiff nodes against their neighbours, one entry per node of a part.
+    fn seeded(&self, part: &Part, seeds: &[(u32, DVec3)]) -> Vec<DVec3> {
+        let weights = self.stencils.weights();
+        let mut start = vec![DVec3::ZERO; part.nodes().len()];
+        let mut add = |node: u32, value: DVec3| {
+            if let Ok(at) = part.nodes().binary_search(&node) {
+                start[at] += value;
+            }
+        };
+        for &(node, direction) in seeds {
+            let row = &weights[self.neighborhoods.pairs(node as usize)];
+            let sum: f64 = row.iter().sum();
+            add(node, direction);
+            for (&other, weight) in self.neighborhoods.row(node as usize).iter().zip(row) {
+                if *weight > 0.0 {
+                    add(other, -direction * (weight / sum));
+                }
+            }
+        }
+        start
+    }
+
+    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes held, from a
+    /// vector to start with, or none.
     pub(super) fn part_eigenvalue(
         &mut self,
         part: &Part,
+        mut vector: Vec<DVec3>,
         products: usize,
     ) -> Result<PartMode, BodyProblem> {
         let nodes = part.nodes();
@@ -278,7 +338,6 @@ impl Body {
         };
         let elastic = &mut self.elastic;
         let mut freed = vec![DVec3::ZERO; nodes.len()];
-        let mut vector = Vec::new();
         let found = largest_eigenvalue(
             &masses,
             &Supports::free(nodes.len()),
@@ -303,43 +362,14 @@ impl Body {
     /// Takes the eigenvalue of a part for the step if it is above that of the whole as last estimated;
     /// the next estimate of the whole then starts with the part's vector in it.
     pub(super) fn take_part_eigenvalue(&mut self, part: &Part, mode: &PartMode) {
-        if mode.value <= self.current_eigenvalue {
+        if mode.value <= self.current_eigenvalue() {
             return;
         }
-        self.current_eigenvalue = mode.value;
+        self.estimates[1] = mode.value;
         for (&node, part) in part.nodes().iter().zip(&mode.vector) {
             // A kept state may have no vector.
             if let Some(whole) = self.eigenvector.get_mut(node as usize) {
                 *whole += *part;
-            }
-        }
-    }
-
-    /// Gives the vector of the last estimate a part of what the stiffest nodes do against their
-    /// neighbours.
-    fn seed_eigenvector(&mut self) {
-        if self.eigenvector.len() != self.rest.len() {
-            return;
-        }
-        let weights = self.stencils.weights();
-        let mut seed = vec![DVec3::ZERO; self.rest.len()];
-        for stiff in self.elastic.stiffest_nodes(SEEDS) {
-            let node = stiff.node as usize;
-            let row = &weights[self.neighborhoods.pairs(node)];
-            let sum: f64 = row.iter().sum();
-            seed[node] += stiff.direction;
-            for (&other, weight) in self.neighborhoods.row(node).iter().zip(row) {
-                if *weight > 0.0 {
-                    seed[other as usize] -= stiff.direction * (weight / sum);
-                }
-            }
-        }
-        let length = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
-        let size = length(&seed);
-        if size > 0.0 {
-            let share = SEED_SHARE * length(&self.eigenvector) / size;
-            for (v, seed) in self.eigenvector.iter_mut().zip(&seed) {
-                *v += *seed * share;
             }
         }
     }
@@ -356,7 +386,7 @@ impl Body {
         self.relax(step, in_forces)?;
         if self.is_explicit() {
             let viscosity = self.motion.settings().viscosity;
-            let critical = critical_step(self.current_eigenvalue, viscosity);
+            let critical = critical_step(self.current_eigenvalue(), viscosity);
             self.motion.set_critical_step(critical);
         }
         self.stepper.step_with(
@@ -421,7 +451,7 @@ impl Body {
     pub(super) fn restore(
         &mut self,
         motion: phyxel_integrate::State,
-        eigenvalue: f64,
+        estimates: [f64; 2],
         eigenvector: Vec<DVec3>,
         (history, relaxed): (&[[f64; 6]], f64),
     ) {
@@ -431,7 +461,7 @@ impl Body {
         self.relaxed = relaxed;
         self.elastic.forces_into(&motion.positions, &mut forces);
         self.motion.restore(motion);
-        self.current_eigenvalue = eigenvalue;
+        self.estimates = estimates;
         self.eigenvector = eigenvector;
     }
 

@@ -290,8 +290,8 @@ impl Cutting {
     /// nothing changed.
     fn fit_step(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let part = body.elastic.part(&with_neighbors(body, touched));
-        let found = body.part_eigenvalue(&part, ESTIMATE_PRODUCTS)?;
-        let largest = found.value.max(body.current_eigenvalue);
+        let found = body.part_eigenvalue(&part, Vec::new(), ESTIMATE_PRODUCTS)?;
+        let largest = found.value.max(body.current_eigenvalue());
         self.growth = self.growth.max(largest / body.eigenvalue.value);
         body.take_part_eigenvalue(&part, &found);
         Ok(())

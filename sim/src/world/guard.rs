@@ -20,15 +20,15 @@ use crate::scene::Pose;
 const STEPS_PER_ESTIMATE: u64 = 50;
 /// Products with the stiffness per such estimate; it starts at the vector of the last.
 const ESTIMATE_PRODUCTS: usize = 2;
-/// Products where the stiffness indicator says that the eigenvalue has changed.
-const ALARM_PRODUCTS: usize = 8;
-/// Rise and fall of the indicator since the last alarm that raise the next.
+/// Products where steps failed.
+const RETAKE_PRODUCTS: usize = 16;
+/// Rise and fall of the stiffness indicator since the last estimate that ask for the next.
 const ALARM_RISE: f64 = 1.1;
 const ALARM_FALL: f64 = 0.5;
 /// Divisions of the steps of a stretch that is done again.
 const DIVISIONS: [u32; 3] = [2, 4, 8];
-/// Energy that may appear or vanish over a stretch, as a share of the largest of the elastic, the
-/// kinetic and what was dissipated in it.
+/// Energy that may appear or vanish over a stretch, as a share of the largest of the elastic and the
+/// kinetic energy before it and of what loads and damping did in it.
 const LARGEST_IMBALANCE: f64 = 0.02;
 /// Imbalance with which a run ends if no shorter step lowers it.
 const FATAL_IMBALANCE: f64 = 0.5;
@@ -137,7 +137,7 @@ impl World {
         for (member, state) in self.members.iter_mut().zip(&kept.bodies) {
             member.set_state(state.clone());
         }
-        self.estimate_eigenvalues(2 * ALARM_PRODUCTS)?;
+        self.estimate_eigenvalues(RETAKE_PRODUCTS)?;
         let mut from = kept.poses.clone();
         for (step, to) in &kept.taken {
             let part = step / f64::from(division);
@@ -211,7 +211,7 @@ impl World {
             if now > ALARM_RISE * body.indicator || now < ALARM_FALL * body.indicator {
                 body.indicator = now;
                 any = true;
-                let estimate = body.estimate_eigenvalue(ALARM_PRODUCTS);
+                let estimate = body.estimate_around_stiffest();
                 estimate.map_err(|problem| problem.of(body))?;
             }
         }
@@ -259,14 +259,10 @@ fn imbalance(body: &Body, before: &phyxel_integrate::Audit) -> f64 {
     let now = body.motion.audit();
     let change = (now.balance() - before.balance()).abs();
     let dissipated = (now.dissipated - before.dissipated).abs();
-    let sizes = [
-        now.elastic,
-        now.kinetic,
-        before.elastic,
-        before.kinetic,
-        dissipated,
-    ];
-    let scale = sizes.into_iter().fold(0.0, f64::max);
+    let work = (now.external_work() - before.external_work()).abs();
+    // Not what there is now: a motion that diverges would be its own measure.
+    let had = before.elastic.max(before.kinetic);
+    let scale = had.max(work).max(dissipated.min(had + work));
     // Below a round-off of what was moved, nothing is said.
     let floor = 1e-9 * now.scale();
     if change <= floor { 0.0 } else { change / scale }

@@ -37,7 +37,7 @@ pub(super) struct BodyState {
     /// Checksum of the rest positions: a mesh file may have changed since.
     fingerprint: u32,
     motion: phyxel_integrate::State,
-    eigenvalue: f64,
+    estimates: [f64; 2],
     eigenvector: Vec<DVec3>,
     indicator: f64,
     smallest_ratio: f64,
@@ -71,7 +71,7 @@ impl Member {
         BodyState {
             fingerprint: body.fingerprint,
             motion: body.motion.state().clone(),
-            eigenvalue: body.current_eigenvalue,
+            estimates: body.estimates,
             eigenvector: body.eigenvector.clone(),
             indicator: body.indicator,
             smallest_ratio: body.smallest_ratio,
@@ -97,7 +97,7 @@ impl Member {
         body.indicator = state.indicator;
         body.smallest_ratio = state.smallest_ratio;
         let viscous = (&*state.history, state.relaxed);
-        body.restore(state.motion, state.eigenvalue, state.eigenvector, viscous);
+        body.restore(state.motion, state.estimates, state.eigenvector, viscous);
         self.touches = state.touches;
         if let Some(cutting) = &mut self.cutting {
             if let Some(growth) = state.growth {
