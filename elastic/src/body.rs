@@ -391,6 +391,18 @@ impl Body {
         }
     }
 
+    /// Heap bytes that only cut bodies hold.
+    pub(crate) fn cut_bytes(&self) -> usize {
+        self.control_scales.capacity() * size_of::<f64>()
+            + self.continuation.bytes()
+            + self.bonds.bytes()
+    }
+
+    /// Heap bytes that only bodies hold whose stiffness is watched.
+    pub(crate) fn watch_bytes(&self) -> usize {
+        (self.inverse_masses.capacity() + self.gradient_squares.capacity()) * size_of::<f64>()
+    }
+
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         fn of<T>(v: &Vec<T>) -> usize {
@@ -405,11 +417,8 @@ impl Body {
             + of(&self.fiber_directions)
             + self.viscosity.as_ref().map_or(0, Viscosity::bytes)
             + self.dilatation.as_ref().map_or(0, MeanDilatation::bytes)
-            + of(&self.control_scales)
-            + self.continuation.bytes()
-            + self.bonds.bytes()
-            + of(&self.inverse_masses)
-            + of(&self.gradient_squares)
+            + self.cut_bytes()
+            + self.watch_bytes()
             + of(&self.self_gradients)
             + of(&self.control)
             + of(&self.spans)

@@ -377,6 +377,18 @@ impl Elastic {
         self.body.bytes() + with_table!(&self.pairs, table => table_bytes(table))
     }
 
+    /// Those of them that cuts need: control of touched nodes, offsets, bonds; 0 before the first.
+    #[must_use]
+    pub fn cut_bytes(&self) -> usize {
+        self.body.cut_bytes()
+    }
+
+    /// Those of them that [`Elastic::watch_stiffness`] takes.
+    #[must_use]
+    pub fn watch_bytes(&self) -> usize {
+        self.body.watch_bytes()
+    }
+
     /// Those of them that only viscous materials need; 0 without any.
     #[must_use]
     pub fn viscous_bytes(&self) -> usize {

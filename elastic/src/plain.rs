@@ -130,7 +130,8 @@ impl Block {
             );
             let cof = [cross(b, d), cross(d, a), cross(a, b)];
             let j = dot(a, cof[0]);
-            let [twice, log, log_squared, linear, constant] = [0, 1, 2, 3, 4].map(|i| c.law[i][k]);
+            let (twice, log, log_squared) = (c.law[0][k], c.law[1][k], c.law[2][k]);
+            let (linear, constant) = (c.law[3][k], c.law[4][k]);
             // As `Volumetric::at`.
             let off = j - 1.0;
             let (mut volumetric, mut slope) = (
@@ -151,12 +152,14 @@ impl Block {
             let energy = 0.5 * twice * (squares - 3.0) + volumetric;
             let volume = c.volume[k];
             let (p, q) = (-volume * twice, -volume * slope);
-            let stress = [0, 1, 2].map(|r| {
-                let row = [a, b, d][r];
-                [0, 1, 2].map(|i| row[i] * p + cof[r][i] * q)
-            });
-            let g = [0, 1, 2].map(|i| c.self_gradient[i][k]);
-            let mut force = stress.map(|row| dot(row, g));
+            // Written out: an array's `map` is not always inlined, and then no lane is filled.
+            let stress = [
+                scaled_sum(a, p, cof[0], q),
+                scaled_sum(b, p, cof[1], q),
+                scaled_sum(d, p, cof[2], q),
+            ];
+            let g = triple(&c.self_gradient, k);
+            let mut force = [dot(stress[0], g), dot(stress[1], g), dot(stress[2], g)];
             let mut work = 0.0;
             for r in 0..3 {
                 for i in 0..3 {
@@ -165,12 +168,18 @@ impl Block {
                 }
             }
             if CONTROLLED {
-                let y = [0, 1, 2].map(|i| c.own_offset[i][k]);
-                let [xx, yy, zz, yz, zx, xy] = [0, 1, 2, 3, 4, 5].map(|i| c.inverse[i][k]);
-                let inverse = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
+                let y = triple(&c.own_offset, k);
+                let inverse = |i: usize| c.inverse[i][k];
+                let (xx, yy, zz) = (inverse(0), inverse(1), inverse(2));
+                let (yz, zx, xy) = (inverse(3), inverse(4), inverse(5));
                 for r in 0..3 {
-                    let s = [0, 1, 2].map(|i| self.offset[3 * r + i][k]);
-                    let row = inverse.map(|column| dot(column, s));
+                    let offset = |i: usize| self.offset[3 * r + i][k];
+                    let s = [offset(0), offset(1), offset(2)];
+                    let row = [
+                        dot([xx, xy, zx], s),
+                        dot([xy, yy, yz], s),
+                        dot([zx, yz, zz], s),
+                    ];
                     force[r] -= dot(row, y);
                     for i in 0..3 {
                         self.control[3 * r + i][k] = row[i];
@@ -186,6 +195,22 @@ impl Block {
             self.bound[k] = twice + curvature.max(0.0) * cofactors + slope.abs() * squares.sqrt();
         }
     }
+}
+
+/// The numbers of lane `k`.
+#[inline(always)]
+fn triple(planes: &[Plane; 3], k: usize) -> [f64; 3] {
+    [planes[0][k], planes[1][k], planes[2][k]]
+}
+
+/// `p a + q b`.
+#[inline(always)]
+fn scaled_sum(a: [f64; 3], p: f64, b: [f64; 3], q: f64) -> [f64; 3] {
+    [
+        a[0] * p + b[0] * q,
+        a[1] * p + b[1] * q,
+        a[2] * p + b[2] * q,
+    ]
 }
 
 #[inline(always)]

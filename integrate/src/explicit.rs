@@ -378,7 +378,9 @@ impl Motion {
         if balance <= floor {
             return Ok(());
         }
-        if audit.kinetic > self.settings.growth_limit * scale && audit.kinetic > floor {
+        // What damping took is no measure: of a motion that diverges it takes as much as there is.
+        let put_in = scale - audit.dissipated.abs();
+        if audit.kinetic > self.settings.growth_limit * put_in && audit.kinetic > floor {
             let node = self.fastest_node();
             return Err(StepError::Diverged {
                 node,

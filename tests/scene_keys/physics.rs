@@ -41,7 +41,7 @@ fn at_rest(material: &str, body: &str) -> World {
 
 fn imbalance(world: &World) -> f64 {
     let audit = world.members()[0].body.motion.audit();
-    audit.balance().abs() / audit.scale()
+    audit.balance().abs() / audit.elastic.max(audit.dissipated)
 }
 
 #[test]
@@ -57,9 +57,10 @@ fn materials_are_those_of_the_elastic_model() {
         ratio: 0.5,
         relaxation_time: 0.02,
     };
-    let plain = Material::neo_hookean(1e4, 0.3);
+    let plain = Material::stable_neo_hookean(1e4, 0.3);
     for (text, expected) in [
         ("", plain),
+        ("model: NeoHookean", Material::neo_hookean(1e4, 0.3)),
         (
             "model: SaintVenantKirchhoff",
             Material::saint_venant_kirchhoff(1e4, 0.3),
@@ -242,7 +243,12 @@ fn single_precision_takes_less_memory_and_moves_alike() {
         (sag(&world), bytes)
     });
     let (long, less) = (double.0 - single.0, single.1 * 10 < double.1 * 8);
-    assert!(long != 0.0 && long.abs() < 1e-5 * double.0, "{long} m");
+    // Estimates of the eigenvalue differ by round-off, steps with them, and where an oscillation is seen.
+    assert!(
+        long != 0.0 && long.abs() < 1e-4 * double.0,
+        "{long} m of {} m",
+        double.0
+    );
     assert!(less, "{} of {} bytes", single.1, double.1);
 }
 

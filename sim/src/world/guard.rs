@@ -30,6 +30,9 @@ const DIVISIONS: [u32; 3] = [2, 4, 8];
 /// Energy that may appear or vanish over a stretch, as a share of the largest of the elastic and the
 /// kinetic energy before it and of what loads and damping did in it.
 const LARGEST_IMBALANCE: f64 = 0.02;
+/// The same where a tool presses: contact sets in within a step, and at first all the energy there is
+/// comes from it.
+const LARGEST_IMBALANCE_IN_CONTACT: f64 = 2.0;
 /// Imbalance with which a run ends if no shorter step lowers it.
 const FATAL_IMBALANCE: f64 = 0.5;
 /// How fast steps grow again after they were shortened, per kept state.
@@ -241,8 +244,14 @@ impl World {
 
     fn check_energy_since(&self, bodies: &[BodyState]) -> Result<(), WorldError> {
         for (Member { body, .. }, before) in self.members.iter().zip(bodies) {
+            let pressed = body.is_pressed() || before.is_pressed();
+            let allowed = if pressed {
+                LARGEST_IMBALANCE_IN_CONTACT
+            } else {
+                LARGEST_IMBALANCE
+            };
             let share = imbalance(body, before.audit());
-            if share > LARGEST_IMBALANCE {
+            if share > allowed {
                 let problem = BodyProblem::Unbalanced {
                     share,
                     time: body.motion.time(),
@@ -252,6 +261,11 @@ impl World {
         }
         Ok(())
     }
+}
+
+/// Whether any force acts.
+pub(super) fn presses(applied: &[DVec3]) -> bool {
+    applied.iter().any(|force| *force != DVec3::ZERO)
 }
 
 /// Energy that appeared or vanished since `before`, over the largest of what there was.
@@ -269,6 +283,11 @@ fn imbalance(body: &Body, before: &phyxel_integrate::Audit) -> f64 {
 }
 
 impl Body {
+    /// Whether a tool acted on it in the last step.
+    fn is_pressed(&self) -> bool {
+        presses(&self.motion.state().applied)
+    }
+
     /// Lets what rebuilt rows carried over decay over a step (s); half the work (J) of it, if there is
     /// anything.
     fn decay(&mut self, step: f64) -> Option<f64> {

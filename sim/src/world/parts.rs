@@ -42,13 +42,17 @@ impl Member {
             part("stencils", body.stencils.bytes(), None),
             part(
                 "elasticity",
-                body.elastic.bytes() - body.elastic.held_bytes() - relaxing,
+                body.elastic.bytes()
+                    - body.elastic.held_bytes()
+                    - body.elastic.cut_bytes()
+                    - body.elastic.watch_bytes()
+                    - relaxing,
                 Some(Phase::Forces),
             ),
             part("viscosity", relaxing, None),
             part(
                 "motion",
-                moving.state + size_of_val(&*body.eigenvector),
+                moving.state + size_of_val(&*body.eigenvector) + body.elastic.watch_bytes(),
                 Some(Phase::Integration),
             ),
             part(
@@ -65,7 +69,7 @@ impl Member {
             ),
             part(
                 "cuts",
-                self.cutting.as_ref().map_or(0, super::Cutting::bytes),
+                self.cutting.as_ref().map_or(0, super::Cutting::bytes) + body.elastic.cut_bytes(),
                 Some(Phase::Cut),
             ),
         ]

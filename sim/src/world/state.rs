@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cutting::{CutEnergy, Cutting, Moment};
 use super::error::{BodyProblem, WorldError};
-use super::guard::{Kept, Retaken};
+use super::guard::{Kept, Retaken, presses};
 use super::input::HandsState;
 use super::tool::Touch;
 use super::{CutPiece, Member, World};
@@ -54,6 +54,11 @@ pub(super) struct BodyState {
 }
 
 impl BodyState {
+    /// Whether a tool acted in the last step.
+    pub(super) fn is_pressed(&self) -> bool {
+        presses(&self.motion.applied)
+    }
+
     pub(super) fn audit(&self) -> &phyxel_integrate::Audit {
         &self.motion.audit
     }

@@ -67,7 +67,7 @@ fn a_run_reports_what_its_summary_holds() {
         ("volume", " l before"),
         ("energy", " J, elastic "),
         ("viscosity", " J taken up"),
-        ("audit", " of what moved"),
+        ("audit", " of what is stored or damped"),
         ("step size", " ms: "),
         ("speed", " ms a step"),
         ("blade to step", "median "),
