@@ -448,10 +448,10 @@ impl Cuts {
             .map(|&v| {
                 let corner = self.vertices[v as usize];
                 let to = corner - a;
-                (corner, (to - to.dot(along) * along).normalize_or_zero())
+                (corner, to - to.dot(along) * along)
             })
             .collect();
-        edge.outward = outward(&mut inward);
+        edge.outward = outward(&mut inward, self.settings.index_cell);
     }
 }
 
@@ -484,14 +484,27 @@ impl Obstacle for Cuts {
         Self::crosses(self, a, b)
     }
 
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
+        let mut count = 0;
+        let _ = self.forest.on_segment(a, b, |_, &[p, q, r]| {
+            count += usize::from(segment_crosses_triangle(a, b, p, q, r));
+            ControlFlow::Continue(())
+        });
+        count
+    }
+
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         out.clear();
-        self.edge_index.in_box(near, |edge| {
-            if self.edges[edge as usize].outward != DVec3::ZERO {
-                out.push(edge);
+        let mut ends = false;
+        self.edge_index.in_box(near, |number| {
+            let edge = &self.edges[number as usize];
+            ends |= edge.opposite.len() % 2 == 1;
+            if edge.outward != DVec3::ZERO {
+                out.push(number);
             }
         });
         out.sort_unstable();
+        ends
     }
 
     /// The best point of an edge is where the way, unfolded into a plane, is straight:

@@ -15,6 +15,7 @@ mod pieces;
 mod planar;
 mod predicate;
 mod rule;
+mod way;
 
 pub use comparators::{
     polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,

@@ -187,8 +187,11 @@ impl Obstacle for Counted<'_> {
     fn crosses(&self, a: DVec3, b: DVec3) -> bool {
         self.cut().crosses(a, b)
     }
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
-        self.cut().bends_into(near, out);
+    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
+        self.cut().crossings(a, b)
+    }
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+        self.cut().bends_into(near, out)
     }
     fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
         self.cut().bend(bend, a, b)
