@@ -59,9 +59,8 @@ impl Rule {
     /// * `scratch` -- work space, contents do not matter.
     ///
     /// # Numerics
-    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. The
-    /// detours of more than one bend are not found: two sheets nearer than a fraction of the
-    /// spacing couple a little less than they should, never more.
+    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. Detours
+    /// have any number of bends.
     pub fn factor<C: Obstacle>(
         &self,
         cut: &C,
@@ -71,9 +70,23 @@ impl Rule {
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         scratch: &mut Scratch,
     ) -> f64 {
-        if !cut.crosses(a, b) {
-            return 1.0;
+        if cut.crosses(a, b) {
+            self.crossed_factor(cut, a, b, reach, inside, scratch)
+        } else {
+            1.0
         }
+    }
+
+    /// Factor of a pair that is known to be crossed.
+    pub(crate) fn crossed_factor<C: Obstacle>(
+        &self,
+        cut: &C,
+        a: DVec3,
+        b: DVec3,
+        reach: f64,
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+        scratch: &mut Scratch,
+    ) -> f64 {
         let direct = a.distance(b);
         let length = match *self {
             Self::Visibility => None,

@@ -40,6 +40,8 @@ const TIGHTER: [f64; 2] = [1e-4, 0.125];
 /// and no more once a sweep gains less than `GAIN` of the length.
 const SWEEPS: usize = 60;
 const GAIN: f64 = 1e-6;
+/// Sweeps over the whole, each after bends were moved to other edges. One is the rule.
+const EXCHANGES: usize = 10;
 
 /// What a search asks again and again.
 struct Ways<'a, C> {
@@ -214,7 +216,9 @@ impl<C: Obstacle> Ways<'_, C> {
                     at = stops[k].from;
                 }
                 path.reverse();
-                return self.tightened(path).map_or(best, |length| length.min(best));
+                return self
+                    .tightened(path, stops)
+                    .map_or(best, |length| length.min(best));
             }
             self.extend(Some(k), best, stops, tight);
         }
@@ -249,13 +253,26 @@ impl<C: Obstacle> Ways<'_, C> {
 
     /// Length of a way after its bends were moved to their best places, or of the way itself if it is
     /// free no more there.
-    fn tightened(&self, path: &mut [(u32, Bend)]) -> Option<f64> {
+    fn tightened(&self, path: &mut [(u32, Bend)], stops: &[Stop]) -> Option<f64> {
         let before = self.length(path);
+        for _ in 0..EXCHANGES {
+            self.sweep(path);
+            if !self.exchange(path, stops) {
+                break;
+            }
+        }
+        match (before, self.length(path)) {
+            (Some(before), Some(after)) => Some(before.min(after)),
+            (before, after) => before.or(after),
+        }
+    }
+
+    /// Moves each bend along its edge to the best place between those beside it, again and again.
+    fn sweep(&self, path: &mut [(u32, Bend)]) {
         let mut length = self.length_at(path, 0.0);
         for _ in 0..SWEEPS {
             for k in 0..path.len() {
-                let last = if k == 0 { self.a } else { path[k - 1].1.point };
-                let next = path.get(k + 1).map_or(self.b, |(_, bend)| bend.point);
+                let (last, next) = self.beside(path, k);
                 path[k].1 = self.cut.bend(path[k].0, last, next);
             }
             let swept = self.length_at(path, 0.0);
@@ -264,9 +281,33 @@ impl<C: Obstacle> Ways<'_, C> {
             }
             length = swept;
         }
-        match (before, self.length(path)) {
-            (Some(before), Some(after)) => Some(before.min(after)),
-            (before, after) => before.or(after),
+    }
+
+    /// Moves bends to other edges where that makes the way shorter, as from one piece of a divided edge
+    /// to the next; whether one was moved.
+    fn exchange(&self, path: &mut [(u32, Bend)], stops: &[Stop]) -> bool {
+        let mut exchanged = false;
+        for k in 0..path.len() {
+            let (last, next) = self.beside(path, k);
+            let length = |point: DVec3| last.distance(point) + point.distance(next);
+            for stop in stops {
+                let bend = self.cut.bend(stop.id, last, next);
+                if length(bend.point) < (1.0 - GAIN) * length(path[k].1.point)
+                    && self.sees(path[..k].last().map(|(_, bend)| bend), Some(&bend), true)
+                    && self.sees(Some(&bend), path.get(k + 1).map(|(_, bend)| bend), true)
+                {
+                    path[k] = (stop.id, bend);
+                    exchanged = true;
+                }
+            }
         }
+        exchanged
+    }
+
+    /// Points of a way before and after one of its bends.
+    fn beside(&self, path: &[(u32, Bend)], k: usize) -> (DVec3, DVec3) {
+        let point = |&(_, bend): &(u32, Bend)| bend.point;
+        let last = path[..k].last().map_or(self.a, point);
+        (last, path.get(k + 1).map_or(self.b, point))
     }
 }

@@ -193,8 +193,8 @@ fn strip(random: &mut Random, reach: f64) -> Vec<Vec<DVec3>> {
 #[test]
 fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
     let reach = 0.22;
-    let (mut count, mut severed, mut apart) = (0_u32, 0, 0);
-    // Squares of the weight's error: against one bend, any bends, and of no way round at all.
+    let (mut count, mut severed) = (0_u32, 0);
+    // Squares of errors of the weight: what is found, the best of one bend, and no way round at all.
     let mut squares = [0.0; 3];
     for seed in 0..24 {
         let mut random = Random::new(1000 + seed);
@@ -230,24 +230,20 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
             // The weight itself, not its ratio to the uncut weight.
             let weight = pair * kernel(a.distance(b) / reach);
             let [one, any] = [one, any].map(|l| kernel((l / reach).min(1.0)));
-            // Above the true one only by what the bend's free point, beside the edge, sees more.
-            assert!(weight < any + 0.03, "seed {seed}: {i} {j} {weight} > {any}");
-            apart += u32::from((weight - one).abs() > 0.02);
-            squares[0] += (weight - one).powi(2);
-            squares[1] += (weight - any).powi(2);
+            // A way that is found is there; the sampled one may be a little longer.
+            assert!(weight < any + 0.01, "seed {seed}: {i} {j} {weight} > {any}");
+            squares[0] += (weight - any).powi(2);
+            squares[1] += (one - any).powi(2);
             squares[2] += any.powi(2);
         }
     }
     let rms = squares.map(|s| (s / f64::from(count)).sqrt());
     if testkit::tol::print_residuals() {
-        println!("{count} crossed, {severed} severed: rms {rms:.4?}, {apart} apart");
+        println!("{count} crossed, {severed} severed: rms {rms:.5?}");
     }
     assert!(count > 1500 && severed > 200, "{count} {severed}");
-    // The same as the shortest sampled way of one bend but for single pairs.
-    assert!(rms[0] < 0.02 && apart * 100 < count, "{rms:?} {apart}");
-    // Ways of more bends are not found: over crumpled strips, a kink at every step of 0.7 reach, the
-    // pairs that they would couple are too weak. Nearer than without any way all the same.
-    assert!(rms[1] < 0.1 && rms[1] < 0.7 * rms[2], "{rms:?}");
+    // Crumpled strips, a kink at every step of 0.7 of the reach: ways of one bend are not enough.
+    assert!(rms[0] <= 2e-3 && rms[1] > 5e-3, "{rms:?}");
 }
 
 /// Root of the mean square of the weight's error, and the largest error, for a share of the crossed pairs.
@@ -343,7 +339,6 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
             let exact = kernel((flat.hypot(a.z - b.z) / cloud.reach).min(1.0));
             let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
             squares += (weight - exact).powi(2);
-            if (weight - exact).abs() > 0.02 { println!("{i} {j} {a} {b}: {weight} {exact} {flat} {}", a.distance(b)); }
             above = above.max(weight - exact);
             below = below.max(exact - weight);
             count += 1.0;
