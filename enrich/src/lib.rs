@@ -9,6 +9,7 @@ mod forest;
 mod graph;
 mod grid;
 mod index;
+mod joint;
 mod node_grid;
 mod obstacle;
 mod pieces;

@@ -45,8 +45,9 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
         // same, and weights too.
         let at_once = factors(&cloud, &cuts);
         let (mut lower, mut most) = (0, 0.0_f64);
+        let pairs = cloud.pairs();
         for (pair, (&grown, &once)) in growing.to_vec().iter().zip(&at_once).enumerate() {
-            let (i, j) = cloud.pairs()[pair];
+            let (i, j) = pairs[pair];
             assert!(
                 grown <= once,
                 "{name}: pair {pair} grown {grown}, at once {once}"
@@ -55,7 +56,6 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
             lower += usize::from(grown < once - 1e-6);
             let uncut = kernel(cloud.x[i].distance(cloud.x[j]) / cloud.reach);
             most = most.max((once - grown) * uncut);
-            if (once - grown) * uncut > 0.01 { println!("{name} {i} {j} {} {} {grown} {once}", cloud.x[i], cloud.x[j]); }
         }
         if testkit::tol::print_residuals() {
             println!("{name}: {lower} pairs lower when grown, weight by {most:.1e} at most");
