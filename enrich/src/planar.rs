@@ -256,7 +256,8 @@ impl Obstacle for PlanarCuts {
 
     fn crossings(&self, a: DVec3, b: DVec3) -> usize {
         let mut segments = Vec::new();
-        self.segment_index.collect(&Bounds::of(&[a, b].map(|p| p.with_z(0.0))), &mut segments);
+        self.segment_index
+            .collect(&Bounds::of(&[a, b].map(|p| p.with_z(0.0))), &mut segments);
         segments
             .iter()
             .filter(|&&segment| self.piece_crosses(segment as usize, a, b))

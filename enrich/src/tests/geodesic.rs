@@ -90,7 +90,13 @@ impl SampledWays {
         let from_start: Vec<bool> = near.iter().map(|s| free(a, s.at)).collect();
         // Dijkstra 1959, by loops.
         let mut reached: Vec<f64> = (near.iter().zip(&from_start))
-            .map(|(s, &seen)| if seen { s.at.distance(a) } else { f64::INFINITY })
+            .map(|(s, &seen)| {
+                if seen {
+                    s.at.distance(a)
+                } else {
+                    f64::INFINITY
+                }
+            })
             .collect();
         let mut with_one = f64::INFINITY;
         for k in (0..near.len()).filter(|&k| to_end[k] && from_start[k]) {
@@ -102,7 +108,11 @@ impl SampledWays {
         // Of the sampled ways those a little longer than the best may be the best when tightened.
         let (mut best, mut best_sampled) = (with_one, f64::INFINITY);
         while let Some(k) = (0..near.len())
-            .filter(|&k| !done[k] && reached[k] + near[k].at.distance(b) < (best_sampled + 0.02 * limit).min(limit))
+            .filter(|&k| {
+                !done[k]
+                    && reached[k] + near[k].at.distance(b)
+                        < (best_sampled + 0.02 * limit).min(limit)
+            })
             .min_by(|&k, &m| reached[k].total_cmp(&reached[m]))
         {
             done[k] = true;
@@ -133,13 +143,7 @@ impl SampledWays {
 
     /// Length of a way whose stops are moved along their edges, halving steps, as long as that makes it
     /// shorter and leaves it free.
-    fn tight(
-        &self,
-        path: &[Stop],
-        a: DVec3,
-        b: DVec3,
-        free: &dyn Fn(DVec3, DVec3) -> bool,
-    ) -> f64 {
+    fn tight(&self, path: &[Stop], a: DVec3, b: DVec3, free: &dyn Fn(DVec3, DVec3) -> bool) -> f64 {
         let mut points: Vec<DVec3> = path.iter().map(|s| s.at).collect();
         let ends = |points: &[DVec3], k: usize| {
             let last = if k == 0 { a } else { points[k - 1] };
@@ -282,10 +286,18 @@ fn twisted(turn: f64, blades: u32, share: usize) -> ([f64; 2], f64, usize) {
 
 #[test]
 fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_bends() {
-    for (turn, blades) in [(90.0, 16), (180.0, 16), (360.0, 16), (360.0, 40), (720.0, 32)] {
+    for (turn, blades) in [
+        (90.0, 16),
+        (180.0, 16),
+        (360.0, 16),
+        (360.0, 40),
+        (720.0, 32),
+    ] {
         let (rms, most, count) = twisted(f64::to_radians(turn), blades, 19);
         if testkit::tol::print_residuals() {
-            println!("twist of {turn}, {blades} blades: rms {rms:.5?}, most {most:.4} over {count}");
+            println!(
+                "twist of {turn}, {blades} blades: rms {rms:.5?}, most {most:.4} over {count}"
+            );
         }
         assert!(rms[0] <= 2e-3, "twist of {turn}: rms {rms:?}");
     }
@@ -304,17 +316,32 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
     };
     let mut cases = vec![];
     for count in [12, 24, 48, 96, 200] {
-        for (turns, low, high) in [(2.0, 0.08, 0.38), (2.0, 0.02, 0.4), (1.0, 0.05, 0.2), (3.0, 0.1, 0.4), (0.5, 0.06, 0.06)] {
-            cases.push((format!("{turns} turns from {low} to {high} in {count}"), vec![spiral(turns, low, high, count)]));
+        for (turns, low, high) in [
+            (2.0, 0.08, 0.38),
+            (2.0, 0.02, 0.4),
+            (1.0, 0.05, 0.2),
+            (3.0, 0.1, 0.4),
+            (0.5, 0.06, 0.06),
+        ] {
+            cases.push((
+                format!("{turns} turns from {low} to {high} in {count}"),
+                vec![spiral(turns, low, high, count)],
+            ));
         }
         let wave = |k: u32| {
             let t = f64::from(k) / f64::from(count);
             DVec2::new(0.2 + 0.6 * t, 0.5 + 0.2 * (std::f64::consts::TAU * t).sin())
         };
-        cases.push((format!("wave in {count}"), vec![(0..=count).map(wave).collect()]));
+        cases.push((
+            format!("wave in {count}"),
+            vec![(0..=count).map(wave).collect()],
+        ));
     }
     for (name, lines, _) in super::shapes::plane() {
-        if ["thin", "sliver", "hook", "zigzag"].iter().any(|s| name.contains(s)) {
+        if ["thin", "sliver", "hook", "zigzag"]
+            .iter()
+            .any(|s| name.contains(s))
+        {
             cases.push((name.to_owned(), lines));
         }
     }
@@ -345,7 +372,9 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
         }
         let rms = (squares / f64::max(count, 1.0)).sqrt();
         if testkit::tol::print_residuals() {
-            println!("{name}: rms of the weight {rms:.1e} over {count}, above {above:.1e}, below {below:.1e}");
+            println!(
+                "{name}: rms of the weight {rms:.1e} over {count}, above {above:.1e}, below {below:.1e}"
+            );
         }
         worst = worst.max(rms);
     }

@@ -52,9 +52,7 @@ fn leaks(
     let side = |p: DVec3| from_sheet(p) > 0.0;
     // Joining moves the sheet's end by up to the tolerance, a tenth of the spacing: nodes so near to it
     // may change sides.
-    let above = |p: DVec3| {
-        p.y > floor.height(p.x, p.z) + 0.01 && from_sheet(p).abs() > 0.11 / 12.0
-    };
+    let above = |p: DVec3| p.y > floor.height(p.x, p.z) + 0.01 && from_sheet(p).abs() > 0.11 / 12.0;
     let found = factors.to_vec();
     let (mut leaks, mut apart) = (0, 0);
     for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
@@ -114,11 +112,14 @@ fn a_sheet_that_stops_within_the_tolerance_of_a_face_joins_it() {
                         factors.update(&cloud.graph(), &cuts, new, &inside);
                     }
                     let (leaks, apart) = leaks(&cloud, floor, (x, lean), &factors);
-                    assert!(apart > 500, "{apart}");
+                    assert!(apart > 200, "{apart}");
                     cases += 1;
                     leaking += usize::from(leaks > 0);
                     if leaks > 0 && testkit::tol::print_residuals() {
-                        println!("{floor:?}, gap {gap}, lean {lean}, {}: {leaks} of {apart} pairs leak", if down { "down" } else { "up" });
+                        println!(
+                            "{floor:?}, gap {gap}, lean {lean}, {}: {leaks} of {apart} pairs leak",
+                            if down { "down" } else { "up" }
+                        );
                     }
                 }
             }

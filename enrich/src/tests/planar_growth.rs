@@ -125,7 +125,9 @@ impl<'a> Twin<'a> {
         for corner in segments.as_flattened() {
             let others = segments.iter().filter_map(|[p, q]| {
                 let to = |other: &DVec2| *other - *corner;
-                (p == corner).then(|| to(q)).or((q == corner).then(|| to(p)))
+                (p == corner)
+                    .then(|| to(q))
+                    .or((q == corner).then(|| to(p)))
             });
             let inward: DVec2 = others.clone().map(DVec2::normalize).sum();
             let farthest = others.map(DVec2::length).fold(0.0, f64::max);
@@ -162,7 +164,11 @@ impl<'a> Twin<'a> {
             let at = |(point, outward): (DVec2, DVec2)| point + share * self.h * outward;
             self.crosses(at(a), at(b))
         });
-        if hidden { f64::INFINITY } else { a.0.distance(b.0) }
+        if hidden {
+            f64::INFINITY
+        } else {
+            a.0.distance(b.0)
+        }
     }
 
     fn factor(&self, a: DVec3, b: DVec3) -> f64 {
@@ -171,7 +177,9 @@ impl<'a> Twin<'a> {
             return 1.0;
         }
         let count = self.bends.len();
-        let mut reached: Vec<f64> = (0..count).map(|k| self.way(ends[0], self.bends[k])).collect();
+        let mut reached: Vec<f64> = (0..count)
+            .map(|k| self.way(ends[0], self.bends[k]))
+            .collect();
         // Bellman 1958 and Ford 1956: as often as a way within the coupling distance has bends.
         for _ in 0..20 {
             for k in 0..count {
@@ -213,6 +221,9 @@ fn equal_to_brute_force_in_any_plane_case() {
         if testkit::tol::print_residuals() {
             println!("{name}: {borderline} of {crossed} differ");
         }
-        assert!(borderline * 100 <= crossed, "{name}: {borderline} of {crossed}");
+        assert!(
+            borderline * 100 <= crossed,
+            "{name}: {borderline} of {crossed}"
+        );
     }
 }
