@@ -12,7 +12,7 @@ use crate::predicate::segment_crosses_triangle;
 
 /// A point that joins a face goes through it by this share of the weld tolerance, by default 0.03 spacings,
 /// so that no pair finds a gap of round-off, nor one where the older sheet bends a little between two
-/// points of the edge: with 0.1 one of 126 joints leaks, with a wavy sheet.
+/// points of the edge: two faces a spacing wide at 6 degrees leave 0.025 spacings.
 const THROUGH: f64 = 0.3;
 
 impl Cuts {

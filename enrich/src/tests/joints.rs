@@ -73,7 +73,8 @@ fn a_sheet_that_stops_within_the_tolerance_of_a_face_joins_it() {
     let mut random = Random::new(21);
     let (mut cases, mut leaking) = (0, 0);
     for floor in [Floor::Plane, Floor::Wavy, Floor::Roof] {
-        for gap in [0.95, 0.5, 0.1, 1e-9, 0.0, -1e-9, -0.3] {
+        // The older sheets' triangles are up to 0.1 of the tolerance below their heights.
+        for gap in [0.85, 0.5, 0.1, 1e-9, 0.0, -1e-9, -0.3] {
             for lean in [0.0, 0.4, -1.2] {
                 for down in [true, false] {
                     let x = 0.45 + 0.15 * random.unit();

@@ -97,11 +97,13 @@ impl Twin {
                 }
             }
             let (length, at) = way(0.5 * (low + high));
-            let free = at - 0.05 * h * inward.normalize();
+            let outside = |share: f64| at - share * h * inward.normalize();
+            let seen = |p: DVec3| !self.crosses(a, p) && !self.crosses(p, b);
+            // Free outside, and right beside the edge too.
             if length < best.min(h)
-                && inside(free)
-                && !self.crosses(a, free)
-                && !self.crosses(free, b)
+                && inside(outside(0.05))
+                && seen(outside(0.05))
+                && seen(outside(5e-6))
             {
                 best = length;
             }
