@@ -13,8 +13,9 @@ use crate::predicate::{normal_signs, segment_crosses_triangle};
 /// Lengths that a cut needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutSettings {
-    /// A new point this near to a vertex becomes that vertex (m). Closes the gap between two strokes
-    /// and lets a blade that stands still make no triangles.
+    /// A new point this near to a vertex becomes that vertex, and one this near to a face of an earlier
+    /// piece goes a little through that face (m). Closes the gap between two strokes and lets a blade that
+    /// stands still make no triangles. Strokes may have tolerances of their own.
     pub weld_tolerance: f64,
     /// Smallest cell of the spatial index (m); a few node spacings.
     pub index_cell: f64,
@@ -41,12 +42,15 @@ impl CutSettings {
             "index cell of {} is not positive",
             self.index_cell
         );
-        assert!(
-            self.weld_tolerance >= 0.0 && self.weld_tolerance.is_finite(),
-            "weld tolerance of {} is not a length",
-            self.weld_tolerance
-        );
+        check_tolerance(self.weld_tolerance);
     }
+}
+
+fn check_tolerance(weld_tolerance: f64) {
+    assert!(
+        weld_tolerance >= 0.0 && weld_tolerance.is_finite(),
+        "weld tolerance of {weld_tolerance} is not a length"
+    );
 }
 
 /// Triangles that were not taken, by reason.
@@ -60,8 +64,11 @@ pub struct Dropped {
 
 #[derive(Debug, Clone)]
 struct Stroke {
-    /// Vertices of the last blade edge.
+    /// Where the blade was put in (m); empty once it has moved.
+    start: Vec<DVec3>,
+    /// Vertices of the last blade edge, from its first move on.
     blade: Vec<u32>,
+    weld_tolerance: f64,
     ended: bool,
 }
 
@@ -96,13 +103,13 @@ struct Edge {
 #[derive(Debug, Clone)]
 pub struct Cuts {
     settings: CutSettings,
-    vertices: Vec<DVec3>,
+    pub(crate) vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     stroke_of: Vec<u32>,
     strokes: Vec<Stroke>,
     edges: Vec<Edge>,
     edge_of: CellMap<[u32; 2], u32>,
-    vertex_index: BoxIndex,
+    pub(crate) vertex_index: BoxIndex,
     forest: Forest,
     edge_index: Forest,
     dropped: Dropped,
@@ -139,13 +146,30 @@ impl Cuts {
     /// # Errors
     /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
     pub fn start(&mut self, blade: &[DVec3]) -> Result<usize, CutError> {
+        self.start_within(blade, self.settings.weld_tolerance)
+    }
+
+    /// The same for a stroke with a weld tolerance of its own (m), in place of that of the settings.
+    ///
+    /// # Errors
+    /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
+    ///
+    /// # Panics
+    /// If the tolerance is negative, infinite or NaN.
+    pub fn start_within(
+        &mut self,
+        blade: &[DVec3],
+        weld_tolerance: f64,
+    ) -> Result<usize, CutError> {
+        check_tolerance(weld_tolerance);
         check_points(blade)?;
         if blade.len() < 2 {
             return Err(CutError::TooFewPoints { found: blade.len() });
         }
-        let blade = blade.iter().map(|&p| self.weld(p)).collect();
         self.strokes.push(Stroke {
-            blade,
+            start: blade.to_vec(),
+            blade: Vec::new(),
+            weld_tolerance,
             ended: false,
         });
         Ok(self.strokes.len() - 1)
@@ -168,8 +192,14 @@ impl Cuts {
             return Err(CutError::TooFewPoints { found: blade.len() });
         }
         self.open(stroke)?;
-        let old = std::mem::take(&mut self.strokes[stroke].blade);
-        let new: Vec<u32> = blade.iter().map(|&p| self.weld(p)).collect();
+        let start = std::mem::take(&mut self.strokes[stroke].start);
+        if !start.is_empty() {
+            // Only now it is known to which side of a face near by the stroke goes.
+            self.strokes[stroke].blade = self.welded(stroke, &start, blade);
+        }
+        let old = self.strokes[stroke].blade.clone();
+        let places: Vec<DVec3> = old.iter().map(|&v| self.vertices[v as usize]).collect();
+        let new = self.welded(stroke, blade, &places);
         let first = self.triangles.len();
         let (along_old, along_new) = (self.parameters(&old), self.parameters(&new));
         let (mut i, mut j) = (0, 0);
@@ -230,9 +260,18 @@ impl Cuts {
             }
         }
         let first = self.triangles.len();
-        let welded: Vec<u32> = vertices.iter().map(|&p| self.weld(p)).collect();
+        let weld_tolerance = self.settings.weld_tolerance;
+        let welded: Vec<u32> = vertices
+            .iter()
+            .map(|&p| {
+                self.vertex_near(p, weld_tolerance)
+                    .unwrap_or_else(|| self.new_vertex(p))
+            })
+            .collect();
         self.strokes.push(Stroke {
+            start: Vec::new(),
             blade: Vec::new(),
+            weld_tolerance,
             ended: true,
         });
         for corners in triangles {
@@ -358,25 +397,25 @@ impl Cuts {
         }
     }
 
-    /// The vertex at this point: the nearest one within the weld tolerance, or a new one.
-    fn weld(&mut self, point: DVec3) -> u32 {
-        let tolerance = self.settings.weld_tolerance;
-        let mut best: Option<(f64, u32)> = None;
-        let near = Bounds::of(&[point]).grown(tolerance);
-        let _ = self.vertex_index.query(&near, |vertex| {
-            let distance = self.vertices[vertex as usize].distance(point);
-            if distance <= tolerance && best.is_none_or(|found| (distance, vertex) < found) {
-                best = Some((distance, vertex));
-            }
-            ControlFlow::Continue(())
-        });
-        if let Some((_, vertex)) = best {
-            return vertex;
-        }
-        let vertex = index32(self.vertices.len());
-        self.vertices.push(point);
-        self.vertex_index.insert(vertex, Bounds::of(&[point]));
-        vertex
+    pub(crate) fn stroke_tolerance(&self, stroke: usize) -> f64 {
+        self.strokes[stroke].weld_tolerance
+    }
+
+    /// Whether a vertex is one of the stroke's last edge.
+    pub(crate) fn is_in_front(&self, stroke: usize, vertex: u32) -> bool {
+        self.strokes[stroke].blade.contains(&vertex)
+    }
+
+    /// Whether a triangle has a corner on the stroke's last edge.
+    pub(crate) fn hangs_on_front(&self, stroke: usize, triangle: u32) -> bool {
+        self.triangles[triangle as usize]
+            .iter()
+            .any(|&v| self.is_in_front(stroke, v))
+    }
+
+    /// Calls `f` with the number of each triangle whose box meets `near`.
+    pub(crate) fn faces_in(&self, near: &Bounds, f: impl FnMut(u32)) {
+        self.forest.in_box(near, f);
     }
 
     /// Lengths along a polyline as shares of the whole.
@@ -448,10 +487,10 @@ impl Cuts {
             .map(|&v| {
                 let corner = self.vertices[v as usize];
                 let to = corner - a;
-                (corner, (to - to.dot(along) * along).normalize_or_zero())
+                (corner, to - to.dot(along) * along)
             })
             .collect();
-        edge.outward = outward(&mut inward);
+        edge.outward = outward(&mut inward, self.settings.index_cell);
     }
 }
 
@@ -484,14 +523,27 @@ impl Obstacle for Cuts {
         Self::crosses(self, a, b)
     }
 
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
+        let mut count = 0;
+        let _ = self.forest.on_segment(a, b, |_, &[p, q, r]| {
+            count += usize::from(segment_crosses_triangle(a, b, p, q, r));
+            ControlFlow::Continue(())
+        });
+        count
+    }
+
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         out.clear();
-        self.edge_index.in_box(near, |edge| {
-            if self.edges[edge as usize].outward != DVec3::ZERO {
-                out.push(edge);
+        let mut ends = false;
+        self.edge_index.in_box(near, |number| {
+            let edge = &self.edges[number as usize];
+            ends |= edge.opposite.len() % 2 == 1;
+            if edge.outward != DVec3::ZERO {
+                out.push(number);
             }
         });
         out.sort_unstable();
+        ends
     }
 
     /// The best point of an edge is where the way, unfolded into a plane, is straight:

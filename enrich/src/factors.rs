@@ -139,7 +139,7 @@ impl PairFactors {
         let evaluate = |scratch: &mut Scratch, &(i, pair): &(u32, u32)| {
             let (i, j) = (i as usize, graph.indices[pair as usize] as usize);
             let (a, b) = (graph.positions[i], graph.positions[j]);
-            rule.factor(cut, a, b, reach.of_pair(graph, i, j), inside, scratch)
+            rule.crossed_factor(cut, a, b, reach.of_pair(graph, i, j), inside, scratch)
         };
         let values: Vec<f64> = if candidates.len() < PARALLEL {
             let mut scratch = Scratch::default();

@@ -9,12 +9,14 @@ mod forest;
 mod graph;
 mod grid;
 mod index;
+mod joint;
 mod node_grid;
 mod obstacle;
 mod pieces;
 mod planar;
 mod predicate;
 mod rule;
+mod way;
 
 pub use comparators::{
     polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,

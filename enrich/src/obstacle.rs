@@ -36,9 +36,16 @@ pub trait Obstacle: Sync {
     /// Whether the segment `ab` crosses any piece.
     fn crosses(&self, a: DVec3, b: DVec3) -> bool;
 
+    /// Number of pieces that the segment `ab` crosses.
+    fn crossings(&self, a: DVec3, b: DVec3) -> usize;
+
     /// Numbers of the edges (in the plane: points) that a detour may bend round and that may meet
     /// the box, sorted, each once; replaces what `out` held.
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>);
+    ///
+    /// # Returns
+    /// Whether the cut may end in the box: false only if an even number of pieces meets at each of its
+    /// edges there.
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool;
 
     /// The shortest way over one of these edges.
     ///
@@ -70,21 +77,36 @@ pub(crate) fn before(a: DVec3, b: DVec3) -> bool {
 /// Below this length the sum of the unit directions into the cut counts as zero: the edge is flat.
 ///
 /// Two faces that meet at less than 2.9 degrees from straight.
-pub(crate) const FLAT: f64 = 0.05;
+const FLAT: f64 = 0.05;
+
+/// The faces at a flat edge reach so far from it (in cells of the index, so about in coupling distances);
+/// where they reach less far, the edge must be straighter in the same proportion. A smooth sheet that
+/// comes in small pieces has bends this way, if its radius is below `FACE / FLAT`, 2.5 cells: round a
+/// larger one, ways that leave the bends out are too short by less than 0.7 % of the coupling distance.
+const FACE: f64 = 0.125;
 
 /// Unit vector out of the cut from the directions into it, zero if the edge is flat.
 ///
-/// The sum runs in the order of `key`, so that it has the same bits for any order of arrival.
-pub(crate) fn outward(inward: &mut [(DVec3, DVec3)]) -> DVec3 {
+/// The sum runs in the order of the points, so that it has the same bits for any order of arrival.
+///
+/// # Arguments
+/// * `inward` -- per piece at the edge a point of it to sort by, and the vector (m) from the edge to its
+///   far end.
+/// * `cell` -- cell of the index (m).
+pub(crate) fn outward(inward: &mut [(DVec3, DVec3)], cell: f64) -> DVec3 {
     inward.sort_by(|(a, _), (b, _)| {
         let order = |a: f64, b: f64| a.total_cmp(&b);
         order(a.x, b.x).then(order(a.y, b.y)).then(order(a.z, b.z))
     });
-    let sum: DVec3 = inward.iter().map(|(_, direction)| *direction).sum();
-    if sum.length() < FLAT {
+    let (mut sum, mut farthest) = (DVec3::ZERO, 0.0_f64);
+    for (_, vector) in &*inward {
+        sum += vector.normalize_or_zero();
+        farthest = farthest.max(vector.length());
+    }
+    if sum.length() < FLAT * (farthest / (FACE * cell)).min(1.0) {
         DVec3::ZERO
     } else {
-        -sum.normalize()
+        -sum.normalize_or_zero()
     }
 }
 

@@ -109,9 +109,9 @@ impl PlanarCuts {
             let mut inward: Vec<(DVec3, DVec3)> = others
                 .iter()
                 .map(|&o| self.corners[o as usize].at.extend(0.0))
-                .map(|other| (other, (other - at).normalize_or_zero()))
+                .map(|other| (other, other - at))
                 .collect();
-            self.corners[c as usize].outward = outward(&mut inward);
+            self.corners[c as usize].outward = outward(&mut inward, self.settings.index_cell);
         }
         Ok(Some(segment))
     }
@@ -254,13 +254,27 @@ impl Obstacle for PlanarCuts {
             .is_break()
     }
 
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
+    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
+        let mut segments = Vec::new();
+        self.segment_index
+            .collect(&Bounds::of(&[a, b].map(|p| p.with_z(0.0))), &mut segments);
+        segments
+            .iter()
+            .filter(|&&segment| self.piece_crosses(segment as usize, a, b))
+            .count()
+    }
+
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         let flat = Bounds {
             low: near.low.with_z(0.0),
             high: near.high.with_z(0.0),
         };
         self.corner_index.collect(&flat, out);
+        let ends = out
+            .iter()
+            .any(|&corner| self.corners[corner as usize].others.len() % 2 == 1);
         out.retain(|&corner| self.corners[corner as usize].outward != DVec3::ZERO);
+        ends
     }
 
     fn bend(&self, bend: u32, _a: DVec3, _b: DVec3) -> Bend {

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::index::Bounds;
 use crate::obstacle::Obstacle;
+use crate::way::{OFFSET, WayScratch, detour};
 
 /// How the factor of a crossed pair is found. A pair that is not crossed has the factor 1 in all of
 /// them.
@@ -33,7 +34,7 @@ pub enum Rule {
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     near: Vec<u32>,
-    ways: Vec<(f64, u32, DVec3)>,
+    ways: WayScratch,
 }
 
 /// Weight over the distance relative to the coupling distance, `W(q) = (1 − q²)³` (Aras 2014,
@@ -42,10 +43,6 @@ fn kernel(q: f64) -> f64 {
     let s = (1.0 - q * q).max(0.0);
     s * s * s
 }
-
-/// The bend of a detour must be free a little outside of the edge; this much of the coupling
-/// distance.
-const OFFSET: f64 = 0.05;
 
 impl Rule {
     /// Nothing farther than this share of the coupling distance from a pair's middle can change its
@@ -62,9 +59,8 @@ impl Rule {
     /// * `scratch` -- work space, contents do not matter.
     ///
     /// # Numerics
-    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. The
-    /// detours of more than one bend are not found: two sheets nearer than a fraction of the
-    /// spacing couple a little less than they should, never more.
+    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. Detours
+    /// have any number of bends.
     pub fn factor<C: Obstacle>(
         &self,
         cut: &C,
@@ -74,13 +70,27 @@ impl Rule {
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         scratch: &mut Scratch,
     ) -> f64 {
-        if !cut.crosses(a, b) {
-            return 1.0;
+        if cut.crosses(a, b) {
+            self.crossed_factor(cut, a, b, reach, inside, scratch)
+        } else {
+            1.0
         }
+    }
+
+    /// Factor of a pair that is known to be crossed.
+    pub(crate) fn crossed_factor<C: Obstacle>(
+        &self,
+        cut: &C,
+        a: DVec3,
+        b: DVec3,
+        reach: f64,
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+        scratch: &mut Scratch,
+    ) -> f64 {
         let direct = a.distance(b);
         let length = match *self {
             Self::Visibility => None,
-            Self::Detour => detour(cut, a, b, reach, inside, scratch),
+            Self::Detour => detour(cut, a, b, reach, inside, &mut scratch.ways),
             Self::Transparency { kappa, exponent } => {
                 transparency_depth(cut, a, b, kappa * reach, scratch)
                     .map(|depth| direct + reach * (depth / (kappa * reach)).powf(exponent))
@@ -94,39 +104,6 @@ impl Rule {
             _ => 0.0,
         }
     }
-}
-
-/// Length of the shortest free way from `a` to `b` with one bend, if it is below `reach` (m).
-///
-/// A way is free if the point `OFFSET · reach` outside of its bend lies in the body and is seen from
-/// both ends. The length is that over the edge itself.
-pub(crate) fn detour<C: Obstacle>(
-    cut: &C,
-    a: DVec3,
-    b: DVec3,
-    reach: f64,
-    inside: &(dyn Fn(DVec3) -> bool + Sync),
-    scratch: &mut Scratch,
-) -> Option<f64> {
-    let near = Bounds::of(&[a.midpoint(b)]).grown(0.5 * reach);
-    cut.bends_into(&near, &mut scratch.near);
-    scratch.ways.clear();
-    for &id in &scratch.near {
-        let bend = cut.bend(id, a, b);
-        let length = a.distance(bend.point) + bend.point.distance(b);
-        if length < reach {
-            let free = bend.point + OFFSET * reach * bend.outward;
-            scratch.ways.push((length, id, free));
-        }
-    }
-    scratch
-        .ways
-        .sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-    scratch
-        .ways
-        .iter()
-        .find(|(_, _, free)| inside(*free) && !cut.crosses(a, *free) && !cut.crosses(*free, b))
-        .map(|&(length, _, _)| length)
 }
 
 /// Largest distance, over the pieces that `ab` crosses, of the crossing from the nearest edge; none

@@ -10,6 +10,7 @@ mod dissertation;
 mod geodesic;
 mod growth;
 mod hard;
+mod joints;
 mod memory;
 mod planar_cases;
 mod planar_growth;

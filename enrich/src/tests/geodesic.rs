@@ -1,18 +1,29 @@
 //! Random strips through random clouds against shortest ways that are searched, not derived.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use testkit::cloud::{self, Random};
 
 use super::slow::{Cloud, cross3, inside, kernel};
 use super::space_cases::{cut, factors, settings};
+use crate::face::nearest_on_triangle;
 
 /// Shortest ways in space round triangles over many points close to their edges.
 ///
 /// Each edge of each triangle, whether the cut ends there or not, has points every `STEP` of the reach
-/// along it and eight at each place round it: nothing is said of where a way may bend, nor how often.
+/// along it and seven at each place round it, so that no two are on opposite sides: nothing is said of where a way may bend, nor how often.
 struct SampledWays {
     triangles: Vec<[DVec3; 3]>,
-    stops: Vec<DVec3>,
+    edges: Vec<[DVec3; 2]>,
+    stops: Vec<Stop>,
+}
+
+/// A point beside an edge.
+#[derive(Clone, Copy)]
+struct Stop {
+    at: DVec3,
+    edge: usize,
+    /// From the edge to the point.
+    beside: DVec3,
 }
 
 const STEP: f64 = 0.08;
@@ -31,73 +42,139 @@ impl SampledWays {
             }
         }
         let mut stops = Vec::new();
-        for [p, q] in edges {
+        for (edge, &[p, q]) in edges.iter().enumerate() {
             let u = (q - p).normalize().any_orthonormal_vector();
             let v = (q - p).normalize().cross(u);
             let count = (p.distance(q) / (STEP * reach)).ceil() as u32;
             for k in 0..=count {
                 let at = p.lerp(q, f64::from(k) / f64::from(count));
-                for turn in 0..8 {
-                    let (s, c) = (f64::from(turn) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
-                    let stop = at + BESIDE * reach * (c * u + s * v);
-                    if inside(stop) {
-                        stops.push(stop);
+                for turn in 0..7 {
+                    let (s, c) = (f64::from(turn) * std::f64::consts::TAU / 7.0 + 0.1).sin_cos();
+                    let beside = BESIDE * reach * (c * u + s * v);
+                    let at = at + beside;
+                    if inside(at) {
+                        stops.push(Stop { at, edge, beside });
                     }
                 }
             }
         }
-        Self { triangles, stops }
+        Self {
+            triangles,
+            edges,
+            stops,
+        }
     }
 
     fn free(&self, a: DVec3, b: DVec3) -> bool {
         !self.triangles.iter().any(|&t| cross3(a, b, t))
     }
 
-    /// Lengths of the shortest ways found with one bend, and with up to three; infinite from `limit`.
+    /// Lengths of the shortest ways found with one bend, and with any number; infinite from `limit`.
     fn shortest(&self, a: DVec3, b: DVec3, limit: f64) -> [f64; 2] {
-        // Stops within the ellipsoid of the limit, by the length of the way so far.
-        let near: Vec<DVec3> = self
+        // Triangles and stops within the ellipsoid of the limit.
+        let middle = a.midpoint(b);
+        let local: Vec<[DVec3; 3]> = self
+            .triangles
+            .iter()
+            .copied()
+            .filter(|&t| nearest_on_triangle(t, middle).distance(middle) < 0.5 * limit)
+            .collect();
+        let free = |a: DVec3, b: DVec3| !local.iter().any(|&t| cross3(a, b, t));
+        let near: Vec<Stop> = self
             .stops
             .iter()
             .copied()
-            .filter(|s| s.distance(a) + s.distance(b) < limit)
+            .filter(|s| s.at.distance(a) + s.at.distance(b) < limit)
             .collect();
-        let (mut best, mut with_one) = (f64::INFINITY, f64::INFINITY);
-        let mut reached: Vec<f64> = near
-            .iter()
-            .map(|&s| {
-                if self.free(a, s) {
-                    s.distance(a)
+        let to_end: Vec<bool> = near.iter().map(|s| free(s.at, b)).collect();
+        let from_start: Vec<bool> = near.iter().map(|s| free(a, s.at)).collect();
+        // Dijkstra 1959, by loops.
+        let mut reached: Vec<f64> = (near.iter().zip(&from_start))
+            .map(|(s, &seen)| {
+                if seen {
+                    s.at.distance(a)
                 } else {
                     f64::INFINITY
                 }
             })
             .collect();
-        let to_end: Vec<bool> = near.iter().map(|&s| self.free(s, b)).collect();
-        for bends in 1..=3 {
-            for (k, &s) in near.iter().enumerate() {
-                if to_end[k] {
-                    best = best.min(reached[k] + s.distance(b));
+        let mut with_one = f64::INFINITY;
+        for k in (0..near.len()).filter(|&k| to_end[k] && from_start[k]) {
+            let way = self.tight(&[near[k]], a, b, &free);
+            with_one = with_one.min(way);
+        }
+        let mut before = vec![usize::MAX; near.len()];
+        let mut done = vec![false; near.len()];
+        // Of the sampled ways those a little longer than the best may be the best when tightened.
+        let (mut best, mut best_sampled) = (with_one, f64::INFINITY);
+        while let Some(k) = (0..near.len())
+            .filter(|&k| {
+                !done[k]
+                    && reached[k] + near[k].at.distance(b)
+                        < (best_sampled + 0.02 * limit).min(limit)
+            })
+            .min_by(|&k, &m| reached[k].total_cmp(&reached[m]))
+        {
+            done[k] = true;
+            if to_end[k] {
+                best_sampled = best_sampled.min(reached[k] + near[k].at.distance(b));
+                let (mut path, mut at) = (vec![], k);
+                while at != usize::MAX {
+                    path.push(near[at]);
+                    at = before[at];
                 }
+                path.reverse();
+                best = best.min(self.tight(&path, a, b, &free));
             }
-            if bends == 1 {
-                with_one = best;
-            }
-            if bends == 3 {
-                break;
-            }
-            let before = reached.clone();
-            for (m, &t) in near.iter().enumerate() {
-                for (k, &s) in near.iter().enumerate() {
-                    let length = before[k] + s.distance(t);
-                    let useful = length < reached[m] && length + t.distance(b) < best.min(limit);
-                    if useful && self.free(s, t) {
-                        reached[m] = length;
-                    }
+            for m in 0..near.len() {
+                let length = reached[k] + near[k].at.distance(near[m].at);
+                if !done[m]
+                    && length < reached[m]
+                    && length + near[m].at.distance(b) < (best_sampled + 0.02 * limit).min(limit)
+                    && free(near[k].at, near[m].at)
+                {
+                    reached[m] = length;
+                    before[m] = k;
                 }
             }
         }
         [with_one, best].map(|l| if l < limit { l } else { f64::INFINITY })
+    }
+
+    /// Length of a way whose stops are moved along their edges, halving steps, as long as that makes it
+    /// shorter and leaves it free.
+    fn tight(&self, path: &[Stop], a: DVec3, b: DVec3, free: &dyn Fn(DVec3, DVec3) -> bool) -> f64 {
+        let mut points: Vec<DVec3> = path.iter().map(|s| s.at).collect();
+        let ends = |points: &[DVec3], k: usize| {
+            let last = if k == 0 { a } else { points[k - 1] };
+            (last, points.get(k + 1).copied().unwrap_or(b))
+        };
+        let mut step = 0.5 * STEP;
+        while step > 1e-4 {
+            for k in 0..points.len() {
+                let [p, q] = self.edges[path[k].edge];
+                let (last, next) = ends(&points, k);
+                let size = p.distance(q);
+                let t = (points[k] - path[k].beside - p).dot(q - p) / (size * size);
+                for move_by in [step, -step] {
+                    let t = (t + move_by / size).clamp(0.0, 1.0);
+                    let to = p.lerp(q, t) + path[k].beside;
+                    if last.distance(to) + to.distance(next)
+                        < last.distance(points[k]) + points[k].distance(next)
+                        && free(last, to)
+                        && free(to, next)
+                    {
+                        points[k] = to;
+                    }
+                }
+            }
+            step *= 0.7;
+        }
+        let mut length = 0.0;
+        for k in 0..points.len() {
+            length += ends(&points, k).0.distance(points[k]);
+        }
+        length + points[points.len() - 1].distance(b)
     }
 }
 
@@ -120,8 +197,8 @@ fn strip(random: &mut Random, reach: f64) -> Vec<Vec<DVec3>> {
 #[test]
 fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
     let reach = 0.22;
-    let (mut count, mut severed, mut apart) = (0_u32, 0, 0);
-    // Squares of the weight's error: against one bend, any bends, and of no way round at all.
+    let (mut count, mut severed) = (0_u32, 0);
+    // Squares of errors of the weight: what is found, the best of one bend, and no way round at all.
     let mut squares = [0.0; 3];
     for seed in 0..24 {
         let mut random = Random::new(1000 + seed);
@@ -157,22 +234,149 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
             // The weight itself, not its ratio to the uncut weight.
             let weight = pair * kernel(a.distance(b) / reach);
             let [one, any] = [one, any].map(|l| kernel((l / reach).min(1.0)));
-            // Above the true one only by what the bend's free point, beside the edge, sees more.
-            assert!(weight < any + 0.03, "seed {seed}: {i} {j} {weight} > {any}");
-            apart += u32::from((weight - one).abs() > 0.02);
-            squares[0] += (weight - one).powi(2);
-            squares[1] += (weight - any).powi(2);
+            // A way that is found is there; the sampled one may be a little longer.
+            assert!(weight < any + 0.01, "seed {seed}: {i} {j} {weight} > {any}");
+            squares[0] += (weight - any).powi(2);
+            squares[1] += (one - any).powi(2);
             squares[2] += any.powi(2);
         }
     }
     let rms = squares.map(|s| (s / f64::from(count)).sqrt());
     if testkit::tol::print_residuals() {
-        println!("{count} crossed, {severed} severed: rms {rms:.4?}, {apart} apart");
+        println!("{count} crossed, {severed} severed: rms {rms:.5?}");
     }
     assert!(count > 1500 && severed > 200, "{count} {severed}");
-    // The same as the shortest sampled way of one bend but for single pairs.
-    assert!(rms[0] < 0.02 && apart * 100 < count, "{rms:?} {apart}");
-    // Ways of more bends are not found: over crumpled strips, a kink at every step of 0.7 reach, the
-    // pairs that they would couple are too weak. Nearer than without any way all the same.
-    assert!(rms[1] < 0.1 && rms[1] < 0.7 * rms[2], "{rms:?}");
+    // Crumpled strips, a kink at every step of 0.7 of the reach: ways of one bend are not enough.
+    assert!(rms[0] <= 2e-3 && rms[1] > 5e-3, "{rms:?}");
+}
+
+/// Root of the mean square of the weight's error, and the largest error, for a share of the crossed pairs.
+fn twisted(turn: f64, blades: u32, share: usize) -> ([f64; 2], f64, usize) {
+    let blade = |k: u32| {
+        let t = f64::from(k) / f64::from(blades);
+        let (sin, cos) = (turn * t).sin_cos();
+        let arm = DVec3::new(0.0, 0.35 * cos, 0.35 * sin);
+        let mid = DVec3::new(0.05 + 0.9 * t, 0.5, 0.5);
+        vec![mid - arm, mid + arm]
+    };
+    let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
+    let cuts = cut(&vec![(0..=blades).map(blade).collect()], &settings(&cloud));
+    let found = factors(&cloud, &cuts);
+    let triangles = (0..cuts.triangle_count()).map(|t| cuts.triangle(t));
+    let ways = SampledWays::new(triangles.collect(), cloud.reach);
+    let (mut squares, mut most, mut count) = ([0.0; 2], 0.0_f64, 0);
+    for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+        if found[pair] >= 1.0 || i > j || pair % share != 0 {
+            continue;
+        }
+        let (a, b) = (cloud.x[i], cloud.x[j]);
+        let lengths = ways.shortest(a, b, 1.01 * cloud.reach);
+        let [one, any] = lengths.map(|l| kernel((l / cloud.reach).min(1.0)));
+        let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
+        squares[0] += (weight - any).powi(2);
+        squares[1] += (one - any).powi(2);
+        if (weight - any).abs() > 5e-3 && testkit::tol::print_residuals() {
+            println!("{turn:.2}: {i} {j} {weight:.4} one {one:.4} any {any:.4}");
+        }
+        most = most.max((weight - any).abs());
+        count += 1;
+    }
+    (squares.map(|s| (s / count as f64).sqrt()), most, count)
+}
+
+#[test]
+fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_bends() {
+    for (turn, blades) in [
+        (90.0, 16),
+        (180.0, 16),
+        (360.0, 16),
+        (360.0, 40),
+        (720.0, 32),
+    ] {
+        let (rms, most, count) = twisted(f64::to_radians(turn), blades, 19);
+        if testkit::tol::print_residuals() {
+            println!(
+                "twist of {turn}, {blades} blades: rms {rms:.5?}, most {most:.4} over {count}"
+            );
+        }
+        assert!(rms[0] <= 2e-3, "twist of {turn}: rms {rms:?}");
+    }
+}
+
+#[test]
+fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
+    let spiral = |turns: f64, low: f64, high: f64, count: u32| -> Vec<DVec2> {
+        let place = |k: u32| {
+            let t = f64::from(k) / f64::from(count);
+            let (sin, cos) = (turns * std::f64::consts::TAU * t).sin_cos();
+            let r = low + (high - low) * t;
+            DVec2::new(0.5 + r * cos, 0.5 + r * sin)
+        };
+        (0..=count).map(place).collect()
+    };
+    let mut cases = vec![];
+    for count in [12, 24, 48, 96, 200] {
+        for (turns, low, high) in [
+            (2.0, 0.08, 0.38),
+            (2.0, 0.02, 0.4),
+            (1.0, 0.05, 0.2),
+            (3.0, 0.1, 0.4),
+            (0.5, 0.06, 0.06),
+        ] {
+            cases.push((
+                format!("{turns} turns from {low} to {high} in {count}"),
+                vec![spiral(turns, low, high, count)],
+            ));
+        }
+        let wave = |k: u32| {
+            let t = f64::from(k) / f64::from(count);
+            DVec2::new(0.2 + 0.6 * t, 0.5 + 0.2 * (std::f64::consts::TAU * t).sin())
+        };
+        cases.push((
+            format!("wave in {count}"),
+            vec![(0..=count).map(wave).collect()],
+        ));
+    }
+    for (name, lines, _) in super::shapes::plane() {
+        if ["thin", "sliver", "hook", "zigzag"]
+            .iter()
+            .any(|s| name.contains(s))
+        {
+            cases.push((name.to_owned(), lines));
+        }
+    }
+    let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
+    let mut worst = 0.0_f64;
+    for (name, lines) in cases {
+        let strokes = super::shapes::extruded(&lines, -0.3, 1.3);
+        let cuts = cut(&strokes, &settings(&cloud));
+        let found = factors(&cloud, &cuts);
+        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.reach);
+        let segments: Vec<_> = (0..planar.segment_count())
+            .map(|s| planar.segment(s))
+            .collect();
+        let oracle = super::slow::VisibilityGraph::new(&segments);
+        let (mut squares, mut count, mut above, mut below) = (0.0, 0.0, 0.0_f64, 0.0_f64);
+        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+            if found[pair] >= 1.0 || i > j || pair % 3 != 0 {
+                continue;
+            }
+            let (a, b) = (cloud.x[i], cloud.x[j]);
+            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.reach);
+            let exact = kernel((flat.hypot(a.z - b.z) / cloud.reach).min(1.0));
+            let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
+            squares += (weight - exact).powi(2);
+            above = above.max(weight - exact);
+            below = below.max(exact - weight);
+            count += 1.0;
+        }
+        let rms = (squares / f64::max(count, 1.0)).sqrt();
+        if testkit::tol::print_residuals() {
+            println!(
+                "{name}: rms of the weight {rms:.1e} over {count}, above {above:.1e}, below {below:.1e}"
+            );
+        }
+        worst = worst.max(rms);
+    }
+    assert!(worst <= 2e-3, "rms {worst}");
 }

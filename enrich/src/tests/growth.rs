@@ -6,12 +6,13 @@ use glam::DVec3;
 use testkit::cloud::Random;
 
 use super::shapes::{plane, space};
-use super::slow::{Cloud, inside};
+use super::slow::{Cloud, inside, kernel};
 use super::space_cases::{body, cut, factors, settings};
 use crate::{Bend, Bounds, CutSettings, Cuts, Obstacle};
 
 #[test]
 fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
+    let mut worst = 0.0_f64;
     for (name, strokes, _) in space() {
         let cloud = body(&name);
         let mut cuts = Cuts::new(&settings(&cloud));
@@ -41,21 +42,29 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
             }
         }
         // At the end no pair knows more than if the cut had come at once, crossed pairs are the
-        // same, and few differ at all.
+        // same, and weights too.
         let at_once = factors(&cloud, &cuts);
-        let mut lower = 0;
+        let (mut lower, mut most) = (0, 0.0_f64);
+        let pairs = cloud.pairs();
         for (pair, (&grown, &once)) in growing.to_vec().iter().zip(&at_once).enumerate() {
+            let (i, j) = pairs[pair];
             assert!(
                 grown <= once,
                 "{name}: pair {pair} grown {grown}, at once {once}"
             );
             assert_eq!(grown < 1.0, once < 1.0, "{name}: pair {pair}");
-            lower += usize::from(grown < once);
+            lower += usize::from(grown < once - 1e-6);
+            let uncut = kernel(cloud.x[i].distance(cloud.x[j]) / cloud.reach);
+            most = most.max((once - grown) * uncut);
         }
-        assert!(lower * 100 <= at_once.len(), "{name}: {lower} lower");
+        if testkit::tol::print_residuals() {
+            println!("{name}: {lower} pairs lower when grown, weight by {most:.1e} at most");
+        }
+        worst = worst.max(most);
         let crossed = at_once.iter().filter(|f| **f < 1.0).count();
         assert_eq!(2 * growing.crossed_count(), crossed);
     }
+    assert!(worst <= 0.05, "weights differ by {worst}");
 }
 
 /// All triangles of a case as loose corners.
@@ -135,7 +144,8 @@ fn subdivision_of_plane_strips_moves_factors_by_round_off_only() {
             .collect();
         let found = factors(&cloud, &from_soup(&fine, &exact));
         for (pair, (a, b)) in reference.iter().zip(&found).enumerate() {
-            assert!((a - b).abs() <= 1e-12, "{name}: pair {pair}, {a} and {b}");
+            // Ways of several bends are tightened until a sweep gains no more than 1e-6.
+            assert!((a - b).abs() <= 1e-6, "{name}: pair {pair}, {a} and {b}");
         }
     }
 }
@@ -187,8 +197,11 @@ impl Obstacle for Counted<'_> {
     fn crosses(&self, a: DVec3, b: DVec3) -> bool {
         self.cut().crosses(a, b)
     }
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) {
-        self.cut().bends_into(near, out);
+    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
+        self.cut().crossings(a, b)
+    }
+    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+        self.cut().bends_into(near, out)
     }
     fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
         self.cut().bend(bend, a, b)

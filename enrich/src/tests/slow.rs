@@ -138,8 +138,11 @@ impl VisibilityGraph {
                 } else {
                     angles[0] + std::f64::consts::TAU
                 };
-                if next - angles[k] > 1e-9 {
-                    let (sin, cos) = (0.5 * (angles[k] + next)).sin_cos();
+                // Of a wide sector three: none of them is in line with a segment.
+                let wide = next - angles[k] > std::f64::consts::PI;
+                let shares = if wide { &[0.2, 0.45, 0.7][..] } else { &[0.5] };
+                for share in shares.iter().filter(|_| next - angles[k] > 1e-9) {
+                    let (sin, cos) = (angles[k] + share * (next - angles[k])).sin_cos();
                     let stop = corner + 1e-9 * DVec2::new(cos, sin);
                     if inside(stop.extend(0.0)) {
                         stops.push(stop);

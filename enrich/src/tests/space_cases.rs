@@ -40,7 +40,7 @@ pub(crate) fn body(name: &str) -> Cloud {
     Cloud::lattice(12, 12, jitter, 2.2)
 }
 
-/// The rule by loops over all triangles and all edges, in plain floating point.
+/// The rule for ways of one bend by loops over all triangles and all edges, in plain floating point.
 ///
 /// Built on its own from the corners: nothing is shared with the crate but the statement of the rule.
 struct Twin {
@@ -97,11 +97,13 @@ impl Twin {
                 }
             }
             let (length, at) = way(0.5 * (low + high));
-            let free = at - 0.05 * h * inward.normalize();
+            let outside = |share: f64| at - share * h * inward.normalize();
+            let seen = |p: DVec3| !self.crosses(a, p) && !self.crosses(p, b);
+            // Free outside, and right beside the edge too.
             if length < best.min(h)
-                && inside(free)
-                && !self.crosses(a, free)
-                && !self.crosses(free, b)
+                && inside(outside(0.05))
+                && seen(outside(0.05))
+                && seen(outside(5e-6))
             {
                 best = length;
             }
@@ -123,6 +125,7 @@ fn equal_to_brute_force_in_any_case() {
         );
         let through_nodes = name.contains("through nodes");
         let (mut crossed, mut severed, mut compared, mut borderline) = (0, 0, 0, 0);
+        let mut longer = 0;
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
             crossed += usize::from(found[pair] < 1.0);
             severed += usize::from(found[pair] == 0.0);
@@ -132,16 +135,22 @@ fn equal_to_brute_force_in_any_case() {
             }
             compared += 1;
             let expected = twin.factor(cloud.x[i], cloud.x[j], cloud.reach);
-            let exact_kind = (expected >= 1.0) == (found[pair] >= 1.0)
-                && (expected <= 0.0) == (found[pair] <= 0.0);
-            if !exact_kind || (expected - found[pair]).abs() > 1e-6 {
+            assert_eq!(
+                expected >= 1.0,
+                found[pair] >= 1.0,
+                "{name}: {i} {j} {expected}"
+            );
+            if found[pair] > expected + 1e-6 {
+                // A way of more bends, which the tests of geodesics judge.
+                longer += 1;
+            } else if (expected - found[pair]).abs() > 1e-6 {
                 // Two ways may differ when a bend's free point grazes another triangle.
                 borderline += 1;
             }
         }
         if testkit::tol::print_residuals() {
             println!(
-                "{name}: crossed {crossed}, severed {severed}, differ {borderline} of {compared}"
+                "{name}: crossed {crossed}, severed {severed}, differ {borderline} of {compared}, {longer} of more bends"
             );
         }
         assert!(
@@ -168,15 +177,7 @@ fn equal_to_brute_force_in_any_case() {
 fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
     // Full-height strips over a plane cut: the shortest way is sqrt(L² + dz²) with the plane's L.
     for (name, lines, _) in super::shapes::plane() {
-        let skipped = [
-            "through nodes",
-            "thin",
-            "sliver",
-            "dust",
-            "diced",
-            "hook",
-            "long line",
-        ];
+        let skipped = ["through nodes", "dust", "diced", "long line"];
         if skipped.iter().any(|s| name.contains(s)) {
             continue;
         }
@@ -206,6 +207,6 @@ fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
         if testkit::tol::print_residuals() {
             println!("{name}: rms of the weight {rms:.1e} over {count}");
         }
-        assert!(rms <= 1e-3, "{name}: rms {rms}");
+        assert!(rms <= 1e-4, "{name}: rms {rms}");
     }
 }

@@ -83,12 +83,8 @@ pub enum Moment {
 
 impl Cutting {
     /// Prepares an uncut body.
-    pub(super) fn new(body: &Body, weld_tolerance: Option<f64>) -> Result<Self, BodyProblem> {
+    pub(super) fn new(body: &Body) -> Result<Self, BodyProblem> {
         let spacing = body.spacing;
-        let mut settings = CutSettings::for_spacing(spacing);
-        if let Some(tolerance) = weld_tolerance {
-            settings.weld_tolerance = tolerance;
-        }
         let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
         let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
         let map = MaterialMap::new(
@@ -98,7 +94,7 @@ impl Cutting {
             &MapSettings::default(),
         )?;
         Ok(Self {
-            cuts: Cuts::new(&settings),
+            cuts: Cuts::new(&CutSettings::for_spacing(spacing)),
             factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
             map,
             uncut: supports_of_rows(body),
@@ -179,15 +175,17 @@ impl Cutting {
     }
 
     /// Takes up an edge in material coordinates: spans the new piece of the cut, and changes
-    /// factors, rows, stiffness and the stable step where it passes.
+    /// factors, rows, stiffness and the stable step where it passes. `weld_tolerance` is that of the cut (m),
+    /// if it has its own.
     pub(super) fn capture(
         &mut self,
         body: &mut Body,
         cut: usize,
+        weld_tolerance: Option<f64>,
         edge: &[DVec3],
         moment: Moment,
     ) -> Result<Capture, BodyProblem> {
-        let (capture, touched) = self.grow(body, cut, edge, moment)?;
+        let (capture, touched) = self.grow(body, cut, weld_tolerance, edge, moment)?;
         if capture.changed {
             let stored = body.motion.audit().elastic;
             let jump = body.reload()?;
@@ -213,9 +211,13 @@ impl Cutting {
     pub(super) fn replay(
         &mut self,
         body: &mut Body,
+        weld_tolerance: Option<f64>,
         incision: &Incision,
     ) -> Result<Capture, BodyProblem> {
-        let (capture, _) = self.grow(body, incision.cut, &incision.edge, incision.moment)?;
+        let Incision {
+            cut, edge, moment, ..
+        } = incision;
+        let (capture, _) = self.grow(body, *cut, weld_tolerance, edge, *moment)?;
         Ok(capture)
     }
 
@@ -228,6 +230,7 @@ impl Cutting {
         &mut self,
         body: &mut Body,
         cut: usize,
+        weld_tolerance: Option<f64>,
         edge: &[DVec3],
         moment: Moment,
     ) -> Result<(Capture, Vec<u32>), BodyProblem> {
@@ -235,7 +238,10 @@ impl Cutting {
         let stroke = match self.strokes.iter().find(|stroke| stroke.cut == cut) {
             Some(stroke) => stroke.id,
             None => {
-                let id = self.cuts.start(edge)?;
+                let id = match weld_tolerance {
+                    Some(tolerance) => self.cuts.start_within(edge, tolerance)?,
+                    None => self.cuts.start(edge)?,
+                };
                 self.strokes.push(Stroke { cut, id });
                 self.factors.start(id, edge);
                 id

@@ -459,11 +459,11 @@ impl Member {
         edge: &[DVec3],
         moment: Moment,
     ) -> Result<(Capture, Vec<DVec3>), BodyProblem> {
-        let (body, cutting) = self.with_cutting(cut)?;
+        let (body, cutting) = self.with_cutting()?;
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
         let edge = cutting.edge_in_material(body, edge)?;
-        let capture = cutting.capture(body, index, &edge, moment)?;
+        let capture = cutting.capture(body, index, cut.weld_tolerance, &edge, moment)?;
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
             for touch in &mut self.touches {
                 touch.tear(&self.body, cutting.factors())?;
@@ -477,17 +477,14 @@ impl Member {
         incision: &Incision,
         cut: &crate::scene::Cut,
     ) -> Result<Capture, BodyProblem> {
-        let (body, cutting) = self.with_cutting(cut)?;
-        cutting.replay(body, incision)
+        let (body, cutting) = self.with_cutting()?;
+        cutting.replay(body, cut.weld_tolerance, incision)
     }
 
-    fn with_cutting(
-        &mut self,
-        cut: &crate::scene::Cut,
-    ) -> Result<(&mut Body, &mut Cutting), BodyProblem> {
+    fn with_cutting(&mut self) -> Result<(&mut Body, &mut Cutting), BodyProblem> {
         let fresh = match self.cutting.take() {
             Some(cutting) => cutting,
-            None => Cutting::new(&self.body, cut.weld_tolerance)?,
+            None => Cutting::new(&self.body)?,
         };
         let cutting = self.cutting.insert(fresh);
         Ok((&mut self.body, cutting))
