@@ -1,0 +1,73 @@
+//! A dozen scenes of the laboratory, and the problems with a known answer.
+
+use benches::batch::{Case, run_all};
+use benches::{Options, column, cook, griffith, matrix, random, spin};
+
+/// The cases' rows, two at a time.
+fn rows(cases: &[Case], options: Options) -> Vec<benches::Row> {
+    run_all(cases, 2, options, |_| Ok(())).expect("threads can be had")
+}
+
+fn none(breaches: &[String]) {
+    assert!(breaches.is_empty(), "{}", breaches.join("\n"));
+}
+
+#[test]
+fn a_dozen_scenes_of_the_matrix_hold() {
+    let mut cases = matrix::cases().expect("its scenes are valid");
+    cases.retain(|case| matrix::QUICK.contains(&&*case.name));
+    assert_eq!(cases.len(), matrix::QUICK.len());
+    none(&matrix::breaches(&rows(&cases, Options::default())));
+}
+
+#[test]
+fn a_step_stays_below_the_limit_of_an_independent_estimate() {
+    let mut cases = matrix::cases().expect("its scenes are valid");
+    cases.retain(|case| case.name == "block 500 through");
+    let rows = rows(&cases, Options { eigenvalues: true });
+    let most = rows[0].step_to_limit.expect("it was asked for");
+    assert!(most > 0.3 && most < 1.0, "the step is {most} of its limit");
+}
+
+#[test]
+fn random_scenes_depend_on_their_seed_and_number_alone() {
+    let (few, more) = (random::cases(7, 2), random::cases(7, 4));
+    let (few, more) = (few.expect("valid"), more.expect("valid"));
+    assert_eq!(few[..], more[..2]);
+    assert_ne!(few[0].scene.cuts, few[1].scene.cuts);
+}
+
+#[test]
+fn random_scenes_under_small_loads_end() {
+    let mut cases = random::cases(1, 30).expect("they are valid");
+    cases.retain(|case| ["random-1-013", "random-1-014", "random-1-015"].contains(&&*case.name));
+    for row in rows(&cases, Options::default()) {
+        assert!(row.ended, "{}: {}", row.scene, row.error);
+    }
+}
+
+#[test]
+fn a_cut_releases_what_griffith_says() {
+    none(&griffith::breaches(
+        &griffith::measure(4.0).expect("its scene is valid"),
+    ));
+}
+
+#[test]
+fn a_spinning_block_keeps_its_momenta_while_it_is_cut() {
+    for (damping, ratio) in spin::DAMPINGS {
+        none(&spin::breaches(
+            &spin::measure(damping, ratio).expect("it runs"),
+        ));
+    }
+}
+
+#[test]
+fn a_twisting_column_keeps_its_energy() {
+    none(&column::breaches(&column::measure(500).expect("it runs")));
+}
+
+#[test]
+fn cooks_membrane_rises_as_it_should() {
+    none(&cook::breaches(&cook::measure(32).expect("it is solved")));
+}
