@@ -1,7 +1,7 @@
 //! A dozen scenes of the laboratory, and the problems with a known answer.
 
 use benches::batch::{Case, run_all};
-use benches::{Options, column, cook, griffith, matrix, random, spin};
+use benches::{Options, cook, matrix, random};
 
 /// The cases' rows, two at a time.
 fn rows(cases: &[Case], options: Options) -> Vec<benches::Row> {
@@ -35,36 +35,6 @@ fn random_scenes_depend_on_their_seed_and_number_alone() {
     let (few, more) = (few.expect("valid"), more.expect("valid"));
     assert_eq!(few[..], more[..2]);
     assert_ne!(few[0].scene.cuts, few[1].scene.cuts);
-}
-
-#[test]
-fn random_scenes_under_small_loads_end() {
-    let mut cases = random::cases(1, 30).expect("they are valid");
-    cases.retain(|case| ["random-1-013", "random-1-014", "random-1-015"].contains(&&*case.name));
-    for row in rows(&cases, Options::default()) {
-        assert!(row.ended, "{}: {}", row.scene, row.error);
-    }
-}
-
-#[test]
-fn a_cut_releases_what_griffith_says() {
-    none(&griffith::breaches(
-        &griffith::measure(4.0).expect("its scene is valid"),
-    ));
-}
-
-#[test]
-fn a_spinning_block_keeps_its_momenta_while_it_is_cut() {
-    for (damping, ratio) in spin::DAMPINGS {
-        none(&spin::breaches(
-            &spin::measure(damping, ratio).expect("it runs"),
-        ));
-    }
-}
-
-#[test]
-fn a_twisting_column_keeps_its_energy() {
-    none(&column::breaches(&column::measure(500).expect("it runs")));
 }
 
 #[test]
