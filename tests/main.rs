@@ -20,6 +20,8 @@ mod integrate_dynamics;
 mod integrate_indentation;
 /// Blocks under a sphere, for that and the study.
 mod integrate_press;
+/// Whole scenes of the laboratory against their bars.
+mod laboratory;
 /// A scene pays for what it needs and for nothing else.
 mod model_only;
 /// Conservative stencils on sampled livers.

@@ -1,1 +1,0 @@
-//! Inputs shared by the benches.

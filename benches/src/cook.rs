@@ -1,0 +1,87 @@
+//! Cook's membrane: a skew panel, clamped at its left edge and sheared at its right.
+//!
+//! The compressible benchmark of linear plane stress: `E = 1`, `ν = 1/3`, load 1, thickness 1; the
+//! middle of the right edge rises by 23.96 (Cook 1974; converged value of fine meshes). The nearly
+//! incompressible variant in plane strain is another one, with another value.
+
+use glam::DVec3;
+use phyxel::study::block::lattice;
+use phyxel::study::model::{ElasticBody, Solid, small_displacements};
+use serde::Serialize;
+
+use crate::error::LabError;
+
+/// Rise of the middle of the right edge.
+pub const RISE: f64 = 23.96;
+/// Largest deviation of the finest body.
+pub const DEVIATION: f64 = 0.02;
+
+/// What was found at one fineness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Finding {
+    /// Cells along each side.
+    pub cells: u32,
+    /// Nodes.
+    pub nodes: usize,
+    /// Rise of the middle of the right edge.
+    pub rise: f64,
+}
+
+/// Loads a membrane of `cells` × `cells` × 1 cells, half of one that is symmetric about its middle
+/// plane, with free faces: plane stress as its thickness vanishes against its sides.
+///
+/// # Errors
+/// [`LabError::Study`] if the body cannot be built or its system not solved.
+pub fn measure(cells: u32) -> Result<Finding, LabError> {
+    let thickness = 48.0 / f64::from(cells);
+    let (nodes, tetrahedra) = lattice([cells, cells, 1], |s| {
+        let low = 44.0 * s.x;
+        let high = 44.0 + 16.0 * s.x;
+        DVec3::new(48.0 * s.x, low + (high - low) * s.y, thickness * s.z)
+    });
+    let solid = Solid {
+        youngs_modulus: 1.0,
+        poissons_ratio: 1.0 / 3.0,
+        density: 1.0,
+    };
+    let mut body = ElasticBody::new(&nodes, &tetrahedra, solid, 0.1)?;
+    let right = |x: DVec3| x.x > 48.0 - 1e-9;
+    let mut forces = vec![DVec3::ZERO; body.rest.len()];
+    for face in body.faces(right) {
+        let [a, b, c] = face.map(|v| body.rest[v as usize]);
+        // A load of 1 on an edge 16 long, spread over the face.
+        let force = DVec3::Y * ((b - a).cross(c - a).length() / 2.0 / 16.0);
+        for node in face {
+            forces[node as usize] += force / 3.0;
+        }
+    }
+    let rest = body.rest.clone();
+    let moved = small_displacements(&mut body.elastic, &rest, &forces, |x| {
+        let free = if x.x < 1e-9 { 0.0 } else { 1.0 };
+        DVec3::new(free, free, if x.z < 1e-9 { 0.0 } else { 1.0 })
+    })?;
+    let middle = DVec3::new(48.0, 52.0, 0.0);
+    let nearest = (0..rest.len()).min_by(|&a, &b| {
+        let far = |i: usize| rest[i].distance_squared(middle);
+        far(a).total_cmp(&far(b))
+    });
+    Ok(Finding {
+        cells,
+        nodes: rest.len(),
+        rise: nearest.map_or(f64::NAN, |node| moved[node].y),
+    })
+}
+
+/// What breaks a bar, in words.
+#[must_use]
+pub fn breaches(finding: &Finding) -> Vec<String> {
+    let off = (finding.rise / RISE - 1.0).abs();
+    if off.is_nan() || off > DEVIATION {
+        vec![format!(
+            "Cook's membrane rises by {:.3}, not {RISE}",
+            finding.rise
+        )]
+    } else {
+        Vec::new()
+    }
+}

@@ -1,0 +1,184 @@
+//! Griffith's identity: what a cut along a double cantilever with fixed grips sets free, per area, is
+//! the energy release rate.
+
+use glam::DVec3;
+use phyxel::scene::{
+    Body, Capture, Cut, Key, Motion, Region, Sampling, Scene, Shape, Support, Target,
+};
+use serde::Serialize;
+
+use crate::error::LabError;
+use crate::row::Row;
+use crate::watch::{Options, run_with};
+
+/// Half height of the beam, height of an arm (m).
+const ARM: f64 = 0.03;
+/// Length of the beam (m).
+const LENGTH: f64 = 0.3;
+/// Width (m).
+const WIDTH: f64 = 0.01;
+/// Young's modulus (Pa); Poisson's ratio is 0, so that plane stress and plane strain are one.
+const MODULUS: f64 = 1e5;
+/// How far (m) the grips are drawn apart.
+const OPENING: f64 = 0.1 * ARM;
+/// Crack lengths (m) from the grips before and after.
+const CRACK: [f64; 2] = [4.0 * ARM, 6.0 * ARM];
+/// Scene times (s): the grips have opened, the cut goes on, the cut ends, all is at rest.
+const OPENED: f64 = 0.6;
+const BEGINS: f64 = 1.0;
+const ENDS: f64 = 1.8;
+const REST: f64 = 2.4;
+/// Damping (1/s) under which the arms, of some 25 rad/s, come to rest soonest: nearly critical.
+const DAMPING: f64 = 30.0;
+/// `K = √12 P h^-3/2 (a/h + 0.673)`: the length by which an arm's root acts longer, in its heights
+/// (Foote and Buchwald 1985).
+const ROOT: f64 = 0.673;
+/// Largest deviation of the energy released per area from the energy release rate.
+pub const DEVIATION: f64 = 0.05;
+
+/// What was found at one fineness.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Spacings across an arm.
+    pub spacings: f64,
+    /// Energy (J) stored before the cut over that of the closed form.
+    pub stored: f64,
+    /// Energy lost by the cut, over area and mean of the energy release rate `G = 3 P δ / (2 b A)` that
+    /// the measured load `P = 2 U / δ` has: that of the body as it is.
+    pub ratio: f64,
+    /// The same over the energy release rate of the closed form, which also has the load.
+    pub ratio_of_closed_form: f64,
+    /// Share of that loss that the updates themselves took; the rest went into motion and was damped.
+    pub booked: f64,
+    /// The run's figures.
+    #[serde(skip)]
+    pub row: Row,
+}
+
+/// Energy (J) of both arms, cut to `a` (m) from grips that hold their ends upright and `OPENING` apart.
+///
+/// With the force `P` and the moment `M` of a grip the energy release rate is
+/// `G = 12 (P A + M)² / (E b² h³)`, `A = a + 0.673 h`; an end that does not turn asks for
+/// `M = -P A/2`, and so `U = E b h³ δ² / (4 A³)`.
+fn energy(crack: f64) -> f64 {
+    let long = crack + ROOT * ARM;
+    MODULUS * WIDTH * ARM.powi(3) * OPENING.powi(2) / (4.0 * long.powi(3))
+}
+
+/// The double cantilever with `spacings` across an arm.
+///
+/// # Errors
+/// [`LabError::Scene`] if the scene is not valid.
+pub fn scene(spacings: f64) -> Result<Scene, LabError> {
+    let size = DVec3::new(LENGTH, WIDTH, 2.0 * ARM);
+    let mut body = Body::new(Shape::Box { size });
+    body.sampling = Sampling {
+        target: Target::Spacing(ARM / spacings),
+        ..Sampling::default()
+    };
+    body.material.youngs_modulus = MODULUS;
+    body.material.poissons_ratio = 0.0;
+    body.material.density = 1000.0;
+    body.damping = DAMPING;
+    let mut scene = Scene::new("griffith", vec![body]);
+    scene.gravity = None;
+    scene.integration.settle = None;
+    scene.integration.duration = REST;
+    let left = -0.5 * LENGTH;
+    let key = |time: f64, position: DVec3| Key {
+        time,
+        position,
+        rotation: DVec3::ZERO,
+    };
+    for side in [1.0, -1.0] {
+        let corner = DVec3::new(left, side * WIDTH, side * 0.25 * ARM / spacings);
+        let other = DVec3::new(left + 1e-6, -side * WIDTH, side * 2.0 * ARM);
+        scene.supports.push(Support {
+            body: None,
+            region: Region::Box {
+                min: corner.min(other) - DVec3::X * 1e-6,
+                max: corner.max(other),
+            },
+            motion: Motion::Driven {
+                path: vec![
+                    key(0.2, DVec3::ZERO),
+                    key(OPENED, DVec3::Z * (0.5 * side * OPENING)),
+                ],
+            },
+        });
+    }
+    let [short, long] = CRACK.map(|crack| left + crack);
+    for (name, times, way) in [
+        ("first", [0.0, 0.15], [left - 0.01, short]),
+        ("middle", [BEGINS, ENDS], [short, long]),
+    ] {
+        scene.cuts.push(Cut {
+            name: name.to_owned(),
+            body: None,
+            edge: vec![DVec3::Y * -WIDTH, DVec3::Y * WIDTH],
+            path: vec![
+                key(times[0], DVec3::X * way[0]),
+                key(times[1], DVec3::X * way[1]),
+            ],
+            capture: Capture::default(),
+            weld_tolerance: None,
+        });
+    }
+    Ok(Scene::from_text(
+        &scene.to_ron(),
+        "griffith",
+        "".as_ref(),
+        &[],
+    )?)
+}
+
+/// Cuts the double cantilever with `spacings` across an arm.
+///
+/// # Errors
+/// [`LabError::Scene`] if the scene is not valid.
+pub fn measure(spacings: f64) -> Result<Finding, LabError> {
+    let mut before = (0.0, 0.0);
+    let name = format!("double cantilever, {spacings} across an arm");
+    let row = run_with(&name, scene(spacings)?, Options::default(), |world| {
+        if world.scene_time().is_some_and(|time| time < BEGINS) {
+            let audit = world.members()[0].body.motion.audit();
+            before = (audit.elastic, audit.booked);
+        }
+    });
+    let [first, last] = CRACK.map(energy);
+    let lost = before.0 - row.elastic;
+    // The integral of G over the area: U falls with the third power of A.
+    let of_load = before.0 * (1.0 - last / first);
+    Ok(Finding {
+        spacings,
+        stored: before.0 / first,
+        ratio: lost / of_load,
+        ratio_of_closed_form: lost / (first - last),
+        booked: (row.released + before.1) / lost,
+        row,
+    })
+}
+
+/// What breaks a bar, in words.
+#[must_use]
+pub fn breaches(finding: &Finding) -> Vec<String> {
+    let mut found = Vec::new();
+    let row = &finding.row;
+    if !row.ended {
+        found.push(format!("{}: does not end: {}", row.scene, row.error));
+    }
+    if finding.ratio.is_nan() || (finding.ratio - 1.0).abs() > DEVIATION {
+        found.push(format!(
+            "{}: sets free {:.3} of the energy release rate",
+            row.scene, finding.ratio
+        ));
+    }
+    // Round-off of sums over the body.
+    if row.added > 1e-9 {
+        found.push(format!(
+            "{}: an update adds {:.1e} of what is stored",
+            row.scene, row.added
+        ));
+    }
+    found
+}

@@ -1,0 +1,24 @@
+//! The laboratory: scenes whose outcome is known or bounded, run through [`phyxel::world::World`] as a
+//! user would run them, and the figures that say whether what must hold did hold.
+//!
+//! A scene is run by [`run`], which watches every step and gives a [`Row`]; [`batch::run_all`] runs
+//! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
+
+pub mod batch;
+pub mod column;
+pub mod cook;
+mod eigenvalue;
+mod error;
+pub mod griffith;
+pub mod matrix;
+mod motion;
+pub mod organs;
+pub mod random;
+mod row;
+pub mod spin;
+mod watch;
+
+pub use eigenvalue::largest_eigenvalue;
+pub use error::LabError;
+pub use row::{Bars, Row};
+pub use watch::{Options, run, run_with};

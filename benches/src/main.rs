@@ -1,0 +1,283 @@
+//! `cargo run --release -p benches -- NAME [--quick] [--out DIR]`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use benches::batch::{Case, Sheet, chosen, run_all};
+use benches::{LabError, Options, Row, column, cook, griffith, matrix, organs, random, spin};
+use clap::{Args, Parser, Subcommand};
+
+/// Studies of whole scenes: what must hold, and whether it did.
+#[derive(Debug, Parser)]
+#[command(name = "benches", max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    study: Study,
+}
+
+#[derive(Debug, Subcommand)]
+enum Study {
+    /// The embedded bodies over node counts, stiffnesses and cuts.
+    Matrix(Batch),
+    /// Scenes of a seeded generator: block and liver, any stiffness and gravity, three random strokes.
+    Random {
+        /// Seed of the generator.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Scenes.
+        #[arg(long, default_value_t = 100)]
+        count: u32,
+        #[command(flatten)]
+        batch: Batch,
+    },
+    /// The organ meshes of the folder that `PHYXEL_MESHES` names, in the default scene.
+    Organs(Batch),
+    /// A double cantilever cut along its middle: energy set free per area is the energy release rate.
+    Griffith(One),
+    /// A free block that spins while it is cut keeps its momenta.
+    Spin(One),
+    /// A column that is thrown into a twist keeps its energy.
+    Column(One),
+    /// Cook's membrane, compressible, in plane stress.
+    Cook(One),
+}
+
+/// Where the CSV file of one problem goes, and how much of it is computed.
+#[derive(Debug, Args)]
+struct One {
+    /// The coarse bodies only.
+    #[arg(long)]
+    quick: bool,
+    /// Folder of the CSV file.
+    #[arg(long, default_value = "out/benches", value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// How scenes are run, of studies that run many.
+#[derive(Debug, Args)]
+struct Batch {
+    /// Only scenes with one of these comma-separated parts in their names.
+    #[arg(long, value_name = "PARTS")]
+    filter: Option<String>,
+    /// Scenes at a time, with one thread each.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    jobs: usize,
+    /// Check the step every 50 steps against an independent estimate of the largest eigenvalue; takes
+    /// about three times as long.
+    #[arg(long)]
+    eigenvalues: bool,
+    /// A few small scenes only: the same code in a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Folder of the CSV file.
+    #[arg(long, default_value = "out/benches", value_name = "DIR")]
+    out: PathBuf,
+    /// List the scenes and run none.
+    #[arg(long)]
+    list: bool,
+}
+
+fn main() -> ExitCode {
+    let done = match &Arguments::parse().study {
+        Study::Matrix(batch) => run_matrix(batch),
+        Study::Random { seed, count, batch } => run_random(*seed, *count, batch),
+        Study::Organs(batch) => run_organs(batch),
+        Study::Griffith(one) => run_griffith(one),
+        Study::Spin(one) => run_spin(one),
+        Study::Column(one) => run_column(one),
+        Study::Cook(one) => run_cook(one),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            // Nothing can be done where the terminal does not take it.
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs a batch and prints its rows; none if they were only listed.
+fn run_batch(cases: Vec<Case>, batch: &Batch, file: &str) -> Result<Option<Vec<Row>>, LabError> {
+    let cases = chosen(cases, batch.filter.as_deref())?;
+    if batch.list {
+        for case in &cases {
+            writeln!(io::stdout(), "{}", case.name)?;
+        }
+        return Ok(None);
+    }
+    let mut sheet = Sheet::create(&batch.out, file)?;
+    let options = Options {
+        eigenvalues: batch.eigenvalues,
+    };
+    writeln!(io::stdout(), "{}", Row::header())?;
+    let rows = run_all(&cases, batch.jobs, options, |row| {
+        writeln!(io::stdout(), "{row}")?;
+        sheet.add(row)
+    })?;
+    Ok(Some(rows))
+}
+
+fn run_matrix(batch: &Batch) -> Result<bool, LabError> {
+    let mut cases = matrix::cases()?;
+    if batch.quick {
+        cases.retain(|case| matrix::QUICK.contains(&&*case.name));
+    }
+    let Some(rows) = run_batch(cases, batch, "matrix.csv")? else {
+        return Ok(true);
+    };
+    verdict(&matrix::breaches(&rows))
+}
+
+fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, LabError> {
+    let count = if batch.quick { count.min(5) } else { count };
+    let cases = random::cases(seed, count)?;
+    let Some(rows) = run_batch(cases.clone(), batch, "random.csv")? else {
+        return Ok(true);
+    };
+    for class in random::summary(&rows) {
+        writeln!(
+            io::stdout(),
+            "rho g L / E below {:<4} {:>3} scenes, {:>3} end, {:>3} of them calm; worst added by a stroke \
+             {:.1e}, imbalance {:.1e}, shrink {:.1}",
+            class.below,
+            class.scenes,
+            class.ended,
+            class.calm,
+            class.worst_added,
+            class.worst_imbalance,
+            class.worst_shrink
+        )?;
+    }
+    // Scenes that anyone can run again by themselves.
+    for case in &cases {
+        let row = rows.iter().find(|row| row.scene == case.name);
+        if row.is_some_and(|row| !random::breaches(std::slice::from_ref(row)).is_empty()) {
+            let path = batch.out.join(format!("{}.ron", case.name));
+            let written = std::fs::write(&path, case.scene.to_ron());
+            written.map_err(|source| LabError::Folder { path, source })?;
+        }
+    }
+    verdict(&random::breaches(&rows))
+}
+
+fn run_organs(batch: &Batch) -> Result<bool, LabError> {
+    let folder = organs::folder().ok_or(LabError::NoMeshes)?;
+    let mut cases = organs::cases(&folder)?;
+    if batch.quick {
+        cases.retain(|case| case.name.ends_with(" 600"));
+    }
+    let Some(rows) = run_batch(cases, batch, "organs.csv")? else {
+        return Ok(true);
+    };
+    let mut found = Vec::new();
+    for row in &rows {
+        let breaches = row.breaches(&organs::BARS);
+        found.extend(
+            breaches
+                .iter()
+                .map(|breach| format!("{}: {breach}", row.scene)),
+        );
+    }
+    verdict(&found)
+}
+
+fn run_griffith(one: &One) -> Result<bool, LabError> {
+    let mut sheet = Sheet::create(&one.out, "griffith.csv")?;
+    let mut found = Vec::new();
+    for spacings in [4.0, 6.0, 8.0]
+        .into_iter()
+        .take(if one.quick { 1 } else { 3 })
+    {
+        let finding = griffith::measure(spacings)?;
+        writeln!(
+            io::stdout(),
+            "{:4} across an arm: stored before the cut {:.3} of the closed form; set free per area \
+             {:.3} G by the load, {:.3} by the closed form, {:.3} of it by updates; worst update {:+.1e} of what is stored",
+            spacings,
+            finding.stored,
+            finding.ratio,
+            finding.ratio_of_closed_form,
+            finding.booked,
+            finding.row.added
+        )?;
+        sheet.add(&finding)?;
+        found.extend(griffith::breaches(&finding));
+    }
+    verdict(&found)
+}
+
+fn run_spin(one: &One) -> Result<bool, LabError> {
+    let mut sheet = Sheet::create(&one.out, "spin.csv")?;
+    let mut found = Vec::new();
+    for (damping, ratio) in spin::DAMPINGS {
+        let finding = spin::measure(damping, ratio)?;
+        writeln!(
+            io::stdout(),
+            "damping {damping} /s, ratio {ratio}: {} pairs severed; angular momentum changes by {:.1e}, \
+             linear by {:.1e}",
+            finding.severed,
+            finding.angular,
+            finding.linear
+        )?;
+        sheet.add(&finding)?;
+        found.extend(spin::breaches(&finding));
+    }
+    verdict(&found)
+}
+
+fn run_column(one: &One) -> Result<bool, LabError> {
+    let mut sheet = Sheet::create(&one.out, "column.csv")?;
+    let mut found = Vec::new();
+    for nodes in [500, 1500, 5000]
+        .into_iter()
+        .take(if one.quick { 1 } else { 3 })
+    {
+        let finding = column::measure(nodes)?;
+        writeln!(
+            io::stdout(),
+            "{:5} nodes: twists by {:.1} degrees at {:.4} s; smallest det F {:.3}, imbalance {:.1e}",
+            finding.nodes,
+            finding.twist,
+            finding.at,
+            finding.smallest_determinant,
+            finding.imbalance
+        )?;
+        sheet.add(&finding)?;
+        found.extend(column::breaches(&finding));
+    }
+    verdict(&found)
+}
+
+fn run_cook(one: &One) -> Result<bool, LabError> {
+    let mut sheet = Sheet::create(&one.out, "cook.csv")?;
+    let mut found = Vec::new();
+    let finest = if one.quick { 3 } else { 4 };
+    for cells in [8, 16, 32, 64].into_iter().take(finest) {
+        let finding = cook::measure(cells)?;
+        writeln!(
+            io::stdout(),
+            "{:3} cells, {:5} nodes: rises by {:.3}, of {} {:.4}",
+            finding.cells,
+            finding.nodes,
+            finding.rise,
+            cook::RISE,
+            finding.rise / cook::RISE
+        )?;
+        sheet.add(&finding)?;
+        if cells >= 32 {
+            found.extend(cook::breaches(&finding));
+        }
+    }
+    verdict(&found)
+}
+
+/// Prints what breaks a bar; whether nothing does.
+fn verdict(breaches: &[String]) -> Result<bool, LabError> {
+    for breach in breaches {
+        writeln!(io::stdout(), "MISSED {breach}")?;
+    }
+    Ok(breaches.is_empty())
+}

@@ -1,0 +1,232 @@
+//! The matrix: the embedded bodies over node counts, stiffnesses and cuts, all with defaults.
+
+use glam::DVec3;
+use phyxel::scene::{Body, Capture, Cut, Key, Material, Scene, Target};
+
+use crate::batch::Case;
+use crate::error::LabError;
+use crate::row::{Bars, Row};
+
+/// Node counts of the block; 2,192 are the scene's own, 10 mm apart.
+pub const BLOCK_NODES: [u32; 6] = [500, 1408, BLOCK_SHIPPED, 3000, 4000, 5000];
+const BLOCK_SHIPPED: u32 = 2192;
+/// Node counts of the liver.
+pub const LIVER_NODES: [u32; 3] = [1500, 3000, 6000];
+/// Young's moduli (Pa) and Poisson's ratios of the second half.
+pub const MODULI: [f64; 3] = [2e3, 6e3, 20e3];
+/// See [`MODULI`].
+pub const RATIOS: [f64; 3] = [0.3, 0.45, 0.49];
+/// Share by which the energy released on the block may differ between node counts, from their median.
+pub const RELEASED_SPREAD: f64 = 0.15;
+
+/// A dozen scenes that take a minute together. Of those that are not among them, the liver cut down its
+/// front and blocks of 2 kPa still miss bars.
+pub const QUICK: [&str; 12] = [
+    "block 500 through",
+    "block 1408 shipped",
+    "block 1408 through",
+    "block 2192 shipped",
+    "block 3000 shipped",
+    "liver 1500 two",
+    "liver 1500 uncut",
+    "block 500 through E 6 nu 0.3",
+    "block 500 through E 6 nu 0.49",
+    "block 500 through E 20 nu 0.3",
+    "block 500 through E 20 nu 0.45",
+    "block 1408 through E 20 nu 0.3",
+];
+
+/// What is cut of the block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BlockCuts {
+    /// Half through from both sides, as the scene has it.
+    Shipped,
+    /// The second cut goes through.
+    Through,
+}
+
+/// What is cut of the liver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LiverCuts {
+    /// The scene's incision and resection.
+    Two,
+    /// One stroke down the whole front, which comes off.
+    Front,
+    /// None.
+    Uncut,
+}
+
+/// The embedded scene `name` with nothing of its own against the defaults: control of zero-energy
+/// modes and damping are those of a body of which nothing is said.
+///
+/// # Errors
+/// [`LabError::Scene`].
+pub fn plain(name: &str) -> Result<Scene, LabError> {
+    let mut scene = Scene::embedded(name, &[])?;
+    for body in &mut scene.bodies {
+        let usual = Body::new(body.shape.clone());
+        body.material.stabilization = Material::default().stabilization;
+        body.damping = usual.damping;
+        body.damping_ratio = usual.damping_ratio;
+    }
+    scene.pictures = None;
+    Ok(scene)
+}
+
+/// The block of about `nodes` nodes.
+///
+/// # Errors
+/// [`LabError::Scene`].
+pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, LabError> {
+    let mut scene = plain("block")?;
+    if nodes != BLOCK_SHIPPED {
+        scene.bodies[0].sampling.target = Target::Nodes(nodes);
+    }
+    if cuts == BlockCuts::Through
+        && let Some(end) = scene.cuts.last_mut().and_then(|cut| cut.path.last_mut())
+    {
+        end.position.x = -0.07;
+    }
+    Ok(scene)
+}
+
+/// The liver of about `nodes` nodes.
+///
+/// # Errors
+/// [`LabError::Scene`].
+pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, LabError> {
+    let mut scene = plain("liver")?;
+    scene.bodies[0].sampling.target = Target::Nodes(nodes);
+    match cuts {
+        LiverCuts::Two => {}
+        LiverCuts::Uncut => scene.cuts.clear(),
+        LiverCuts::Front => {
+            let key = |time: f64, z: f64| Key {
+                time,
+                position: DVec3::new(0.0, -0.02, z),
+                rotation: DVec3::ZERO,
+            };
+            scene.cuts = vec![Cut {
+                name: "front".to_owned(),
+                body: None,
+                // From side to side, 4 cm before the support: the whole front comes off.
+                edge: vec![DVec3::X * -0.15, DVec3::X * 0.15],
+                path: vec![key(0.1, 0.1), key(1.9, -0.12)],
+                capture: Capture::Distance(0.004),
+                weld_tolerance: None,
+            }];
+            scene.integration.duration = 2.6;
+        }
+    }
+    Ok(scene)
+}
+
+fn of_material(mut scene: Scene, modulus: f64, ratio: f64) -> Scene {
+    for body in &mut scene.bodies {
+        body.material.youngs_modulus = modulus;
+        body.material.poissons_ratio = ratio;
+    }
+    scene
+}
+
+/// Every scene of the matrix.
+///
+/// # Errors
+/// [`LabError::Scene`].
+pub fn cases() -> Result<Vec<Case>, LabError> {
+    let mut cases = Vec::new();
+    let mut add = |name: String, scene: Scene| cases.push(Case { name, scene });
+    for nodes in BLOCK_NODES {
+        add(
+            format!("block {nodes} shipped"),
+            block(nodes, BlockCuts::Shipped)?,
+        );
+        add(
+            format!("block {nodes} through"),
+            block(nodes, BlockCuts::Through)?,
+        );
+    }
+    for nodes in LIVER_NODES {
+        add(format!("liver {nodes} two"), liver(nodes, LiverCuts::Two)?);
+        add(
+            format!("liver {nodes} front"),
+            liver(nodes, LiverCuts::Front)?,
+        );
+        add(
+            format!("liver {nodes} uncut"),
+            liver(nodes, LiverCuts::Uncut)?,
+        );
+    }
+    for modulus in MODULI {
+        for ratio in RATIOS {
+            let of = format!("E {} nu {ratio}", modulus / 1e3);
+            for nodes in [500, 1408] {
+                let scene = block(nodes, BlockCuts::Through)?;
+                add(
+                    format!("block {nodes} through {of}"),
+                    of_material(scene, modulus, ratio),
+                );
+            }
+            let scene = liver(1500, LiverCuts::Front)?;
+            add(
+                format!("liver 1500 front {of}"),
+                of_material(scene, modulus, ratio),
+            );
+        }
+    }
+    Ok(cases)
+}
+
+/// What the row of a scene of [`cases`] must hold.
+///
+/// The step may shrink further, and nodes follow that carry no strain, where the stiffness is not the
+/// scene's own; followers are bounded in the embedded scenes.
+#[must_use]
+pub fn bars(name: &str) -> Bars {
+    let ordinary = Bars::ordinary();
+    if name.contains(" E ") {
+        Bars {
+            shrink: f64::INFINITY,
+            followers: 1.0,
+            ..ordinary
+        }
+    } else if name.ends_with("shipped") || name.ends_with("two") || name.ends_with("uncut") {
+        ordinary
+    } else {
+        Bars {
+            followers: 1.0,
+            ..ordinary
+        }
+    }
+}
+
+/// What breaks a bar, row by row and over the node counts of the block, in words.
+#[must_use]
+pub fn breaches(rows: &[Row]) -> Vec<String> {
+    let mut found = Vec::new();
+    for row in rows {
+        for breach in row.breaches(&bars(&row.scene)) {
+            found.push(format!("{}: {breach}", row.scene));
+        }
+    }
+    for cuts in ["shipped", "through"] {
+        let of_cut = |row: &&Row| row.scene.starts_with("block") && row.scene.ends_with(cuts);
+        let rows: Vec<&Row> = rows.iter().filter(of_cut).collect();
+        let mut released: Vec<f64> = rows.iter().map(|row| row.released).collect();
+        released.sort_by(f64::total_cmp);
+        let Some(&median) = released.get(released.len() / 2) else {
+            continue;
+        };
+        for row in rows {
+            let off = row.released / median - 1.0;
+            if off.is_nan() || off.abs() > RELEASED_SPREAD {
+                found.push(format!(
+                    "{}: releases {:+.0} % of the median {median:.3e} J of its node counts",
+                    row.scene,
+                    1e2 * off
+                ));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,141 @@
+//! Real organ meshes in the default scene.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use phyxel::scene::{Body, Material, MeshExtent, Region, Scene, Shape, Target};
+use phyxel_discretize::{RepairSettings, read_mesh, repair};
+
+use crate::batch::Case;
+use crate::error::LabError;
+use crate::row::Bars;
+
+/// Extensions of mesh files.
+const EXTENSIONS: [&str; 6] = ["obj", "stl", "ply", "off", "vtk", "msh"];
+/// Meshes that are also run ten times smaller and larger.
+const SCALED: [&str; 3] = ["liver-smooth.obj", "gallbladder_visual.stl", "liver2.msh"];
+/// Node count beside the default.
+const FEW: u32 = 600;
+
+/// What a mesh in its default scene must hold: it ends well.
+pub const BARS: Bars = Bars {
+    shrink: f64::INFINITY,
+    farthest: f64::INFINITY,
+    followers: 1.0,
+    ..Bars::ordinary()
+};
+
+/// The folder that the environment variable `PHYXEL_MESHES` names.
+#[must_use]
+pub fn folder() -> Option<PathBuf> {
+    std::env::var_os("PHYXEL_MESHES").map(PathBuf::from)
+}
+
+/// Every mesh of `folder` in its default scene, with the default number of nodes and with 600; three of
+/// them also ten times smaller and larger. Nothing of a scene's own against the defaults: control of
+/// zero-energy modes and damping are those of a body of which nothing is said.
+///
+/// # Errors
+/// [`LabError::Folder`], [`LabError::Mesh`] and [`LabError::Scene`].
+pub fn cases(folder: &Path) -> Result<Vec<Case>, LabError> {
+    let mut cases = Vec::new();
+    for file in meshes(folder)? {
+        let name = file
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let scene = default_scene(&file)?;
+        let mut add = |what: &str, scene: Scene| {
+            for few in [false, true] {
+                let (mut scene, nodes) = (scene.clone(), if few { "600" } else { "6000" });
+                if few {
+                    scene.bodies[0].sampling.target = Target::Nodes(FEW);
+                }
+                let name = format!("{name}{what} {nodes}");
+                cases.push(Case { name, scene });
+            }
+        };
+        if SCALED.contains(&&*name) {
+            add(" x0.1", scaled(scene.clone(), 0.1));
+            add(" x10", scaled(scene.clone(), 10.0));
+        }
+        add("", scene);
+    }
+    Ok(cases)
+}
+
+fn meshes(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
+    let error = |source| LabError::Folder {
+        path: folder.to_owned(),
+        source,
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(error)? {
+        let path = entry.map_err(error)?.path();
+        let extension = path
+            .extension()
+            .map(|extension| extension.to_string_lossy());
+        if extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension)) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn default_scene(file: &Path) -> Result<Scene, LabError> {
+    let mesh = |problem: String| LabError::Mesh {
+        file: file.to_owned(),
+        problem,
+    };
+    let read = read_mesh(file).map_err(|error| mesh(error.to_string()))?;
+    let settings = RepairSettings {
+        find_self_intersections: false,
+        ..RepairSettings::default()
+    };
+    let (_, report) = repair(&read.mesh, &settings).map_err(|error| mesh(error.to_string()))?;
+    let extent = MeshExtent {
+        min: report.min,
+        max: report.max,
+    };
+    let (mut scene, _) = Scene::for_mesh(file, &extent, &[])?;
+    for body in &mut scene.bodies {
+        let usual = Body::new(body.shape.clone());
+        body.material.stabilization = Material::default().stabilization;
+        body.damping = usual.damping;
+        body.damping_ratio = usual.damping_ratio;
+    }
+    scene.pictures = None;
+    Ok(scene)
+}
+
+/// The scene with all its lengths `by` times as large, and its times as they were.
+fn scaled(mut scene: Scene, by: f64) -> Scene {
+    for body in &mut scene.bodies {
+        if let Shape::Mesh { scale, .. } = &mut body.shape {
+            *scale *= by;
+        }
+    }
+    let larger = |v: &mut DVec3| *v *= by;
+    for support in &mut scene.supports {
+        match &mut support.region {
+            Region::HalfSpace { point, .. } => larger(point),
+            Region::Box { min, max } => {
+                larger(min);
+                larger(max);
+            }
+            Region::Sphere { center, radius } => {
+                larger(center);
+                *radius *= by;
+            }
+        }
+    }
+    for cut in &mut scene.cuts {
+        cut.edge.iter_mut().for_each(larger);
+        cut.path
+            .iter_mut()
+            .for_each(|key| larger(&mut key.position));
+    }
+    scene
+}

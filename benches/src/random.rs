@@ -1,0 +1,239 @@
+//! Scenes from a seeded generator: what nobody tuned for.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use phyxel::scene::{Body, Cut, Gravity, Key, Region, Sampling, Scene, Shape, Support, Target};
+use serde::Serialize;
+use testkit::cloud::Random;
+
+use crate::batch::Case;
+use crate::error::LabError;
+use crate::row::Row;
+
+/// Bounds of the generator: nodes, E (Pa), ν, gravity (m/s²), speed of a blade (m/s).
+const NODES: [f64; 2] = [400.0, 2000.0];
+const MODULUS: [f64; 2] = [500.0, 1e6];
+const RATIO: [f64; 2] = [0.3, 0.49];
+const GRAVITY: [f64; 2] = [0.0, 20.0];
+const SPEED: [f64; 2] = [0.1, 1.0];
+/// Largest turn (degrees) of a blade from its first key to its last.
+const TURN: f64 = 60.0;
+/// Strokes of a scene.
+const STROKES: u32 = 3;
+/// Loads `ρ g L / E` that bound the classes of the summary.
+pub const CLASSES: [f64; 3] = [0.1, 0.5, f64::INFINITY];
+/// Least share of the scenes of each class that ends.
+pub const ENDING: [f64; 3] = [1.0, 0.98, 0.0];
+/// Most energy that the updates of a stroke may add, over what is stored.
+pub const ADDED_BY_STROKE: f64 = 0.01;
+
+/// `count` scenes of a seed. A scene depends on the seed and on its own number alone.
+///
+/// # Errors
+/// [`LabError::Scene`] if the generator makes a scene that is not valid.
+pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, LabError> {
+    let numbers = 0..count;
+    numbers
+        .map(|number| {
+            let mut random = Random::new(Random::new(seed).bits() ^ u64::from(number));
+            let name = format!("random-{seed}-{number:03}");
+            let mut scene = scene(&mut random);
+            scene.name.clone_from(&name);
+            // Read back, so that what is run is valid.
+            let scene = Scene::from_text(&scene.to_ron(), &name, "".as_ref(), &[])?;
+            Ok(Case { name, scene })
+        })
+        .collect()
+}
+
+fn between(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
+    random.range(low, high)
+}
+
+fn between_log(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
+    random.range(low.ln(), high.ln()).exp()
+}
+
+/// Uniform on the unit sphere.
+fn direction(random: &mut Random) -> DVec3 {
+    let z = random.range(-1.0, 1.0);
+    let (angle, r) = (random.range(0.0, TAU), (1.0 - z * z).sqrt());
+    DVec3::new(r * angle.cos(), r * angle.sin(), z)
+}
+
+fn scene(random: &mut Random) -> Scene {
+    let (shape, half, region) = if random.unit() < 0.5 {
+        block(random)
+    } else {
+        liver(random)
+    };
+    let mut body = Body::new(shape);
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between hundreds and thousands"
+    )]
+    let nodes = between_log(random, NODES) as u32;
+    body.sampling = Sampling {
+        target: Target::Nodes(nodes),
+        ..Sampling::default()
+    };
+    body.material.youngs_modulus = between_log(random, MODULUS);
+    body.material.poissons_ratio = between(random, RATIO);
+    let mut scene = Scene::new("random", vec![body]);
+    scene.supports.push(Support {
+        body: None,
+        region,
+        motion: phyxel::scene::Motion::Fixed,
+    });
+    scene.gravity = Some(Gravity {
+        acceleration: direction(random) * between(random, GRAVITY),
+        ..Gravity::default()
+    });
+    let mut time = 0.1;
+    for number in 0..STROKES {
+        let cut = stroke(random, number, half, time);
+        time = cut.end() + 0.1;
+        scene.cuts.push(cut);
+    }
+    scene.integration.duration = time + 0.3;
+    scene
+}
+
+/// A box held by one of its faces: shape, half extents (m), held region.
+fn block(random: &mut Random) -> (Shape, DVec3, Region) {
+    let half = DVec3::from_array([0.0; 3].map(|_: f64| random.range(0.02, 0.1)));
+    let axis = (random.bits() % 3) as usize;
+    let side = if random.unit() < 0.5 { 1.0 } else { -1.0 };
+    let mut normal = DVec3::ZERO;
+    normal[axis] = side;
+    let region = Region::HalfSpace {
+        point: normal * (0.995 * half[axis]),
+        normal,
+    };
+    (Shape::Box { size: 2.0 * half }, half, region)
+}
+
+/// The liver held as in the embedded scene.
+fn liver(random: &mut Random) -> (Shape, DVec3, Region) {
+    let width = random.range(0.1, 0.2);
+    let scale = width / 0.166;
+    let region = Region::Box {
+        min: DVec3::new(-1.0, 0.02 * scale, -1.0),
+        max: DVec3::new(0.035 * scale, 1.0, 1.0),
+    };
+    // Half of the organ's box.
+    let half = DVec3::new(0.5, 0.35, 0.4) * width;
+    (Shape::Liver { width }, half, region)
+}
+
+/// A stroke that begins outside, passes a place in the body and ends inside or beyond it, while the
+/// blade turns.
+fn stroke(random: &mut Random, number: u32, half: DVec3, start: f64) -> Cut {
+    let radius = half.length();
+    let through = half * random.vector(0.7);
+    let along = direction(random);
+    let across = along
+        .cross(direction(random))
+        .normalize_or(along.any_orthonormal_vector());
+    let reach = radius * random.range(0.3, 1.2);
+    let from = through - along * (1.3 * radius);
+    let to = through + along * (radius * random.range(0.1, 1.3));
+    let speed = between_log(random, SPEED);
+    let turn = direction(random) * random.range(0.0, TURN);
+    let bent = direction(random) * random.range(0.0, 0.5 * TURN);
+    let duration = from.distance(to) / speed;
+    let key = |share: f64, rotation: DVec3| Key {
+        time: start + share * duration,
+        position: from.lerp(to, share),
+        rotation,
+    };
+    Cut {
+        name: format!("stroke {number}"),
+        body: None,
+        edge: vec![across * -reach, across * reach],
+        path: vec![key(0.0, DVec3::ZERO), key(0.5, bent), key(1.0, turn)],
+        capture: phyxel::scene::Capture::default(),
+        weld_tolerance: None,
+    }
+}
+
+/// What became of the scenes of one class of load.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Class {
+    /// Loads `ρ g L / E` below this.
+    pub below: f64,
+    /// Scenes.
+    pub scenes: usize,
+    /// Those that ended.
+    pub ended: usize,
+    /// Those that ended and in which no stroke added more than it may.
+    pub calm: usize,
+    /// Most energy added by the updates of one stroke, over what was stored.
+    pub worst_added: f64,
+    /// Largest share that the audit leaves unexplained, of those that ended.
+    pub worst_imbalance: f64,
+    /// Largest step shrink of those that ended.
+    pub worst_shrink: f64,
+}
+
+/// Rows by class of load.
+#[must_use]
+pub fn summary(rows: &[Row]) -> Vec<Class> {
+    let mut from = 0.0;
+    let classes = CLASSES.iter().map(|&below| {
+        let rows: Vec<&Row> = rows
+            .iter()
+            .filter(|row| row.load >= from && row.load < below)
+            .collect();
+        from = below;
+        let worst = |of: fn(&Row) -> f64| {
+            let ended = rows.iter().filter(|row| row.ended);
+            ended.map(|row| of(row)).fold(0.0, f64::max)
+        };
+        Class {
+            below,
+            scenes: rows.len(),
+            ended: rows.iter().filter(|row| row.ended).count(),
+            calm: rows.iter().filter(|row| is_calm(row)).count(),
+            worst_added: worst(|row| row.added_by_stroke),
+            worst_imbalance: worst(|row| row.imbalance),
+            worst_shrink: worst(|row| row.shrink),
+        }
+    });
+    classes.collect()
+}
+
+fn is_calm(row: &Row) -> bool {
+    row.ended && row.added_by_stroke <= ADDED_BY_STROKE
+}
+
+/// What breaks a bar, in words.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+pub fn breaches(rows: &[Row]) -> Vec<String> {
+    let mut found = Vec::new();
+    for row in rows {
+        if !row.ended {
+            found.push(format!(
+                "{}: load {:.3}: {}",
+                row.scene, row.load, row.error
+            ));
+        } else if !is_calm(row) {
+            found.push(format!(
+                "{}: load {:.3}: a stroke adds {:.3} of what is stored",
+                row.scene, row.load, row.added_by_stroke
+            ));
+        }
+    }
+    for (class, least) in summary(rows).iter().zip(ENDING) {
+        if (class.ended as f64) < least * class.scenes as f64 {
+            found.push(format!(
+                "loads below {}: {} of {} end",
+                class.below, class.ended, class.scenes
+            ));
+        }
+    }
+    found
+}

@@ -1,0 +1,127 @@
+//! A free block that spins while it is cut: what nothing from outside acts on keeps its momenta.
+
+use glam::DVec3;
+use phyxel::scene::{Body, Capture, Cut, Key, Sampling, Scene, Shape, Target};
+use phyxel::world::World;
+use serde::Serialize;
+
+use crate::error::LabError;
+use crate::motion::with_velocities;
+
+/// Full edge lengths (m).
+const SIZE: DVec3 = DVec3::new(0.04, 0.05, 0.08);
+/// Spin (rad/s).
+const SPIN: DVec3 = DVec3::new(3.0, 5.0, 8.0);
+/// Scene time (s) of the end; the cuts are done at 0.55.
+const END: f64 = 1.0;
+/// Largest change of the angular momentum, relative.
+pub const DEVIATION: f64 = 1e-10;
+/// Mass-proportional damping (1/s) and damping ratio of the cases.
+pub const DAMPINGS: [(f64, f64); 4] = [(0.0, 0.0), (0.0, 0.1), (2.0, 0.0), (2.0, 0.1)];
+
+/// What was found with one damping.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Mass-proportional damping (1/s).
+    pub damping: f64,
+    /// Damping ratio of the stiffest mode.
+    pub damping_ratio: f64,
+    /// Largest change of the angular momentum about the origin over every step, relative.
+    pub angular: f64,
+    /// Largest change of the linear momentum, over mass times the speed of a corner.
+    pub linear: f64,
+    /// Undirected pairs severed.
+    pub severed: usize,
+}
+
+/// The scene; without gravity and supports, with two cuts that meet the turning block.
+fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, LabError> {
+    let mut body = Body::new(Shape::Box { size: SIZE });
+    body.sampling = Sampling {
+        target: Target::Nodes(600),
+        ..Sampling::default()
+    };
+    body.material.youngs_modulus = 2e4;
+    body.material.poissons_ratio = 0.4;
+    body.damping = damping;
+    body.damping_ratio = damping_ratio;
+    let mut scene = Scene::new("spin", vec![body]);
+    scene.gravity = None;
+    scene.integration.settle = None;
+    scene.integration.duration = END;
+    let key = |time: f64, x: f64, z: f64| Key {
+        time,
+        position: DVec3::new(x, 0.0, z),
+        rotation: DVec3::ZERO,
+    };
+    for (name, path) in [
+        ("half", vec![key(0.05, -0.08, 0.01), key(0.25, 0.0, 0.01)]),
+        (
+            "through",
+            vec![key(0.35, 0.08, -0.01), key(0.55, -0.08, -0.01)],
+        ),
+    ] {
+        scene.cuts.push(Cut {
+            name: name.to_owned(),
+            body: None,
+            edge: vec![DVec3::Y * -0.1, DVec3::Y * 0.1],
+            path,
+            capture: Capture::default(),
+            weld_tolerance: None,
+        });
+    }
+    Ok(Scene::from_text(&scene.to_ron(), "spin", "".as_ref(), &[])?)
+}
+
+/// Spins and cuts the block.
+///
+/// # Errors
+/// [`LabError::World`] if a step fails.
+pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, LabError> {
+    let mut world = World::new(scene(damping, damping_ratio)?)?;
+    with_velocities(&mut world, |x| SPIN.cross(x))?;
+    let body = &world.members()[0].body;
+    let (start, first) = (body.motion.angular_momentum(), momentum(&world));
+    let scale = body.initial.mass * SPIN.length() * 0.5 * SIZE.length();
+    let (mut angular, mut linear) = (0.0_f64, 0.0_f64);
+    while world.scene_time().is_some_and(|time| time < END) {
+        world.step()?;
+        let motion = &world.members()[0].body.motion;
+        angular = angular.max((motion.angular_momentum() - start).length() / start.length());
+        linear = linear.max((momentum(&world) - first).length() / scale);
+    }
+    let cutting = world.members()[0].cutting.as_ref();
+    Ok(Finding {
+        damping,
+        damping_ratio,
+        angular,
+        linear,
+        severed: cutting.map_or(0, phyxel::world::Cutting::severed_pairs),
+    })
+}
+
+/// Linear momentum (kg m/s).
+fn momentum(world: &World) -> DVec3 {
+    let motion = &world.members()[0].body.motion;
+    let nodes = motion.masses().iter().zip(motion.velocities());
+    nodes.map(|(m, v)| *v * *m).sum()
+}
+
+/// What breaks a bar, in words.
+#[must_use]
+pub fn breaches(finding: &Finding) -> Vec<String> {
+    let mut found = Vec::new();
+    let of = format!(
+        "spin with damping {} and ratio {}",
+        finding.damping, finding.damping_ratio
+    );
+    if finding.severed == 0 {
+        found.push(format!("{of}: nothing is cut"));
+    }
+    for (what, value) in [("angular", finding.angular), ("linear", finding.linear)] {
+        if value.is_nan() || value > DEVIATION {
+            found.push(format!("{of}: {what} momentum changes by {value:.1e}"));
+        }
+    }
+    found
+}

@@ -1,0 +1,526 @@
+//! Running a scene and watching every step of it.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use glam::DVec3;
+use phyxel::scene::{Rest, Scene};
+use phyxel::world::{CutEnergy, Cutting, Member, World, WorldError};
+use phyxel_enrich::connected_pieces;
+
+use crate::eigenvalue::largest_eigenvalue;
+use crate::row::{Place, Row};
+
+/// Pieces of fewer nodes are debris, as in the cutting code.
+const SMALLEST_PIECE: u32 = 12;
+/// Steps between two independent estimates of the largest eigenvalue.
+const STEPS_PER_ESTIMATE: u64 = 50;
+/// Products of one such estimate.
+const PRODUCTS: usize = 80;
+/// A run that needs this many times the steps that its first step size promises is given up.
+const MOST_STEPS: f64 = 30.0;
+
+/// Steps that may be taken back together.
+const LONGEST_STRETCH: usize = 50;
+/// Energies below this share of modulus times volume are round-off: strains of 1e-12.
+const ROUND_OFF: f64 = 1e-24;
+
+/// How a scene is watched.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Whether the step is checked against an independent estimate of the largest eigenvalue; a run
+    /// takes about three times as long then.
+    pub eigenvalues: bool,
+}
+
+/// Runs a scene to its end, or to its failure, without pictures and files.
+#[must_use]
+pub fn run(name: &str, scene: Scene, options: Options) -> Row {
+    run_with(name, scene, options, |_| {})
+}
+
+/// As [`run`]; `seen` looks at the world after every step.
+#[must_use]
+pub fn run_with(
+    name: &str,
+    mut scene: Scene,
+    options: Options,
+    mut seen: impl FnMut(&World),
+) -> Row {
+    scene.pictures = None;
+    let begun = Instant::now();
+    let load = load_of(&scene);
+    let outcome = World::new(scene).map(|mut world| {
+        let mut watch = Watch::new(&world, options);
+        let outcome = watch.course(&mut world, &mut seen);
+        (watch.row(&world), outcome)
+    });
+    let (mut row, error) = match outcome {
+        Ok((row, Ok(()))) => (row, String::new()),
+        Ok((row, Err(stop))) => (row, stop),
+        Err(error) => (Row::unbuilt(), error.to_string()),
+    };
+    row.ended = error.is_empty();
+    row.error = error;
+    name.clone_into(&mut row.scene);
+    row.load = load;
+    row.wall = begun.elapsed().as_secs_f64();
+    row
+}
+
+/// `ρ g L / E` of the softest body of a scene, `L` its longest extent where that can be said without
+/// building it.
+fn load_of(scene: &Scene) -> f64 {
+    use phyxel::scene::Shape;
+    let gravity = scene.gravity.map_or(0.0, |g| g.acceleration.length());
+    let loads = scene.bodies.iter().map(|body| {
+        let length = match body.shape {
+            Shape::Liver { width } => width,
+            Shape::Box { size } => size.max_element(),
+            Shape::Ellipsoid { radii } => 2.0 * radii.max_element(),
+            Shape::Capsule { from, to, radius } => from.distance(to) + 2.0 * radius,
+            Shape::Tube {
+                from,
+                to,
+                outer_radius,
+                ..
+            } => from.distance(to).max(2.0 * outer_radius),
+            Shape::Mesh { .. } => f64::NAN,
+        };
+        body.material.density * gravity * length / body.material.youngs_modulus
+    });
+    loads.fold(f64::NAN, f64::max)
+}
+
+/// Energies (J) of a body between two steps.
+#[derive(Debug, Clone, Copy, Default)]
+struct Energies {
+    /// Added so far by those updates of cuts that added any.
+    added: f64,
+    elastic: f64,
+}
+
+impl Energies {
+    fn of(member: &Member) -> Self {
+        Self {
+            added: cut_energy(member).added,
+            elastic: member.body.motion.audit().elastic,
+        }
+    }
+}
+
+fn cut_energy(member: &Member) -> CutEnergy {
+    member
+        .cutting
+        .as_ref()
+        .map_or(CutEnergy::default(), Cutting::energy)
+}
+
+/// What updates of one stroke did.
+#[derive(Debug, Clone, Copy, Default)]
+struct Stroke {
+    added: f64,
+    stored: f64,
+}
+
+/// Who is linked with whom in one body, as its cuts leave it.
+#[derive(Debug, Default)]
+struct Links {
+    updates: usize,
+    offsets: Vec<usize>,
+    /// Neighbour and squared distance (m²) at rest.
+    links: Vec<(u32, f64)>,
+    debris: Vec<bool>,
+}
+
+impl Links {
+    fn of(member: &Member) -> Self {
+        let (body, graph) = (&member.body, &member.body.neighborhoods);
+        let factors: Vec<f64> = match &member.cutting {
+            Some(cutting) => {
+                let factors = cutting.factors();
+                (0..graph.pair_count())
+                    .map(|pair| factors.factor(pair))
+                    .collect()
+            }
+            None => vec![1.0; graph.pair_count()],
+        };
+        let pieces = connected_pieces(graph.offsets(), graph.indices(), &factors);
+        let piece = pieces.piece.iter();
+        let debris = piece.map(|&piece| pieces.sizes[piece as usize] < SMALLEST_PIECE);
+        let (mut offsets, mut links) = (vec![0], Vec::new());
+        for node in 0..body.rest.len() {
+            for pair in graph.pairs(node) {
+                if factors[pair] > 0.0 {
+                    let other = graph.indices()[pair];
+                    let rest = body.rest[node].distance_squared(body.rest[other as usize]);
+                    links.push((other, rest));
+                }
+            }
+            offsets.push(links.len());
+        }
+        Self {
+            updates: updates(member),
+            debris: debris.collect(),
+            offsets,
+            links,
+        }
+    }
+
+    /// The node farthest from all that it is linked to, with the squared ratio to rest, if above
+    /// `least`.
+    fn farthest(&self, positions: &[DVec3], mut least: f64) -> Option<(usize, f64)> {
+        let mut found = None;
+        for (node, x) in positions.iter().enumerate() {
+            if self.debris[node] {
+                continue;
+            }
+            let mut nearest = f64::INFINITY;
+            for &(other, rest) in &self.links[self.offsets[node]..self.offsets[node + 1]] {
+                nearest = nearest.min(x.distance_squared(positions[other as usize]) / rest);
+                if nearest <= least {
+                    break;
+                }
+            }
+            if nearest > least && nearest.is_finite() {
+                least = nearest;
+                found = Some((node, nearest));
+            }
+        }
+        found
+    }
+}
+
+/// Updates of the connectivity so far.
+fn updates(member: &Member) -> usize {
+    member
+        .cutting
+        .as_ref()
+        .map_or(0, |cutting| cutting.counts().1)
+}
+
+struct Watch {
+    options: Options,
+    most_steps: u64,
+    before: Vec<Energies>,
+    links: Vec<Links>,
+    strokes: Vec<Stroke>,
+    /// Energy (J) below which there is none.
+    round_off: f64,
+    extremes: Extremes,
+    /// Extremes before each of the last steps, the oldest first.
+    recent: VecDeque<Extremes>,
+    /// Stretches of steps that were done again.
+    retaken: u64,
+    row: Row,
+}
+
+/// What was largest or smallest so far, over steps that were not taken back.
+#[derive(Debug, Clone, Copy)]
+struct Extremes {
+    elastic: f64,
+    dissipated: f64,
+    unexplained: f64,
+    step: f64,
+    determinant: (f64, Place),
+    inverted: Option<Place>,
+    /// Squared ratio of the distance to linked nodes to that at rest.
+    distance: (f64, Place),
+    step_to_limit: Option<(f64, u64)>,
+}
+
+impl Extremes {
+    const NONE: Self = Self {
+        elastic: 0.0,
+        dissipated: 0.0,
+        unexplained: 0.0,
+        step: f64::INFINITY,
+        determinant: (f64::INFINITY, Place { node: 0, step: 0 }),
+        inverted: None,
+        distance: (1.0, Place { node: 0, step: 0 }),
+        step_to_limit: None,
+    };
+}
+
+impl Watch {
+    fn new(world: &World, options: Options) -> Self {
+        let integration = &world.scene().integration;
+        let settling = integration.settle.map_or(0.0, |settle| settle.limit);
+        let expected = (integration.duration + settling) / world.first_step();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of steps, saturating"
+        )]
+        let most_steps = (MOST_STEPS * expected) as u64;
+        let bodies = world.members().iter().zip(&world.scene().bodies);
+        let whole = bodies.map(|(m, body)| m.body.initial.volume * body.material.youngs_modulus);
+        Self {
+            options,
+            most_steps,
+            round_off: ROUND_OFF * whole.sum::<f64>(),
+            before: world.members().iter().map(Energies::of).collect(),
+            links: world.members().iter().map(Links::of).collect(),
+            strokes: vec![Stroke::default(); world.scene().cuts.len()],
+            extremes: Extremes::NONE,
+            recent: VecDeque::new(),
+            retaken: 0,
+            row: Row::unbuilt(),
+        }
+    }
+
+    /// Settles and plays; the error in words.
+    fn course(&mut self, world: &mut World, seen: &mut impl FnMut(&World)) -> Result<(), String> {
+        let said = |error: WorldError| error.to_string();
+        if let Some(settle) = world.scene().integration.settle {
+            if settle.rest == Rest::Equilibrium {
+                world.rest_in_equilibrium().map_err(said)?;
+            } else {
+                while world.time() < settle.limit {
+                    self.step(world)?;
+                    seen(world);
+                    if world.gravity_is_full() && world.speed() < settle.speed {
+                        break;
+                    }
+                }
+            }
+            world.start_scene().map_err(said)?;
+        }
+        let duration = world.scene().integration.duration;
+        while world.scene_time().is_some_and(|time| time < duration) {
+            self.step(world)?;
+            seen(world);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, world: &mut World) -> Result<(), String> {
+        world.step().map_err(|error| error.to_string())?;
+        self.note(world);
+        if world.steps() > self.most_steps {
+            return Err(format!(
+                "given up after {} steps at {:.4} s: {MOST_STEPS} times the steps that the first step \
+                 size promised",
+                world.steps(),
+                world.time()
+            ));
+        }
+        Ok(())
+    }
+
+    /// Takes the figures of the step that was taken.
+    fn note(&mut self, world: &World) {
+        let step = world.steps();
+        self.forget_retaken(world.retaken().stretches);
+        self.extremes.step = self.extremes.step.min(world.step_size());
+        let stroke = self.stroke_of(world);
+        let (mut elastic, mut dissipated, mut balance) = (0.0, 0.0, 0.0);
+        for (index, member) in world.members().iter().enumerate() {
+            let body = &member.body;
+            let audit = body.motion.audit();
+            elastic += audit.elastic;
+            dissipated += audit.dissipated;
+            balance += audit.balance();
+            let (before, now) = (self.before[index], Energies::of(member));
+            self.before[index] = now;
+            if updates(member) != self.links[index].updates {
+                self.links[index] = Links::of(member);
+                self.note_update(now.added - before.added, before.elastic, stroke, step);
+            }
+            self.note_nodes(index, member, step);
+            if self.options.eigenvalues && step.is_multiple_of(STEPS_PER_ESTIMATE) {
+                let largest = largest_eigenvalue(body, PRODUCTS, step);
+                let viscosity = body.motion.settings().viscosity;
+                let ratio = world.step_size() / damped_limit(largest, viscosity);
+                if self
+                    .row
+                    .step_to_limit
+                    .is_none_or(|most| ratio.is_nan() || ratio > most)
+                {
+                    self.row.step_to_limit = Some(ratio);
+                    self.row.step_to_limit_at = Some(step);
+                }
+            }
+        }
+        let most = &mut self.extremes;
+        most.elastic = most.elastic.max(elastic);
+        most.dissipated = most.dissipated.max(dissipated);
+        most.unexplained = most.unexplained.max(balance.abs());
+    }
+
+    /// Goes back to the extremes before the oldest step that may have been taken back, if any was.
+    fn forget_retaken(&mut self, stretches: u64) {
+        if stretches != self.retaken {
+            self.retaken = stretches;
+            self.extremes = self.recent.front().copied().unwrap_or(self.extremes);
+            self.recent.clear();
+        }
+        self.recent.push_back(self.extremes);
+        if self.recent.len() > LONGEST_STRETCH {
+            self.recent.pop_front();
+        }
+    }
+
+    /// The stroke that the last step belongs to: the last one that has begun.
+    fn stroke_of(&self, world: &World) -> Option<usize> {
+        let time = world.scene_time()?;
+        let cuts = world.scene().cuts.iter().enumerate();
+        let begun = cuts.filter(|(_, cut)| cut.start() <= time);
+        begun
+            .max_by(|(_, a), (_, b)| a.start().total_cmp(&b.start()))
+            .map(|(index, _)| index)
+    }
+
+    fn note_update(&mut self, jump: f64, stored: f64, stroke: Option<usize>, step: u64) {
+        if let Some(stroke) = stroke {
+            let most = &mut self.strokes[stroke].stored;
+            *most = most.max(stored);
+        }
+        if jump <= 0.0 {
+            return;
+        }
+        let share = jump / stored.max(self.round_off);
+        if share > self.row.added {
+            self.row.added = share;
+            self.row.added_at = step;
+        }
+        if let Some(stroke) = stroke {
+            self.strokes[stroke].added += jump;
+        }
+    }
+
+    fn note_nodes(&mut self, index: usize, member: &Member, step: u64) {
+        let body = &member.body;
+        let gradients = body.elastic.deformation_gradients();
+        let carrying = carrying(member);
+        for (node, (f, carries)) in gradients.iter().zip(carrying).enumerate() {
+            let determinant = f.determinant();
+            let smallest = self.extremes.determinant.0;
+            if carries && (determinant.is_nan() || determinant < smallest) {
+                self.extremes.determinant = (determinant, Place { node, step });
+                if determinant <= 0.0 {
+                    self.extremes.inverted.get_or_insert(Place { node, step });
+                }
+            }
+        }
+        let most = self.extremes.distance.0;
+        let found = self.links[index].farthest(body.motion.positions(), most);
+        if let Some((node, ratio)) = found {
+            self.extremes.distance = (ratio, Place { node, step });
+        }
+    }
+
+    /// The row of the world as it is now.
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    fn row(mut self, world: &World) -> Row {
+        let row = &mut self.row;
+        row.steps = world.steps();
+        row.retaken = world.retaken().stretches;
+        row.unbalanced = world.retaken().unbalanced;
+        row.time = world.time();
+        row.first_step = world.first_step();
+        let extremes = &self.extremes;
+        row.shrink = world.first_step() / extremes.step;
+        (row.smallest_determinant, row.smallest_determinant_at) = extremes.determinant;
+        row.first_inverted_at = extremes.inverted;
+        row.farthest = extremes.distance.0.sqrt();
+        row.farthest_at = extremes.distance.1;
+        row.step_to_limit = extremes.step_to_limit.map(|(ratio, _)| ratio);
+        row.step_to_limit_at = extremes.step_to_limit.map(|(_, step)| step);
+        let (mut balance, mut followers, mut debris) = (0.0, 0, 0);
+        for (member, links) in world.members().iter().zip(&self.links) {
+            let audit = member.body.motion.audit();
+            row.nodes += member.body.rest.len();
+            let body = &member.body;
+            row.released -= audit.booked + body.relaxed;
+            row.decay += cut_energy(member).decay;
+            row.elastic += audit.elastic;
+            row.kinetic += audit.kinetic;
+            row.dissipated += audit.dissipated;
+            balance += audit.balance();
+            let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
+            row.severed += severed;
+            for (carries, &apart) in carrying(member).zip(&links.debris) {
+                debris += usize::from(apart);
+                followers += usize::from(!carries && !apart);
+            }
+        }
+        row.followers = followers as f64 / row.nodes as f64;
+        row.debris = debris as f64 / row.nodes as f64;
+        let scale = row.elastic.max(row.dissipated);
+        row.imbalance = relative(balance.abs(), scale);
+        let scale = extremes.elastic.max(extremes.dissipated);
+        row.worst_imbalance = relative(extremes.unexplained, scale);
+        row.most_elastic = extremes.elastic;
+        let strokes = self.strokes.iter();
+        row.added_by_stroke = strokes
+            .map(|stroke| relative(stroke.added, stroke.stored.max(self.round_off)))
+            .fold(0.0, f64::max);
+        self.row
+    }
+}
+
+/// Which nodes carry strain energy.
+fn carrying(member: &Member) -> impl Iterator<Item = bool> + '_ {
+    let weak = member.body.elastic.weak_nodes();
+    let nodes = 0..u32::try_from(member.body.rest.len()).unwrap_or(u32::MAX);
+    nodes.map(|node| weak.binary_search(&node).is_err())
+}
+
+/// `part / whole`; 0 of nothing.
+fn relative(part: f64, whole: f64) -> f64 {
+    if part == 0.0 {
+        0.0
+    } else {
+        part / whole.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Largest stable step (s) of central differences whose viscous force `viscosity · df/dt` lags by half
+/// a step: `2/ω (sqrt(1 + ξ²) − ξ)`, `ξ = viscosity ω / 2` (Belytschko, Liu, Moran 2000, section 6.2).
+fn damped_limit(eigenvalue: f64, viscosity: f64) -> f64 {
+    let omega = eigenvalue.sqrt();
+    let xi = 0.5 * viscosity * omega;
+    2.0 / omega * ((1.0 + xi * xi).sqrt() - xi)
+}
+
+impl Row {
+    /// The row of a scene of which nothing is known.
+    fn unbuilt() -> Self {
+        Self {
+            scene: String::new(),
+            ended: false,
+            error: String::new(),
+            nodes: 0,
+            steps: 0,
+            time: 0.0,
+            released: 0.0,
+            decay: 0.0,
+            retaken: 0,
+            unbalanced: 0,
+            added: 0.0,
+            added_at: 0,
+            added_by_stroke: 0.0,
+            imbalance: 0.0,
+            worst_imbalance: 0.0,
+            step_to_limit: None,
+            step_to_limit_at: None,
+            first_step: 0.0,
+            shrink: 1.0,
+            smallest_determinant: f64::INFINITY,
+            smallest_determinant_at: Place::default(),
+            first_inverted_at: None,
+            farthest: 1.0,
+            farthest_at: Place::default(),
+            followers: 0.0,
+            debris: 0.0,
+            severed: 0,
+            elastic: 0.0,
+            most_elastic: 0.0,
+            kinetic: 0.0,
+            dissipated: 0.0,
+            load: 0.0,
+            wall: 0.0,
+        }
+    }
+}
