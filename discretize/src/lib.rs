@@ -24,6 +24,7 @@ mod quality;
 mod read;
 mod repair;
 mod sampling;
+mod slimness;
 mod solid;
 mod spread;
 mod stencil;

@@ -11,6 +11,7 @@ use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
 use crate::order::space_filling_order;
 use crate::sampling::{SampleSettings, Target, surface_triangles};
+use crate::slimness::{Measures, Slimness};
 use crate::solid::Solid;
 use crate::spread::boundary_vectors;
 use crate::surfels::sample_surfels;
@@ -27,6 +28,8 @@ const SAMPLES: usize = 3;
 const ROUNDS: usize = 24;
 const STILL_ROUNDS: usize = 8;
 
+/// Smallest cell that is tried over the smaller of what volume and area ask for.
+const LEAST_CELL: f64 = 0.25;
 /// The search for more nodes than this begins with cells this much larger: cheap rounds tell how the
 /// count grows.
 const MANY_NODES: f64 = 2e4;
@@ -146,7 +149,7 @@ impl Places {
         } else {
             (DVec3::splat(cell), bounds.min - shift.fract() * cell)
         };
-        let largest = settings.largest_lattice;
+        let largest = settings.largest_octree();
         let octree = Octree::build(solid, cells, start, &settings.grading, largest)?;
         let surface = surface_triangles(solid, SURFACE_DETAIL * cell, &settings.grading)?;
         let leaves = octree.leaves();
@@ -239,22 +242,32 @@ fn search(
         });
     }
     let target = wanted as f64;
-    let volume = solid.mesh().map_or_else(
-        || 0.5 * solid.bounds().size().element_product(),
-        Mesh::volume,
-    );
+    let Measures { volume, area } = solid.measures();
+    let body = Slimness::new(solid, volume, area, settings.largest_octree());
+    body.check_count(wanted)?;
     let mut cell = (volume / target).cbrt();
+    let least = LEAST_CELL * cell.min((area / target).sqrt());
     if target > MANY_NODES {
         cell *= FIRST_COARSENING;
     }
     let mut last: Option<(f64, f64)> = None;
     let (mut fine, mut coarse) = (0.0_f64, f64::INFINITY);
     let mut nearest = 0;
+    let mut vanished = false;
     for round in 0..ROUNDS {
+        if cell < least {
+            break;
+        }
         let shift = crate::fill::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
             Err(SampleError::Vanished { .. }) => {
+                vanished = true;
                 cell *= 0.5;
+                continue;
+            }
+            Err(SampleError::TooFine { .. }) if round + 1 < ROUNDS => {
+                fine = fine.max(cell);
+                cell *= 2.0;
                 continue;
             }
             other => other?,
@@ -281,6 +294,9 @@ fn search(
         if round < STILL_ROUNDS && coarse.is_finite() && !(cell > fine && cell < coarse) {
             cell = 0.5 * (fine + coarse);
         }
+    }
+    if vanished || nearest == 0 {
+        return Err(body.thin(wanted, (volume / target).cbrt()));
     }
     Err(SampleError::NodeCount {
         wanted,

@@ -38,8 +38,8 @@ pub struct SampleSettings {
     pub smoothing_sweeps: usize,
     /// Where the spacing differs from the one at the surface; the default is one spacing.
     pub grading: Grading,
-    /// Most cells of the lattice or octree before [`SampleError::TooFine`]; a cell takes about 20
-    /// bytes in a lattice, 400 in an octree.
+    /// Most cells of the lattice before [`SampleError::TooFine`], and 20 times those of an octree: an
+    /// empty cell takes about 20 bytes in a lattice, 400 in an octree.
     pub largest_lattice: usize,
 }
 
@@ -50,8 +50,15 @@ impl Default for SampleSettings {
             count_tolerance: 0.05,
             smoothing_sweeps: 4,
             grading: Grading::default(),
-            largest_lattice: 200_000_000,
+            largest_lattice: 30_000_000,
         }
+    }
+}
+
+impl SampleSettings {
+    /// Most cells of an octree.
+    pub(crate) fn largest_octree(&self) -> usize {
+        self.largest_lattice / 20
     }
 }
 

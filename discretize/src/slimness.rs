@@ -1,0 +1,178 @@
+//! How thin a body is, and how fine a lattice it needs.
+
+use glam::DVec3;
+
+use crate::error::SampleError;
+use crate::fill::{MEAN_EDGE, model, solve_cell};
+use crate::solid::Solid;
+use crate::stuffing::Stuffed;
+use crate::sums::tetrahedron_volume;
+
+/// Points per axis of the grid in a body's box by which volume and area are told where no surface has
+/// them.
+const GRID: usize = 48;
+/// A filling that keeps less of the body's volume has lost it: a few lattice points fell into a body
+/// that lies between them. Fillings of 30 nodes, the fewest, keep 0.7 of a ball.
+const LEAST_KEPT: f64 = 0.5;
+/// Cells at a body's surface take this much more than those of its volume alone: the rim of two cells
+/// round the box.
+const RIM: f64 = 3.0;
+
+/// Volume (m³) and area (m²) of a body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Measures {
+    pub volume: f64,
+    pub area: f64,
+}
+
+/// Counts the points of a grid in the body's box that lie inside, and the faces between them that the
+/// surface passes: area over faces is 2/3 in the mean over all directions.
+#[allow(clippy::cast_precision_loss, reason = "counts")]
+pub(crate) fn measures_by_grid(solid: &Solid) -> Measures {
+    let bounds = solid.bounds();
+    let step = bounds.size() / GRID as f64;
+    let faces = [step.y * step.z, step.z * step.x, step.x * step.y];
+    let place = |k: [usize; 3]| {
+        let k = DVec3::from_array(k.map(|k| k as f64));
+        bounds.min + (k + 0.5) * step
+    };
+    let mut inside = vec![false; GRID * GRID * GRID];
+    let stride = [1, GRID, GRID * GRID];
+    let (mut count, mut area) = (0.0, 0.0);
+    for at in 0..inside.len() {
+        let k = [0, 1, 2].map(|axis| at / stride[axis] % GRID);
+        inside[at] = solid.contains(place(k));
+        count += f64::from(u8::from(inside[at]));
+        for axis in 0..3 {
+            let before = k[axis] > 0 && inside[at - stride[axis]];
+            let ends = k[axis] + 1 == GRID && inside[at];
+            let passed = u8::from(before != inside[at]) + u8::from(ends);
+            area += faces[axis] * f64::from(passed);
+        }
+    }
+    Measures {
+        volume: count * step.element_product(),
+        area: area / 1.5,
+    }
+}
+
+/// Whether most of a body's volume is not in its filling.
+pub(crate) fn is_mostly_lost(solid: &Solid, stuffed: &Stuffed) -> bool {
+    let corners = |t: &[u32; 4]| t.map(|v| stuffed.positions[v as usize]);
+    let kept: f64 = stuffed
+        .tetrahedra
+        .iter()
+        .map(|t| tetrahedron_volume(corners(t)))
+        .sum();
+    // Parts of a surface that overlap count twice in its sum, so what seems lost is looked at again.
+    kept < LEAST_KEPT * solid.measures().volume
+        && kept < LEAST_KEPT * measures_by_grid(solid).volume
+}
+
+/// What the number of nodes and the size of the lattice are checked against before any work.
+pub(crate) struct Slimness<'a> {
+    solid: &'a Solid,
+    volume: f64,
+    area: f64,
+    limit: f64,
+}
+
+impl<'a> Slimness<'a> {
+    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    pub(crate) fn new(solid: &'a Solid, volume: f64, area: f64, largest: usize) -> Self {
+        Self {
+            solid,
+            volume,
+            area,
+            limit: largest as f64,
+        }
+    }
+
+    /// Mean thickness: the distance of a plate's sides, the radius of a rod, 2/3 of that of a ball.
+    fn thickness(&self) -> f64 {
+        2.0 * self.volume / self.area
+    }
+
+    /// Cells of the lattice round the body.
+    fn cells(&self, cell: f64) -> f64 {
+        (self.solid.bounds().size() / cell + RIM).element_product()
+    }
+
+    /// Refuses a number of nodes whose lattice is larger than the limit.
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "counts"
+    )]
+    pub(crate) fn check_count(&self, wanted: usize) -> Result<(), SampleError> {
+        let cell = self.cell_of(wanted as f64);
+        let cells = self.cells(cell);
+        if cells <= self.limit {
+            return Ok(());
+        }
+        let largest = self.solid.bounds().size().max_element();
+        // Volume 0 stands for one that the grid does not see.
+        let coarsest = solve_cell(self.limit, |a| self.cells(a), largest);
+        let advice = model(coarsest, self.volume, self.area);
+        if coarsest > self.thickness() || self.volume <= 0.0 || advice < 100.0 {
+            return Err(self.slender());
+        }
+        Err(SampleError::TooManyNodes {
+            wanted,
+            cells,
+            limit: self.limit,
+            advice: (0.9 * advice) as usize,
+        })
+    }
+
+    /// The error of a body that is lost at the cells that the wanted nodes ask for.
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "counts"
+    )]
+    pub(crate) fn thin(&self, wanted: usize, cell: f64) -> SampleError {
+        let thickness = self.thickness();
+        if self.cells(thickness) > self.limit {
+            return self.slender();
+        }
+        // Four times the nodes halve the cells where most of the nodes are at the surface.
+        let needed = model(thickness, self.volume, self.area).max(4.0 * wanted as f64);
+        let digit = 10_f64.powf(needed.log10().floor() - 1.0);
+        SampleError::Thin {
+            wanted,
+            spacing: cell * MEAN_EDGE,
+            thickness,
+            advice: ((needed / digit).ceil() * digit) as usize,
+        }
+    }
+
+    pub(crate) fn slender(&self) -> SampleError {
+        let bounds = self.solid.bounds();
+        let thickness = self.thickness();
+        let middle = bounds.center();
+        let far = self.solid.mesh().map_or(bounds.max, |mesh| {
+            #[allow(clippy::cast_precision_loss, reason = "a count")]
+            let mean = mesh.vertices.iter().sum::<DVec3>() / mesh.vertices.len() as f64;
+            let from = |p: &DVec3| p.distance_squared(mean);
+            let far = mesh.vertices.iter().max_by(|a, b| from(a).total_cmp(&from(b)));
+            far.copied().unwrap_or(middle)
+        });
+        SampleError::Slender {
+            share: self.volume / bounds.size().element_product(),
+            size: bounds.size(),
+            thickness,
+            cells: self.cells(thickness),
+            limit: self.limit,
+            far,
+        }
+    }
+
+    /// The cell at which the model has that many nodes.
+    fn cell_of(&self, nodes: f64) -> f64 {
+        let largest = self.solid.bounds().size().max_element();
+        solve_cell(nodes, |a| model(a, self.volume, self.area), largest)
+    }
+}
