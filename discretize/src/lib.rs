@@ -5,6 +5,7 @@ mod creases;
 mod error;
 mod file;
 mod fill;
+mod frame;
 mod graded;
 mod grading;
 mod grid;

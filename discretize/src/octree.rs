@@ -156,7 +156,11 @@ impl Octree {
         for level in 0..root {
             tree.balance(level);
             if tree.cells.len() > largest {
-                return Err(too_fine(cell, as_float(tree.cells.len()), as_float(largest)));
+                return Err(too_fine(
+                    cell,
+                    as_float(tree.cells.len()),
+                    as_float(largest),
+                ));
             }
         }
         tree.at_surface = tree

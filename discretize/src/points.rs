@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::SampleError;
+use crate::frame::Frame;
 use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
@@ -105,6 +106,34 @@ pub fn sample_points(
     on_surface: bool,
 ) -> Result<PointSampling, SampleError> {
     settings.grading.check()?;
+    let Some((frame, inside)) = Frame::of(solid) else {
+        return place(solid, settings, on_surface);
+    };
+    let placed = place(&inside, &frame.settings(settings), on_surface);
+    let mut found = placed.map_err(|error| frame.error(error))?;
+    let length = frame.length();
+    let (volume, area) = solid.mesh().map_or((0.0, 0.0), |m| (m.volume(), m.area()));
+    // Rounding to the frame's grain changed the volume a little.
+    let scale = volume / found.report.volume;
+    found
+        .positions
+        .iter_mut()
+        .for_each(|p| *p = frame.place(*p));
+    found.volumes.iter_mut().for_each(|v| *v *= scale);
+    found
+        .boundary_vectors
+        .iter_mut()
+        .for_each(|b| *b *= length * length);
+    found.spacing *= length;
+    (found.report.volume, found.report.area) = (volume, area);
+    Ok(found)
+}
+
+fn place(
+    solid: &Solid,
+    settings: &SampleSettings,
+    on_surface: bool,
+) -> Result<PointSampling, SampleError> {
     match settings.target {
         Target::Spacing(spacing) => {
             let places = Places::new(solid, spacing, DVec3::ZERO, settings, on_surface)?;
@@ -261,6 +290,9 @@ fn search(
         let shift = crate::fill::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
             Err(SampleError::Vanished { .. }) => {
+                if body.is_thin_for(cell) {
+                    return Err(body.thin(wanted, cell));
+                }
                 vanished = true;
                 cell *= 0.5;
                 continue;

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::error::SampleError;
 use crate::fill::{Filler, MEAN_EDGE};
+use crate::frame::Frame;
 use crate::grading::Grading;
 use crate::losses::{check_parts, count_pieces, missed_share};
 use crate::mesh::Mesh;
@@ -172,12 +173,26 @@ pub fn sample_tetrahedra(
     settings: &SampleSettings,
 ) -> Result<Sampling, SampleError> {
     let oracle = Oracle::new(solid);
-    let filler = Filler::new(&oracle, settings)?;
-    let (stuffed, cell) = match settings.target {
-        Target::Spacing(spacing) => filler.search_spacing(spacing)?,
-        Target::NodeCount(nodes) => filler.search(nodes)?,
+    settings.grading.check()?;
+    let Some((frame, inside)) = Frame::of(solid) else {
+        let (stuffed, cell) = fill(&oracle, settings)?;
+        return finish(&oracle, stuffed, cell * MEAN_EDGE);
     };
-    finish(&oracle, stuffed, cell * MEAN_EDGE)
+    let filled = fill(&Oracle::new(&inside), &frame.settings(settings));
+    let (mut stuffed, cell) = filled.map_err(|error| frame.error(error))?;
+    for p in &mut stuffed.positions {
+        *p = frame.place(*p);
+    }
+    finish(&oracle, stuffed, cell * frame.length() * MEAN_EDGE)
+}
+
+/// Tetrahedra and the cell that gave what was asked for.
+fn fill(oracle: &Oracle<'_>, settings: &SampleSettings) -> Result<(Stuffed, f64), SampleError> {
+    let filler = Filler::new(oracle, settings)?;
+    match settings.target {
+        Target::Spacing(spacing) => filler.search_spacing(spacing),
+        Target::NodeCount(nodes) => filler.search(nodes),
+    }
 }
 
 /// Refuses lost parts, orders the nodes, sums volumes and boundary vectors, measures.

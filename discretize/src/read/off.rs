@@ -31,11 +31,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     if first.next().is_some_and(is_keyword) {
         words = first;
     } else if !is_counts(words.clone()) {
-        return Err(unexpected(
-            "`OFF`",
-            words.next().unwrap_or_default(),
-            place,
-        ));
+        return Err(unexpected("`OFF`", words.next().unwrap_or_default(), place));
     }
     let mut counts = Vec::new();
     loop {

@@ -13,10 +13,7 @@ const MOST_CORNERS: usize = 1000;
 /// plane polygon once.
 pub(super) fn mend(raw: &mut Raw) -> Result<(), Failure> {
     for (first, corners, place) in std::mem::take(&mut raw.fans) {
-        let places: Vec<DVec3> = corners
-            .iter()
-            .map(|v| raw.vertices[*v as usize])
-            .collect();
+        let places: Vec<DVec3> = corners.iter().map(|v| raw.vertices[*v as usize]).collect();
         // The sum of the fan's area vectors is the polygon's, plane or not (Newell).
         let fan = |k: usize| area_vector([places[0], places[k], places[k + 1]]);
         let normal: DVec3 = (1..places.len() - 1).map(fan).sum();

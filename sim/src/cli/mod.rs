@@ -149,6 +149,9 @@ mod tests {
 
     #[test]
     fn control_characters_are_shown() {
-        assert_eq!(printable("a\n\u{1b}[31mb\r\u{9b}c ä"), "a\n\\u{1b}[31mb\\r\\u{9b}c ä");
+        assert_eq!(
+            printable("a\n\u{1b}[31mb\r\u{9b}c ä"),
+            "a\n\\u{1b}[31mb\\r\\u{9b}c ä"
+        );
     }
 }

@@ -172,12 +172,7 @@ fn tetrahedra(
     Ok((content, sampled.mesh_report.to_string(), report))
 }
 
-fn points(
-    mesh: &Path,
-    scale: f64,
-    repairs: &RepairSettings,
-    settings: &SampleSettings,
-) -> Sampled {
+fn points(mesh: &Path, scale: f64, repairs: &RepairSettings, settings: &SampleSettings) -> Sampled {
     let file = read_mesh(mesh)?;
     let (mesh, report) = repair(&Mesh::scaled(file.mesh, scale), repairs)?;
     let sampling = sample_points(&Solid::from_mesh(mesh), settings, true)?;

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use phyxel_discretize::{ReadError, RepairError, RepairSettings, read_mesh, repair};
 
-use crate::scene::{
-    EMBEDDED, MeshExtent, Override, Scene, UnitGuess, place_of_body, read_text,
-};
+use crate::scene::{EMBEDDED, MeshExtent, Override, Scene, UnitGuess, place_of_body, read_text};
 use crate::world::WorldError;
 
 use super::CliError;

@@ -148,7 +148,9 @@ impl OutputFolder {
             }
             // Whoever held it before may have removed the file between opening and locking.
             let number = std::process::id().to_string();
-            let named = file.set_len(0).and_then(|()| file.write_all(number.as_bytes()));
+            let named = file
+                .set_len(0)
+                .and_then(|()| file.write_all(number.as_bytes()));
             if named.is_ok() && fs::read(&place).is_ok_and(|text| text == number.as_bytes()) {
                 return Ok(Some(file));
             }

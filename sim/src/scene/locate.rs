@@ -458,7 +458,13 @@ Scene(
         for text in ["", "(", "(a: 1", "(a: 1 b: 2)", "[1, 2", "(a: \"x)", "1 2"] {
             assert_eq!(Node::read(text), None, "{text}");
         }
-        for (open, close) in [("(", ")"), ("[", "]"), ("{1: ", "}"), ("Some(", ")"), ("(a: ", ")")] {
+        for (open, close) in [
+            ("(", ")"),
+            ("[", "]"),
+            ("{1: ", "}"),
+            ("Some(", ")"),
+            ("(a: ", ")"),
+        ] {
             let nested = |depth: usize| format!("{}1{}", open.repeat(depth), close.repeat(depth));
             assert!(Node::read(&nested(100)).is_some(), "{open} 100 deep");
             assert_eq!(Node::read(&nested(30_000)), None, "{open} 30,000 deep");

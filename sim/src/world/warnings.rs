@@ -105,7 +105,11 @@ impl World {
 
     /// Box round all bodies at rest.
     fn bounds(&self) -> Bounds {
-        Bounds::of(self.members.iter().flat_map(|m| m.body.rest.iter().copied()))
+        Bounds::of(
+            self.members
+                .iter()
+                .flat_map(|m| m.body.rest.iter().copied()),
+        )
     }
 
     fn warn_of_lengths(&self, bodies: &Bounds, warnings: &mut Vec<String>) {
@@ -150,7 +154,9 @@ fn sweeps<'a>(path: &'a [Key], points: &'a [DVec3]) -> impl Iterator<Item = Vec<
     let still = path.first().map(|key| (key.time, key.time));
     times.chain(still).map(move |(from, to)| {
         let poses = [pose_at(path, from), pose_at(path, to)];
-        let places = poses.iter().flat_map(|pose| points.iter().map(|p| pose.apply(*p)));
+        let places = poses
+            .iter()
+            .flat_map(|pose| points.iter().map(|p| pose.apply(*p)));
         places.collect()
     })
 }
@@ -179,5 +185,9 @@ fn corners(tool: &Tool) -> Option<Vec<DVec3>> {
             bounds.max[axis]
         }
     };
-    Some((0..8).map(|k| DVec3::new(pick(k, 0), pick(k, 1), pick(k, 2))).collect())
+    Some(
+        (0..8)
+            .map(|k| DVec3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
+            .collect(),
+    )
 }
