@@ -169,16 +169,17 @@ impl<'a> Filler<'a> {
         };
         let solid = self.oracle.solid;
         let size = solid.bounds().size();
+        let measures = solid.measures();
+        let body = Slimness::new(solid, measures, self.settings.largest_lattice, model);
         let Measures {
             mut volume,
             mut area,
-        } = solid.measures();
-        let body = Slimness::new(solid, volume, area, self.settings.largest_lattice);
+        } = measures;
         body.check_count(wanted)?;
         if solid.is_box() && self.settings.grading.is_uniform() {
             return self.fill_box(wanted, &body);
         }
-        let first = solve_cell(target, |a| model(a, volume, area), size.max_element());
+        let first = body.cell_of(target);
         // Grown cells inside leave nodes to the surface.
         let least = if self.settings.grading.is_uniform() {
             SMALLEST_STEP * first
@@ -374,7 +375,7 @@ pub(crate) fn too_fine(spacing: f64, cells: f64, limit: f64) -> SampleError {
 }
 
 /// Nodes of a filling at a cell size, by volume and area.
-pub(crate) fn model(a: f64, volume: f64, area: f64) -> f64 {
+fn model(a: f64, volume: f64, area: f64) -> f64 {
     (2.0 * volume / a + SURFACE_NODES * area) / (a * a)
 }
 

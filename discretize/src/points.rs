@@ -12,7 +12,7 @@ use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
 use crate::order::space_filling_order;
 use crate::sampling::{SampleSettings, Target, surface_triangles};
-use crate::slimness::{Measures, Slimness};
+use crate::slimness::Slimness;
 use crate::solid::Solid;
 use crate::spread::boundary_vectors;
 use crate::surfels::sample_surfels;
@@ -29,8 +29,8 @@ const SAMPLES: usize = 3;
 const ROUNDS: usize = 24;
 const STILL_ROUNDS: usize = 8;
 
-/// Smallest cell that is tried over the smaller of what volume and area ask for.
-const LEAST_CELL: f64 = 0.25;
+/// Smallest cell that is tried over the first guess.
+const LEAST_CELL: f64 = 0.4;
 /// The search for more nodes than this begins with cells this much larger: cheap rounds tell how the
 /// count grows.
 const MANY_NODES: f64 = 2e4;
@@ -256,6 +256,16 @@ fn surface_nodes(
     kept
 }
 
+/// Nodes at a cell size: one in each cell, and on each squared cell of the surface.
+fn model(a: f64, volume: f64, area: f64) -> f64 {
+    (volume / a + area) / (a * a)
+}
+
+/// The same without those on the surface.
+fn model_inside(a: f64, volume: f64, _: f64) -> f64 {
+    volume / (a * a * a)
+}
+
 /// Finds the cell that gives a number of nodes.
 #[allow(clippy::cast_precision_loss, reason = "counts")]
 fn search(
@@ -271,11 +281,12 @@ fn search(
         });
     }
     let target = wanted as f64;
-    let Measures { volume, area } = solid.measures();
-    let body = Slimness::new(solid, volume, area, settings.largest_octree());
+    let largest = settings.largest_octree();
+    let model = if on_surface { model } else { model_inside };
+    let body = Slimness::new(solid, solid.measures(), largest, model);
     body.check_count(wanted)?;
-    let mut cell = (volume / target).cbrt();
-    let least = LEAST_CELL * cell.min((area / target).sqrt());
+    let mut cell = body.cell_of(target);
+    let least = LEAST_CELL * cell;
     if target > MANY_NODES {
         cell *= FIRST_COARSENING;
     }
@@ -304,6 +315,10 @@ fn search(
             }
             other => other?,
         };
+        // Nodes on both sides of a plate and none between them have no thickness to bend.
+        if places.inside == 0 && body.is_thin_for(cell) {
+            return Err(body.thin(wanted, cell));
+        }
         let nodes = places.positions.len();
         if (nodes as f64 - target).abs() <= settings.count_tolerance * target {
             return Ok(places);
@@ -328,7 +343,7 @@ fn search(
         }
     }
     if vanished || nearest == 0 {
-        return Err(body.thin(wanted, (volume / target).cbrt()));
+        return Err(body.thin(wanted, body.cell_of(target)));
     }
     Err(SampleError::NodeCount {
         wanted,

@@ -37,8 +37,9 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
         "{:?}",
         surface.size().max_element() * random.between(0.03, 0.4)
     );
+    let target = format!("bodies[0].sampling.target=Nodes({nodes})");
     let mut arguments = match random.below(10) {
-        0 => vec!["check", &name, "--json"],
+        0 => vec!["check", &name, "--json", "--set", &target],
         1 | 2 => vec!["sample", &name, "--spacing", &spacing],
         3 => vec!["sample", &name, "--points", "--nodes", &nodes],
         4 => vec!["sample", &name, "--coarsest", "4", "--nodes", &nodes],

@@ -62,6 +62,7 @@ impl Ended {
 fn start(folder: &Path, arguments: &[&str]) -> Child {
     let file = |name: &str| File::create(folder.join(name)).unwrap();
     Command::new(env!("CARGO_BIN_EXE_phyxel"))
+        .env("RAYON_NUM_THREADS", "1")
         .args(arguments)
         .current_dir(folder)
         .stdout(file(".stdout"))
