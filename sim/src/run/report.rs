@@ -92,7 +92,10 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             format_args!(
                 "{}; |sum f|/sum |f| {:.1e}; det F >= {:.3}",
                 if energy.moved {
-                    format!("energy unexplained {:.1e} of what is stored or damped", energy.imbalance)
+                    format!(
+                        "energy unexplained {:.1e} of what is stored or damped",
+                        energy.imbalance
+                    )
                 } else {
                     "nothing moved".to_owned()
                 },

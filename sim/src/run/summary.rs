@@ -111,8 +111,7 @@ pub struct EnergySummary {
     /// Largest addition of one update, relative to the elastic energy before it.
     pub largest_cut_addition: f64,
     /// What is left unexplained over the run, relative to the larger of what is stored and what damping
-    /// took; 0 if nothing
-    /// moved.
+    /// took; 0 if nothing moved.
     pub imbalance: f64,
     /// Whether anything moved: whether the largest of the terms is more than round-off of the positions
     /// makes of the stiffest mode.
