@@ -132,11 +132,8 @@ impl<'a> Filler<'a> {
     ) -> Result<Stuffed, SampleError> {
         let stuffed = stuff(background, self.oracle)?;
         if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.oracle.solid, &stuffed) {
-            let Measures { volume, area } = self.oracle.solid.measures();
-            return Err(SampleError::Vanished {
-                spacing: cell * MEAN_EDGE,
-                advice: MEAN_EDGE * (0.5 * cell).min(2.0 * volume / area),
-            });
+            let largest = self.settings.largest_lattice;
+            return Err(slimness::vanished(self.oracle.solid, cell, largest));
         }
         Ok(stuffed)
     }
@@ -170,7 +167,13 @@ impl<'a> Filler<'a> {
         let solid = self.oracle.solid;
         let size = solid.bounds().size();
         let measures = solid.measures();
-        let body = Slimness::new(solid, measures, self.settings.largest_lattice, model);
+        let body = Slimness::new(
+            solid,
+            measures,
+            self.settings.largest_lattice,
+            wanted,
+            model,
+        );
         let Measures {
             mut volume,
             mut area,
@@ -189,7 +192,7 @@ impl<'a> Filler<'a> {
         let mut ratio = 1.0;
         let (mut coarse, mut fine) = (f64::INFINITY, 0.0_f64);
         let mut nearest = 0.0_f64;
-        let mut vanished = false;
+        let (mut vanished, mut spent) = (false, 0.0);
         for round in 0..COUNT_ROUNDS {
             let mut cell = solve_cell(
                 target / ratio,
@@ -203,13 +206,13 @@ impl<'a> Filler<'a> {
                     2.0 * fine
                 };
             }
-            if cell < least {
+            if cell < least || body.is_spent(&mut spent, cell) {
                 break;
             }
             // A body as symmetric as the lattice jumps in count: leave the symmetry.
             let shift = SHIFT * round.saturating_sub(SYMMETRIC_ROUNDS - 1) as f64;
             let mut stuffed = match self.raw(cell, shift) {
-                Err(SampleError::Vanished { .. }) => {
+                Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
                     if body.is_thin_for(cell) {
                         return Err(body.thin(wanted, cell));
                     }

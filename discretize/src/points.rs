@@ -283,7 +283,7 @@ fn search(
     let target = wanted as f64;
     let largest = settings.largest_octree();
     let model = if on_surface { model } else { model_inside };
-    let body = Slimness::new(solid, solid.measures(), largest, model);
+    let body = Slimness::new(solid, solid.measures(), largest, wanted, model);
     body.check_count(wanted)?;
     let mut cell = body.cell_of(target);
     let least = LEAST_CELL * cell;
@@ -293,14 +293,14 @@ fn search(
     let mut last: Option<(f64, f64)> = None;
     let (mut fine, mut coarse) = (0.0_f64, f64::INFINITY);
     let mut nearest = 0;
-    let mut vanished = false;
+    let (mut vanished, mut spent) = (false, 0.0);
     for round in 0..ROUNDS {
-        if cell < least {
+        if cell < least || body.is_spent(&mut spent, cell) {
             break;
         }
         let shift = crate::fill::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
-            Err(SampleError::Vanished { .. }) => {
+            Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
                 if body.is_thin_for(cell) {
                     return Err(body.thin(wanted, cell));
                 }

@@ -40,7 +40,8 @@ pub struct SampleSettings {
     /// Where the spacing differs from the one at the surface; the default is one spacing.
     pub grading: Grading,
     /// Most cells of the lattice before [`SampleError::TooFine`], and 20 times those of an octree: an
-    /// empty cell takes about 20 bytes in a lattice, 400 in an octree.
+    /// empty cell takes about 20 bytes in a lattice, 400 in an octree. A search for a number of nodes
+    /// takes a tenth of that and as much again for every 2,000 nodes.
     pub largest_lattice: usize,
 }
 
@@ -51,7 +52,7 @@ impl Default for SampleSettings {
             count_tolerance: 0.05,
             smoothing_sweeps: 4,
             grading: Grading::default(),
-            largest_lattice: 30_000_000,
+            largest_lattice: 10_000_000,
         }
     }
 }

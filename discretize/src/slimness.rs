@@ -17,6 +17,12 @@ const LEAST_KEPT: f64 = 2.0 / 3.0;
 /// Cells over the mean thickness in which nothing is lost, of plates at any angle: they keep 97 % of their
 /// volume in cells of 1.08 thicknesses, and are lost in cells of 1.35.
 const RESOLVED: f64 = 0.85;
+/// Share of the largest lattice that any number of nodes may take, and the number of nodes for which as
+/// much is granted again: 500 cells a node with the default of 1e7 cells, where livers take 2.
+const FREE_SHARE: f64 = 0.1;
+const NODES_GRANTED: f64 = 2000.0;
+/// Cells of all rounds of a search over those of the largest lattice.
+const MOST_ROUNDS: f64 = 6.0;
 /// Cells at a body's surface take this much more than those of its volume alone: the rim of two cells
 /// round the box.
 const RIM: f64 = 3.0;
@@ -72,12 +78,28 @@ pub(crate) fn is_mostly_lost(solid: &Solid, stuffed: &Stuffed) -> bool {
         && kept < LEAST_KEPT * measures_by_grid(solid).volume
 }
 
+/// The error of a body that is lost at a cell size, with a spacing that does: half the mean thickness
+/// leaves room for places that are thinner.
+pub(crate) fn vanished(solid: &Solid, cell: f64, largest: usize) -> SampleError {
+    let body = Slimness::new(solid, solid.measures(), largest, usize::MAX, |_, _, _| 0.0);
+    let advised = 0.5 * cell.min(body.thickness());
+    if body.cells(advised) > body.limit {
+        return body.slender();
+    }
+    SampleError::Vanished {
+        spacing: cell * MEAN_EDGE,
+        advice: advised * MEAN_EDGE,
+    }
+}
+
 /// What the number of nodes and the size of the lattice are checked against before any work.
 pub(crate) struct Slimness<'a> {
     solid: &'a Solid,
     volume: f64,
     area: f64,
     limit: f64,
+    /// Cells that any number of nodes may take.
+    granted: f64,
     model: Model,
 }
 
@@ -85,20 +107,32 @@ pub(crate) struct Slimness<'a> {
 type Model = fn(f64, f64, f64) -> f64;
 
 impl<'a> Slimness<'a> {
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    /// The body with its lattice limited by `largest` cells, and by so many for each node wanted: where
+    /// more of them are empty, it is a spike or a stray vertex that makes the box.
+    #[allow(clippy::cast_precision_loss, reason = "counts")]
     pub(crate) fn new(
         solid: &'a Solid,
         Measures { volume, area }: Measures,
         largest: usize,
+        wanted: usize,
         model: Model,
     ) -> Self {
+        let largest = largest as f64;
+        let granted = FREE_SHARE * largest;
         Self {
             solid,
             volume,
             area,
-            limit: largest as f64,
+            limit: largest.min(granted + granted * wanted as f64 / NODES_GRANTED),
+            granted,
             model,
         }
+    }
+
+    /// Whether rounds of a search have taken more cells than they may.
+    pub(crate) fn is_spent(&self, spent: &mut f64, cell: f64) -> bool {
+        *spent += self.cells(cell);
+        *spent > MOST_ROUNDS * self.limit
     }
 
     /// Mean thickness: the distance of a plate's sides, the radius of a rod, 2/3 of that of a ball.
@@ -135,7 +169,7 @@ impl<'a> Slimness<'a> {
         }
         let largest = self.solid.bounds().size().max_element();
         // Volume 0 stands for one that the grid does not see.
-        let coarsest = solve_cell(self.limit, |a| self.cells(a), largest);
+        let coarsest = solve_cell(self.granted, |a| self.cells(a), largest);
         let advice = (self.model)(coarsest, self.volume, self.area);
         if coarsest > RESOLVED * self.thickness() || self.volume <= 0.0 || advice < 100.0 {
             return Err(self.slender());

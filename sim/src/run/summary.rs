@@ -415,7 +415,8 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
             external_work: audit.external_work(),
             dissipated: audit.dissipated,
             relaxed: body.relaxed,
-            released_by_cuts: -audit.booked - body.relaxed,
+            // Not -0 where there was nothing.
+            released_by_cuts: 0.0 - audit.booked - body.relaxed,
             added_by_cuts: cuts.added + cuts.decay.max(0.0),
             largest_cut_addition: cuts.largest_addition,
             moved,

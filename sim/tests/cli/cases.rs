@@ -390,7 +390,8 @@ fn model_cases() -> Vec<Case> {
         set(
             "implicit scheme with viscous damping",
             "integration.scheme=Newmark()",
-        ),
+        )
+        .with(&["--set", "bodies[0].damping_ratio=0.1"]),
         set(
             "implicit scheme without step",
             "integration.scheme=BackwardEuler(step: 0)",
