@@ -40,8 +40,8 @@ pub enum RepairError {
     #[error(
         "the surface is open: {holes} hole(s), the largest {perimeter:.4e} round near \
          ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}); only holes up to {limit:.4e} round are closed: \
-         close it in a mesh editor or raise RepairSettings::largest_hole", near_x = near.x,
-        near_y = near.y, near_z = near.z
+         close it in a mesh editor, or set largest_hole (a share of the box's diagonal) to {:.2}",
+        (1e2 * share).ceil() / 1e2, near_x = near.x, near_y = near.y, near_z = near.z
     )]
     Open {
         /// Number of holes.
@@ -52,6 +52,8 @@ pub enum RepairError {
         near: DVec3,
         /// The longest perimeter that is closed.
         limit: f64,
+        /// The longest perimeter found over the box's diagonal.
+        share: f64,
     },
     /// Triangles meet so that no consistent inside exists.
     #[error(
@@ -63,6 +65,16 @@ pub enum RepairError {
         /// Number of such edges.
         edges: usize,
         /// Middle of the first.
+        near: DVec3,
+    },
+    /// The surface has one side only, as a Moebius strip or a Klein bottle.
+    #[error(
+        "the surface has one side only: it comes back to itself turned over near \
+         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}), so it bounds no solid",
+        near_x = near.x, near_y = near.y, near_z = near.z
+    )]
+    OneSided {
+        /// Middle of a triangle where both sides meet.
         near: DVec3,
     },
     /// The closed surface contains no volume.
@@ -120,7 +132,7 @@ pub enum SampleError {
     /// The lattice for this spacing is larger than the limit.
     #[error(
         "spacing {spacing:.4e} needs {cells:.3e} lattice cells, the limit is {limit:.3e}: \
-         use a larger spacing"
+         use {advice:.4e} or more"
     )]
     TooFine {
         /// The spacing.
@@ -129,10 +141,65 @@ pub enum SampleError {
         cells: f64,
         /// Most cells allowed.
         limit: f64,
+        /// A spacing that fits.
+        advice: f64,
+    },
+    /// The lattice for this number of nodes is larger than the limit.
+    #[error(
+        "{wanted} nodes need {cells:.3e} lattice cells, the limit is {limit:.3e}: \
+         ask for {advice} nodes or fewer"
+    )]
+    TooManyNodes {
+        /// Nodes asked for.
+        wanted: usize,
+        /// Cells they need.
+        cells: f64,
+        /// Most cells allowed.
+        limit: f64,
+        /// A number of nodes that fits.
+        advice: usize,
+    },
+    /// The nodes asked for are too few for a body as thin as this.
+    #[error(
+        "{wanted} nodes would lie {spacing:.4e} apart, and the body is {thickness:.4e} thick in the \
+         mean (twice its volume over its area): ask for {advice} nodes or more"
+    )]
+    Thin {
+        /// Nodes asked for.
+        wanted: usize,
+        /// Distance at which that many lie.
+        spacing: f64,
+        /// Mean thickness `2 V / A`.
+        thickness: f64,
+        /// A number of nodes that fills the body through its thickness.
+        advice: usize,
+    },
+    /// The body is so slender that no lattice within the limit resolves it.
+    #[error(
+        "the body fills {share:.1e} of its box, whose sides are {size_x:.4e}, {size_y:.4e} and \
+         {size_z:.4e}; lattice cells as small as it is thick ({thickness:.4e}) are {cells:.1e}, and the \
+         limit is {limit:.1e}: look for stray vertices or spikes, the farthest point is \
+         ({far_x:.4e}, {far_y:.4e}, {far_z:.4e}), or divide the body",
+        size_x = size.x, size_y = size.y, size_z = size.z, far_x = far.x, far_y = far.y,
+        far_z = far.z
+    )]
+    Slender {
+        /// Volume over that of the box.
+        share: f64,
+        /// Sides of the box.
+        size: DVec3,
+        /// Mean thickness `2 V / A`.
+        thickness: f64,
+        /// Cells of that size in the box.
+        cells: f64,
+        /// Most cells allowed.
+        limit: f64,
+        /// Point of the surface farthest from its middle.
+        far: DVec3,
     },
     /// The body fell between the lattice points.
     #[error(
-        "the body is thinner than the spacing {spacing:.4e} everywhere, no tetrahedron fits: \
+        "the body is too thin for the spacing {spacing:.4e}, at which most of it is lost: \
          use {advice:.4e} or less"
     )]
     Vanished {
@@ -172,7 +239,7 @@ pub enum SampleError {
         at: DVec3,
     },
     /// The wanted node count cannot be met.
-    #[error("{wanted} nodes wanted, the nearest sampling has {reached}")]
+    #[error("{wanted} nodes wanted, the nearest sampling has {reached}: ask for {reached}")]
     NodeCount {
         /// Nodes asked for.
         wanted: usize,

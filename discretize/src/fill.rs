@@ -11,6 +11,7 @@ use crate::mesh::{Bounds, Mesh};
 use crate::octree::Octree;
 use crate::oracle::Oracle;
 use crate::sampling::SampleSettings;
+use crate::slimness::{self, Measures, Slimness};
 use crate::stuffing::{Stuffed, stuff};
 use crate::sums::{boundary_triangles, tetrahedra_edges};
 
@@ -34,6 +35,8 @@ pub(crate) const SHIFT: DVec3 = DVec3::new(
 /// Relative tolerance of a wanted spacing, and rounds of the search for its cell size.
 const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;
+/// Smallest cell that is tried over the first guess: it gives 6 to 15 times the nodes.
+const SMALLEST_STEP: f64 = 0.4;
 /// Nodes on a surface patch of one squared cell, from the samplings of `examples/quality.rs`;
 /// only the first guess of the search uses it.
 const SURFACE_NODES: f64 = 0.09;
@@ -108,6 +111,7 @@ impl<'a> Filler<'a> {
             let count = (bounds.size() / cell + 0.5 + shift - shift.round()).floor();
             (bounds.size() / count.max(DVec3::ONE), bounds.min)
         } else {
+            let shift = shift + self.oracle.offset();
             (DVec3::splat(cell), bounds.min - shift.fract() * cell)
         };
         if self.settings.grading.is_uniform() {
@@ -115,7 +119,7 @@ impl<'a> Filler<'a> {
             self.stuff(&lattice, cell)
         } else {
             let grading = &self.settings.grading;
-            let largest = self.settings.largest_lattice;
+            let largest = self.settings.largest_octree();
             let octree = Octree::build(solid, cells, start, grading, largest)?;
             self.stuff(&Graded::new(&octree), cell)
         }
@@ -127,11 +131,9 @@ impl<'a> Filler<'a> {
         cell: f64,
     ) -> Result<Stuffed, SampleError> {
         let stuffed = stuff(background, self.oracle)?;
-        if stuffed.tetrahedra.is_empty() {
-            return Err(SampleError::Vanished {
-                spacing: cell * MEAN_EDGE,
-                advice: 0.5 * cell * MEAN_EDGE,
-            });
+        if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.oracle.solid, &stuffed) {
+            let largest = self.settings.largest_lattice;
+            return Err(slimness::vanished(self.oracle.solid, cell, largest));
         }
         Ok(stuffed)
     }
@@ -139,7 +141,8 @@ impl<'a> Filler<'a> {
     /// Finds a cell size that gives the wanted number of nodes.
     ///
     /// Model: `n = r (2 V / a^3 + s A / a^2)`, solved for a; r from the last round, then bisection
-    /// between the nearest samplings above and below.
+    /// between the nearest samplings above and below. No round takes cells much smaller than the model
+    /// with r = 1 asks for, so that the work is bounded by the number of nodes and the box.
     #[allow(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -162,22 +165,34 @@ impl<'a> Filler<'a> {
             REMOVED
         };
         let solid = self.oracle.solid;
-        if solid.is_box() && self.settings.grading.is_uniform() {
-            return self.fill_box(wanted);
-        }
         let size = solid.bounds().size();
-        let (mut volume, mut area) = solid.mesh().map_or_else(
-            || {
-                let v = 0.5 * size.element_product();
-                (v, 5.0 * v.powf(2.0 / 3.0))
-            },
-            |mesh| (mesh.volume(), mesh.area()),
+        let measures = solid.measures();
+        let body = Slimness::new(
+            solid,
+            measures,
+            self.settings.largest_lattice,
+            wanted,
+            model,
         );
-        let model =
-            |a: f64, volume: f64, area: f64| (2.0 * volume / a + SURFACE_NODES * area) / (a * a);
+        let Measures {
+            mut volume,
+            mut area,
+        } = measures;
+        body.check_count(wanted)?;
+        if solid.is_box() && self.settings.grading.is_uniform() {
+            return self.fill_box(wanted, &body);
+        }
+        let first = body.cell_of(target);
+        // Grown cells inside leave nodes to the surface.
+        let least = if self.settings.grading.is_uniform() {
+            SMALLEST_STEP * first
+        } else {
+            SMALLEST_STEP * first.min((SURFACE_NODES * area / target).sqrt())
+        };
         let mut ratio = 1.0;
         let (mut coarse, mut fine) = (f64::INFINITY, 0.0_f64);
         let mut nearest = 0.0_f64;
+        let (mut vanished, mut spent) = (false, 0.0);
         for round in 0..COUNT_ROUNDS {
             let mut cell = solve_cell(
                 target / ratio,
@@ -191,11 +206,24 @@ impl<'a> Filler<'a> {
                     2.0 * fine
                 };
             }
+            if cell < least || body.is_spent(&mut spent, cell) {
+                break;
+            }
             // A body as symmetric as the lattice jumps in count: leave the symmetry.
             let shift = SHIFT * round.saturating_sub(SYMMETRIC_ROUNDS - 1) as f64;
             let mut stuffed = match self.raw(cell, shift) {
-                Err(SampleError::Vanished { .. }) => {
-                    coarse = cell;
+                Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
+                    if body.is_thin_for(cell) {
+                        return Err(body.thin(wanted, cell));
+                    }
+                    vanished = true;
+                    coarse = coarse.min(cell);
+                    continue;
+                }
+                // Refined places may take more cells than the model knows of.
+                Err(SampleError::TooFine { .. }) if round + 1 < COUNT_ROUNDS => {
+                    fine = fine.max(cell);
+                    ratio *= 8.0;
                     continue;
                 }
                 other => other?,
@@ -230,6 +258,9 @@ impl<'a> Filler<'a> {
             }
             ratio = nodes / model(cell, volume, area);
         }
+        if vanished || nearest == 0.0 {
+            return Err(body.thin(wanted, first));
+        }
         Err(SampleError::NodeCount {
             wanted,
             reached: nearest as usize,
@@ -242,7 +273,7 @@ impl<'a> Filler<'a> {
     /// A fitted lattice of `a b c` cells has `(a+1)(b+1)(c+1)` corners, `a b c` centres and
     /// `2 (a b + b c + c a)` nodes in the middles of the outer squares.
     #[allow(clippy::cast_precision_loss, reason = "counts")]
-    fn fill_box(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
+    fn fill_box(&self, wanted: usize, body: &Slimness<'_>) -> Result<(Stuffed, f64), SampleError> {
         let size = self.oracle.solid.bounds().size();
         let target = wanted as f64;
         let nodes = |n: DVec3| {
@@ -279,6 +310,9 @@ impl<'a> Filler<'a> {
                 reason = "a small count"
             )]
             let reached = nodes(n) as usize;
+            if nodes(n) > target && n.min_element() <= 1.0 {
+                return Err(body.thin(wanted, scale));
+            }
             return Err(SampleError::NodeCount { wanted, reached });
         }
         let bounds = self.oracle.solid.bounds();
@@ -323,11 +357,7 @@ fn lattice_from(
     let cells = count.element_product();
     let limit = largest as f64;
     if cells > limit.min(1e9) || cells.is_nan() {
-        return Err(SampleError::TooFine {
-            spacing: cell.max_element() * MEAN_EDGE,
-            cells,
-            limit,
-        });
+        return Err(too_fine(cell.max_element() * MEAN_EDGE, cells, limit));
     }
     Ok(Lattice {
         origin: start - cell,
@@ -336,10 +366,27 @@ fn lattice_from(
     })
 }
 
+/// The error of a spacing that needs too many cells, with one that fits: the rim of the lattice shrinks
+/// more slowly than the rest of it.
+pub(crate) fn too_fine(spacing: f64, cells: f64, limit: f64) -> SampleError {
+    SampleError::TooFine {
+        spacing,
+        cells,
+        limit,
+        advice: 1.1 * spacing * (cells / limit).cbrt(),
+    }
+}
+
+/// Nodes of a filling at a cell size, by volume and area.
+fn model(a: f64, volume: f64, area: f64) -> f64 {
+    (2.0 * volume / a + SURFACE_NODES * area) / (a * a)
+}
+
 /// Root of a falling function by bisection of the logarithm.
-fn solve_cell(target: f64, model: impl Fn(f64) -> f64, largest: f64) -> f64 {
-    let (mut low, mut high) = (1e-5 * largest, 10.0 * largest);
-    for _ in 0..60 {
+pub(crate) fn solve_cell(target: f64, model: impl Fn(f64) -> f64, largest: f64) -> f64 {
+    // 100 halvings of 16 decades leave nothing but round-off.
+    let (mut low, mut high) = (1e-15 * largest, 10.0 * largest);
+    for _ in 0..100 {
         let middle = (low * high).sqrt();
         if model(middle) > target {
             low = middle;

@@ -18,6 +18,7 @@ pub(crate) fn check_parts(
         return Ok(0);
     };
     let mut lost: Option<(Bounds, usize)> = None;
+    let mut thinnest = f64::INFINITY;
     let mut cavities = 0;
     for (part, _) in parts_hit.iter().enumerate().filter(|(_, hit)| !**hit) {
         let own = Mesh {
@@ -31,6 +32,7 @@ pub(crate) fn check_parts(
             cavities += 1;
         } else if !is_buried(oracle.solid, &own) {
             let bounds = own.bounds();
+            thinnest = thinnest.min(2.0 * own.volume() / own.area());
             lost = Some(lost.map_or((bounds, 1), |(first, n)| (first, n + 1)));
         }
     }
@@ -41,7 +43,7 @@ pub(crate) fn check_parts(
             of: oracle.part_count(),
             spacing,
             near: bounds.center(),
-            advice: (0.4 * bounds.size().min_element()).min(0.5 * spacing),
+            advice: (0.5 * thinnest).min(0.5 * spacing),
         }),
     }
 }

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::SampleError;
+use crate::fill::too_fine;
 use crate::grading::Grading;
 use crate::mesh::Bounds;
 use crate::solid::Solid;
@@ -104,7 +105,7 @@ impl Octree {
         let cell = cell.element_sum() / 3.0;
         let fits = count.max_element() * f64::from(1_u32 << root) < f64::from(1_u32 << BITS);
         if !fits || count.element_product() > as_float(largest) {
-            return Err(too_fine(cell, count.element_product(), largest));
+            return Err(too_fine(cell, count.element_product(), as_float(largest)));
         }
         #[allow(
             clippy::cast_possible_truncation,
@@ -146,7 +147,8 @@ impl Octree {
                 }
             }
             if leaves.len() + next.len() > largest {
-                return Err(too_fine(cell, as_float(leaves.len() + next.len()), largest));
+                let cells = as_float(leaves.len() + next.len());
+                return Err(too_fine(cell, cells, as_float(largest)));
             }
             open = next;
         }
@@ -154,7 +156,11 @@ impl Octree {
         for level in 0..root {
             tree.balance(level);
             if tree.cells.len() > largest {
-                return Err(too_fine(cell, as_float(tree.cells.len()), largest));
+                return Err(too_fine(
+                    cell,
+                    as_float(tree.cells.len()),
+                    as_float(largest),
+                ));
             }
         }
         tree.at_surface = tree
@@ -332,14 +338,6 @@ fn at_surface(solid: &Solid, center: DVec3, size: DVec3) -> bool {
         let off = (center - mesh.corners(*t as usize)[0]).dot(normal).abs();
         off <= half.dot(normal.abs()) * (1.0 + SLACK)
     })
-}
-
-fn too_fine(spacing: f64, cells: f64, largest: usize) -> SampleError {
-    SampleError::TooFine {
-        spacing,
-        cells,
-        limit: as_float(largest),
-    }
 }
 
 #[allow(clippy::cast_precision_loss, reason = "a count in a message")]

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::background::Background;
 use crate::error::SampleError;
+use crate::fill::SHIFT;
 use crate::hierarchy::{Crossing, Hierarchy};
 use crate::lattice::Lattice;
 use crate::mesh::{Bounds, Mesh, index};
@@ -12,6 +13,9 @@ use crate::solid::Solid;
 
 /// Values below this fraction of the box's diagonal count as on the surface.
 const ON_SURFACE: f64 = 1e-13;
+/// Smallest offset of the lattice from a mesh's faces, in cells: far above round-off and far below what
+/// moves lattice points onto the surface.
+const OFFSET: f64 = 1.0 / 1024.0;
 /// Halvings of an edge until its crossing is known to round-off.
 const HALVINGS: usize = 60;
 
@@ -30,6 +34,16 @@ impl<'a> Oracle<'a> {
             solid,
             part_of_triangle,
             parts,
+        }
+    }
+
+    /// By how much of a cell the background leaves the box's lower corner. A face of a mesh in a plane of
+    /// the lattice would leave it to round-off which of the points there are inside; of an implicit
+    /// body these have sign 0.
+    pub(crate) fn offset(&self) -> DVec3 {
+        match self.solid.mesh() {
+            Some(_) => OFFSET * SHIFT,
+            None => DVec3::ZERO,
         }
     }
 

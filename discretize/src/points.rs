@@ -6,11 +6,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::SampleError;
+use crate::frame::Frame;
 use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
 use crate::order::space_filling_order;
 use crate::sampling::{SampleSettings, Target, surface_triangles};
+use crate::slimness::Slimness;
 use crate::solid::Solid;
 use crate::spread::boundary_vectors;
 use crate::surfels::sample_surfels;
@@ -27,6 +29,8 @@ const SAMPLES: usize = 3;
 const ROUNDS: usize = 24;
 const STILL_ROUNDS: usize = 8;
 
+/// Smallest cell that is tried over the first guess.
+const LEAST_CELL: f64 = 0.4;
 /// The search for more nodes than this begins with cells this much larger: cheap rounds tell how the
 /// count grows.
 const MANY_NODES: f64 = 2e4;
@@ -102,6 +106,34 @@ pub fn sample_points(
     on_surface: bool,
 ) -> Result<PointSampling, SampleError> {
     settings.grading.check()?;
+    let Some((frame, inside)) = Frame::of(solid) else {
+        return place(solid, settings, on_surface);
+    };
+    let placed = place(&inside, &frame.settings(settings), on_surface);
+    let mut found = placed.map_err(|error| frame.error(error))?;
+    let length = frame.length();
+    let (volume, area) = solid.mesh().map_or((0.0, 0.0), |m| (m.volume(), m.area()));
+    // Rounding to the frame's grain changed the volume a little.
+    let scale = volume / found.report.volume;
+    found
+        .positions
+        .iter_mut()
+        .for_each(|p| *p = frame.place(*p));
+    found.volumes.iter_mut().for_each(|v| *v *= scale);
+    found
+        .boundary_vectors
+        .iter_mut()
+        .for_each(|b| *b *= length * length);
+    found.spacing *= length;
+    (found.report.volume, found.report.area) = (volume, area);
+    Ok(found)
+}
+
+fn place(
+    solid: &Solid,
+    settings: &SampleSettings,
+    on_surface: bool,
+) -> Result<PointSampling, SampleError> {
     match settings.target {
         Target::Spacing(spacing) => {
             let places = Places::new(solid, spacing, DVec3::ZERO, settings, on_surface)?;
@@ -146,7 +178,7 @@ impl Places {
         } else {
             (DVec3::splat(cell), bounds.min - shift.fract() * cell)
         };
-        let largest = settings.largest_lattice;
+        let largest = settings.largest_octree();
         let octree = Octree::build(solid, cells, start, &settings.grading, largest)?;
         let surface = surface_triangles(solid, SURFACE_DETAIL * cell, &settings.grading)?;
         let leaves = octree.leaves();
@@ -224,6 +256,16 @@ fn surface_nodes(
     kept
 }
 
+/// Nodes at a cell size: one in each cell, and on each squared cell of the surface.
+fn model(a: f64, volume: f64, area: f64) -> f64 {
+    (volume / a + area) / (a * a)
+}
+
+/// The same without those on the surface.
+fn model_inside(a: f64, volume: f64, _: f64) -> f64 {
+    volume / (a * a * a)
+}
+
 /// Finds the cell that gives a number of nodes.
 #[allow(clippy::cast_precision_loss, reason = "counts")]
 fn search(
@@ -239,26 +281,44 @@ fn search(
         });
     }
     let target = wanted as f64;
-    let volume = solid.mesh().map_or_else(
-        || 0.5 * solid.bounds().size().element_product(),
-        Mesh::volume,
-    );
-    let mut cell = (volume / target).cbrt();
+    let largest = settings.largest_octree();
+    let model = if on_surface { model } else { model_inside };
+    let body = Slimness::new(solid, solid.measures(), largest, wanted, model);
+    body.check_count(wanted)?;
+    let mut cell = body.cell_of(target);
+    let least = LEAST_CELL * cell;
     if target > MANY_NODES {
         cell *= FIRST_COARSENING;
     }
     let mut last: Option<(f64, f64)> = None;
     let (mut fine, mut coarse) = (0.0_f64, f64::INFINITY);
     let mut nearest = 0;
+    let (mut vanished, mut spent) = (false, 0.0);
     for round in 0..ROUNDS {
+        if cell < least || body.is_spent(&mut spent, cell) {
+            break;
+        }
         let shift = crate::fill::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
-            Err(SampleError::Vanished { .. }) => {
+            Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
+                if body.is_thin_for(cell) {
+                    return Err(body.thin(wanted, cell));
+                }
+                vanished = true;
                 cell *= 0.5;
+                continue;
+            }
+            Err(SampleError::TooFine { .. }) if round + 1 < ROUNDS => {
+                fine = fine.max(cell);
+                cell *= 2.0;
                 continue;
             }
             other => other?,
         };
+        // Nodes on both sides of a plate and none between them have no thickness to bend.
+        if places.inside == 0 && body.is_thin_for(cell) {
+            return Err(body.thin(wanted, cell));
+        }
         let nodes = places.positions.len();
         if (nodes as f64 - target).abs() <= settings.count_tolerance * target {
             return Ok(places);
@@ -281,6 +341,9 @@ fn search(
         if round < STILL_ROUNDS && coarse.is_finite() && !(cell > fine && cell < coarse) {
             cell = 0.5 * (fine + coarse);
         }
+    }
+    if vanished || nearest == 0 {
+        return Err(body.thin(wanted, body.cell_of(target)));
     }
     Err(SampleError::NodeCount {
         wanted,

@@ -9,6 +9,7 @@ mod gmsh;
 mod obj;
 mod off;
 mod ply;
+mod polygon;
 mod stl;
 mod text;
 mod vtk;
@@ -51,7 +52,7 @@ pub enum Format {
 pub struct MeshFile {
     /// The format found.
     pub format: Format,
-    /// Surface: the triangles of the file (polygons cut into fans), or the boundary of its
+    /// Surface: the triangles of the file (polygons cut into triangles), or the boundary of its
     /// tetrahedra if there are any. Vertices as in the file, used or not.
     pub mesh: Mesh,
     /// Tetrahedra over the same vertices, turned to positive volume.
@@ -106,6 +107,21 @@ pub enum ReadErrorKind {
         /// What should follow.
         expected: &'static str,
     },
+    /// Something follows where the file should end.
+    #[error(
+        "{bytes} bytes follow after the end of the mesh: if they are another mesh, write each into a \
+         file of its own"
+    )]
+    Trailing {
+        /// Number of bytes.
+        bytes: usize,
+    },
+    /// Nothing is in the file.
+    #[error("the file is empty")]
+    Empty,
+    /// A folder, a pipe or a device.
+    #[error("not a regular file: write the mesh into a file first")]
+    NotAFile,
     /// Something else stands there.
     #[error("expected {expected}, found `{found}`")]
     Unexpected {
@@ -170,10 +186,12 @@ struct Raw {
     triangles: Vec<[u32; 3]>,
     tetrahedra: Vec<[u32; 4]>,
     polygons: usize,
+    /// Polygons of more than three corners: the first triangle of each fan, and the corners.
+    fans: Vec<(usize, Vec<u32>, Place)>,
 }
 
 impl Raw {
-    /// Adds a polygon as a fan.
+    /// Adds a polygon as a fan; [`polygon::mend`] looks at it when all vertices are known.
     fn polygon(&mut self, corners: &[u32], place: Place) -> Result<(), Failure> {
         if corners.len() < 3 {
             let found = corners.len().to_string();
@@ -182,6 +200,8 @@ impl Raw {
         }
         if corners.len() > 3 {
             self.polygons += 1;
+            self.fans
+                .push((self.triangles.len(), corners.to_vec(), place));
         }
         for pair in corners.windows(2).skip(1) {
             self.triangles.push([corners[0], pair[0], pair[1]]);
@@ -232,10 +252,45 @@ pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
 }
 
 fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    std::fs::read(path).map_err(|error| ReadError {
+    let failed = |kind| ReadError {
         path: path.to_owned(),
         place: Place::File,
-        kind: ReadErrorKind::Io(error.kind()),
+        kind,
+    };
+    let io = |error: std::io::Error| failed(ReadErrorKind::Io(error.kind()));
+    // A pipe or device may never end.
+    if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return Err(failed(ReadErrorKind::NotAFile));
+    }
+    std::fs::read(path).map_err(io)
+}
+
+/// Whether nothing but zeros and white space is left of a binary file.
+fn is_padding(bytes: &[u8]) -> bool {
+    bytes.iter().all(|b| *b == 0 || b.is_ascii_whitespace())
+}
+
+/// Names what is in a file that no text or mesh can begin with.
+fn check_encoding(bytes: &[u8]) -> Result<(), Failure> {
+    let kind = match bytes {
+        [] => ReadErrorKind::Empty,
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => ReadErrorKind::Unsupported {
+            what: "files in UTF-16",
+            fix: "save it as UTF-8 or ASCII",
+        },
+        [0x1f, 0x8b, ..] => ReadErrorKind::Unsupported {
+            what: "files packed by gzip",
+            fix: "unpack it first",
+        },
+        [b'P', b'K', 3, 4, ..] => ReadErrorKind::Unsupported {
+            what: "zip archives",
+            fix: "unpack it first",
+        },
+        _ => return Ok(()),
+    };
+    Err(Failure {
+        place: Place::File,
+        kind,
     })
 }
 
@@ -252,6 +307,7 @@ pub fn parse_mesh(bytes: &[u8]) -> Result<MeshFile, ReadError> {
 }
 
 fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
+    check_encoding(bytes)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let format = detect(bytes)?;
     let mut raw = match format {
@@ -287,6 +343,7 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
             },
         });
     }
+    polygon::mend(&mut raw)?;
     if !raw.tetrahedra.is_empty() {
         for t in &mut raw.tetrahedra {
             if tetrahedron_volume(t.map(|v| raw.vertices[v as usize])) < 0.0 {
@@ -345,16 +402,22 @@ fn detect(bytes: &[u8]) -> Result<Format, Failure> {
         return Ok(Format::StlAscii);
     }
     let mut text = Text::new(body);
-    let mut lines = 0;
+    let (mut lines, mut seen) = (0, false);
     while let Some(mut words) = text.line() {
+        let whole = words.clone();
         match words.next() {
             None => continue,
+            // Comments may come before the counts.
+            Some(word) if !word.starts_with(b"#") && !seen && off::is_counts(whole) => {
+                return Ok(Format::Off);
+            }
             Some(word) if off::is_keyword(word) => return Ok(Format::Off),
             Some(b"v" | b"vn" | b"vt" | b"vp") => return Ok(Format::Obj),
             Some(b"f" | b"o" | b"g" | b"s" | b"l" | b"mtllib" | b"usemtl") => {}
-            Some(word) if word.starts_with(b"#") => {}
+            Some(word) if word.starts_with(b"#") => continue,
             Some(_) => return Err(unknown),
         }
+        seen = true;
         lines += 1;
         if lines > 10_000 {
             break;
@@ -378,6 +441,7 @@ pub fn read_point_cloud(path: &Path) -> Result<Surfels, ReadError> {
 }
 
 fn parse_cloud(bytes: &[u8]) -> Result<Surfels, Failure> {
+    check_encoding(bytes)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut text = Text::new(bytes);
     let mut surfels = Surfels::default();

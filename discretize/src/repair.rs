@@ -69,6 +69,9 @@ pub struct MeshReport {
     pub parts: usize,
     /// Parts dropped because they are specks against the largest.
     pub dropped_specks: usize,
+    /// Parts dropped because they add nothing to the body: they lie in its inside and look outward, or
+    /// bound a cavity where there is no body.
+    pub dropped_buried: usize,
     /// Parts that bound a cavity in another part.
     pub cavities: usize,
     /// Sum of the parts' genus; `None` if edges are not manifold.
@@ -103,6 +106,10 @@ impl fmt::Display for MeshReport {
             (self.turned_parts, "inside-out part(s) turned"),
             (self.closed_holes, "hole(s) closed"),
             (self.dropped_specks, "speck(s) dropped"),
+            (
+                self.dropped_buried,
+                "part(s) inside another one dropped, which they add nothing to",
+            ),
             (self.non_manifold_edges, "non-manifold edges"),
             (
                 self.self_intersecting.unwrap_or(0),
@@ -129,8 +136,8 @@ impl fmt::Display for MeshReport {
 /// triangles, welds, orients, closes small holes, turns inside-out parts. What was done is
 /// reported; what cannot be done is refused.
 ///
-/// A part inside another one keeps its sense relative to it: inward it is a cavity, outward a
-/// nested body.
+/// A part inside another one keeps its sense relative to it: inward it is a cavity. An outward one adds
+/// nothing where the body is already, so it is dropped and told.
 ///
 /// # Errors
 /// [`RepairError`] with the place.
@@ -155,12 +162,22 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
     let mut work = work.compacted();
     let edges = Edges::new(&work);
     let non_manifold_edges = edges.non_manifold();
-    let turned_triangles = orient(&mut work, &edges);
-    let (closed_holes, largest_hole) = close_holes(&mut work, settings.largest_hole * diagonal)?;
+    let turned_triangles = orient(&mut work, &edges).map_err(|triangle| {
+        let corners = work.corners(triangle as usize);
+        RepairError::OneSided {
+            near: corners.into_iter().sum::<DVec3>() / 3.0,
+        }
+    })?;
+    let (closed_holes, largest_hole) = close_holes(&mut work, settings.largest_hole, diagonal)?;
     let edges = Edges::new(&work);
     let (part_of, parts) = edges.parts(work.triangles.len());
-    let (turned_parts, cavities) = turn_parts(&mut work, &part_of, parts);
-    let dropped_specks = drop_specks(&mut work, &part_of, parts, settings.smallest_part);
+    let Turned {
+        turned: turned_parts,
+        cavities,
+        buried,
+    } = turn_parts(&mut work, &part_of, parts);
+    let (dropped_specks, dropped_buried) =
+        drop_parts(&mut work, &part_of, &buried, settings.smallest_part);
     let work = work.compacted();
     let edges = Edges::new(&work);
     if let Some((count, [a, b])) = edges.unbalanced() {
@@ -188,9 +205,10 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
         largest_hole,
         parts,
         dropped_specks,
+        dropped_buried,
         cavities,
         genus: (edges.non_manifold() == 0)
-            .then(|| edges.genus(&work, parts - dropped_specks))
+            .then(|| edges.genus(&work, parts - dropped_specks - dropped_buried))
             .flatten(),
         self_intersecting: settings
             .find_self_intersections
@@ -302,8 +320,9 @@ fn drop_bad(mesh: &mut Mesh) -> (usize, usize) {
     (degenerate, before - degenerate - mesh.triangles.len())
 }
 
-/// Closes holes up to a perimeter with a fan round their middle; returns how many, and the largest.
-fn close_holes(mesh: &mut Mesh, limit: f64) -> Result<(usize, f64), RepairError> {
+/// Closes holes up to a share of the box's diagonal round with a fan round their middle; returns how many, and the largest.
+fn close_holes(mesh: &mut Mesh, share: f64, diagonal: f64) -> Result<(usize, f64), RepairError> {
+    let limit = share * diagonal;
     let loops = boundary_loops(&Edges::new(mesh));
     let mut largest: (f64, DVec3) = (0.0, DVec3::ZERO);
     for ring in &loops {
@@ -323,6 +342,7 @@ fn close_holes(mesh: &mut Mesh, limit: f64) -> Result<(usize, f64), RepairError>
             perimeter: largest.0,
             near: largest.1,
             limit,
+            share: largest.0 / diagonal,
         });
     }
     for ring in &loops {
@@ -342,9 +362,19 @@ fn close_holes(mesh: &mut Mesh, limit: f64) -> Result<(usize, f64), RepairError>
     Ok((loops.len(), largest.0))
 }
 
-/// Turns outermost parts that are inside out, and what lies in them with them. Returns how many
-/// parts were turned, and how many now bound cavities.
-fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> (usize, usize) {
+/// What [`turn_parts`] found.
+struct Turned {
+    /// Parts turned.
+    turned: usize,
+    /// Parts that bound cavities.
+    cavities: usize,
+    /// Whether each part adds nothing to the body.
+    buried: Vec<bool>,
+}
+
+/// Turns outermost parts that are inside out, and what lies in them with them. A part adds to the body
+/// if it parts inside from outside.
+fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> Turned {
     let mut pieces: Vec<Mesh> = vec![Mesh::default(); parts];
     for (t, &part) in part_of.iter().enumerate() {
         let piece = &mut pieces[part as usize];
@@ -361,24 +391,44 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> (usize, usize) 
             && volumes[outer].abs() > volumes[inner].abs()
             && lies_in(&pieces[inner], &pieces[outer])
     };
-    let mut turn = vec![false; parts];
+    let around: Vec<Vec<usize>> = (0..parts)
+        .map(|part| {
+            let others = (0..parts).filter(|other| *other != part);
+            others.filter(|other| contains(*other, part)).collect()
+        })
+        .collect();
+    let turn: Vec<bool> = (0..parts)
+        .map(|part| {
+            // The outermost part around: the largest that contains this one.
+            let root = around[part]
+                .iter()
+                .max_by(|a, b| volumes[**a].abs().total_cmp(&volumes[**b].abs()));
+            volumes[root.copied().unwrap_or(part)] < 0.0
+        })
+        .collect();
+    let outward = |part: usize| (volumes[part] < 0.0) == turn[part];
     let mut cavities = 0;
+    let mut buried = vec![false; parts];
     for part in 0..parts {
-        // The outermost part around: the largest that contains this one.
-        let root = (0..parts)
-            .filter(|other| *other != part && contains(*other, part))
-            .max_by(|a, b| volumes[*a].abs().total_cmp(&volumes[*b].abs()))
-            .unwrap_or(part);
-        turn[part] = volumes[root] < 0.0;
-        let inward = (volumes[part] < 0.0) != turn[part];
-        cavities += usize::from(inward);
+        let winding: i32 = around[part]
+            .iter()
+            .map(|other| if outward(*other) { 1 } else { -1 })
+            .sum();
+        // Inside is where the winding number is 1 or more.
+        let within = winding + if outward(part) { 1 } else { -1 };
+        buried[part] = (winding >= 1) == (within >= 1);
+        cavities += usize::from(!outward(part) && !buried[part]);
     }
     for (triangle, part) in mesh.triangles.iter_mut().zip(part_of) {
         if turn[*part as usize] {
             triangle.swap(1, 2);
         }
     }
-    (turn.iter().filter(|t| **t).count(), cavities)
+    Turned {
+        turned: turn.iter().filter(|t| **t).count(),
+        cavities,
+        buried,
+    }
 }
 
 /// Whether most of a few points of one part lie inside another; single ones may lie on it.
@@ -394,24 +444,26 @@ fn lies_in(inner: &Mesh, outer: &Mesh) -> bool {
     2 * inside > SAMPLES
 }
 
-/// Drops parts of less than `fraction` of the largest part's volume; returns how many.
-fn drop_specks(mesh: &mut Mesh, part_of: &[u32], parts: usize, fraction: f64) -> usize {
+/// Drops parts of less than `fraction` of the largest part's volume, and those that add nothing; returns
+/// how many of each.
+fn drop_parts(mesh: &mut Mesh, part_of: &[u32], buried: &[bool], fraction: f64) -> (usize, usize) {
     let origin = mesh.bounds().center();
-    let mut volumes = vec![0.0; parts];
+    let mut volumes = vec![0.0; buried.len()];
     for (t, part) in part_of.iter().enumerate() {
         let [a, b, c] = mesh.corners(t).map(|p| p - origin);
         volumes[*part as usize] += a.dot(b.cross(c)) / 6.0;
     }
     let largest = volumes.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let is_speck = |part: usize| volumes[part].abs() < fraction * largest;
     let mut at = 0;
     mesh.triangles.retain(|_| {
         at += 1;
-        volumes[part_of[at - 1] as usize].abs() >= fraction * largest
+        let part = part_of[at - 1] as usize;
+        !is_speck(part) && !buried[part]
     });
-    volumes
-        .iter()
-        .filter(|v| v.abs() < fraction * largest)
-        .count()
+    let specks = (0..buried.len()).filter(|part| is_speck(*part)).count();
+    let others = (0..buried.len()).filter(|part| buried[*part] && !is_speck(*part));
+    (specks, others.count())
 }
 
 /// Groups triangles joined by any edge.

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::error::SampleError;
 use crate::fill::{Filler, MEAN_EDGE};
+use crate::frame::Frame;
 use crate::grading::Grading;
 use crate::losses::{check_parts, count_pieces, missed_share};
 use crate::mesh::Mesh;
@@ -38,8 +39,9 @@ pub struct SampleSettings {
     pub smoothing_sweeps: usize,
     /// Where the spacing differs from the one at the surface; the default is one spacing.
     pub grading: Grading,
-    /// Most cells of the lattice or octree before [`SampleError::TooFine`]; a cell takes about 20
-    /// bytes in a lattice, 400 in an octree.
+    /// Most cells of the lattice before [`SampleError::TooFine`], and 20 times those of an octree: an
+    /// empty cell takes about 20 bytes in a lattice, 400 in an octree. A search for a number of nodes
+    /// takes a tenth of that and as much again for every 2,000 nodes.
     pub largest_lattice: usize,
 }
 
@@ -50,8 +52,15 @@ impl Default for SampleSettings {
             count_tolerance: 0.05,
             smoothing_sweeps: 4,
             grading: Grading::default(),
-            largest_lattice: 200_000_000,
+            largest_lattice: 10_000_000,
         }
+    }
+}
+
+impl SampleSettings {
+    /// Most cells of an octree.
+    pub(crate) fn largest_octree(&self) -> usize {
+        self.largest_lattice / 20
     }
 }
 
@@ -165,12 +174,26 @@ pub fn sample_tetrahedra(
     settings: &SampleSettings,
 ) -> Result<Sampling, SampleError> {
     let oracle = Oracle::new(solid);
-    let filler = Filler::new(&oracle, settings)?;
-    let (stuffed, cell) = match settings.target {
-        Target::Spacing(spacing) => filler.search_spacing(spacing)?,
-        Target::NodeCount(nodes) => filler.search(nodes)?,
+    settings.grading.check()?;
+    let Some((frame, inside)) = Frame::of(solid) else {
+        let (stuffed, cell) = fill(&oracle, settings)?;
+        return finish(&oracle, stuffed, cell * MEAN_EDGE);
     };
-    finish(&oracle, stuffed, cell * MEAN_EDGE)
+    let filled = fill(&Oracle::new(&inside), &frame.settings(settings));
+    let (mut stuffed, cell) = filled.map_err(|error| frame.error(error))?;
+    for p in &mut stuffed.positions {
+        *p = frame.place(*p);
+    }
+    finish(&oracle, stuffed, cell * frame.length() * MEAN_EDGE)
+}
+
+/// Tetrahedra and the cell that gave what was asked for.
+fn fill(oracle: &Oracle<'_>, settings: &SampleSettings) -> Result<(Stuffed, f64), SampleError> {
+    let filler = Filler::new(oracle, settings)?;
+    match settings.target {
+        Target::Spacing(spacing) => filler.search_spacing(spacing),
+        Target::NodeCount(nodes) => filler.search(nodes),
+    }
 }
 
 /// Refuses lost parts, orders the nodes, sums volumes and boundary vectors, measures.

@@ -1,13 +1,14 @@
 //! Bodies: shapes given by a function, and repaired meshes, behind one set of questions.
 
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
 use crate::hierarchy::Hierarchy;
 use crate::liver::liver;
 use crate::mesh::{Bounds, Mesh};
+use crate::slimness::{Measures, measures_by_grid};
 
 /// Shapes without a file, centred at the origin unless said otherwise (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,6 +113,8 @@ pub struct Solid {
     bounds: Bounds,
     /// The surface is the box itself: a lattice that fits it exactly is worth having.
     is_box: bool,
+    /// Volume and area of an implicit body, once someone asks.
+    grid_measures: OnceLock<Measures>,
 }
 
 #[derive(Clone)]
@@ -170,6 +173,7 @@ impl Solid {
             kind: Kind::Implicit(Arc::new(function)),
             bounds,
             is_box: false,
+            grid_measures: OnceLock::new(),
         }
     }
 
@@ -186,6 +190,7 @@ impl Solid {
             kind: Kind::Mesh(Arc::new(MeshBody { mesh, hierarchy })),
             bounds,
             is_box: false,
+            grid_measures: OnceLock::new(),
         }
     }
 
@@ -215,6 +220,24 @@ impl Solid {
         match &self.kind {
             Kind::Implicit(_) => None,
             Kind::Mesh(body) => Some(&body.hierarchy),
+        }
+    }
+
+    /// Volume and area: those of the surface, or of a grid's points in an implicit body's box.
+    pub(crate) fn measures(&self) -> Measures {
+        match &self.kind {
+            Kind::Mesh(body) => Measures {
+                volume: body.mesh.volume(),
+                area: body.mesh.area(),
+            },
+            Kind::Implicit(_) if self.is_box => {
+                let size = self.bounds.size();
+                Measures {
+                    volume: size.element_product(),
+                    area: 2.0 * size.dot(DVec3::new(size.y, size.z, size.x)),
+                }
+            }
+            Kind::Implicit(_) => *self.grid_measures.get_or_init(|| measures_by_grid(self)),
         }
     }
 

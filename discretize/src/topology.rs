@@ -112,8 +112,9 @@ impl Edges {
 }
 
 /// Turns triangles so that neighbours over two-sided edges agree; in each sheet the fewer turn.
-/// Returns how many were turned.
-pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> usize {
+/// Returns how many were turned, or a triangle where a sheet comes back to itself with its other
+/// side, as a Moebius strip does.
+pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> Result<usize, u32> {
     let n = mesh.triangles.len();
     // Neighbours as CSR: (other triangle, whether both run the edge the same way).
     let mut offsets = vec![0_usize; n + 1];
@@ -156,10 +157,13 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> usize {
             let own = turned[t] == Some(true);
             count += usize::from(own);
             for &(other, same) in &neighbours[offsets[t]..offsets[t + 1]] {
-                let other = other as usize;
-                if turned[other].is_none() {
-                    turned[other] = Some(own != same);
-                    sheet.push(other);
+                let wanted = Some(own != same);
+                let found = &mut turned[other as usize];
+                if found.is_none() {
+                    *found = wanted;
+                    sheet.push(other as usize);
+                } else if *found != wanted {
+                    return Err(other);
                 }
             }
         }
@@ -171,7 +175,7 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> usize {
             }
         }
     }
-    total
+    Ok(total)
 }
 
 /// Rims of holes as closed rings of vertices, in the sense that closing triangles need.

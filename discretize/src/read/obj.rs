@@ -1,5 +1,7 @@
 //! Wavefront OBJ: `v` and `f`; everything else is skipped.
 
+use std::borrow::Cow;
+
 use super::text::{Text, unexpected};
 use super::{Failure, Place, Raw, out_of_range, point, vertex_index};
 
@@ -8,7 +10,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     // Faces may precede their vertices: indices are checked at the end.
     let mut corners: Vec<i64> = Vec::new();
     let mut faces: Vec<(usize, Place)> = Vec::new();
-    let mut text = Text::new(bytes);
+    let joined = join_lines(bytes);
+    let mut text = Text::new(&joined);
     while let Some(mut words) = text.line() {
         let place = words.place();
         match words.next() {
@@ -55,4 +58,35 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
         raw.polygon(&face, place)?;
     }
     Ok(raw)
+}
+
+/// The text with lines that end in a backslash joined to the next. The joined lines' ends follow
+/// behind, so that later lines keep their numbers.
+fn join_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let continued = |pair: &[u8]| pair[0] == b'\\' && matches!(pair[1], b'\n' | b'\r');
+    if !bytes.windows(2).any(continued) {
+        return Cow::Borrowed(bytes);
+    }
+    let mut out = Vec::with_capacity(bytes.len());
+    let (mut rest, mut owed) = (bytes, 0);
+    while let Some((&byte, after)) = rest.split_first() {
+        rest = after;
+        let ends = if rest.starts_with(b"\r\n") {
+            2
+        } else {
+            usize::from(matches!(rest.first(), Some(b'\n' | b'\r')))
+        };
+        if byte == b'\\' && ends > 0 {
+            out.push(b' ');
+            rest = &rest[ends..];
+            owed += 1;
+        } else {
+            out.push(byte);
+            if byte == b'\n' {
+                out.extend(std::iter::repeat_n(b'\n', owed));
+                owed = 0;
+            }
+        }
+    }
+    Cow::Owned(out)
 }

@@ -1,6 +1,6 @@
 //! Object File Format.
 
-use super::text::{Text, check_count, unexpected};
+use super::text::{Text, Words, check_count, unexpected};
 use super::{Failure, Raw, point, vertex_index};
 
 /// Whether a word opens an OFF file, with its optional prefixes for colours, normals and texture.
@@ -9,13 +9,29 @@ pub(super) fn is_keyword(word: &[u8]) -> bool {
         .is_some_and(|prefix| matches!(prefix, b"" | b"C" | b"N" | b"CN" | b"ST" | b"STC" | b"STN"))
 }
 
+/// Whether a line has the three counts that a file without the keyword begins with.
+pub(super) fn is_counts(words: Words<'_>) -> bool {
+    let mut counts = 0;
+    for word in words.take_while(|word| !word.starts_with(b"#")) {
+        if !word.iter().all(u8::is_ascii_digit) {
+            return false;
+        }
+        counts += 1;
+    }
+    counts == 3
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     let mut raw = Raw::default();
     let mut text = Text::new(bytes);
     let mut words = text.full_line("`OFF`")?;
-    let keyword = words.next().unwrap_or_default();
-    if !is_keyword(keyword) {
-        return Err(unexpected("`OFF`", keyword, words.place()));
+    // The keyword is optional.
+    let place = words.place();
+    let mut first = words.clone();
+    if first.next().is_some_and(is_keyword) {
+        words = first;
+    } else if !is_counts(words.clone()) {
+        return Err(unexpected("`OFF`", words.next().unwrap_or_default(), place));
     }
     let mut counts = Vec::new();
     loop {
@@ -63,5 +79,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
         }
         raw.polygon(&corners, place)?;
     }
+    text.end()?;
     Ok(raw)
 }

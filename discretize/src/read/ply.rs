@@ -1,7 +1,7 @@
 //! PLY: text and binary of both byte orders; vertices' x, y, z and faces' index lists.
 
 use super::text::{Text, check_count, unexpected};
-use super::{Failure, Place, Raw, ReadErrorKind, point, vertex_index};
+use super::{Failure, Place, Raw, ReadErrorKind, is_padding, point, vertex_index};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Encoding {
@@ -80,8 +80,24 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     let (encoding, elements) = header(&mut text)?;
     let mut source = Source { text, encoding };
     let mut raw = Raw::default();
+    // Faces may stand before the vertices, so it is the header that says how many there are.
+    let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
+    let vertices: i64 = vertices.map(|e| e.count).fold(0, i64::saturating_add);
+    let vertices = usize::try_from(vertices).unwrap_or(0);
     for element in &elements {
-        read_element(element, &mut source, &mut raw)?;
+        read_element(element, vertices, &mut source, &mut raw)?;
+    }
+    match encoding {
+        Encoding::Ascii => source.text.end()?,
+        _ if is_padding(source.text.rest()) => {}
+        _ => {
+            return Err(Failure {
+                place: source.place(),
+                kind: ReadErrorKind::Trailing {
+                    bytes: source.text.rest().len(),
+                },
+            });
+        }
     }
     Ok(raw)
 }
@@ -222,7 +238,12 @@ impl Source<'_> {
     }
 }
 
-fn read_element(element: &Element, source: &mut Source<'_>, raw: &mut Raw) -> Result<(), Failure> {
+fn read_element(
+    element: &Element,
+    vertices: usize,
+    source: &mut Source<'_>,
+    raw: &mut Raw,
+) -> Result<(), Failure> {
     let least = match source.encoding {
         Encoding::Ascii => 2 * element.properties.len(),
         _ => element
@@ -249,7 +270,7 @@ fn read_element(element: &Element, source: &mut Source<'_>, raw: &mut Raw) -> Re
                 for _ in 0..size {
                     let v = source.integer(property.value)?;
                     if property.role == Role::Corners && element.role == ElementRole::Face {
-                        corners.push(vertex_index(v, raw.vertices.len(), place)?);
+                        corners.push(vertex_index(v, vertices, place)?);
                     }
                 }
                 if property.role == Role::Corners && element.role == ElementRole::Face {

@@ -1,7 +1,7 @@
 //! STL: triangles without shared corners, as text or binary.
 
 use super::text::{Text, unexpected};
-use super::{Failure, Place, Raw, ReadErrorKind, point};
+use super::{Failure, Place, Raw, ReadErrorKind, is_padding, point};
 use crate::mesh::index;
 
 const HEADER: usize = 84;
@@ -24,17 +24,40 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 
 pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, Failure> {
     let mut raw = Raw::default();
-    let count = u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]);
-    let facets = bytes[HEADER..].chunks_exact(FACET);
+    let mut at = 0;
+    // Some tools write one solid after the other, each with a header of its own.
+    while at == 0 || !is_padding(&bytes[at..]) {
+        at = solid(bytes, at, &mut raw)?;
+    }
+    Ok(raw)
+}
+
+/// Reads the solid whose header begins at a byte; where the next one may begin.
+fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
+    let rest = &bytes[start..];
+    let trailing = Failure {
+        place: Place::Byte(start),
+        kind: ReadErrorKind::Trailing { bytes: rest.len() },
+    };
+    let Some((header, facets)) = rest.split_at_checked(HEADER) else {
+        return Err(trailing);
+    };
+    let count = u32::from_le_bytes([header[80], header[81], header[82], header[83]]);
+    let facets = facets.chunks_exact(FACET);
     if facets.len() < count as usize {
-        return Err(Failure {
-            place: Place::Byte(80),
-            kind: ReadErrorKind::Count {
-                what: "triangles",
-                count: u64::from(count),
-            },
+        return Err(if start > 0 {
+            trailing
+        } else {
+            Failure {
+                place: Place::Byte(80),
+                kind: ReadErrorKind::Count {
+                    what: "triangles",
+                    count: u64::from(count),
+                },
+            }
         });
     }
+    let first_facet = start + HEADER;
     for (f, facet) in facets.take(count as usize).enumerate() {
         let first = index(raw.vertices.len());
         for corner in 1..4 {
@@ -43,39 +66,50 @@ pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, Failure> {
             for (x, bytes) in xyz.iter_mut().zip(facet[at..at + 12].chunks_exact(4)) {
                 *x = f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
             }
-            let place = Place::Byte(HEADER + f * FACET + at);
+            let place = Place::Byte(first_facet + f * FACET + at);
             raw.vertices.push(point(xyz, place)?);
         }
         raw.triangles.push([first, first + 1, first + 2]);
     }
-    Ok(raw)
+    Ok(first_facet + count as usize * FACET)
 }
 
 pub(super) fn parse_ascii(bytes: &[u8]) -> Result<Raw, Failure> {
     let mut raw = Raw::default();
     let mut text = Text::new(bytes);
     let mut corners = 0;
+    let mut ended = true;
     while let Some(mut words) = text.line() {
         let place = words.place();
         let Some(word) = words.next() else { continue };
-        if word.eq_ignore_ascii_case(b"vertex") {
-            let mut xyz = [0.0; 3];
-            for x in &mut xyz {
-                *x = words.float("three coordinates")?;
+        match word.to_ascii_lowercase().as_slice() {
+            b"vertex" => {
+                let mut xyz = [0.0; 3];
+                for x in &mut xyz {
+                    *x = words.float("three coordinates")?;
+                }
+                raw.vertices.push(point(xyz, place)?);
+                corners += 1;
             }
-            raw.vertices.push(point(xyz, place)?);
-            corners += 1;
-        } else if word.eq_ignore_ascii_case(b"endfacet") {
-            if corners != 3 {
-                return Err(unexpected("three vertices before", word, place));
+            b"endfacet" => {
+                if corners != 3 {
+                    return Err(unexpected("three vertices before", word, place));
+                }
+                let end = index(raw.vertices.len());
+                raw.triangles.push([end - 3, end - 2, end - 1]);
+                corners = 0;
             }
-            let end = index(raw.vertices.len());
-            raw.triangles.push([end - 3, end - 2, end - 1]);
-            corners = 0;
+            b"solid" => ended = false,
+            b"endsolid" => ended = true,
+            b"facet" | b"outer" | b"endloop" | b"color" => {}
+            _ => return Err(unexpected("a line of an STL text", word, place)),
         }
     }
     if corners != 0 {
         return Err(text.truncated("`endfacet`"));
+    }
+    if !ended {
+        return Err(text.truncated("`endsolid`"));
     }
     Ok(raw)
 }

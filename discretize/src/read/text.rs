@@ -13,6 +13,7 @@ pub(super) struct Text<'a> {
 }
 
 /// The words of one line.
+#[derive(Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
     line: usize,
@@ -123,6 +124,19 @@ impl<'a> Text<'a> {
     pub(super) fn count(&mut self, what: &'static str, least: usize) -> Result<usize, Failure> {
         let value = self.integer(what)?;
         check_count(value, what, least, self.rest().len(), self.place())
+    }
+
+    /// The end of the file: only white space and comments may follow.
+    pub(super) fn end(&mut self) -> Result<(), Failure> {
+        match self.full_line("") {
+            Err(_) => Ok(()),
+            Ok(words) => Err(Failure {
+                place: words.place(),
+                kind: ReadErrorKind::Trailing {
+                    bytes: self.rest().len() + words.rest.len(),
+                },
+            }),
+        }
     }
 
     pub(super) fn truncated(&self, expected: &'static str) -> Failure {

@@ -1,5 +1,6 @@
 //! `phyxel check`.
 
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::time::Instant;
 
@@ -7,17 +8,16 @@ use clap::Args;
 use serde::Serialize;
 
 use super::source::Source;
-use super::{CliError, Overrides};
+use super::{CliError, Overrides, printable};
 use crate::picture::Painter;
-use crate::run::RunError;
 use crate::scene::Scene;
-use crate::world::{Member, World};
+use crate::world::{Member, World, WorldError};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArguments {
     /// Embedded scene, scene file (.ron) or mesh file.
     #[arg(value_name = "SCENE|MESH")]
-    scene: String,
+    scene: OsString,
     #[command(flatten)]
     overrides: Overrides,
     /// Print the costs as one JSON object on stdout.
@@ -41,6 +41,9 @@ struct Costs {
     captures: usize,
     /// Frames after settling.
     frames: f64,
+    /// What the scene asks for in vain, or is of another size than its bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -70,21 +73,24 @@ const TIMED_STEPS: u32 = 40;
 /// Reads and validates a scene, builds its bodies, takes a few steps and prints what it would cost.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     let overrides = arguments.overrides.parse()?;
-    let (scene, note) = Source::of(Some(&arguments.scene))?.scene(&overrides)?;
+    let source = Source::of(Some(&arguments.scene))?;
+    let (scene, note) = source.scene(&overrides)?;
     let mut out = io::stdout().lock();
-    let costs = costs(scene)?;
+    let costs = costs(&scene).map_err(|error| source.locate(&scene, &overrides, error))?;
     if arguments.json {
         writeln!(out, "{}", serde_json::to_string(&costs)?)?;
         return Ok(());
     }
     if let Some(note) = note {
-        writeln!(out, "{note}")?;
+        writeln!(out, "{}", printable(&note))?;
     }
-    print(&mut out, &costs)?;
+    let mut text = Vec::new();
+    print(&mut text, &costs)?;
+    write!(out, "{}", printable(&String::from_utf8_lossy(&text)))?;
     Ok(())
 }
 
-fn costs(scene: Scene) -> Result<Costs, CliError> {
+fn costs(scene: &Scene) -> Result<Costs, WorldError> {
     let integration = scene.integration;
     let captures = scene.cuts.iter().map(|cut| cut.capture_times().len()).sum();
     let strokes = scene.cuts.len();
@@ -92,7 +98,9 @@ fn costs(scene: Scene) -> Result<Costs, CliError> {
         (pictures.rate * integration.duration).floor() + 1.0
     });
     let name = scene.name.clone();
-    let mut world = World::new(scene).map_err(RunError::World)?;
+    let mut world = World::new(scene.clone())?;
+    let mut warnings = world.warnings();
+    warnings.extend(world.misses());
     let step = world.step_size();
     let parts = parts(&mut world)?;
     Ok(Costs {
@@ -108,6 +116,7 @@ fn costs(scene: Scene) -> Result<Costs, CliError> {
         strokes,
         captures,
         frames,
+        warnings,
     })
 }
 
@@ -125,9 +134,9 @@ fn body_costs(member: &Member) -> BodyCosts {
 }
 
 /// Takes the first steps of the scene, and draws a frame if it has pictures.
-fn parts(world: &mut World) -> Result<Vec<PartCosts>, CliError> {
+fn parts(world: &mut World) -> Result<Vec<PartCosts>, WorldError> {
     for _ in 0..TIMED_STEPS {
-        world.step().map_err(RunError::World)?;
+        world.step()?;
     }
     let spent =
         |world: &mut World, phase| 1e3 * world.phases().of(phase).seconds / f64::from(TIMED_STEPS);
@@ -150,7 +159,7 @@ fn parts(world: &mut World) -> Result<Vec<PartCosts>, CliError> {
         milliseconds: Some(0.0),
     };
     if let Some(wish) = world.scene().pictures {
-        let mut painter = Painter::new(world, &wish).map_err(RunError::World)?;
+        let mut painter = Painter::new(world, &wish)?;
         let start = Instant::now();
         painter.carry(world);
         painter.draw(world);
@@ -196,10 +205,14 @@ fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
             out,
             "  pictures: {:.0} frames and those of settling",
             costs.frames
-        )
+        )?;
     } else {
-        writeln!(out, "  pictures: off, so no surfels either")
+        writeln!(out, "  pictures: off, so no surfels either")?;
     }
+    for warning in &costs.warnings {
+        writeln!(out, "  warning: {warning}")?;
+    }
+    Ok(())
 }
 
 fn print_parts(out: &mut impl Write, parts: &[PartCosts]) -> io::Result<()> {

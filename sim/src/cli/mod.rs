@@ -14,8 +14,9 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
-use crate::scene::SceneError;
+use crate::scene::{Place, SceneError};
 use crate::study::StudyError;
+use crate::world::WorldError;
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
 #[derive(Debug, Parser)]
@@ -68,6 +69,11 @@ enum CliError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Source(#[from] source::SourceError),
+    #[error("{place}: {error}")]
+    Body {
+        place: Place,
+        error: Box<WorldError>,
+    },
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
@@ -95,6 +101,20 @@ enum CliError {
     Json(#[from] serde_json::Error),
 }
 
+/// A text for a terminal: what a file may hold of control characters is shown and not obeyed.
+fn printable(text: &str) -> String {
+    let shown = |c: char| c == '\n' || !c.is_control();
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        if shown(character) {
+            out.push(character);
+        } else {
+            out.extend(character.escape_default());
+        }
+    }
+    out
+}
+
 /// Runs the program with the arguments it was started with.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -109,14 +129,29 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads stdout has heard enough.
-        Err(CliError::Stdout(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+        // Whoever reads stdout or stderr has heard enough.
+        Err(CliError::Stdout(error) | CliError::Stderr(error))
+            if error.kind() == io::ErrorKind::BrokenPipe =>
+        {
             ExitCode::SUCCESS
         }
         Err(error) => {
             // Nobody is left to tell if stderr is gone too; the status says it.
-            let _ = writeln!(io::stderr(), "error: {error}");
+            let _ = writeln!(io::stderr(), "error: {}", printable(&error.to_string()));
             ExitCode::FAILURE
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::printable;
+
+    #[test]
+    fn control_characters_are_shown() {
+        assert_eq!(
+            printable("a\n\u{1b}[31mb\r\u{9b}c ä"),
+            "a\n\\u{1b}[31mb\\r\\u{9b}c ä"
+        );
     }
 }

@@ -1,21 +1,22 @@
 //! `phyxel run`.
 
+use std::ffi::{OsStr, OsString};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::source::Source;
-use super::{CliError, Overrides};
+use super::{CliError, Overrides, printable};
 use crate::output::{Interrupt, read_checkpoint, read_input};
-use crate::run::{RunOptions, replay, resume, run as run_scene, table};
+use crate::run::{RunError, RunOptions, replay, resume, run as run_scene, table};
 use crate::scene::Override;
 
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
     /// Embedded scene, scene file (.ron) or mesh file.
     #[arg(value_name = "SCENE|MESH")]
-    pub(super) scene: Option<String>,
+    pub(super) scene: Option<OsString>,
     #[command(flatten)]
     pub(super) flags: RunFlags,
 }
@@ -47,7 +48,7 @@ pub(super) struct RunFlags {
 }
 
 /// Runs the scene that `argument` names, or the first embedded one.
-pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliError> {
+pub(super) fn run(argument: Option<&OsStr>, flags: &RunFlags) -> Result<(), CliError> {
     let overrides = flags.overrides.parse()?;
     let mut options = RunOptions {
         out: PathBuf::new(),
@@ -58,7 +59,7 @@ pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliErr
     let summary = if let Some(file) = &flags.resume {
         if let Some(scene) = argument {
             return Err(CliError::ResumeOfScene {
-                scene: scene.to_owned(),
+                scene: scene.to_string_lossy().into_owned(),
             });
         }
         if let Some(fixed) = overrides.iter().find(|change| !is_free(change)) {
@@ -71,19 +72,25 @@ pub(super) fn run(argument: Option<&str>, flags: &RunFlags) -> Result<(), CliErr
         options.out = flags.out.clone().unwrap_or(folder);
         resume(&scene, state, &options)?
     } else {
-        let (scene, note) = Source::of(argument)?.scene(&overrides)?;
+        let source = Source::of(argument)?;
+        let (scene, note) = source.scene(&overrides)?;
         if let Some(note) = note.filter(|_| !flags.quiet) {
-            writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
+            writeln!(io::stderr(), "{}", printable(&note)).map_err(CliError::Stderr)?;
         }
         let folder = || PathBuf::from("out").join(&scene.name);
         options.out = flags.out.clone().unwrap_or_else(folder);
-        match &flags.replay {
-            Some(file) => replay(&scene, read_input(file, &scene)?, &options)?,
-            None => run_scene(&scene, &options)?,
-        }
+        let outcome = match &flags.replay {
+            Some(file) => replay(&scene, read_input(file, &scene)?, &options),
+            None => run_scene(&scene, &options),
+        };
+        outcome.map_err(|error| match error {
+            RunError::World(error) => source.locate(&scene, &overrides, error),
+            error => error.into(),
+        })?
     };
     if !flags.quiet {
-        write!(io::stderr(), "{}", table(&summary, &options.out)).map_err(CliError::Stderr)?;
+        let table = printable(&table(&summary, &options.out));
+        write!(io::stderr(), "{table}").map_err(CliError::Stderr)?;
     }
     if flags.json {
         let text = serde_json::to_string(&summary)?;

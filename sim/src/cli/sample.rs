@@ -10,7 +10,7 @@ use phyxel_discretize::{
     read_mesh, repair, sample_file, sample_points,
 };
 
-use super::CliError;
+use super::{CliError, printable};
 use crate::output::OutputFolder;
 
 /// Number of nodes where neither spacing nor number is given.
@@ -40,6 +40,9 @@ pub(super) struct SampleArguments {
     /// --refine, and points of the surface.
     #[arg(long)]
     points: bool,
+    /// Holes up to this perimeter, as a share of the diagonal of the mesh's box, are closed.
+    #[arg(long, value_name = "SHARE", default_value_t = RepairSettings::default().largest_hole)]
+    largest_hole: f64,
     /// File to write: .vtk for nodes and tetrahedra with volumes and boundary vectors, .ply for the
     /// surface of the tetrahedra [default: the mesh's name with .nodes.vtk, in this folder]
     #[arg(long, value_name = "FILE")]
@@ -115,13 +118,17 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
         },
         ..SampleSettings::default()
     };
+    let repairs = RepairSettings {
+        largest_hole: arguments.largest_hole,
+        ..RepairSettings::default()
+    };
     if arguments.points && surface_only {
         return Err(SampleProblem::NoSurface.into());
     }
     let sampled = if arguments.points {
-        points(mesh, scale, &settings)
+        points(mesh, scale, &repairs, &settings)
     } else {
-        tetrahedra(mesh, scale, &settings, surface_only)
+        tetrahedra(mesh, scale, &repairs, &settings, surface_only)
     };
     let (content, mesh_report, report) = sampled.map_err(|problem| match problem {
         // The reader names the file itself.
@@ -133,13 +140,14 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
     })?;
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = OutputFolder::create(folder.unwrap_or(Path::new(".")))?;
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    folder.write(&name, &content)?;
+    let name = out.file_name().unwrap_or_default();
+    folder.write(name, &content)?;
     if !arguments.quiet {
         let mut terminal = io::stderr().lock();
         writeln!(terminal, "mesh: {mesh_report}").map_err(CliError::Stderr)?;
         writeln!(terminal, "nodes: {report}").map_err(CliError::Stderr)?;
-        writeln!(terminal, "{}", out.display()).map_err(CliError::Stderr)?;
+        let name = printable(&out.display().to_string());
+        writeln!(terminal, "{name}").map_err(CliError::Stderr)?;
     }
     Ok(())
 }
@@ -147,8 +155,14 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
 /// Content of the file, report of the mesh, report of the nodes.
 type Sampled = Result<(Vec<u8>, String, String), FileError>;
 
-fn tetrahedra(mesh: &Path, scale: f64, settings: &SampleSettings, surface_only: bool) -> Sampled {
-    let sampled = sample_file(mesh, scale, &RepairSettings::default(), settings)?;
+fn tetrahedra(
+    mesh: &Path,
+    scale: f64,
+    repairs: &RepairSettings,
+    settings: &SampleSettings,
+    surface_only: bool,
+) -> Sampled {
+    let sampled = sample_file(mesh, scale, repairs, settings)?;
     let content = if surface_only {
         ply_mesh(&sampled.sampling.surface().0)
     } else {
@@ -158,9 +172,9 @@ fn tetrahedra(mesh: &Path, scale: f64, settings: &SampleSettings, surface_only: 
     Ok((content, sampled.mesh_report.to_string(), report))
 }
 
-fn points(mesh: &Path, scale: f64, settings: &SampleSettings) -> Sampled {
+fn points(mesh: &Path, scale: f64, repairs: &RepairSettings, settings: &SampleSettings) -> Sampled {
     let file = read_mesh(mesh)?;
-    let (mesh, report) = repair(&Mesh::scaled(file.mesh, scale), &RepairSettings::default())?;
+    let (mesh, report) = repair(&Mesh::scaled(file.mesh, scale), repairs)?;
     let sampling = sample_points(&Solid::from_mesh(mesh), settings, true)?;
     Ok((
         sampling.to_vtk(),

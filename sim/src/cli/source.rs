@@ -1,10 +1,12 @@
 //! What a scene argument names: an embedded scene, a scene file or a mesh.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use phyxel_discretize::{ReadError, RepairError, RepairSettings, read_mesh, repair};
 
-use crate::scene::{EMBEDDED, MeshExtent, Override, Scene, UnitGuess};
+use crate::scene::{EMBEDDED, MeshExtent, Override, Scene, UnitGuess, place_of_body, read_text};
+use crate::world::WorldError;
 
 use super::CliError;
 
@@ -36,7 +38,7 @@ pub(super) enum Source {
 
 impl Source {
     /// Understands `argument`; the first embedded scene where there is none.
-    pub(super) fn of(argument: Option<&str>) -> Result<Self, SourceError> {
+    pub(super) fn of(argument: Option<&OsStr>) -> Result<Self, SourceError> {
         let Some(argument) = argument else {
             return Ok(Self::Embedded(EMBEDDED[0].name.to_owned()));
         };
@@ -50,14 +52,46 @@ impl Source {
                 Ok(Self::Mesh(path.to_owned()))
             }
             None if !path.exists() && path.components().count() == 1 => {
-                Ok(Self::Embedded(argument.to_owned()))
+                Ok(Self::Embedded(argument.to_string_lossy().into_owned()))
             }
-            None if EMBEDDED.iter().any(|scene| scene.name == argument) => {
-                Ok(Self::Embedded(argument.to_owned()))
+            None if EMBEDDED.iter().any(|scene| argument == scene.name) => {
+                Ok(Self::Embedded(argument.to_string_lossy().into_owned()))
             }
             _ => Err(SourceError::Extension {
                 file: path.to_owned(),
             }),
+        }
+    }
+
+    /// A failure of a body with the place where the body was written.
+    pub(super) fn locate(
+        &self,
+        scene: &Scene,
+        overrides: &[Override],
+        error: WorldError,
+    ) -> CliError {
+        let index = scene.bodies.iter().position(|body| body.name == error.body);
+        let index = index.unwrap_or(0);
+        let place = match self {
+            Self::Embedded(name) => {
+                let text = EMBEDDED.iter().find(|scene| scene.name == name);
+                let text = text.map(|scene| scene.text);
+                place_of_body(index, text, &format!("scene '{name}'"), overrides)
+            }
+            Self::File(file) => {
+                // It was read before; if it is gone now, its name is all there is to tell.
+                let text = read_text(file).ok();
+                let origin = file.display().to_string();
+                place_of_body(index, text.as_deref(), &origin, overrides)
+            }
+            Self::Mesh(file) => {
+                let origin = format!("default scene of {}", file.display());
+                place_of_body(index, None, &origin, &[])
+            }
+        };
+        CliError::Body {
+            place,
+            error: Box::new(error),
         }
     }
 
@@ -83,6 +117,8 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
     let settings = RepairSettings {
         // The run looks for them itself.
         find_self_intersections: false,
+        largest_hole: Override::number(overrides, "bodies[0].shape.largest_hole")
+            .unwrap_or(RepairSettings::default().largest_hole),
         ..RepairSettings::default()
     };
     let (_, report) = repair(&read.mesh, &settings).map_err(|problem| SourceError::Solid {

@@ -48,7 +48,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<(), CliError> {
     } else {
         Effort::Full
     };
-    let folder = OutputFolder::create(&arguments.out)?;
+    let folder = OutputFolder::claim(&arguments.out)?;
     let mut all = Vec::new();
     for study in chosen {
         let findings = study.run(&folder, effort)?;

@@ -5,7 +5,6 @@
 //! The state is written by postcard, which stores each `f64` as its 8 bytes: what is read back is
 //! equal to the bit.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{OutputError, OutputFolder};
-use crate::scene::{Override, Scene, SceneError};
+use crate::scene::{Override, Scene, SceneError, read_file};
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"phyxel checkpoint 1\n";
@@ -98,7 +97,7 @@ pub fn read_checkpoint<S: DeserializeOwned>(
     file: &Path,
     overrides: &[Override],
 ) -> Result<(Scene, S), CheckpointError> {
-    let bytes = fs::read(file).map_err(|source| CheckpointError::Read {
+    let bytes = read_file(file).map_err(|source| CheckpointError::Read {
         file: file.to_owned(),
         source,
     })?;
@@ -169,6 +168,8 @@ fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn state() -> Vec<(u64, f64)> {

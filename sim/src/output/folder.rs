@@ -1,7 +1,8 @@
 //! The output folder.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::ffi::{OsStr, OsString};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// A result that cannot be written.
@@ -30,6 +31,17 @@ pub enum OutputError {
         /// What the system said.
         source: io::Error,
     },
+    /// Another run writes into the folder.
+    #[error(
+        "output folder {}: {holder} is writing into it; wait for its end or name another with --out",
+        folder.display()
+    )]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+        /// Who holds it.
+        holder: String,
+    },
     /// A file cannot be written.
     #[error("cannot write {}: {source}", file.display())]
     File {
@@ -50,7 +62,12 @@ pub struct OutputFolder {
     path: PathBuf,
     /// The folders made on the way, outermost first.
     made: Vec<PathBuf>,
+    /// Held from [`OutputFolder::claim`] on.
+    lock: Option<File>,
 }
+
+/// Name of the file that whoever writes into a folder holds locked.
+const LOCK: &str = ".phyxel.lock";
 
 impl OutputFolder {
     /// Makes the folder, if it is not there, and makes sure that files can be written into it.
@@ -70,6 +87,7 @@ impl OutputFolder {
         let folder = Self {
             path: path.to_owned(),
             made: missing.into_iter().rev().collect(),
+            lock: None,
         };
         let probe = folder.temporary("probe");
         File::create(&probe)
@@ -82,6 +100,75 @@ impl OutputFolder {
         Ok(folder)
     }
 
+    /// As [`OutputFolder::create`], for one writer at a time: until the value is dropped, or the program
+    /// ends in whatever way, no other can claim the folder. Parts of files that a killed program left
+    /// are removed. Where the file system knows no locks there is none.
+    ///
+    /// # Errors
+    /// [`OutputError::InUse`], and as [`OutputFolder::create`].
+    pub fn claim(path: &Path) -> Result<Self, OutputError> {
+        let mut folder = Self::create(path)?;
+        folder.lock = folder.take_lock()?;
+        folder.sweep();
+        Ok(folder)
+    }
+
+    fn take_lock(&self) -> Result<Option<File>, OutputError> {
+        let place = self.path.join(LOCK);
+        loop {
+            let opened = File::options()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&place);
+            let mut file = opened.map_err(|source| OutputError::NotWritable {
+                folder: self.path.clone(),
+                source,
+            })?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let mut text = String::new();
+                    // What cannot be read names nobody.
+                    let _ = file.take(100).read_to_string(&mut text);
+                    let number = text.trim().parse::<u32>();
+                    return Err(OutputError::InUse {
+                        folder: self.path.clone(),
+                        holder: number.map_or_else(
+                            |_| "another program".to_owned(),
+                            |number| format!("process {number}"),
+                        ),
+                    });
+                }
+                Err(TryLockError::Error(_)) => {
+                    let _ = fs::remove_file(&place);
+                    return Ok(None);
+                }
+            }
+            // Whoever held it before may have removed the file between opening and locking.
+            let number = std::process::id().to_string();
+            let named = file
+                .set_len(0)
+                .and_then(|()| file.write_all(number.as_bytes()));
+            if named.is_ok() && fs::read(&place).is_ok_and(|text| text == number.as_bytes()) {
+                return Ok(Some(file));
+            }
+        }
+    }
+
+    /// Removes the parts of files that a program left which did not come to its end.
+    fn sweep(&self) {
+        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with('.') && name.ends_with(".part") {
+                // What cannot be removed does no harm.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
     /// The folder.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -92,7 +179,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError::File`]; what had the name before is then untouched.
-    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
+    pub fn write(&self, name: impl AsRef<OsStr>, content: &[u8]) -> Result<(), OutputError> {
         let mut file = self.file(name)?;
         file.write_all(content)
             .map_err(|source| file.error(source))?;
@@ -104,7 +191,8 @@ impl OutputFolder {
     ///
     /// # Errors
     /// [`OutputError::File`] if it cannot be made.
-    pub fn file(&self, name: &str) -> Result<OutputFile, OutputError> {
+    pub fn file(&self, name: impl AsRef<OsStr>) -> Result<OutputFile, OutputError> {
+        let name = name.as_ref();
         let (temporary, target) = (self.temporary(name), self.path.join(name));
         match File::create(&temporary) {
             Ok(file) => Ok(OutputFile {
@@ -146,8 +234,23 @@ impl OutputFolder {
         kept: &[String],
     ) -> Result<Self, OutputError> {
         let folder = Self::create(&self.path.join(name))?;
-        let entries = fs::read_dir(&folder.path).map_err(|source| OutputError::Folder {
-            folder: folder.path.clone(),
+        folder.sweep();
+        folder.remove_named(prefix, suffix, kept)?;
+        Ok(folder)
+    }
+
+    /// Removes the files whose names begin with `prefix` and end with `suffix`, but for those in `kept`.
+    ///
+    /// # Errors
+    /// [`OutputError::Folder`] if the folder cannot be read, [`OutputError::File`] if a file stays.
+    pub fn remove_named(
+        &self,
+        prefix: &str,
+        suffix: &str,
+        kept: &[String],
+    ) -> Result<(), OutputError> {
+        let entries = fs::read_dir(&self.path).map_err(|source| OutputError::Folder {
+            folder: self.path.clone(),
             source,
         })?;
         for entry in entries.flatten() {
@@ -155,23 +258,28 @@ impl OutputFolder {
             let name = name.to_string_lossy();
             let ours = name.starts_with(prefix) && name.ends_with(suffix);
             if ours && !kept.iter().any(|kept| *kept == name) {
-                fs::remove_file(entry.path()).map_err(|source| OutputError::File {
-                    file: entry.path(),
-                    source,
-                })?;
+                let file = entry.path();
+                fs::remove_file(&file).map_err(|source| OutputError::File { file, source })?;
             }
         }
-        Ok(folder)
+        Ok(())
     }
 
-    fn temporary(&self, name: &str) -> PathBuf {
-        self.path
-            .join(format!(".{name}.{}.part", std::process::id()))
+    fn temporary(&self, name: impl AsRef<OsStr>) -> PathBuf {
+        let mut hidden = OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}.part", std::process::id()));
+        self.path.join(hidden)
     }
 }
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
+        if let Some(lock) = self.lock.take() {
+            // While it is locked nobody else has it.
+            let _ = fs::remove_file(self.path.join(LOCK));
+            drop(lock);
+        }
         for folder in self.made.iter().rev() {
             // Removes empty folders only, which is what is wanted.
             if fs::remove_dir(folder).is_err() {
@@ -300,6 +408,24 @@ mod tests {
             .fresh_subfolder("frames", "frame-", ".png", &[])
             .expect("it is there");
         assert_eq!(names(frames.path()), ["mine.png"]);
+    }
+
+    #[test]
+    fn a_folder_has_one_writer_at_a_time() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let path = root.path().join("out");
+        fs::create_dir(&path).expect("it can be made");
+        fs::write(path.join(".x.txt.1.part"), b"left by a kill").expect("it can be written");
+        fs::write(path.join(LOCK), b"left by a kill").expect("it can be written");
+        let first = OutputFolder::claim(&path).expect("nobody has it");
+        assert_eq!(names(&path), [LOCK]);
+        let error = OutputFolder::claim(&path).expect_err("the first has it");
+        let holder = format!("process {}", std::process::id());
+        assert!(error.to_string().contains(&holder), "{error}");
+        first.write("x.txt", b"one").expect("it can be written");
+        drop(first);
+        assert_eq!(names(&path), ["x.txt"]);
+        OutputFolder::claim(&path).expect("it is free again");
     }
 
     #[test]

@@ -3,13 +3,12 @@
 //! A tool's row has its place and its rotation as a quaternion at the end of the step; an edge has a
 //! row per point. Numbers are written so that reading gives the same bits.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Pose, Scene, nearest};
+use crate::scene::{Pose, Scene, nearest, read_file};
 use crate::world::{Action, Input, Moment};
 
 /// A recorded input that cannot be used.
@@ -117,8 +116,8 @@ pub fn read_input(file: &Path, scene: &Scene) -> Result<Vec<Input>, InputFileErr
         file: file.to_owned(),
         source,
     };
-    let content = File::open(file).map_err(|error| failed(error.into()))?;
-    let mut reader = csv::Reader::from_reader(content);
+    let content = read_file(file).map_err(|error| failed(error.into()))?;
+    let mut reader = csv::Reader::from_reader(&content[..]);
     let headers = reader.headers().map_err(failed)?.clone();
     let fault = |line, problem| InputFileError::Row {
         file: file.to_owned(),
@@ -185,8 +184,7 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
                 _ => {
                     let point = row.point;
                     return Err(format!(
-                        "point {point} does not follow point {} of its edge",
-                        point.wrapping_sub(1)
+                        "point {point} of an edge must follow the point before it"
                     ));
                 }
             }

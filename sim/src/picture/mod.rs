@@ -2,13 +2,13 @@
 
 mod camera;
 pub(crate) mod coloring;
+mod reach;
 pub(crate) mod sampling;
 mod style;
 mod surfels;
 mod tool;
 
-use std::fs::File;
-use std::io::BufReader;
+use std::io::Cursor;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -17,7 +17,7 @@ use phyxel_splat::{
     Splats, Surface, Tissue, TissueSettings, TissueTexture,
 };
 
-use crate::scene::{self, Coloring, Pictures};
+use crate::scene::{self, Coloring, Pictures, read_file};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 
 /// What light reaches the bottom of a wound, where its sides do not quite meet.
@@ -82,12 +82,13 @@ impl Painter {
             .members()
             .iter()
             .zip(&scene.bodies)
-            .map(|(member, description)| {
+            .zip(surfels::shares(world))
+            .map(|((member, description), share)| {
                 let tissue = style.map_or_else(
                     || style::tissue_of(&description.surfels),
                     |style| style.tissue.clone(),
                 );
-                Skin::new(member, description, tissue).map_err(|problem| WorldError {
+                Skin::new(member, description, share, tissue).map_err(|problem| WorldError {
                     body: description.name.clone(),
                     problem,
                 })
@@ -195,7 +196,7 @@ impl Painter {
                         .max(c.distance(middle));
                     body.solid.signed_distance(middle) < size + 2.0 * body.spacing
                 })
-                .copied()
+                .flat_map(|triangle| reach::within(*triangle, &body.solid.bounds()))
                 .collect();
             self.skins[piece.member]
                 .tissue
@@ -248,13 +249,14 @@ impl Skin {
     fn new(
         member: &Member,
         description: &scene::Body,
+        share: f64,
         style: TissueSettings,
     ) -> Result<Self, BodyProblem> {
         let wish = &description.surfels;
         let body = &member.body;
         let surfels = match &wish.points {
             Some(points) => surfels::scanned(points, description.position, body)?,
-            None => surfels::spread(wish.target, wish.spacing, body)?,
+            None => surfels::spread(wish.target, wish.spacing, share, body)?,
         };
         let tissue = Tissue::new(
             &surfels.positions,
@@ -369,9 +371,9 @@ fn coat_of(image: &scene::Image) -> Result<ImageCoat, BodyProblem> {
         file: image.file.clone(),
         source,
     };
-    let file = File::open(&image.file).map_err(|error| problem(error.into()))?;
+    let bytes = read_file(&image.file).map_err(|error| problem(error.into()))?;
     Ok(ImageCoat {
-        image: Arc::new(Image::read_png(BufReader::new(file)).map_err(problem)?),
+        image: Arc::new(Image::read_png(Cursor::new(bytes)).map_err(problem)?),
         size: image.size,
     })
 }

@@ -6,23 +6,41 @@ use phyxel_mls::{NearestSettings, k_nearest};
 
 use super::sampling;
 use crate::scene::{PointFile, SurfelSpacing, SurfelTarget};
-use crate::world::{Body, BodyProblem};
+use crate::world::{Body, BodyProblem, World};
 
+/// Fewest surfels of a body that shares their number: a ball's outline is still round.
+const FEWEST: usize = 300;
 /// Nearest points by which the area of a file's point is told.
 const NEAREST: usize = 12;
 /// Mean distance of that many on an even surface over the root of a point's area: the mean of
 /// `sqrt((j + 1/2) / π)`, as π r² / area - 1/2 others lie within r. On a square lattice it is 1.47.
 const MEAN_OVER_ROOT: f64 = 1.44;
 
-/// About as many as asked on the body's shape.
+/// Each body's share of a number of surfels for all that share one: its size squared over the sum of
+/// them, the size being the cube root of the volume.
+pub(super) fn shares(world: &World) -> Vec<f64> {
+    let squares = world.members().iter().zip(&world.scene().bodies);
+    let squares: Vec<f64> = squares
+        .map(|(member, wish)| match wish.surfels.target {
+            SurfelTarget::Shared(_) => member.body.initial.volume.cbrt().powi(2),
+            SurfelTarget::Count(_) | SurfelTarget::Density(_) => 0.0,
+        })
+        .collect();
+    let sum: f64 = squares.iter().sum();
+    squares.iter().map(|square| square / sum).collect()
+}
+
+/// About as many as asked on the body's shape; `share` is its share of a number that bodies share.
 pub(super) fn spread(
     target: SurfelTarget,
     spacing: SurfelSpacing,
+    share: f64,
     body: &Body,
 ) -> Result<Surfels, BodyProblem> {
     // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
     let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
     let count = match target {
+        SurfelTarget::Shared(count) => rounded(share * f64::from(count)).max(FEWEST),
         SurfelTarget::Count(count) => count as usize,
         SurfelTarget::Density(density) => rounded(density * surface.area()),
     };

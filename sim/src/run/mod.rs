@@ -150,6 +150,26 @@ fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunErr
     pool.install(|| Run::start(scene, from, options)?.finish(threads))
 }
 
+/// Removes what an earlier run has written, so that every file of the folder is of one run. States and
+/// frames go where the new ones are begun.
+fn clean(folder: &OutputFolder, world: &World, also: &[&str]) -> Result<(), OutputError> {
+    let names = [
+        "summary.json",
+        "history.csv",
+        forces::FILE,
+        movie::ANIMATION,
+        CHECKPOINT,
+    ];
+    for name in names.iter().chain(also) {
+        folder.remove(name)?;
+    }
+    states::remove_last(folder)?;
+    if world.scene().pictures.is_none() && folder.path().join("frames").exists() {
+        folder.fresh_subfolder("frames", "frame-", ".png", &[])?;
+    }
+    Ok(())
+}
+
 /// What is written down of a run over time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Records {
@@ -210,7 +230,7 @@ struct Run {
 impl Run {
     fn start(scene: &Scene, from: From, options: &RunOptions) -> Result<Self, RunError> {
         let begun = Instant::now();
-        let folder = OutputFolder::create(&options.out)?;
+        let folder = OutputFolder::claim(&options.out)?;
         let progress = Progress::new(options.quiet);
         progress.phase("setup");
         let mut world = World::new(scene.clone())?;
@@ -223,8 +243,11 @@ impl Run {
             }
             None => None,
         };
-        if !matches!(from, From::State(_)) {
-            folder.remove(CHECKPOINT)?;
+        match &from {
+            From::State(_) => folder.remove("summary.json")?,
+            From::Start => clean(&folder, &world, &["input.csv"])?,
+            // The recording may be the one of the run before.
+            From::Input(_) => clean(&folder, &world, &[])?,
         }
         let (records, movie, course) = match from {
             From::State(state) => state.restore(&mut world, painter.as_mut())?,

@@ -11,6 +11,8 @@ use crate::output::OutputFolder;
 use crate::scene::Pictures;
 use crate::world::World;
 
+/// Name of the animation.
+pub(super) const ANIMATION: &str = "animation.png";
 /// Frames kept for the animation at most; beyond that every second one is dropped, again and again.
 const KEPT: usize = 400;
 
@@ -125,16 +127,15 @@ impl Movie {
         let Some(small) = self.small.filter(|small| !small.is_empty()) else {
             return Ok(names);
         };
-        let name = "animation.png";
-        let mut file = folder.file(name)?;
+        let mut file = folder.file(ANIMATION)?;
         animate(&mut file, &small, self.rate, self.place.stride).map_err(|source| {
             RunError::Image {
-                file: name.to_owned(),
+                file: ANIMATION.to_owned(),
                 source,
             }
         })?;
         file.finish()?;
-        names.push(name.to_owned());
+        names.push(ANIMATION.to_owned());
         Ok(names)
     }
 }

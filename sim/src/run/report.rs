@@ -90,8 +90,17 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             text,
             "audit",
             format_args!(
-                "energy unexplained {:.1e} of what is stored or damped; |sum f|/sum |f| {:.1e}; det F >= {:.3}",
-                energy.imbalance, body.momentum_error, body.smallest_determinant
+                "{}; |sum f|/sum |f| {:.1e}; det F >= {:.3}",
+                if energy.moved {
+                    format!(
+                        "energy unexplained {:.1e} of what is stored or damped",
+                        energy.imbalance
+                    )
+                } else {
+                    "nothing moved".to_owned()
+                },
+                body.momentum_error,
+                body.smallest_determinant
             ),
         )?;
     }
@@ -159,6 +168,9 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 pictures.skin_surfels
             ),
         )?;
+    }
+    for warning in &summary.warnings {
+        row(text, "warning", format_args!("{warning}"))?;
     }
     let timings = &summary.timings;
     row(

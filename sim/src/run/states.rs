@@ -11,6 +11,17 @@ use crate::world::{Body, World};
 
 /// Name of the folder of periodic states.
 const FOLDER: &str = "states";
+/// What the names of last states begin with.
+const LAST: &str = "final-";
+/// Endings of the files.
+const ENDINGS: [&str; 2] = [".vtk", ".ply"];
+
+/// Removes the last states of an earlier run.
+pub(super) fn remove_last(folder: &OutputFolder) -> Result<(), OutputError> {
+    ENDINGS
+        .iter()
+        .try_for_each(|ending| folder.remove_named(LAST, ending, &[]))
+}
 
 /// Periodic states: how many are written, and which is due next.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -27,18 +38,12 @@ impl States {
         if !wanted && !folder.path().join(FOLDER).exists() {
             return Ok(());
         }
-        for body in bodies(world) {
-            for suffix in [".vtk", ".ply"] {
-                let kept: Vec<String> = (0..self.count)
-                    .map(|index| format!("{}{suffix}", numbered(body, index)))
-                    .collect();
-                folder.fresh_subfolder(
-                    FOLDER,
-                    &format!("{}-", file_name(&body.name)),
-                    suffix,
-                    &kept,
-                )?;
-            }
+        for suffix in ENDINGS {
+            let kept: Vec<String> = bodies(world)
+                .flat_map(|body| (0..self.count).map(|index| numbered(body, index)))
+                .map(|name| format!("{name}{suffix}"))
+                .collect();
+            folder.fresh_subfolder(FOLDER, "", suffix, &kept)?;
         }
         Ok(())
     }
@@ -73,7 +78,7 @@ impl States {
         world: &World,
         painter: Option<&mut Painter>,
     ) -> Result<Vec<String>, OutputError> {
-        let name = |body: &Body| format!("final-{}", file_name(&body.name));
+        let name = |body: &Body| format!("{LAST}{}", file_name(&body.name));
         let mut names = write(folder, world, painter, name)?;
         if self.count > 0 {
             names.push(format!("{FOLDER}/ ({} of each body)", self.count));

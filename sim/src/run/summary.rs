@@ -33,6 +33,9 @@ pub struct Summary {
     /// Pictures; absent if the scene draws none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureSummary>,
+    /// What the scene asked for in vain, one sentence each; absent if nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Where the time went.
     pub timings: Timings,
     /// Files of the folder, by name.
@@ -108,8 +111,11 @@ pub struct EnergySummary {
     /// Largest addition of one update, relative to the elastic energy before it.
     pub largest_cut_addition: f64,
     /// What is left unexplained over the run, relative to the larger of what is stored and what damping
-    /// took.
+    /// took; 0 if nothing moved.
     pub imbalance: f64,
+    /// Whether anything moved: whether the largest of the terms is more than round-off of the positions
+    /// makes of the stiffest mode.
+    pub moved: bool,
 }
 
 /// How time was stepped.
@@ -332,6 +338,7 @@ pub(super) fn of(
         version: env!("CARGO_PKG_VERSION"),
         bodies,
         tools: tool_summaries(world, records),
+        warnings: warnings(world, records),
         cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
         pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, wish)| {
             let (surfels, skin_surfels) = painter.surfel_counts();
@@ -366,6 +373,9 @@ fn imbalance(audit: &Audit) -> f64 {
     audit.balance().abs() / scale.max(f64::MIN_POSITIVE)
 }
 
+/// Round-off of positions over that of one rounding: each step adds to it.
+const ROUND_OFF: f64 = 16.0;
+
 fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> BodySummary {
     let cuts = cutting
         .as_ref()
@@ -376,6 +386,9 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
     let solved = body.stencils.conservative();
     let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
     let volume: f64 = body.volumes.iter().sum();
+    let round_off = ROUND_OFF * f64::EPSILON * body.solid.bounds().diagonal();
+    let noise = 0.5 * body.eigenvalue.value * body.initial.mass * round_off * round_off;
+    let moved = audit.scale() > noise;
     BodySummary {
         name: body.name.clone(),
         nodes: body.rest.len(),
@@ -402,15 +415,30 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
             external_work: audit.external_work(),
             dissipated: audit.dissipated,
             relaxed: body.relaxed,
-            released_by_cuts: -audit.booked - body.relaxed,
+            // Not -0 where there was nothing.
+            released_by_cuts: 0.0 - audit.booked - body.relaxed,
             added_by_cuts: cuts.added + cuts.decay.max(0.0),
             largest_cut_addition: cuts.largest_addition,
-            imbalance: imbalance(audit),
+            moved,
+            imbalance: if moved { imbalance(audit) } else { 0.0 },
         },
         momentum_error: worst.momentum_error,
         smallest_determinant: body.smallest_ratio.min(1.0),
         largest_speed: worst.largest_speed,
     }
+}
+
+/// What the scene asked for in vain, as the run has found.
+fn warnings(world: &World, records: &Records) -> Vec<String> {
+    let mut warnings = world.warnings();
+    warnings.extend(world.vain_cuts());
+    let largest = records.forces.iter().flat_map(|forces| forces.largest());
+    let tools = world.scene().tools.iter().zip(largest).enumerate();
+    let idle = tools.filter(|(_, (_, largest))| largest.force <= 0.0);
+    warnings.extend(
+        idle.map(|(index, (tool, _))| format!("tools[{index}] '{}' touched nothing", tool.name)),
+    );
+    warnings
 }
 
 fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {

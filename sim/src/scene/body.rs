@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
+use phyxel_discretize::RepairSettings;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
 use super::method::{CutRule, Method, Precision};
+use super::path_text;
 
 /// A deformable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -140,6 +142,7 @@ pub enum Shape {
     /// A closed surface from a mesh file.
     Mesh {
         /// Mesh file; a relative path starts at the scene file's folder.
+        #[serde(with = "path_text")]
         #[schemars(with = "String")]
         file: PathBuf,
         /// Metres per unit of the file.
@@ -148,6 +151,9 @@ pub enum Shape {
         /// Direction in the file that becomes up (+z) in the scene.
         #[serde(default)]
         up: Axis,
+        /// Holes up to this perimeter, as a share of the diagonal of the mesh's box, are closed.
+        #[serde(default = "Shape::default_largest_hole")]
+        largest_hole: f64,
     },
 }
 
@@ -156,8 +162,12 @@ impl Shape {
         1.0
     }
 
+    pub(super) fn default_largest_hole() -> f64 {
+        RepairSettings::default().largest_hole
+    }
+
     /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
-    pub(super) fn rough_volume(&self) -> Option<f64> {
+    pub(crate) fn rough_volume(&self) -> Option<f64> {
         use std::f64::consts::PI;
         Some(match *self {
             // 1.2 litres at 0.166 m.
@@ -319,6 +329,7 @@ pub struct Surfels {
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
     /// Text file with `x y z nx ny nz` in each line; a relative path starts at the scene file's folder.
+    #[serde(with = "path_text")]
     #[schemars(with = "String")]
     pub file: PathBuf,
     /// Metres per unit of the file.
@@ -334,6 +345,7 @@ pub struct PointFile {
 #[serde(deny_unknown_fields)]
 pub struct Image {
     /// PNG file; a relative path starts at the scene file's folder.
+    #[serde(with = "path_text")]
     #[schemars(with = "String")]
     pub file: PathBuf,
     /// Width (m) of the image on the body; it repeats.
@@ -343,7 +355,7 @@ pub struct Image {
 impl Default for Surfels {
     fn default() -> Self {
         Self {
-            target: SurfelTarget::Count(30_000),
+            target: SurfelTarget::Shared(30_000),
             points: None,
             spacing: SurfelSpacing::default(),
             cut_density: None,
@@ -374,6 +386,9 @@ pub enum SurfelWeights {
 /// How many surfels cover a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum SurfelTarget {
+    /// This body's share of a number on all bodies that say so, by the square of its size: all of it if
+    /// the body is the only one.
+    Shared(u32),
     /// Number on the whole surface, met approximately.
     Count(u32),
     /// Number per square metre (1/m^2).

@@ -92,7 +92,11 @@ pub(crate) enum Content {
 impl Node {
     /// The tree of a text; nothing where brackets or separators do not fit.
     pub(crate) fn read(text: &str) -> Option<Self> {
-        let mut reader = Reader { text, at: 0 };
+        let mut reader = Reader {
+            text,
+            at: 0,
+            depth: 0,
+        };
         reader.skip();
         while reader.rest().starts_with("#!") {
             reader.at += reader.rest().find(']')? + 1;
@@ -189,9 +193,13 @@ pub(crate) fn byte_at(text: &str, line: usize, column: usize) -> usize {
         .map_or(text.len(), |(at, _)| start + at)
 }
 
+/// Deepest nesting that is followed; the deserializer stops at as much.
+const DEEPEST: usize = 128;
+
 struct Reader<'a> {
     text: &'a str,
     at: usize,
+    depth: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -255,6 +263,16 @@ impl<'a> Reader<'a> {
     }
 
     fn value(&mut self) -> Option<Node> {
+        if self.depth == DEEPEST {
+            return None;
+        }
+        self.depth += 1;
+        let node = self.shallow_value();
+        self.depth -= 1;
+        node
+    }
+
+    fn shallow_value(&mut self) -> Option<Node> {
         let start = self.at;
         let named = self.identifier().is_some();
         let after_name = self.at;
@@ -439,6 +457,18 @@ Scene(
     fn refuses_what_it_cannot_follow() {
         for text in ["", "(", "(a: 1", "(a: 1 b: 2)", "[1, 2", "(a: \"x)", "1 2"] {
             assert_eq!(Node::read(text), None, "{text}");
+        }
+        for (open, close) in [
+            ("(", ")"),
+            ("[", "]"),
+            ("{1: ", "}"),
+            ("Some(", ")"),
+            ("(a: ", ")"),
+        ] {
+            let nested = |depth: usize| format!("{}1{}", open.repeat(depth), close.repeat(depth));
+            assert!(Node::read(&nested(100)).is_some(), "{open} 100 deep");
+            assert_eq!(Node::read(&nested(30_000)), None, "{open} 30,000 deep");
+            assert_eq!(Node::read(&open.repeat(30_000)), None, "{open} left open");
         }
         assert!(matches!(
             Node::read("()").map(|node| node.content),

@@ -1,6 +1,5 @@
 //! The default scene of a mesh that comes without one.
 
-use std::io;
 use std::path::Path;
 
 use glam::DVec3;
@@ -83,12 +82,6 @@ impl Scene {
         extent: &MeshExtent,
         overrides: &[Override],
     ) -> Result<(Self, UnitGuess), SceneError> {
-        if file.to_str().is_none() {
-            return Err(SceneError::Read {
-                file: file.to_owned(),
-                source: io::Error::new(io::ErrorKind::InvalidInput, "its path is not UTF-8"),
-            });
-        }
         let size = extent.max - extent.min;
         assert!(
             size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,
@@ -105,8 +98,19 @@ impl Scene {
             .map(|stem| stem.replace(|c: char| !(c.is_alphanumeric() || "-_. ".contains(c)), "-"))
             .filter(|stem| stem.starts_with(|c: char| c.is_alphanumeric()))
             .unwrap_or_else(|| "mesh".to_owned());
+        // A shorter scene has its stroke in the same share of the time.
+        if let Some(duration) = Override::number(overrides, "integration.duration")
+            && duration > 0.0
+            && duration < scene.integration.duration
+        {
+            for key in scene.cuts.iter_mut().flat_map(|cut| &mut cut.path) {
+                key.time *= duration / scene.integration.duration;
+            }
+        }
         let origin = format!("default scene of {}", file.display());
-        let scene = Self::from_text(&scene.to_ron(), &origin, Path::new(""), overrides)?;
+        let scene = Self::from_text(&scene.to_ron(), &origin, Path::new(""), overrides);
+        // Nobody has seen the text that its positions count in.
+        let scene = scene.map_err(SceneError::without_position)?;
         Ok((scene, unit))
     }
 }
@@ -127,6 +131,7 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
         file: file.to_owned(),
         scale,
         up,
+        largest_hole: Shape::default_largest_hole(),
     });
     body.name = "organ".to_owned();
     let mut scene = Scene::new("mesh", vec![body]);

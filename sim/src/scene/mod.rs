@@ -14,6 +14,7 @@ mod material;
 mod mesh;
 mod method;
 mod path;
+mod path_text;
 mod read;
 mod settings;
 mod suggest;
@@ -39,6 +40,7 @@ pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
+pub(crate) use read::{place_of_body, read_file, read_text};
 pub use settings::{
     Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
 };

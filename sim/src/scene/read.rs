@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use ron::extensions::Extensions;
@@ -28,7 +29,7 @@ impl Override {
     /// after it.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let error = |problem| SceneError::Override {
-            text: text.to_owned(),
+            text: shortened(text),
             problem,
         };
         let (path, value) = text
@@ -37,12 +38,12 @@ impl Override {
         let (path, value) = (path.trim(), value.trim());
         let path = KeyPath::parse(path).ok_or_else(|| {
             error(OverrideProblem::NoPath {
-                path: path.to_owned(),
+                path: shortened(path),
             })
         })?;
         if Node::read(value).is_none() {
             return Err(error(OverrideProblem::NoValue {
-                value: value.to_owned(),
+                value: shortened(value),
             }));
         }
         Ok(Self {
@@ -58,6 +59,13 @@ impl Override {
             Some(Segment::Key(key)) => key,
             _ => "",
         }
+    }
+
+    /// The number that the last of `overrides` gives the value at `path`, if one does.
+    pub(crate) fn number(overrides: &[Self], path: &str) -> Option<f64> {
+        let path = KeyPath::parse(path)?;
+        let change = overrides.iter().rev().find(|change| change.path == path)?;
+        change.value.parse().ok()
     }
 
     /// The text with the value in place of what stands at the path, or added where nothing does.
@@ -139,13 +147,9 @@ impl Scene {
     /// A [`SceneError`] that names the place: the file cannot be read, is not RON, has an unknown
     /// key or a value out of range, or an override does not fit.
     pub fn load(file: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let bytes = fs::read(file).map_err(|source| SceneError::Read {
+        let text = read_text(file).map_err(|source| SceneError::Read {
             file: file.to_owned(),
             source,
-        })?;
-        let text = String::from_utf8(bytes).map_err(|error| SceneError::Read {
-            file: file.to_owned(),
-            source: std::io::Error::new(std::io::ErrorKind::InvalidData, error.utf8_error()),
         })?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         Self::from_text(&text, &file.display().to_string(), &folder, overrides)
@@ -186,7 +190,7 @@ impl Scene {
         })?;
         for change in overrides {
             let error = |problem| SceneError::Override {
-                text: change.to_string(),
+                text: shortened(&change.to_string()),
                 problem,
             };
             // With all defaults written out, whatever can be set is there to be replaced.
@@ -317,16 +321,25 @@ fn word_start(text: &str, word: &str, start: usize, end: usize) -> usize {
 
 /// The fault with the place where its value was written: an override or the text.
 fn located(fault: Fault, text: &str, origin: &str, overrides: &[Override]) -> SceneError {
-    let path = KeyPath::parse(&fault.path);
+    let place = place_of(&fault.path, text, origin, overrides);
+    SceneError::Value {
+        place,
+        path: fault.path,
+        found: fault.found,
+        must: fault.must,
+    }
+}
+
+/// Where the value of a key path was written: in an override or in the text.
+fn place_of(path: &str, text: &str, origin: &str, overrides: &[Override]) -> Place {
+    let path = KeyPath::parse(path);
     let by_override = path.as_ref().and_then(|path| {
-        overrides
-            .iter()
-            .rev()
-            .find(|change| change.path.contains(path))
+        let mut changes = overrides.iter().rev();
+        changes.find(|change| change.path.contains(path))
     });
-    let place = match (by_override, path, Node::read(text)) {
+    match (by_override, path, Node::read(text)) {
         (Some(change), ..) => Place {
-            origin: format!("--set {change}"),
+            origin: format!("--set {}", shortened(&change.to_string())),
             position: None,
         },
         (None, Some(path), Some(tree)) => Place {
@@ -337,11 +350,63 @@ fn located(fault: Fault, text: &str, origin: &str, overrides: &[Override]) -> Sc
             origin: origin.to_owned(),
             position: None,
         },
-    };
-    SceneError::Value {
-        place,
-        path: fault.path,
-        found: fault.found,
-        must: fault.must,
     }
+}
+
+/// Where a scene's body was written; an origin without a text has no position.
+pub(crate) fn place_of_body(
+    index: usize,
+    text: Option<&str>,
+    origin: &str,
+    overrides: &[Override],
+) -> Place {
+    match text {
+        Some(text) => place_of(&format!("bodies[{index}]"), text, origin, overrides),
+        None => Place {
+            origin: origin.to_owned(),
+            position: None,
+        },
+    }
+}
+
+/// A long text's beginning, for messages of one line.
+fn shortened(text: &str) -> String {
+    const SHOWN: usize = 200;
+    match text.char_indices().nth(SHOWN) {
+        None => text.to_owned(),
+        Some((end, _)) => format!("{}.. ({} bytes)", &text[..end], text.len()),
+    }
+}
+
+/// The text of a scene file, without a byte-order mark.
+pub(crate) fn read_text(file: &Path) -> io::Result<String> {
+    let bytes = read_file(file)?;
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let problem = match bytes {
+        [] => "it is empty",
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it is in UTF-16; save it as UTF-8",
+        [0x1f, 0x8b, ..] => "it is packed by gzip; unpack it first",
+        [b'P', b'K', 3, 4, ..] => "it is a zip archive; unpack it first",
+        _ => {
+            return String::from_utf8(bytes.to_vec())
+                .map_err(|error| invalid(error.utf8_error().to_string()));
+        }
+    };
+    Err(invalid(problem.to_owned()))
+}
+
+/// The content of a regular file: a pipe or a device may never end.
+///
+/// # Errors
+/// What the system says, and an error of kind `InvalidInput` for anything but a file.
+pub(crate) fn read_file(file: &Path) -> io::Result<Vec<u8>> {
+    if !fs::metadata(file)?.is_file() {
+        let problem = "not a regular file; write it into a file first";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
+    fs::read(file)
+}
+
+fn invalid(problem: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, problem)
 }

@@ -337,7 +337,8 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
             Shape::Mesh {
                 file: file.clone(),
                 scale: unit.scale(),
-                up
+                up,
+                largest_hole: 0.2,
             }
         );
         let corners = [extent.min, extent.max].map(|p| up.rotation() * (p * unit.scale()));

@@ -54,6 +54,8 @@ pub struct Body {
     /// Deviation of the nodes' volume from the input surface's, relative; `None` for shapes
     /// without a mesh.
     pub volume_error: Option<f64>,
+    /// Share of the mesh's vertices that lie where it is too thin for its nodes; 0 for other shapes.
+    pub missed: f64,
     /// Mean distance between neighbouring nodes (m).
     pub spacing: f64,
     /// Who is coupled with whom.
@@ -134,6 +136,7 @@ impl Body {
             tetrahedra,
             outer,
             volume_error,
+            missed,
             neighborhoods,
             stencils,
             mut elastic,
@@ -201,6 +204,7 @@ impl Body {
             report,
             tetrahedra,
             volume_error,
+            missed,
             spacing,
             rest,
             volumes,

@@ -1,7 +1,7 @@
 //! Blades that pass through a body: from the edge in the world to rows of the model.
 
 use glam::{DMat3, DVec3};
-use phyxel_enrich::{CutSettings, Cuts, Graph, connected_pieces, nodes_in_small_pieces};
+use phyxel_enrich::{Bounds, CutSettings, Cuts, Graph, connected_pieces, nodes_in_small_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
@@ -167,7 +167,8 @@ impl Cutting {
             body.motion.positions(),
             body.elastic.deformation_gradients(),
         )?;
-        let world = divided(edge, self.division);
+        let reach = reach_of(body.motion.positions());
+        let world = divided(edge, self.division, &reach);
         Ok(world
             .iter()
             .map(|&point| frame.to_material(point).position)
@@ -360,19 +361,56 @@ fn with_neighbors(body: &Body, nodes: &[u32]) -> Vec<u32> {
     rows.flatten().chain(nodes).copied().collect()
 }
 
-/// Divides a polyline into pieces not longer than `length` (m).
-fn divided(line: &[DVec3], length: f64) -> Vec<DVec3> {
+/// The box round some points, grown on every side by its diagonal: farther off nothing is cut.
+fn reach_of(points: &[DVec3]) -> Bounds {
+    let bounds = Bounds::of(points);
+    bounds.grown(bounds.low.distance(bounds.high))
+}
+
+/// Divides a polyline into pieces not longer than `length` (m) within `reach`; what lies beyond stays
+/// as it is, however long.
+fn divided(line: &[DVec3], length: f64, reach: &Bounds) -> Vec<DVec3> {
     let mut points = Vec::new();
     for pair in line.windows(2) {
-        let pieces = (pair[0].distance(pair[1]) / length).ceil().max(1.0);
+        let (from, to) = (pair[0], pair[1]);
+        let Some((start, end)) = within(from, to, reach) else {
+            points.push(from);
+            continue;
+        };
+        if start > 0.0 {
+            points.push(from);
+        }
+        let pieces = ((end - start) * from.distance(to) / length).ceil().max(1.0);
         let mut piece = 0.0;
         while piece < pieces {
-            points.push(pair[0].lerp(pair[1], piece / pieces));
+            points.push(from.lerp(to, start + (end - start) * (piece / pieces)));
             piece += 1.0;
+        }
+        if end < 1.0 {
+            points.push(from.lerp(to, end));
         }
     }
     points.extend(line.last());
     points
+}
+
+/// The part of a way, from 0 to 1, that lies in a box, if any does.
+fn within(from: DVec3, to: DVec3, reach: &Bounds) -> Option<(f64, f64)> {
+    let (mut start, mut end) = (0.0_f64, 1.0_f64);
+    for axis in 0..3 {
+        let (x, way) = (from[axis], to[axis] - from[axis]);
+        let (low, high) = (reach.low[axis], reach.high[axis]);
+        if way == 0.0 {
+            if !(low..=high).contains(&x) {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((low - x) / way, (high - x) / way);
+        start = start.max(a.min(b));
+        end = end.min(a.max(b));
+    }
+    (start < end).then_some((start, end))
 }
 
 #[cfg(test)]
@@ -382,7 +420,8 @@ mod tests {
     #[test]
     fn a_divided_line_keeps_its_corners_and_has_no_long_piece() {
         let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.25, 0.0)];
-        let points = divided(&line, 0.3);
+        let near = Bounds::of(&line).grown(1.0);
+        let points = divided(&line, 0.3, &near);
         for corner in line {
             assert!(points.contains(&corner), "{corner} is lost");
         }
@@ -390,5 +429,24 @@ mod tests {
             assert!(pair[0].distance(pair[1]) <= 0.3, "{pair:?} is too long");
         }
         assert_eq!(points.len(), 6, "4 pieces and 1");
+    }
+
+    #[test]
+    fn a_line_is_not_divided_far_from_the_body() {
+        let body = reach_of(&[DVec3::ZERO, DVec3::ONE]);
+        let middle = DVec3::splat(0.5);
+        let line = [middle - 1e6 * DVec3::X, middle + 1e6 * DVec3::X, middle];
+        let points = divided(&line, 0.1, &body);
+        assert!(points.len() < 150, "{} points", points.len());
+        for corner in line {
+            assert!(points.contains(&corner), "{corner} is lost");
+        }
+        for pair in points.windows(2) {
+            let near = within(pair[0], pair[1], &Bounds::of(&[DVec3::ZERO, DVec3::ONE]));
+            let length = pair[0].distance(pair[1]);
+            assert!(near.is_none() || length < 0.11, "{pair:?} is too long");
+        }
+        let away = [DVec3::splat(50.0), DVec3::splat(60.0)];
+        assert_eq!(divided(&away, 0.1, &body), away);
     }
 }

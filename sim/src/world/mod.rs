@@ -18,6 +18,7 @@ mod state;
 mod stencils;
 mod support;
 mod tool;
+mod warnings;
 
 use std::time::{Duration, Instant};
 
@@ -87,6 +88,8 @@ pub struct World {
     /// Divisor of the step after steps that failed.
     caution: f64,
     retaken: Retaken,
+    /// Whether each of the scene's cuts has changed any body.
+    cut_through: Vec<bool>,
 }
 
 impl World {
@@ -117,6 +120,7 @@ impl World {
         let mut world = Self {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
             hands: Hands::of(&scene),
+            cut_through: vec![false; scene.cuts.len()],
             scene,
             members,
             step: 0.0,
@@ -408,6 +412,7 @@ impl World {
                     edge,
                 });
                 changed |= capture.changed;
+                self.cut_through[index] |= capture.changed;
                 if !capture.triangles.is_empty() {
                     self.new_pieces.push(CutPiece {
                         member: place,

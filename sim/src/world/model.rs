@@ -38,6 +38,7 @@ pub(super) struct Built {
     pub(super) tetrahedra: Vec<[u32; 4]>,
     pub(super) outer: Vec<u32>,
     pub(super) volume_error: Option<f64>,
+    pub(super) missed: f64,
     pub(super) neighborhoods: Neighborhoods,
     pub(super) stencils: Stencils,
     pub(super) elastic: Elastic,
@@ -45,7 +46,7 @@ pub(super) struct Built {
 
 /// Builds nodes and model of a body.
 pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProblem> {
-    let sampling = sample(solid, &wish.sampling)?;
+    let sampling = sample(solid, wish)?;
     let part_of = parts_of(wish, &sampling.positions);
     let Coupled {
         neighborhoods,
@@ -104,6 +105,7 @@ pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProb
         tetrahedra: sampling.tetrahedra,
         outer: sampling.outer,
         volume_error: sampling.volume_error,
+        missed: sampling.missed,
         neighborhoods,
         stencils,
         elastic,

@@ -77,13 +77,22 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
             let shift = at + from.midpoint(*to);
             (placed(tube, along(*to - *from), 1.0, shift), None)
         }
-        Shape::Mesh { file, scale, up } => {
+        Shape::Mesh {
+            file,
+            scale,
+            up,
+            largest_hole,
+        } => {
             let mut mesh = read_mesh(file)?.mesh;
             let turn = up.rotation();
             for vertex in &mut mesh.vertices {
                 *vertex = turn * (*vertex * *scale) + at;
             }
-            let repaired = repair(&mesh, &RepairSettings::default());
+            let settings = RepairSettings {
+                largest_hole: *largest_hole,
+                ..RepairSettings::default()
+            };
+            let repaired = repair(&mesh, &settings);
             let (mesh, report) = repaired.map_err(|problem| BodyProblem::Repair {
                 file: file.clone(),
                 problem,
@@ -103,12 +112,15 @@ pub(super) struct Sampled {
     /// Nodes on the surface where nodes are mere points; with tetrahedra these tell.
     pub(super) outer: Vec<u32>,
     pub(super) volume_error: Option<f64>,
+    /// Share of a mesh's vertices that lie where it is too thin for its nodes.
+    pub(super) missed: f64,
 }
 
-pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampled, BodyProblem> {
+pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyProblem> {
+    let wish = &body.sampling;
     let target = match wish.target {
         scene::Target::Spacing(spacing) => {
-            check_count(solid, spacing, wish)?;
+            check_count(solid, spacing, body)?;
             Target::Spacing(spacing)
         }
         scene::Target::Nodes(count) => Target::NodeCount(count as usize),
@@ -138,6 +150,7 @@ pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampled, B
                 tetrahedra: found.tetrahedra,
                 outer: Vec::new(),
                 volume_error: found.report.volume_error,
+                missed: found.report.missed,
             }
         }
         Form::Points => {
@@ -150,17 +163,20 @@ pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampled, B
                 boundary_vectors: found.boundary_vectors,
                 tetrahedra: Vec::new(),
                 volume_error: None,
+                missed: 0.0,
             }
         }
     })
 }
 
 /// Refuses a spacing that would make more nodes than the limit, before memory is taken.
-fn check_count(solid: &Solid, spacing: f64, wish: &scene::Sampling) -> Result<(), BodyProblem> {
-    let volume = solid.mesh().map_or_else(
-        || 0.5 * solid.bounds().size().element_product(),
-        phyxel_discretize::Mesh::volume,
-    );
+fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), BodyProblem> {
+    let wish = &body.sampling;
+    let volume = solid
+        .mesh()
+        .map(phyxel_discretize::Mesh::volume)
+        .or_else(|| body.shape.rough_volume())
+        .unwrap_or(0.0);
     // A body-centred lattice whose mean edge is the spacing has 1.57 nodes in a spacing cubed.
     let density = match wish.form {
         Form::Tetrahedra => 1.57,

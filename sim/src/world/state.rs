@@ -211,6 +211,7 @@ impl World {
             body: member.body.name.clone(),
             problem,
         })?;
+        self.cut_through[incision.cut] |= capture.changed;
         if !capture.triangles.is_empty() {
             self.new_pieces.push(CutPiece {
                 member: incision.member,

@@ -5,12 +5,21 @@ use phyxel_integrate::{Ease, Path, Supports};
 
 use crate::scene::{Body, Key, Motion, Scene, Support, pose_at};
 
-/// Interval (s) at which a rotating path is sampled: chords of a turn of 90° a second then miss
-/// the arc by 1e-5 of its radius.
-const SAMPLING: f64 = 1.0 / 120.0;
+/// Angle (rad) at which a rotating path is sampled, 0.75°: the chord misses the arc by 5e-6 of its
+/// radius, however long the turn takes.
+const SAMPLING: f64 = std::f64::consts::FRAC_PI_2 / 120.0;
 
 fn acts_on(support: &Support, body: &Body) -> bool {
     support.body.as_ref().is_none_or(|name| *name == body.name)
+}
+
+/// How many nodes of a body a support holds or drives.
+pub(super) fn held_count(support: &Support, body: &Body, rest: &[DVec3]) -> usize {
+    if acts_on(support, body) {
+        nodes_in(support, rest).len()
+    } else {
+        0
+    }
 }
 
 fn nodes_in(support: &Support, rest: &[DVec3]) -> Vec<u32> {
@@ -71,7 +80,11 @@ fn displacement(path: &[Key], x: DVec3, start: f64) -> Path {
     for pair in path.windows(2) {
         let (from, to) = (pair[0].time, pair[1].time);
         let pieces = if turning {
-            ((to - from) / SAMPLING).ceil().max(1.0)
+            let (from, to) = (pose_at(path, from).rotation, pose_at(path, to).rotation);
+            let angle = from.angle_between(to);
+            // Both quaternions of a rotation mean the same.
+            let shorter = angle.min(std::f64::consts::TAU - angle);
+            (shorter / SAMPLING - 1e-9).ceil().max(1.0)
         } else {
             1.0
         };
@@ -87,4 +100,36 @@ fn displacement(path: &[Key], x: DVec3, start: f64) -> Path {
         .map(|&time| (start + time, pose_at(path, time).apply(x) - x))
         .collect();
     Path::new(keys, Ease::Linear).expect("a validated path has finite keys in rising order")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turn(time: f64, degrees: f64) -> Vec<Key> {
+        let key = |time, degrees| Key {
+            time,
+            position: DVec3::ZERO,
+            rotation: DVec3::Z * degrees,
+        };
+        vec![key(0.0, 0.0), key(time, degrees)]
+    }
+
+    /// The path of a point on the rim stays on the circle, and a slow turn takes no more keys.
+    #[test]
+    fn a_turn_is_sampled_by_its_angle() {
+        for time in [1e-3, 1.0, 1e4] {
+            let path = displacement(&turn(time, 90.0), DVec3::X, 0.0);
+            for k in 0..=1000 {
+                let share = f64::from(k) / 1000.0;
+                let x = DVec3::X + path.at(time * share).0;
+                let angle = share * std::f64::consts::FRAC_PI_2;
+                let exact = DVec3::new(angle.cos(), angle.sin(), 0.0);
+                assert!(x.distance(exact) < 1.1e-5, "{x} for {exact} at {share}");
+            }
+            let same = displacement(&turn(1.0, 90.0), DVec3::X, 0.0);
+            let size = |path: &Path| format!("{path:?}").matches("DVec3").count();
+            assert_eq!(size(&path), size(&same), "{time} s");
+        }
+    }
 }

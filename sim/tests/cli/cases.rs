@@ -387,20 +387,11 @@ fn model_cases() -> Vec<Case> {
             "bodies[0].cut_rule=Transparency(exponent: 0)",
         ),
         set("misspelt precision", "bodies[0].precision=Singel"),
-        Case {
-            name: "implicit scheme with viscous damping".to_owned(),
-            files: Vec::new(),
-            arguments: strings(&[
-                "run",
-                "liver",
-                "--out",
-                "results/here",
-                "--set",
-                "integration.scheme=Newmark()",
-                "--set",
-                "bodies[0].damping_ratio=0.1",
-            ]),
-        },
+        set(
+            "implicit scheme with viscous damping",
+            "integration.scheme=Newmark()",
+        )
+        .with(&["--set", "bodies[0].damping_ratio=0.1"]),
         set(
             "implicit scheme without step",
             "integration.scheme=BackwardEuler(step: 0)",

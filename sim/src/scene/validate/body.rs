@@ -70,10 +70,18 @@ fn shape(path: &str, shape: &Shape) -> Check {
             )
         }
         Shape::Mesh {
-            file, scale: unit, ..
+            file,
+            scale: unit,
+            largest_hole,
+            ..
         } => {
             existing_file(&format!("{path}.file"), file, "a mesh file")?;
-            scale(&format!("{path}.scale"), *unit)
+            scale(&format!("{path}.scale"), *unit)?;
+            not_negative(
+                format_args!("{path}.largest_hole"),
+                *largest_hole,
+                " (a share of the box's diagonal)",
+            )
         }
     }
 }
@@ -88,18 +96,12 @@ fn scale(path: &str, scale: f64) -> Check {
 
 fn existing_file(path: &str, file: &Path, what: &str) -> Check {
     let found = format!("'{}'", file.display());
-    require(
-        file.to_str().is_some(),
-        path,
-        &found,
-        "a path in a scene must be UTF-8; rename the file or its folder",
-    )?;
     match std::fs::metadata(file) {
         Ok(metadata) => require(
             metadata.is_file(),
             path,
             found,
-            format_args!("it must name {what}, and this is a folder"),
+            format_args!("it must name {what}, and this is {}", kind_of(&metadata)),
         ),
         Err(error) => Err(fault(
             path,
@@ -108,6 +110,14 @@ fn existing_file(path: &str, file: &Path, what: &str) -> Check {
                 "the file cannot be read ({error}); relative paths start at the scene's folder"
             ),
         )),
+    }
+}
+
+fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
+    if metadata.is_dir() {
+        "a folder"
+    } else {
+        "a pipe or a device"
     }
 }
 
@@ -176,10 +186,10 @@ fn surfels(path: &str, surfels: &Surfels) -> Check {
     const MOST_RANGE: f64 = 100.0;
     let target = format!("{path}.target");
     match surfels.target {
-        SurfelTarget::Count(count) => require(
+        SurfelTarget::Count(count) | SurfelTarget::Shared(count) => require(
             (1..=MOST_SURFELS).contains(&count),
             target,
-            format_args!("Count({count})"),
+            count,
             format_args!("it must be from 1 to {MOST_SURFELS}"),
         )?,
         SurfelTarget::Density(density) => require(

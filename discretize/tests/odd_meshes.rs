@@ -1,0 +1,363 @@
+//! Meshes that are valid and unusual, and meshes that only look valid: their volume is right or they are
+//! named.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+mod common;
+
+use common::{cube, join};
+use glam::DVec3;
+use phyxel_discretize::{
+    Mesh, ReadErrorKind, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid,
+    Target, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
+};
+use testkit::tol::assert_relative;
+
+fn volume_of(bytes: &[u8]) -> f64 {
+    let file = parse_mesh(bytes).unwrap();
+    repair(&file.mesh, &RepairSettings::default())
+        .unwrap()
+        .1
+        .volume
+}
+
+/// An L of three squares of side 2, one thick, with concave floor and ceiling.
+const FLOOR: [[f64; 2]; 6] = [
+    [0.0, 0.0],
+    [4.0, 0.0],
+    [4.0, 2.0],
+    [2.0, 2.0],
+    [2.0, 4.0],
+    [0.0, 4.0],
+];
+
+/// Its faces, the floor beginning at any corner.
+fn faces(first: usize) -> Vec<Vec<usize>> {
+    let mut faces = vec![
+        (0..6).map(|k| (first + 6 - k) % 6).collect(),
+        (0..6).map(|k| 6 + (first + k) % 6).collect(),
+    ];
+    faces.extend((0..6).map(|k| vec![k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]));
+    faces
+}
+
+fn rows(items: impl IntoIterator<Item = String>) -> String {
+    items.into_iter().map(|item| item + "\n").collect()
+}
+
+fn vertex_rows(prefix: &str) -> String {
+    rows(
+        [0.0, 1.0]
+            .into_iter()
+            .flat_map(|z| FLOOR.map(|[x, y]| format!("{prefix}{x} {y} {z}"))),
+    )
+}
+
+fn face_rows(first: usize, prefix: &str, base: usize, counted: bool, glue: &str) -> String {
+    rows(faces(first).into_iter().map(|face| {
+        let count = if counted {
+            format!("{} ", face.len())
+        } else {
+            String::new()
+        };
+        let corners: Vec<String> = face.iter().map(|v| (v + base).to_string()).collect();
+        format!("{prefix}{count}{}", corners.join(glue))
+    }))
+}
+
+#[test]
+fn concave_faces_have_their_own_area() {
+    for first in 0..6 {
+        let obj = vertex_rows("v ") + &face_rows(first, "f ", 1, false, " ");
+        let continued = vertex_rows("v ") + &face_rows(first, "f ", 1, false, " \\\n ");
+        let windows = continued.replace('\n', "\r\n");
+        let off =
+            "OFF\n12 8 0\n".to_owned() + &vertex_rows("") + &face_rows(first, "", 0, true, " ");
+        let bare = off.replace("OFF\n", "# counts come first\n");
+        for text in [&obj, &continued, &windows, &off, &bare] {
+            assert_relative("volume", volume_of(text.as_bytes()), 12.0, 0.0, 1e-12);
+            let mesh = parse_mesh(text.as_bytes()).unwrap().mesh;
+            assert_relative("area", mesh.area(), 24.0 + 16.0, 0.0, 1e-12);
+        }
+    }
+    // The line that is named is the one that the file has.
+    let broken = "v 0 0 0\nv 1 0 \\\n0\nv 0 1 x\n";
+    assert!(
+        parse_mesh(broken.as_bytes())
+            .unwrap_err()
+            .to_string()
+            .starts_with("line 4")
+    );
+}
+
+#[test]
+fn faces_may_come_before_their_vertices() {
+    let faces = "element face 8\nproperty list uchar int vertex_indices\n";
+    let vertices = "element vertex 12\nproperty float x\nproperty float y\nproperty float z\n";
+    let text = format!(
+        "ply\nformat ascii 1.0\n{faces}{vertices}end_header\n{}{}",
+        face_rows(0, "", 0, true, " "),
+        vertex_rows("")
+    );
+    assert_relative("volume", volume_of(text.as_bytes()), 12.0, 0.0, 1e-12);
+    let wild = text.replace("\n6 0", "\n6 12");
+    let error = parse_mesh(wild.as_bytes()).unwrap_err();
+    assert_eq!(
+        error.kind,
+        ReadErrorKind::IndexOutOfRange {
+            index: 12,
+            count: 12
+        }
+    );
+}
+
+fn binary_stl(mesh: &Mesh) -> Vec<u8> {
+    let mut bytes = vec![b' '; 80];
+    bytes.extend(u32::try_from(mesh.triangles.len()).unwrap().to_le_bytes());
+    for t in 0..mesh.triangles.len() {
+        bytes.extend([0; 12]);
+        for p in mesh.corners(t) {
+            bytes.extend(p.as_vec3().to_array().iter().flat_map(|x| x.to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+#[test]
+fn what_follows_a_mesh_is_read_or_refused() {
+    let (one, two) = (cube(DVec3::ZERO), cube(DVec3::splat(3.0)));
+    let mut both = binary_stl(&one);
+    assert_relative("one", volume_of(&both), 1.0, 0.0, 1e-6);
+    both.extend(binary_stl(&two));
+    assert_relative("two", volume_of(&both), 2.0, 0.0, 1e-6);
+    both.extend([0, b'\n']);
+    assert_relative("padded", volume_of(&both), 2.0, 0.0, 1e-6);
+    both.extend(b"and something else");
+    let whole = both.len() - 20;
+    let error = parse_mesh(&both).unwrap_err();
+    assert_eq!(error.kind, ReadErrorKind::Trailing { bytes: 20 }, "{error}");
+    assert!(
+        error.to_string().starts_with(&format!("byte {whole}")),
+        "{error}"
+    );
+    let off = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+    assert_relative(
+        "tetrahedron",
+        volume_of(off.as_bytes()),
+        1.0 / 6.0,
+        0.0,
+        1e-12,
+    );
+    assert!(parse_mesh((off.to_owned() + "# the end\n\n").as_bytes()).is_ok());
+    let error = parse_mesh((off.to_owned() + off).as_bytes()).unwrap_err();
+    assert!(
+        matches!(error.kind, ReadErrorKind::Trailing { .. }),
+        "{error}"
+    );
+    let ply = phyxel_discretize::ply_mesh(&one);
+    let error = parse_mesh(&[&ply[..], &ply[..]].concat()).unwrap_err();
+    assert!(
+        matches!(error.kind, ReadErrorKind::Trailing { .. }),
+        "{error}"
+    );
+    let ascii = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
+                 endloop\nendfacet\n";
+    assert!(parse_mesh((ascii.to_owned() + "endsolid a\n").as_bytes()).is_ok());
+    let error = parse_mesh(ascii.as_bytes()).unwrap_err();
+    assert!(
+        matches!(error.kind, ReadErrorKind::Truncated { .. }),
+        "{error}"
+    );
+    let error = parse_mesh((ascii.to_owned() + "\u{1}\u{2}\n").as_bytes()).unwrap_err();
+    assert!(
+        matches!(error.kind, ReadErrorKind::Unexpected { .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn files_of_another_kind_are_named() {
+    for (bytes, word) in [
+        (&b""[..], "empty"),
+        (b"\xff\xfev\0 \0", "UTF-16"),
+        (b"\xfe\xff\0v\0 ", "UTF-16"),
+        (b"\x1f\x8b\x08\0\0\0", "gzip"),
+        (b"PK\x03\x04....", "zip"),
+    ] {
+        let error = parse_mesh(bytes).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    }
+}
+
+/// Shells in shells: each adds to the body where it parts inside from outside.
+#[test]
+fn shells_that_add_nothing_are_dropped_and_told() {
+    let shell = |half: f64| cube(DVec3::splat(-0.5)).scaled(2.0 * half);
+    for (shells, volume, buried, cavities) in [
+        (&[(1.0, false), (0.5, false)][..], 8.0, 1, 0),
+        (&[(1.0, false), (0.5, true)], 7.0, 0, 1),
+        (&[(1.0, true), (0.5, true)], 8.0, 1, 0),
+        (&[(1.0, true), (0.5, false)], 7.0, 0, 1),
+        (
+            &[(1.0, false), (0.8, true), (0.5, false)],
+            8.0 - 4.096 + 1.0,
+            0,
+            1,
+        ),
+        (&[(1.0, false), (0.8, false), (0.5, true)], 8.0, 2, 0),
+        (&[(1.0, false), (1.0, false)], 8.0, 0, 0),
+    ] {
+        let parts: Vec<(Mesh, bool)> = shells
+            .iter()
+            .map(|(half, flip)| (shell(*half), *flip))
+            .collect();
+        let (mesh, report) = repair(&join(&parts), &RepairSettings::default()).unwrap();
+        assert_relative("volume", mesh.volume(), volume, 0.0, 1e-12);
+        assert_eq!(
+            (report.dropped_buried, report.cavities),
+            (buried, cavities),
+            "{shells:?}"
+        );
+    }
+}
+
+/// A tube whose section turns over on its way round: a Klein bottle.
+#[test]
+fn a_surface_of_one_side_is_named() {
+    let (around, across) = (40_u32, 21_u32);
+    let angle = |k: u32, n: u32| std::f64::consts::TAU * f64::from(k) / f64::from(n);
+    let vertices = (0..around).flat_map(|i| {
+        (0..across).map(move |j| {
+            let (u, w) = (angle(i, around), angle(j, across));
+            let (c, s) = ((u / 2.0).cos(), (u / 2.0).sin());
+            let radius = 2.0 + c * w.sin() - s * (2.0 * w).sin();
+            let height = s * w.sin() + c * (2.0 * w).sin();
+            DVec3::new(radius * u.cos(), radius * u.sin(), height)
+        })
+    });
+    let at = |i: u32, j: u32| {
+        let j = if i == around { across - j % across } else { j };
+        i % around * across + j % across
+    };
+    let quads = (0..around).flat_map(|i| (0..across).map(move |j| (i, j)));
+    let triangles = quads.flat_map(|(i, j)| {
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    let mesh = Mesh {
+        vertices: vertices.collect(),
+        triangles: triangles.collect(),
+    };
+    let error = repair(&mesh, &RepairSettings::default()).unwrap_err();
+    assert!(matches!(error, RepairError::OneSided { .. }), "{error}");
+}
+
+/// A cuboid, turned about two axes.
+fn cuboid(size: DVec3, angle: f64) -> Mesh {
+    let mut mesh = cube(DVec3::ZERO);
+    let turn = glam::DMat3::from_rotation_x(0.7 * angle) * glam::DMat3::from_rotation_y(angle);
+    mesh.vertices
+        .iter_mut()
+        .for_each(|v| *v = turn * (*v * size));
+    mesh
+}
+
+/// Too few nodes for a plate, a needle or a body with a spike are refused at once, with a number that
+/// does.
+#[test]
+fn the_number_of_nodes_that_is_advised_works() {
+    let at = |nodes| SampleSettings {
+        target: Target::NodeCount(nodes),
+        ..SampleSettings::default()
+    };
+    for (size, angle) in [
+        (DVec3::new(1.0, 1.0, 0.03), 0.0),
+        (DVec3::new(1.0, 1.0, 0.03), 0.5),
+        (DVec3::new(1.0, 0.7, 0.05), 0.9),
+        (DVec3::new(1.0, 0.01, 0.01), 0.0),
+        (DVec3::new(1.0, 0.04, 0.03), 0.6),
+    ] {
+        let solid = Solid::from_mesh(cuboid(size, angle));
+        match sample_tetrahedra(&solid, &at(100)) {
+            Err(SampleError::Thin { advice, .. }) => {
+                let found = sample_tetrahedra(&solid, &at(advice)).unwrap();
+                let error = found.report.volume_error.unwrap();
+                assert!(
+                    error.abs() < 0.1,
+                    "{size} at {angle}: volume off by {error}"
+                );
+            }
+            Ok(found) => {
+                let error = found.report.volume_error.unwrap();
+                assert!(
+                    error.abs() < 0.5,
+                    "{size} at {angle}: volume off by {error}"
+                );
+            }
+            Err(other) => panic!("{size} at {angle}: {other}"),
+        }
+    }
+    let thin = Solid::from_mesh(cuboid(DVec3::new(1.0, 1.0, 1e-3), 0.0));
+    let refused = sample_tetrahedra(&thin, &at(1000)).unwrap_err();
+    assert!(
+        matches!(refused, SampleError::Thin { advice, .. } if advice > 500_000),
+        "{refused}"
+    );
+    let tilted = Solid::from_mesh(cuboid(DVec3::new(1.0, 1.0, 1e-4), 0.8));
+    for refused in [
+        sample_tetrahedra(&tilted, &at(1000)).unwrap_err(),
+        sample_tetrahedra(&tilted, &at(100_000)).unwrap_err(),
+    ] {
+        assert!(matches!(refused, SampleError::Slender { .. }), "{refused}");
+    }
+    let mut spike = cuboid(DVec3::ONE, 0.3);
+    spike.vertices[7] = DVec3::new(1e7, 1e5, 30.0);
+    let refused = sample_tetrahedra(&Solid::from_mesh(spike), &at(6000)).unwrap_err();
+    assert!(
+        matches!(refused, SampleError::Slender { far, .. } if far.x > 0.9e7),
+        "{refused}"
+    );
+    let many = sample_tetrahedra(&thin, &at(usize::MAX)).unwrap_err();
+    assert!(
+        matches!(
+            many,
+            SampleError::TooManyNodes { .. } | SampleError::Slender { .. }
+        ),
+        "{many}"
+    );
+}
+
+/// One body in millimetres, metres and kilometres, and elsewhere, has the same nodes.
+#[test]
+fn nodes_do_not_depend_on_the_unit() {
+    let odd = DVec3::new(1.0, 0.7, 0.53);
+    let egg = Solid::from(Shape::Ellipsoid { semi_axes: odd });
+    let egg = surface_mesh(&egg, 0.2).unwrap();
+    for (mesh, settings) in [
+        (cuboid(odd, 0.0), Target::NodeCount(1500)),
+        (cuboid(odd, 0.4), Target::NodeCount(900)),
+        (egg, Target::NodeCount(1200)),
+    ] {
+        let settings = SampleSettings {
+            target: settings,
+            ..SampleSettings::default()
+        };
+        let one = sample_tetrahedra(&Solid::from_mesh(mesh.clone()), &settings).unwrap();
+        let bare = sample_points(&Solid::from_mesh(mesh.clone()), &settings, true).unwrap();
+        for scale in [1e-6, 1e-3, 0.3, 1e3, 1e6] {
+            let solid = Solid::from_mesh(mesh.clone().scaled(scale));
+            let other = sample_tetrahedra(&solid, &settings).unwrap();
+            assert_eq!(one.tetrahedra, other.tetrahedra, "{scale}");
+            for (a, b) in one.positions.iter().zip(&other.positions) {
+                let miss = (*a * scale).distance(*b) / scale;
+                assert!(miss < 1e-9, "{a} and {b} at {scale}");
+            }
+            let points = sample_points(&solid, &settings, true).unwrap();
+            assert_eq!(bare.positions.len(), points.positions.len(), "{scale}");
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! The part of a cut that may lie in a body.
+
+use glam::DVec3;
+use phyxel_discretize::Bounds;
+
+/// The triangle, if it is not larger than the body's box; else the part of it within the box grown by
+/// half its diagonal. A blade may reach any way beyond the body, and skin is looked for by area.
+pub(super) fn within(triangle: [DVec3; 3], bounds: &Bounds) -> Vec<[DVec3; 3]> {
+    let diagonal = bounds.diagonal();
+    if Bounds::of(triangle).diagonal() <= diagonal {
+        return vec![triangle];
+    }
+    let margin = DVec3::splat(0.5 * diagonal);
+    let mut polygon = triangle.to_vec();
+    for axis in 0..3 {
+        let low = bounds.min[axis] - margin[axis];
+        let high = bounds.max[axis] + margin[axis];
+        polygon = clip(&polygon, |p| p[axis] - low);
+        polygon = clip(&polygon, |p| high - p[axis]);
+    }
+    (2..polygon.len())
+        .map(|k| [polygon[0], polygon[k - 1], polygon[k]])
+        .collect()
+}
+
+/// The part of a convex polygon where a linear function is not negative.
+fn clip(polygon: &[DVec3], depth: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, &to) in polygon.iter().enumerate() {
+        let from = polygon[(k + polygon.len() - 1) % polygon.len()];
+        let (a, b) = (depth(from), depth(to));
+        if (a < 0.0) != (b < 0.0) {
+            kept.push(from.lerp(to, a / (a - b)));
+        }
+        if b >= 0.0 {
+            kept.push(to);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(triangles: &[[DVec3; 3]]) -> f64 {
+        let of = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+        triangles.iter().map(of).sum()
+    }
+
+    #[test]
+    fn a_large_triangle_is_clipped_to_the_body() {
+        let bounds = Bounds {
+            min: DVec3::ZERO,
+            max: DVec3::ONE,
+        };
+        let small = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        assert_eq!(within(small, &bounds), [small], "as it is");
+        // A plane through the middle: what is left is the section of the grown box.
+        let large = [(-1e3, -1e3), (3e3, -1e3), (-1e3, 3e3)].map(|(x, y)| DVec3::new(x, y, 0.5));
+        let side = 1.0 + 3.0_f64.sqrt();
+        let found = area(&within(large, &bounds));
+        assert!((found / (side * side) - 1.0).abs() < 1e-9, "{found}");
+        let beyond = large.map(|p| p + 10.0 * DVec3::Z);
+        assert!(within(beyond, &bounds).is_empty(), "nothing near the body");
+    }
+}

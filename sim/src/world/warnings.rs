@@ -1,0 +1,193 @@
+//! What of a scene has no effect, or is of another size than its bodies.
+
+use glam::DVec3;
+use phyxel_discretize::Bounds;
+
+use super::{Member, World, support};
+use crate::scene::{Key, Tool, ToolShape, pose_at};
+
+/// Lengths beyond this many times the bodies' are told of: the next unit is a thousand times larger.
+const FAR: f64 = 30.0;
+/// Deviation of the nodes' volume from the mesh's that is told of.
+const LARGEST_VOLUME_ERROR: f64 = 0.05;
+/// Places looked at between two keys of a path.
+const PLACES: u32 = 16;
+
+impl World {
+    /// What the scene asks for in vain: supports that hold no node, places of a mesh too thin for its
+    /// nodes, lengths far beyond the bodies; one sentence each.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for Member { body, .. } in &self.members {
+            let name = &body.name;
+            if body.missed > 0.0 {
+                warnings.push(format!(
+                    "body '{name}': {:.1} % of the mesh's vertices lie where it is thinner than its \
+                     nodes are apart ({:.2e} m); those places are cut off, ask for more nodes",
+                    1e2 * body.missed,
+                    body.spacing
+                ));
+            }
+            if let Some(error) = body.volume_error
+                && error.abs() > LARGEST_VOLUME_ERROR
+            {
+                warnings.push(format!(
+                    "body '{name}': its nodes have a volume {:+.1} % off the mesh's; ask for \
+                     more nodes, or look whether the mesh crosses itself",
+                    1e2 * error
+                ));
+            }
+        }
+        let bodies = self.bounds();
+        for (index, wish) in self.scene.supports.iter().enumerate() {
+            let pairs = self.members.iter().zip(&self.scene.bodies);
+            let held: usize = pairs
+                .map(|(member, body)| support::held_count(wish, body, &member.body.rest))
+                .sum();
+            if held == 0 {
+                warnings.push(format!(
+                    "supports[{index}] holds no node: the bodies lie from {} to {}",
+                    triple(bodies.min),
+                    triple(bodies.max)
+                ));
+            }
+        }
+        self.warn_of_lengths(&bodies, &mut warnings);
+        warnings
+    }
+
+    /// Cuts and tools whose paths stay away from the bodies, as these lie at rest.
+    #[must_use]
+    pub fn misses(&self) -> Vec<String> {
+        let bodies = self.bounds();
+        let margin = DVec3::splat(0.5 * bodies.diagonal());
+        let (low, high) = (bodies.min - margin, bodies.max + margin);
+        let near = |points: Vec<DVec3>| {
+            let swept = Bounds::of(points);
+            swept.min.cmple(high).all() && swept.max.cmpge(low).all()
+        };
+        let mut warnings = Vec::new();
+        for (index, cut) in self.scene.cuts.iter().enumerate() {
+            if !sweeps(&cut.path, &cut.edge).any(near) {
+                warnings.push(format!(
+                    "cuts[{index}] '{}' stays away from the bodies, which lie from {} to {}",
+                    cut.name,
+                    triple(bodies.min),
+                    triple(bodies.max)
+                ));
+            }
+        }
+        for (index, tool) in self.scene.tools.iter().enumerate() {
+            let Some(corners) = corners(tool).filter(|_| tool.release.is_none()) else {
+                continue;
+            };
+            if !sweeps(&tool.path, &corners).any(near) {
+                warnings.push(format!(
+                    "tools[{index}] '{}' stays away from the bodies, which lie from {} to {}",
+                    tool.name,
+                    triple(bodies.min),
+                    triple(bodies.max)
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// Cuts that a finished run took up and that changed nothing.
+    #[must_use]
+    pub fn vain_cuts(&self) -> Vec<String> {
+        let cuts = self.scene.cuts.iter().zip(&self.cut_through).enumerate();
+        cuts.filter(|(_, (_, through))| !**through)
+            .map(|(index, (cut, _))| format!("cuts[{index}] '{}' cut nothing", cut.name))
+            .collect()
+    }
+
+    /// Box round all bodies at rest.
+    fn bounds(&self) -> Bounds {
+        Bounds::of(
+            self.members
+                .iter()
+                .flat_map(|m| m.body.rest.iter().copied()),
+        )
+    }
+
+    fn warn_of_lengths(&self, bodies: &Bounds, warnings: &mut Vec<String>) {
+        let size = bodies.diagonal();
+        let mut check = |what: String, length: f64| {
+            if length > FAR * size {
+                warnings.push(format!(
+                    "{what} is {length:.3e} m, and the bodies are {size:.3e} m from corner to corner: \
+                     lengths are in metres"
+                ));
+            }
+        };
+        for (index, cut) in self.scene.cuts.iter().enumerate() {
+            let edge = Bounds::of(cut.edge.iter().copied()).diagonal();
+            check(format!("the edge of cuts[{index}]"), edge);
+            check(format!("the way of cuts[{index}]"), way(&cut.path));
+        }
+        for (index, tool) in self.scene.tools.iter().enumerate() {
+            let size = corners(tool).map_or(0.0, |corners| Bounds::of(corners).diagonal());
+            check(format!("the size of tools[{index}]"), size);
+            check(format!("the way of tools[{index}]"), way(&tool.path));
+        }
+    }
+}
+
+fn triple(p: DVec3) -> String {
+    format!("({:.3e}, {:.3e}, {:.3e})", p.x, p.y, p.z)
+}
+
+/// Diagonal of the box round a path's keys.
+fn way(path: &[Key]) -> f64 {
+    Bounds::of(path.iter().map(|key| key.position)).diagonal()
+}
+
+/// Where some points of a thing are at two places of its path that follow each other.
+fn sweeps<'a>(path: &'a [Key], points: &'a [DVec3]) -> impl Iterator<Item = Vec<DVec3>> + 'a {
+    let times = path.windows(2).flat_map(|pair| {
+        let (from, to) = (pair[0].time, pair[1].time);
+        let at = move |k: u32| from + (to - from) * f64::from(k) / f64::from(PLACES);
+        (0..PLACES).map(move |k| (at(k), at(k + 1)))
+    });
+    let still = path.first().map(|key| (key.time, key.time));
+    times.chain(still).map(move |(from, to)| {
+        let poses = [pose_at(path, from), pose_at(path, to)];
+        let places = poses
+            .iter()
+            .flat_map(|pose| points.iter().map(|p| pose.apply(*p)));
+        places.collect()
+    })
+}
+
+/// Corners of a box round a tool, in its frame; `None` for a plane, which has no end.
+fn corners(tool: &Tool) -> Option<Vec<DVec3>> {
+    let bounds = match tool.shape {
+        ToolShape::Plane { .. } => return None,
+        ToolShape::Sphere { radius } => Bounds {
+            min: DVec3::splat(-radius),
+            max: DVec3::splat(radius),
+        },
+        ToolShape::Capsule { from, to, radius } => Bounds {
+            min: from.min(to) - radius,
+            max: from.max(to) + radius,
+        },
+        ToolShape::Box { size } => Bounds {
+            min: -0.5 * size,
+            max: 0.5 * size,
+        },
+    };
+    let pick = |k: u32, axis: usize| {
+        if k >> axis & 1 == 0 {
+            bounds.min[axis]
+        } else {
+            bounds.max[axis]
+        }
+    };
+    Some(
+        (0..8)
+            .map(|k| DVec3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
+            .collect(),
+    )
+}

@@ -1,0 +1,135 @@
+//! Runs killed at any moment: going on gives what a run gives that nothing disturbed, to the bit.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::random::Random;
+use crate::scenes::leftovers;
+use crate::watch;
+
+const SCENE: &str = r#"(
+    version: 1,
+    name: "killed",
+    bodies: [(
+        shape: Box(size: (0.06, 0.03, 0.04)),
+        sampling: (target: Nodes(600)),
+        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
+        damping_ratio: 0.1,
+        surfels: (target: Count(3000)),
+    )],
+    supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
+    tools: [(shape: Sphere(radius: 0.01), path: [
+        (time: 0, position: (0.02, 0, -0.032)), (time: 0.2, position: (0.02, 0, -0.02)),
+    ])],
+    cuts: [(
+        edge: [(0, 0, -0.03), (0, 0, 0.005)],
+        path: [(time: 0.01, position: (-0.01, -0.02, 0)), (time: 0.15, position: (-0.008, 0.02, 0))],
+    )],
+    integration: (duration: 0.2, step_factor: 0.5, settle: (speed: 2e-3, limit: 0.05, damping: 15)),
+    observe: (history_rate: 200, checkpoint: 0.02, state_rate: 20, input: true),
+    pictures: (width: 64, height: 48, rate: 50),
+)"#;
+
+const START: [&str; 7] = [
+    "run",
+    "scene.ron",
+    "--out",
+    "out",
+    "--threads",
+    "1",
+    "--quiet",
+];
+const RESUME: [&str; 6] = [
+    "run",
+    "--resume",
+    "out/state.checkpoint",
+    "--threads",
+    "1",
+    "--quiet",
+];
+
+pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
+    let quiet = folder.join("quiet");
+    std::fs::create_dir(&quiet).unwrap();
+    for folder in [folder, &quiet] {
+        std::fs::write(folder.join("scene.ron"), SCENE).unwrap();
+    }
+    let begun = Instant::now();
+    let whole = watch::run(&quiet, &START);
+    let took = begun.elapsed().as_secs_f64();
+    if let Some(fault) = whole
+        .fault()
+        .or_else(|| (!whole.status.success()).then_some(whole.stderr))
+    {
+        return Some(format!("undisturbed: {fault}"));
+    }
+    let mut times = Vec::new();
+    for attempt in 0..10 {
+        let kept = folder.join("out/state.checkpoint").exists();
+        let arguments = if kept { &RESUME[..] } else { &START[..] };
+        // Twice at most, then it may come to its end.
+        let after = if attempt < 1 + random.below(2) {
+            random.between(0.0, 1.1 * took)
+        } else {
+            1e4
+        };
+        times.push(after);
+        let (ended, killed) =
+            watch::run_and_kill(folder, arguments, Duration::from_secs_f64(after));
+        if killed
+            && ended
+                .fault()
+                .is_some_and(|fault| fault.contains("signal 9"))
+        {
+            continue;
+        }
+        if let Some(fault) = ended
+            .fault()
+            .or_else(|| (!ended.status.success()).then_some(ended.stderr))
+        {
+            return Some(format!("after {times:.3?} s: {fault}"));
+        }
+        let fault = leftovers(folder).or_else(|| differs(&quiet.join("out"), &folder.join("out")));
+        return fault.map(|fault| format!("after {times:.3?} s: {fault}"));
+    }
+    Some("it never came to its end".to_owned())
+}
+
+/// The first file that is not as in the other folder.
+fn differs(one: &Path, other: &Path) -> Option<String> {
+    let names = |folder: &Path| {
+        let entries = std::fs::read_dir(folder).unwrap().flatten();
+        let mut names: Vec<_> = entries.map(|entry| entry.file_name()).collect();
+        names.sort();
+        names
+    };
+    if names(one) != names(other) {
+        return Some(format!("{:?} and not {:?}", names(other), names(one)));
+    }
+    for name in names(one) {
+        let (a, b) = (one.join(&name), other.join(&name));
+        if a.is_dir() {
+            if let Some(fault) = differs(&a, &b) {
+                return Some(fault);
+            }
+            continue;
+        }
+        // The wall time of the runs before is in the checkpoint.
+        if name == "state.checkpoint" {
+            continue;
+        }
+        let read = |path: &Path| {
+            let bytes = std::fs::read(path).unwrap();
+            if name != "summary.json" {
+                return bytes;
+            }
+            let mut json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+            json.as_object_mut().unwrap().remove("timings");
+            json.to_string().into_bytes()
+        };
+        if read(&a) != read(&b) {
+            return Some(format!("{} differs", b.display()));
+        }
+    }
+    None
+}

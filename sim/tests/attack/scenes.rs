@@ -1,0 +1,235 @@
+//! Scenes: broken values, broken texts; they are checked, or run for a moment.
+
+use std::path::Path;
+
+use crate::broken::broken;
+use crate::random::Random;
+use crate::watch;
+
+const BLOCK: &str = r#"(
+    version: 1,
+    name: "block",
+    bodies: [(
+        shape: Box(size: (0.06, 0.03, 0.04)),
+        sampling: (target: Nodes(300), limit: 20000, coarsest: 1, refine: [
+            (from: (0, 0, 0), to: (0.01, 0, 0), radius: 0.004, factor: 0.5),
+        ]),
+        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000, stabilization: 0.1),
+        damping_ratio: 0.1,
+        cut_rule: Detour(reach: 2.0),
+        surfels: (target: Count(2000), cut_density: 1e6, opening: 1e-5),
+    )],
+    supports: [
+        (region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1))),
+        (region: Box(min: (-1, -1, -1), max: (1, 1, -0.018)), motion: Driven(path: [
+            (time: 0), (time: 0.01, position: (0.001, 0, 0), rotation: (0, 0, 90)),
+        ])),
+    ],
+    cuts: [(
+        edge: [(0, 0, -0.03), (0, 0, 0)],
+        path: [(time: 0.0, position: (0, -0.02, 0)), (time: 0.004, position: (0.002, 0.01, 0.0))],
+        capture: Distance(0.004),
+    )],
+    integration: (duration: 0.005, step_factor: 0.5, settle: (speed: 2e-3, limit: 0.002, damping: 15)),
+    observe: (history_rate: 1000, force_rate: 1000, checkpoint: 0.002, state_rate: 300, input: true),
+    pictures: (width: 64, height: 48, rate: 400, samples: 2,
+        view: Around(azimuth: -20, elevation: 35, zoom: 1.1)),
+)"#;
+
+const PAIR: &str = r#"(
+    version: 1,
+    bodies: [
+        (
+            name: "rod",
+            shape: Capsule(from: (0, 0, 0), to: (0.05, 0.01, 0), radius: 0.01),
+            sampling: (target: Spacing(0.008)),
+            inclusions: [(region: Sphere(center: (0.02, 0, 0), radius: 0.008), youngs_modulus: 5e4)],
+            material: (model: MooneyRivlin(share: 0.3), viscosity: [(ratio: 0.5, time: 0.01)],
+                fiber: (direction: (1, 0, 0), stiffness: 1e3, exponent: 1.0)),
+        ),
+        (
+            name: "pipe",
+            shape: Tube(from: (0, 0, 0), to: (0, 0, 0.06), inner_radius: 0.01, outer_radius: 0.02),
+            position: (0.1, 0, 0),
+            sampling: (target: Nodes(400), form: Points),
+            method: Dissertation(nearest: 12, support_scale: 1.5),
+        ),
+        (
+            name: "egg",
+            shape: Ellipsoid(radii: (0.02, 0.03, 0.02)),
+            position: (0, 0.1, 0),
+            sampling: (target: Nodes(200)),
+            precision: Single,
+            surfels: (spacing: Curvature(range: 3), radius: Constant(0.001)),
+        ),
+    ],
+    supports: [(body: "pipe", region: Box(min: (-1, -1, -1), max: (1, 1, 0.01)))],
+    gravity: (acceleration: (0, 0, -9.81), ramp: 0.001),
+    tools: [
+        (
+            name: "probe",
+            shape: Capsule(from: (0, 0, 0), to: (0, 0, 0.1), radius: 0.005),
+            path: [(time: 0, position: (0.02, 0, 0.02)), (time: 0.004, position: (0.02, 0, 0.01))],
+            friction: 0.2,
+        ),
+        (
+            name: "ball",
+            body: "egg",
+            shape: Sphere(radius: 0.01),
+            path: [(time: 0, position: (0, 0.1, 0.035))],
+            release: (mass: 0.01, force: (0, 0, -0.1), damping: 1),
+        ),
+    ],
+    cuts: [(
+        name: "slit",
+        body: "rod",
+        edge: [(0, -0.02, 0), (0, 0.03, 0)],
+        path: [(time: 0, position: (0.03, 0, 0.02)), (time: 0.003, position: (0.03, 0, -0.002))],
+        capture: Rate(1000),
+        weld_tolerance: 1e-4,
+    )],
+    integration: (duration: 0.004, settle: None),
+    pictures: (width: 48, height: 48, rate: 300, color: Stress(most: 1e3)),
+)"#;
+
+/// Values that something may not expect.
+const VALUES: [&str; 30] = [
+    "0",
+    "-0.0",
+    "-1",
+    "1",
+    "3",
+    "1e-3",
+    "1e-6",
+    "1e-300",
+    "1e300",
+    "1e6",
+    "1000",
+    "nan",
+    "inf",
+    "-inf",
+    "4294967295",
+    "18446744073709551615",
+    "65536",
+    "0.4999999",
+    "0.5",
+    "None",
+    "\"\"",
+    "()",
+    "[]",
+    "(0, 0, 0)",
+    "true",
+    "Fixed",
+    "\"\u{1b}[2J\"",
+    "120",
+    "0.01",
+    "-0.5",
+];
+
+/// Changes a number, takes a key or a whole group out, or puts it in twice.
+fn changed(text: &str, random: &mut Random) -> String {
+    let bytes = text.as_bytes();
+    let starts: Vec<usize> = (1..bytes.len())
+        .filter(|k| {
+            let before = bytes[k - 1];
+            bytes[*k].is_ascii_digit()
+                && !before.is_ascii_alphanumeric()
+                && !b".-+".contains(&before)
+        })
+        .collect();
+    let keys: Vec<usize> = (1..bytes.len())
+        .filter(|k| bytes[*k].is_ascii_lowercase() && b" (".contains(&bytes[k - 1]))
+        .collect();
+    let mut out = text.to_owned();
+    match random.below(8) {
+        0 => {
+            // The rest of a line is gone, or there twice.
+            let key = *random.pick(&keys);
+            let end = text[key..].find('\n').map_or(text.len(), |k| key + k);
+            if random.chance(0.5) {
+                out.replace_range(key..end, "");
+            } else {
+                out.insert_str(key, &text[key..end]);
+            }
+        }
+        1 => {
+            // A group is nested, or one of its brackets is missing.
+            let opens: Vec<usize> = text.match_indices(['(', '[']).map(|(k, _)| k).collect();
+            let open = *random.pick(&opens);
+            let depth = [0, 1, 3, 200, 30_000][random.below(5)];
+            out.replace_range(open..=open, &text[open..=open].repeat(depth));
+        }
+        _ => {
+            let start = *random.pick(&starts);
+            let number = |b: &u8| b.is_ascii_digit() || b".e-".contains(b);
+            let end = (start..bytes.len())
+                .find(|k| !number(&bytes[*k]))
+                .unwrap_or(bytes.len());
+            out.replace_range(start..end, VALUES[random.below(VALUES.len())]);
+        }
+    }
+    out
+}
+
+pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
+    let mut text = if random.chance(0.5) { BLOCK } else { PAIR }.to_owned();
+    for _ in 0..=random.below(3) {
+        text = changed(&text, random);
+    }
+    let mut bytes = text.into_bytes();
+    if random.chance(0.2) {
+        bytes = broken(bytes, random);
+    }
+    if random.chance(0.05) {
+        bytes = [&b"\xef\xbb\xbf"[..], &bytes].concat();
+    }
+    std::fs::write(folder.join("scene.ron"), &bytes).unwrap();
+    let run = random.chance(0.5);
+    let arguments: &[&str] = if run {
+        // What is long on purpose is no hang.
+        &[
+            "run",
+            "scene.ron",
+            "--out",
+            "out",
+            "--threads",
+            "1",
+            "--quiet",
+            "--json",
+            "--set",
+            "integration.settle=None",
+            "--set",
+            "integration.step_factor=0.5",
+        ]
+    } else {
+        &["check", "scene.ron", "--json"]
+    };
+    let ended = watch::run(folder, arguments);
+    let line = arguments.join(" ");
+    let fault = ended.fault().or_else(|| {
+        let text = String::from_utf8_lossy(&bytes);
+        let said = ended.stderr.contains("scene.ron") || ended.stderr.contains("--set");
+        (!ended.status.success() && !said && !text.is_empty())
+            .then(|| format!("no file is named: {}", ended.stderr))
+    });
+    fault
+        .or_else(|| leftovers(folder))
+        .map(|fault| format!("{line}: {fault}"))
+}
+
+/// Locks or parts of files that stayed.
+pub(crate) fn leftovers(folder: &Path) -> Option<String> {
+    let mut open = vec![folder.join("out")];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with('.') {
+                return Some(format!("{name} was left"));
+            }
+            if entry.path().is_dir() {
+                open.push(entry.path());
+            }
+        }
+    }
+    None
+}
