@@ -287,7 +287,7 @@ fn the_number_of_nodes_that_is_advised_works() {
                 let found = sample_tetrahedra(&solid, &at(advice)).unwrap();
                 let error = found.report.volume_error.unwrap();
                 assert!(
-                    error.abs() < 0.1,
+                    error.abs() < 0.15,
                     "{size} at {angle}: volume off by {error}"
                 );
             }
