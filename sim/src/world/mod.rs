@@ -8,6 +8,7 @@ mod cutting;
 mod error;
 mod factors;
 mod guard;
+mod grip;
 mod input;
 mod model;
 mod outside;
@@ -30,6 +31,7 @@ pub use factors::{Factors, Grids};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError};
 pub use parts::Part;
+pub use shape::extent;
 pub use state::WorldState;
 pub use stencils::Stencils;
 pub use tool::ToolForce;
@@ -37,6 +39,7 @@ pub use tool::ToolForce;
 use crate::phases::{Phase, Phases};
 use crate::scene::{Scene, pose_at};
 use guard::Kept;
+use grip::Adjusted;
 use input::Hands;
 use state::Incision;
 use tool::Touch;
@@ -87,6 +90,8 @@ pub struct World {
     /// Divisor of the step after steps that failed.
     caution: f64,
     retaken: Retaken,
+    /// What hands changed of what the scene says.
+    adjusted: Adjusted,
 }
 
 impl World {
@@ -130,6 +135,7 @@ impl World {
             kept: None,
             caution: 1.0,
             retaken: Retaken::default(),
+            adjusted: Adjusted::default(),
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -217,7 +223,8 @@ impl World {
     /// Whether gravity has reached its full size.
     #[must_use]
     pub fn gravity_is_full(&self) -> bool {
-        self.gravity == self.scene.gravity.map(|gravity| gravity.acceleration)
+        let full = self.scene.gravity.map(|gravity| gravity.acceleration);
+        self.gravity == full || self.adjusted.gravity.is_some()
     }
 
     /// Puts every body where it is in equilibrium with all of gravity, in place of settling by motion;
@@ -312,6 +319,7 @@ impl World {
     pub fn step(&mut self) -> Result<(), WorldError> {
         let number = self.steps();
         self.capture_blades(number)?;
+        self.hold(number)?;
         let step = self.step;
         let end = self.scene_time().map(|now| now + step);
         let poses = self.hands.tools(&self.scene, number, end);
@@ -336,7 +344,8 @@ impl World {
 
     fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
         for Member { body, .. } in &mut self.members {
-            let value = damping.unwrap_or(body.damping);
+            let value = damping.or(self.adjusted.damping);
+            let value = value.unwrap_or(body.damping);
             body.motion
                 .set_damping(value)
                 .map_err(|problem| WorldError {
@@ -352,7 +361,7 @@ impl World {
         let (Some(gravity), Some(present)) = (self.scene.gravity, self.gravity) else {
             return Ok(());
         };
-        if present == gravity.acceleration {
+        if present == gravity.acceleration || self.adjusted.gravity.is_some() {
             return Ok(());
         }
         let reached = if gravity.ramp > 0.0 {
