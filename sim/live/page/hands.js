@@ -139,6 +139,7 @@ export class Hands {
     const step = Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 100);
     if (event.shiftKey || this.active?.kind === "hand") {
       this.setDepth(this.depth * Math.exp(-0.002 * step));
+      this.active?.mode === "press" && this.lead(this.active, Phase.MOVE, event);
     } else {
       this.stage.camera.zoom(Math.exp(0.0015 * step));
     }
@@ -169,6 +170,12 @@ export class Hands {
       case "press": {
         const place = this.probeAt(hand, at);
         hand.place = place;
+        if (phase === Phase.BEGIN) {
+          // It is put down outside and led in from there.
+          const outside = add(hand.rest.point, hand.rest.inward, -1.1 * stage.probeRadius);
+          stage.link.hand((sequence) => encodePose(sequence, Phase.BEGIN, this.tool, outside, [0, 0, 0, 1]), stamp);
+          phase = Phase.MOVE;
+        }
         stage.link.hand((sequence) => encodePose(sequence, phase, this.tool, place, [0, 0, 0, 1]), stamp);
         break;
       }
