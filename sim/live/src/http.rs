@@ -27,10 +27,10 @@ impl Head {
         if !text.chars().all(printable) {
             return None;
         }
-        let mut lines = text.strip_suffix("\r\n\r\n").map_or_else(
-            || text.strip_suffix("\r\n"),
-            Some,
-        )?.split("\r\n");
+        let mut lines = text
+            .strip_suffix("\r\n\r\n")
+            .map_or_else(|| text.strip_suffix("\r\n"), Some)?
+            .split("\r\n");
         let mut request = lines.next()?.split(' ');
         let (method, target, version) = (request.next()?, request.next()?, request.next()?);
         if request.next().is_some() || version != "HTTP/1.1" || !target.starts_with('/') {

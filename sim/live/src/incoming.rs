@@ -98,7 +98,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
             let tool = usize::try_from(head.u32()?).ok()?;
             head.u32()?;
             let position = place(head.point()?)?;
-            let rotation = [head.finite()?, head.finite()?, head.finite()?, head.finite()?];
+            let rotation = [
+                head.finite()?,
+                head.finite()?,
+                head.finite()?,
+                head.finite()?,
+            ];
             let rotation = unit(rotation)?;
             Incoming::Hand(
                 sequence,
@@ -124,7 +129,9 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
         kind::GRIP => {
             let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
             let position = place(head.point()?)?;
-            let radius = head.finite().filter(|radius| (0.0..=1.0).contains(radius))?;
+            let radius = head
+                .finite()
+                .filter(|radius| (0.0..=1.0).contains(radius))?;
             Incoming::Hand(
                 sequence,
                 Hand::Grip {

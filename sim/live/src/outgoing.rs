@@ -84,7 +84,13 @@ pub fn put_surfel(numbers: &mut Vec<f32>, surfel: &Surfel<'_>) {
 /// # Panics
 /// If `numbers` does not divide into surfels.
 #[must_use]
-pub fn encode_skin(epoch: u32, body: usize, first: usize, stride: usize, numbers: &[f32]) -> Vec<u8> {
+pub fn encode_skin(
+    epoch: u32,
+    body: usize,
+    first: usize,
+    stride: usize,
+    numbers: &[f32],
+) -> Vec<u8> {
     let each = surfel_numbers(stride);
     assert_eq!(numbers.len() % each, 0, "whole surfels");
     let mut out = Writer::new(kind::SKIN, epoch, 16 + 4 * numbers.len());
@@ -186,7 +192,11 @@ pub struct State<'a> {
 #[must_use]
 pub fn encode_state(epoch: u32, state: &State<'_>) -> Vec<u8> {
     let nodes: usize = state.bodies.iter().map(|body| body.positions.len()).sum();
-    let mut out = Writer::new(kind::STATE, epoch, 256 + 64 * state.tools.len() + 30 * nodes);
+    let mut out = Writer::new(
+        kind::STATE,
+        epoch,
+        256 + 64 * state.tools.len() + 30 * nodes,
+    );
     out.u32(state.number);
     out.count(state.bodies.len());
     out.u64(state.step);

@@ -183,7 +183,10 @@ impl Server {
     #[must_use]
     pub fn wants_state(&self) -> bool {
         let clients = self.shared.clients();
-        clients.iter().flatten().any(|mailbox| mailbox.wants_state())
+        clients
+            .iter()
+            .flatten()
+            .any(|mailbox| mailbox.wants_state())
     }
 
     /// Offers a state to all clients, in place of one that still waits for them.
@@ -337,7 +340,12 @@ fn session(
         .words("sec-websocket-protocol")
         .find_map(|word| word.strip_prefix("token."));
     if !token.is_some_and(|token| shared.gate.knows(token)) {
-        respond(&mut stream, "403 Forbidden", plain, b"no token of this session\n")?;
+        respond(
+            &mut stream,
+            "403 Forbidden",
+            plain,
+            b"no token of this session\n",
+        )?;
         return linger(&stream);
     }
     let mailbox = Arc::new(Mailbox::default());
@@ -350,7 +358,12 @@ fn session(
         free
     };
     let Some(client) = place else {
-        respond(&mut stream, "503 Service Unavailable", plain, b"too many clients\n")?;
+        respond(
+            &mut stream,
+            "503 Service Unavailable",
+            plain,
+            b"too many clients\n",
+        )?;
         return linger(&stream);
     };
     let accept = derive_accept_key(key.as_bytes());

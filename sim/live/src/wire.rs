@@ -72,7 +72,10 @@ impl Writer {
 }
 
 /// The nearest number of single precision.
-#[allow(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "rounding is what is asked for"
+)]
 pub(crate) const fn single(value: f64) -> f32 {
     value as f32
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use phyxel_live::{
-    ClientId, Control, Event, Hand, MAX_CLIENTS, Phase, Server, Told, To, encode_force,
+    ClientId, Control, Event, Hand, MAX_CLIENTS, Phase, Server, To, Told, encode_force,
     encode_nodes, encode_state,
 };
 
@@ -196,9 +196,7 @@ impl Show {
         }
         if self.playing && self.is_moving() {
             let target = self.target();
-            while self.playing
-                && self.session.world().time() < target
-                && begun.elapsed() < LONGEST
+            while self.playing && self.session.world().time() < target && begun.elapsed() < LONGEST
             {
                 self.step();
             }
@@ -240,7 +238,9 @@ impl Show {
     fn lose(&mut self, error: &SessionError) {
         let steps = self.session.world().steps();
         self.complain(To::All, &format!("{error}; back to before the last stroke"));
-        let again = self.lost_at.is_some_and(|before| steps < before + SOUND_STEPS);
+        let again = self
+            .lost_at
+            .is_some_and(|before| steps < before + SOUND_STEPS);
         let back = if again {
             self.session.reset()
         } else {
@@ -283,7 +283,8 @@ impl Show {
         self.skins = Skins::default();
         let bodies = self.session.world().members().len();
         // What clients know begins with this; they get it by `introduce`.
-        self.skins.changes(self.epoch, self.session.painter(), bodies);
+        self.skins
+            .changes(self.epoch, self.session.painter(), bodies);
         self.clock.origin = None;
         self.clock.last = None;
         self.introduce(To::All);
@@ -346,7 +347,8 @@ impl Show {
                 } else {
                     u32::try_from(hand).unwrap_or(phyxel_live::GRIP)
                 };
-                self.server.send(To::All, encode_force(self.epoch, hand, &samples));
+                self.server
+                    .send(To::All, encode_force(self.epoch, hand, &samples));
             }
         }
         self.server.put_state(self.number, state);
@@ -402,8 +404,11 @@ impl Show {
             self.owners.grip = None;
             self.session.let_go();
         }
-        let (own, others): (Vec<_>, Vec<_>) =
-            self.owners.tools.iter().partition(|(_, owner)| *owner == client);
+        let (own, others): (Vec<_>, Vec<_>) = self
+            .owners
+            .tools
+            .iter()
+            .partition(|(_, owner)| *owner == client);
         self.owners.tools = others;
         for (tool, _) in own {
             self.session.put_tool(tool, None);
@@ -447,7 +452,8 @@ impl Show {
                     Phase::Begin => {
                         self.owners.blade = Some(client);
                         // A straight edge of two points may bend later.
-                        self.session.begin_stroke(resampled(&points, points.len().max(2)));
+                        self.session
+                            .begin_stroke(resampled(&points, points.len().max(2)));
                     }
                     _ if self.owners.blade.is_none() => {}
                     Phase::Move => self.session.lead_stroke(&points),
@@ -558,7 +564,10 @@ impl Show {
             within(stiffness, 10.0, 1e9),
         ];
         if asked != taken {
-            self.complain(To::One(client), "a value is out of its range and left as it was");
+            self.complain(
+                To::One(client),
+                "a value is out of its range and left as it was",
+            );
         }
         if let Some(gravity) = taken[0] {
             let scene = self.base.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
@@ -596,9 +605,14 @@ impl Show {
         self.saves += 1;
         let name = format!("picture-{:03}.png", self.saves);
         let mut bytes = Vec::new();
-        let written = frame.write_png(&mut bytes).map_err(|error| error.to_string());
-        let written = written
-            .and_then(|()| self.folder.write(&name, &bytes).map_err(|error| error.to_string()));
+        let written = frame
+            .write_png(&mut bytes)
+            .map_err(|error| error.to_string());
+        let written = written.and_then(|()| {
+            self.folder
+                .write(&name, &bytes)
+                .map_err(|error| error.to_string())
+        });
         match written {
             Ok(()) => {
                 let folder = self.folder.path().display().to_string();

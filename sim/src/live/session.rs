@@ -170,7 +170,9 @@ impl Session {
     #[must_use]
     pub fn spacing(&self) -> f64 {
         let bodies = self.world.members().iter();
-        bodies.map(|member| member.body.spacing).fold(f64::INFINITY, f64::min)
+        bodies
+            .map(|member| member.body.spacing)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Puts a tool somewhere at once: a hand takes it up, or lays it aside (`None`).
@@ -379,8 +381,10 @@ impl Session {
     fn observe(&mut self, step: f64) {
         let tools = self.world.tool_forces();
         let grip = self.world.grip_force();
-        let mut forces: Vec<(DVec3, f64)> =
-            tools.iter().map(|tool| (tool.force, tool.penetration)).collect();
+        let mut forces: Vec<(DVec3, f64)> = tools
+            .iter()
+            .map(|tool| (tool.force, tool.penetration))
+            .collect();
         forces.push((grip.unwrap_or(DVec3::ZERO), 0.0));
         for (force, _) in &forces[..tools.len()] {
             self.score.peak[0] = self.score.peak[0].max(force.length());
@@ -442,7 +446,9 @@ impl Session {
 
     fn restore(&mut self, checkpoint: Checkpoint) -> Result<(), SessionError> {
         let (mut world, mut painter) = Self::build(self.world.scene())?;
-        world.restore(checkpoint.world, |world, pieces| painter.grow(world, pieces))?;
+        world.restore(checkpoint.world, |world, pieces| {
+            painter.grow(world, pieces)
+        })?;
         let (camera, size, samples) = self.painter.view();
         painter.look(camera, size, samples);
         self.world = world;
@@ -488,7 +494,11 @@ impl Session {
     /// Pairs of nodes that cuts severed.
     #[must_use]
     pub fn severed_pairs(&self) -> usize {
-        let cuttings = self.world.members().iter().filter_map(|m| m.cutting.as_ref());
+        let cuttings = self
+            .world
+            .members()
+            .iter()
+            .filter_map(|m| m.cutting.as_ref());
         cuttings.map(crate::world::Cutting::severed_pairs).sum()
     }
 }

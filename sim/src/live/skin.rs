@@ -61,9 +61,9 @@ impl Known {
         let changed = |surfel: usize| {
             let range = surfel * each..(surfel + 1) * each;
             let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            self.numbers
-                .get(range.clone())
-                .is_none_or(|old| old != &numbers[range.clone()] && bits(old) != bits(&numbers[range]))
+            self.numbers.get(range.clone()).is_none_or(|old| {
+                old != &numbers[range.clone()] && bits(old) != bits(&numbers[range])
+            })
         };
         for (first, end) in runs((0..tissue.surfels().len()).filter(|&surfel| changed(surfel))) {
             let run = &numbers[first * each..end * each];
@@ -139,7 +139,9 @@ fn clips(
     which: &[usize],
     to: &mut Vec<Vec<u8>>,
 ) {
-    let clips = which.iter().filter_map(|&i| all[i].as_ref().map(|clip| (i, clip)));
+    let clips = which
+        .iter()
+        .filter_map(|&i| all[i].as_ref().map(|clip| (i, clip)));
     let parts: Vec<(usize, [f64; 2], Edges, Walls)> = clips
         .map(|(i, clip)| {
             let edges = clip.edges.iter().map(|(d, offset)| (d.to_array(), *offset));

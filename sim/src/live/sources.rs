@@ -25,7 +25,9 @@ pub struct Sources {
 
 impl std::fmt::Debug for Sources {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.debug_struct("Sources").field("list", &self.list).finish_non_exhaustive()
+        out.debug_struct("Sources")
+            .field("list", &self.list)
+            .finish_non_exhaustive()
     }
 }
 

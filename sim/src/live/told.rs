@@ -60,7 +60,10 @@ pub(super) fn scene_of(
         low = low.min(bounds.min);
         high = high.max(bounds.max);
     }
-    let view = base.pictures.map(|pictures| pictures.view).unwrap_or_default();
+    let view = base
+        .pictures
+        .map(|pictures| pictures.view)
+        .unwrap_or_default();
     let view = match view {
         View::Around {
             azimuth,
@@ -78,9 +81,9 @@ pub(super) fn scene_of(
     let settings = painter.settings();
     let bodies = world.members().iter().enumerate().map(|(index, member)| {
         let (_, surfaces) = painter.texture(index);
-        let surfaces = surfaces.iter().map(|s| {
-            [s.specular, s.shininess, s.relief, s.relief_frequency]
-        });
+        let surfaces = surfaces
+            .iter()
+            .map(|s| [s.specular, s.shininess, s.relief, s.relief_frequency]);
         BodyInfo {
             name: member.body.name.clone(),
             nodes: member.body.rest.len(),

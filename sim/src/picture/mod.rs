@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use phyxel_splat::{
-    Camera, Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer, SplatView,
-    Splats, Surface, Tissue, TissueSettings, TissueTexture,
+    Camera, Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer,
+    SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture,
 };
 
 use crate::scene::{self, Coloring, Pictures};
@@ -398,12 +398,7 @@ impl Merged {
         all
     }
 
-    fn draw(
-        &self,
-        renderer: &mut Renderer,
-        tools: &[Mesh],
-        camera: &Camera,
-    ) -> Frame {
+    fn draw(&self, renderer: &mut Renderer, tools: &[Mesh], camera: &Camera) -> Frame {
         let view = SplatView {
             splats: &self.splats,
             colors: &self.colors,

@@ -87,7 +87,8 @@ impl Grip {
         for held in &self.held {
             let node = held.node as usize;
             let apart = held.from + self.by - view.positions[node];
-            let force = apart * held.stiffness + (self.velocity - view.velocities[node]) * held.damping;
+            let force =
+                apart * held.stiffness + (self.velocity - view.velocities[node]) * held.damping;
             forces[node] += force;
             self.force -= force;
         }
@@ -148,7 +149,9 @@ impl World {
     #[must_use]
     pub fn grip_force(&self) -> Option<DVec3> {
         let grips = self.members.iter().filter_map(|m| m.body.grip.as_ref());
-        grips.map(|grip| grip.force).reduce(|sum, force| sum + force)
+        grips
+            .map(|grip| grip.force)
+            .reduce(|sum, force| sum + force)
     }
 
     /// Gravity (m/s²) as the scene or a hand has it, at its full size.

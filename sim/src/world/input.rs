@@ -261,10 +261,13 @@ impl Hands {
             return Vec::new();
         };
         let now = given.iter().take_while(|input| input.step <= step);
-        let other = |action: &&Action| {
-            !matches!(action, Action::Tool { .. } | Action::Blade { .. })
-        };
-        let holds: Vec<Action> = now.map(|input| &input.action).filter(other).cloned().collect();
+        let other =
+            |action: &&Action| !matches!(action, Action::Tool { .. } | Action::Blade { .. });
+        let holds: Vec<Action> = now
+            .map(|input| &input.action)
+            .filter(other)
+            .cloned()
+            .collect();
         if let Some(record) = &mut self.record {
             let holds = holds.iter().cloned();
             record.extend(holds.map(|action| Input { step, action }));

@@ -182,14 +182,6 @@ impl World {
         self.set_gravity(state.gravity)?;
         for (member, kept) in self.members.iter_mut().zip(state.bodies) {
             member.set_state(kept);
-            let body = &mut member.body;
-            let viscous = (&*kept.history, kept.relaxed);
-            body.grip = kept.grip;
-            body.restore(kept.motion, kept.eigenvalue, kept.eigenvector, viscous);
-            member.touches = kept.touches;
-            if let (Some(cutting), Some(growth)) = (&mut member.cutting, kept.growth) {
-                cutting.set_growth(growth);
-            }
         }
         self.kept = state.kept;
         self.caution = state.caution;
