@@ -3,6 +3,8 @@
 mod assets;
 mod control;
 mod gate;
+#[cfg(test)]
+mod golden;
 mod http;
 mod incoming;
 mod mailbox;
