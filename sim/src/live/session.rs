@@ -10,6 +10,7 @@ use super::setting::{PARKED, prepare};
 use super::undo::{Checkpoint, Ring};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::Painter;
+use crate::run::RunState;
 use crate::scene::{Pose, Scene, SceneError};
 use crate::world::{Action, Input, InputError, Moment, World, WorldError, extent};
 
@@ -41,6 +42,8 @@ struct Stroke {
     lead: BladeLead,
     /// The first edge, until it is taken up: a blade that never moves leaves nothing behind.
     first: Option<Vec<DVec3>>,
+    /// The state before the stroke.
+    before: Option<Checkpoint>,
     /// An edge that is to be taken up in the next step.
     due: Option<(Moment, Vec<DVec3>)>,
 }
@@ -205,6 +208,7 @@ impl Session {
         self.stroke.push_back(Stroke {
             first: Some(edge.clone()),
             lead: BladeLead::new(edge, self.capture()),
+            before: None,
             due: None,
         });
     }
@@ -325,6 +329,10 @@ impl Session {
 
     /// Leads the blade for a step (s); the edge that is to be taken up in it, one at most.
     fn lead_blade(&mut self, step: f64) -> Option<(Moment, Vec<DVec3>)> {
+        if self.stroke.front()?.before.is_none() {
+            let before = Some(self.checkpoint());
+            self.stroke.front_mut()?.before = before;
+        }
         let stroke = self.stroke.front_mut()?;
         if let Some(due) = stroke.due.take() {
             if due.0 == Moment::End {
@@ -347,8 +355,9 @@ impl Session {
             }
             Some(first) => {
                 stroke.due = Some(due);
-                let checkpoint = self.checkpoint();
-                self.ring.push(checkpoint);
+                if let Some(before) = stroke.before.clone() {
+                    self.ring.push(before);
+                }
                 self.strokes += 1;
                 Some((Moment::Start, first))
             }
@@ -479,7 +488,7 @@ impl Session {
         let names = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
         folder.write(names[0], scene.to_ron().as_bytes())?;
         folder.write(names[1], &input_csv(&scene, &self.record))?;
-        write_checkpoint(folder, names[2], &scene, &self.world.state())?;
+        write_checkpoint(folder, names[2], &scene, &RunState::of(&self.world))?;
         let severed: usize = self.severed_pairs();
         let rows = [
             ("simulated_time_s", format!("{:.4}", self.world.time())),
