@@ -19,7 +19,9 @@ const SENT: u32 = 240;
 
 fn main() -> Answer<()> {
     let mut arguments = std::env::args().skip(1);
-    let url = arguments.next().ok_or("give the address that phyxel live prints")?;
+    let url = arguments
+        .next()
+        .ok_or("give the address that phyxel live prints")?;
     let press = arguments.next().is_some_and(|word| word == "press");
     let (address, code) = url
         .strip_prefix("http://")
@@ -30,7 +32,9 @@ fn main() -> Answer<()> {
     println!("box {low:?} to {high:?}, at rest after {settled:.1} s");
     let middle = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
     let size = [0, 1, 2].map(|k| high[k] - low[k]);
-    socket.get_mut().set_read_timeout(Some(Duration::from_millis(1)))?;
+    socket
+        .get_mut()
+        .set_read_timeout(Some(Duration::from_millis(1)))?;
     let (mut waiting, mut late) = (VecDeque::new(), Vec::new());
     let (begun, mut sent, mut peak) = (Instant::now(), 0, 0.0_f32);
     while sent < SENT || !waiting.is_empty() {
@@ -41,7 +45,11 @@ fn main() -> Answer<()> {
             let message = if press {
                 // From above, a tenth of the height into it and out again.
                 let depth = size[2] * (0.6 - 0.7 * (share * std::f64::consts::PI).sin());
-                pose(sent, phase, [middle[0] - 0.2 * size[0], middle[1], middle[2] + depth])
+                pose(
+                    sent,
+                    phase,
+                    [middle[0] - 0.2 * size[0], middle[1], middle[2] + depth],
+                )
             } else {
                 // Across the top, from left to right, a quarter of the height deep.
                 let x = low[0] + size[0] * (0.2 + 0.5 * share);
@@ -51,8 +59,14 @@ fn main() -> Answer<()> {
             socket.send(Message::binary(message))?;
             waiting.push_back((sent, Instant::now()));
         }
-        let Some(state) = binary(&mut socket)? else { continue };
-        let u32_at = |at: usize| state.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        let Some(state) = binary(&mut socket)? else {
+            continue;
+        };
+        let u32_at = |at: usize| {
+            state
+                .get(at..at + 4)
+                .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        };
         if u32_at(0).map(|kind| kind & 0xffff) != Some(4) {
             continue;
         }
@@ -72,16 +86,29 @@ fn main() -> Answer<()> {
         }
     }
     late.sort_by(f64::total_cmp);
-    let at = |share: f64| late.get(((late.len() - 1) as f64 * share) as usize).copied().unwrap_or(0.0);
+    let at = |share: f64| {
+        late.get(((late.len() - 1) as f64 * share) as usize)
+            .copied()
+            .unwrap_or(0.0)
+    };
     println!("largest force {peak:.3} N");
-    println!("pose to state: median {:.2} ms, p95 {:.2} ms, largest {:.2} ms of {}", at(0.5), at(0.95), at(1.0), late.len());
+    println!(
+        "pose to state: median {:.2} ms, p95 {:.2} ms, largest {:.2} ms of {}",
+        at(0.5),
+        at(0.95),
+        at(1.0),
+        late.len()
+    );
     Ok(())
 }
 
 /// A code's token.
 fn token(address: &str, code: &str) -> Answer<String> {
     let mut stream = TcpStream::connect(address)?;
-    write!(stream, "GET /token?{code} HTTP/1.1\r\nHost: {address}\r\n\r\n")?;
+    write!(
+        stream,
+        "GET /token?{code} HTTP/1.1\r\nHost: {address}\r\n\r\n"
+    )?;
     let mut answer = String::new();
     stream.read_to_string(&mut answer)?;
     let good = answer.starts_with("HTTP/1.1 200");
@@ -92,7 +119,9 @@ fn token(address: &str, code: &str) -> Answer<String> {
 fn join(address: &str, token: &str) -> Answer<WebSocket<TcpStream>> {
     let mut request = format!("ws://{address}/session").into_client_request()?;
     let offered = format!("phyxel.1, token.{token}").parse()?;
-    request.headers_mut().insert("Sec-WebSocket-Protocol", offered);
+    request
+        .headers_mut()
+        .insert("Sec-WebSocket-Protocol", offered);
     let stream = TcpStream::connect(address)?;
     stream.set_nodelay(true)?;
     Ok(tungstenite::client(request, stream)?.0)
@@ -102,7 +131,9 @@ fn join(address: &str, token: &str) -> Answer<WebSocket<TcpStream>> {
 fn scene(socket: &mut WebSocket<TcpStream>) -> Answer<([f64; 3], [f64; 3], f64)> {
     let (begun, mut found) = (Instant::now(), None);
     loop {
-        let Message::Text(text) = socket.read()? else { continue };
+        let Message::Text(text) = socket.read()? else {
+            continue;
+        };
         let told: serde_json::Value = serde_json::from_str(&text)?;
         let point = |key: &str| [0, 1, 2].map(|k| told[key][k].as_f64().unwrap_or(0.0));
         if told["type"] == "scene" {
@@ -119,7 +150,14 @@ fn binary(socket: &mut WebSocket<TcpStream>) -> Answer<Option<Vec<u8>>> {
     match socket.read() {
         Ok(Message::Binary(bytes)) => Ok(Some(bytes.to_vec())),
         Ok(_) => Ok(None),
-        Err(tungstenite::Error::Io(error)) if matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut) => Ok(None),
+        Err(tungstenite::Error::Io(error))
+            if matches!(
+                error.kind(),
+                std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut
+            ) =>
+        {
+            Ok(None)
+        }
         Err(error) => Err(error.into()),
     }
 }
@@ -136,5 +174,10 @@ fn edge(sequence: u32, phase: u32, [a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> 
 }
 
 fn pose(sequence: u32, phase: u32, [x, y, z]: [f64; 3]) -> Vec<u8> {
-    message(17, 80, &[sequence, phase, 0, 0], &[x, y, z, 0.0, 0.0, 0.0, 1.0])
+    message(
+        17,
+        80,
+        &[sequence, phase, 0, 0],
+        &[x, y, z, 0.0, 0.0, 0.0, 1.0],
+    )
 }

@@ -185,7 +185,8 @@ impl Noise {
 #[test]
 fn mutated_messages_are_read_or_left_aside() {
     let names = ["ack", "pose", "edge", "edge-end", "grip", "mesh"];
-    let all = names.map(|name| std::fs::read(folder().join(format!("{name}.bin"))).expect("golden"));
+    let all =
+        names.map(|name| std::fs::read(folder().join(format!("{name}.bin"))).expect("golden"));
     let (mut noise, mut read) = (Noise(0x9e37_79b9_7f4a_7c15), 0);
     for _ in 0..20_000 {
         let mut bytes = all[noise.below(all.len())].clone();
@@ -212,7 +213,12 @@ fn mutated_messages_are_read_or_left_aside() {
                 assert!(points.len() != 1 && (points.len() > 1 || *phase == Phase::End));
                 points.clone()
             }
-            Incoming::Mesh { total, offset, piece, extension } => {
+            Incoming::Mesh {
+                total,
+                offset,
+                piece,
+                extension,
+            } => {
                 assert!(offset + piece.len() <= *total && *total <= crate::MAX_MESH);
                 assert!(extension.bytes().all(|b| b.is_ascii_lowercase()));
                 Vec::new()
@@ -222,5 +228,8 @@ fn mutated_messages_are_read_or_left_aside() {
         let near = |x: &f64| x.is_finite() && x.abs() <= 100.0;
         assert!(places.iter().flatten().all(near), "{places:?}");
     }
-    assert!(read > 1_000, "only {read} were read: the test tests nothing");
+    assert!(
+        read > 1_000,
+        "only {read} were read: the test tests nothing"
+    );
 }

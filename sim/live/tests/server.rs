@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use phyxel_live::{Control, Event, Hand, MAX_CLIENTS, PROTOCOL, Phase, Server, Told, To};
+use phyxel_live::{Control, Event, Hand, MAX_CLIENTS, PROTOCOL, Phase, Server, To, Told};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Bytes, Message, WebSocket};
 
@@ -14,7 +14,9 @@ type Socket = WebSocket<TcpStream>;
 /// Sends `text` and reads what comes until the end.
 fn talk(server: &Server, text: &str) -> String {
     let mut stream = TcpStream::connect(server.address()).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .unwrap();
     stream.write_all(text.as_bytes()).unwrap();
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
@@ -23,7 +25,10 @@ fn talk(server: &Server, text: &str) -> String {
 
 fn get(server: &Server, target: &str, more: &str) -> String {
     let address = server.address();
-    talk(server, &format!("GET {target} HTTP/1.1\r\nHost: {address}\r\n{more}\r\n"))
+    talk(
+        server,
+        &format!("GET {target} HTTP/1.1\r\nHost: {address}\r\n{more}\r\n"),
+    )
 }
 
 fn status(answer: &str) -> &str {
@@ -40,7 +45,9 @@ fn token(server: &Server) -> String {
 
 fn join(server: &Server, token: &str, origin: Option<&str>) -> Result<Socket, String> {
     let address = server.address();
-    let mut request = format!("ws://{address}/session").into_client_request().unwrap();
+    let mut request = format!("ws://{address}/session")
+        .into_client_request()
+        .unwrap();
     let headers = request.headers_mut();
     let offered = format!("{PROTOCOL}, token.{token}");
     headers.insert("Sec-WebSocket-Protocol", offered.parse().unwrap());
@@ -48,15 +55,22 @@ fn join(server: &Server, token: &str, origin: Option<&str>) -> Result<Socket, St
         headers.insert("Origin", origin.parse().unwrap());
     }
     let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .unwrap();
     let joined = tungstenite::client(request, stream);
-    joined.map(|(socket, _)| socket).map_err(|error| error.to_string())
+    joined
+        .map(|(socket, _)| socket)
+        .map_err(|error| error.to_string())
 }
 
 /// The next event of any client.
 fn event(server: &Server) -> (usize, Event) {
     let patience = Duration::from_secs(20);
-    server.events().recv_timeout(patience).expect("an event comes")
+    server
+        .events()
+        .recv_timeout(patience)
+        .expect("an event comes")
 }
 
 fn edge(sequence: u32, phase: u32) -> Message {
@@ -87,14 +101,30 @@ fn only_the_page_is_served_and_under_a_strict_policy() {
     for asset in ["/main.js", "/style.css", "/shaders.js", "/icon.svg"] {
         assert_eq!(status(&get(&server, asset, "")), "200", "{asset}");
     }
-    for other in ["/../Cargo.toml", "//main.js", "/MAIN.JS", "/page/main.js", "/%2e%2e/x", "/session/"] {
+    for other in [
+        "/../Cargo.toml",
+        "//main.js",
+        "/MAIN.JS",
+        "/page/main.js",
+        "/%2e%2e/x",
+        "/session/",
+    ] {
         assert_eq!(status(&get(&server, other, "")), "404", "{other}");
     }
     let address = server.address();
     let post = format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0\r\n\r\n");
     assert_eq!(status(&talk(&server, &post)), "405");
-    assert_eq!(status(&talk(&server, "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n")), "403");
-    assert_eq!(status(&get(&server, "/", "Origin: http://evil.example\r\n")), "403");
+    assert_eq!(
+        status(&talk(
+            &server,
+            "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n"
+        )),
+        "403"
+    );
+    assert_eq!(
+        status(&get(&server, "/", "Origin: http://evil.example\r\n")),
+        "403"
+    );
     // A socket without a token, and one without the protocol.
     let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n\
                    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
@@ -133,17 +163,35 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
         let mut socket = join(&server, &token, None).unwrap();
         assert_eq!(event(&server), (client, Event::Joined));
         let hello = socket.read().unwrap().into_text().unwrap();
-        assert!(hello.contains("\"type\":\"hello\"") && hello.contains("test 1"), "{hello}");
+        assert!(
+            hello.contains("\"type\":\"hello\"") && hello.contains("test 1"),
+            "{hello}"
+        );
         assert!(hello.contains(&format!("\"client\":{client}")), "{hello}");
         sockets.push(socket);
     }
-    assert!(join(&server, &token, None).is_err(), "there is no place left");
+    assert!(
+        join(&server, &token, None).is_err(),
+        "there is no place left"
+    );
     // Two speak at once; each is known by its place.
     sockets[3].send(edge(1, 0)).unwrap();
     sockets[5].send(Message::text(r#"{"do":"play"}"#)).unwrap();
     let mut heard = [event(&server), event(&server)];
     heard.sort_by_key(|(client, _)| *client);
-    assert!(matches!(&heard[0], (3, Event::Hand(1, Hand::Edge { phase: Phase::Begin, .. }))));
+    assert!(matches!(
+        &heard[0],
+        (
+            3,
+            Event::Hand(
+                1,
+                Hand::Edge {
+                    phase: Phase::Begin,
+                    ..
+                }
+            )
+        )
+    ));
     assert_eq!(heard[1], (5, Event::Control(Control::Play)));
     // What is not understood is answered or left aside, and what comes later is heard.
     for strange in ["{", "[]", r#"{"do":"fly"}"#, r#"{"do":"step","steps":-1}"#] {
@@ -158,11 +206,20 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
     let mut next = join(&server, &token, None).unwrap();
     assert_eq!(event(&server), (3, Event::Joined));
     // What is for one is not for all.
-    let note = |text: &str| Told::Note { bad: false, text: text.to_owned() };
+    let note = |text: &str| Told::Note {
+        bad: false,
+        text: text.to_owned(),
+    };
     server.tell(To::One(2), &note("not for you"));
     server.tell(To::All, &note("for all"));
     assert!(next.read().unwrap().into_text().unwrap().contains("hello"));
-    assert!(next.read().unwrap().into_text().unwrap().contains("for all"));
+    assert!(
+        next.read()
+            .unwrap()
+            .into_text()
+            .unwrap()
+            .contains("for all")
+    );
 }
 
 #[test]
@@ -207,7 +264,8 @@ fn slow_half_open_and_flooding_strangers_do_not_keep_others_out() {
     // One that sends a byte at a time is cut off after five seconds all the same.
     let begun = Instant::now();
     let mut slow = silent.remove(0);
-    slow.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
+    slow.set_read_timeout(Some(Duration::from_millis(200)))
+        .unwrap();
     let mut answer = [0; 64];
     let ended = loop {
         let _ = slow.write_all(b"a");
@@ -267,12 +325,18 @@ fn mutated_handshakes_let_nobody_in() {
             }
         }
         let mut stream = TcpStream::connect(address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        stream
+            .set_read_timeout(Some(Duration::from_secs(10)))
+            .unwrap();
         let _ = stream.write_all(&bytes);
         let _ = stream.shutdown(std::net::Shutdown::Write);
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        assert!(!answer.starts_with(b"HTTP/1.1 101"), "{}", String::from_utf8_lossy(&bytes));
+        assert!(
+            !answer.starts_with(b"HTTP/1.1 101"),
+            "{}",
+            String::from_utf8_lossy(&bytes)
+        );
     }
     assert!(server.events().try_recv().is_err(), "nobody came in");
     assert_eq!(status(&get(&server, "/", "")), "200", "the server lives");
