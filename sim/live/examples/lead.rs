@@ -1,10 +1,10 @@
-//! A client without a page: leads a blade along a path and prints force and latency.
+//! A client without a page: leads a blade (or with `press` a probe) and prints force and latency.
 //!
-//! `cargo run --release -p phyxel-live --example lead -- URL [press]`: with `press` a probe is led instead.
+//! `cargo run --release -p phyxel-live --example lead -- URL [press]`
 
 use std::collections::VecDeque;
 use std::error::Error;
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
@@ -13,97 +13,91 @@ use tungstenite::{Message, WebSocket};
 
 type Answer<T> = Result<T, Box<dyn Error>>;
 
-/// Poses a second that are sent.
+/// Poses a second, and how many are sent.
 const RATE: u32 = 60;
 const SENT: u32 = 240;
 
 fn main() -> Answer<()> {
-    let mut arguments = std::env::args().skip(1);
-    let url = arguments
+    let mut words = std::env::args().skip(1);
+    let url = words
         .next()
         .ok_or("give the address that phyxel live prints")?;
-    let press = arguments.next().is_some_and(|word| word == "press");
-    let (address, code) = url
-        .strip_prefix("http://")
-        .and_then(|rest| rest.split_once("/#"))
-        .ok_or("the address has no code")?;
-    let mut socket = join(address, &token(address, code)?)?;
-    let (low, high, settled) = scene(&mut socket)?;
-    println!("box {low:?} to {high:?}, at rest after {settled:.1} s");
-    let middle = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
-    let size = [0, 1, 2].map(|k| high[k] - low[k]);
-    socket
-        .get_mut()
-        .set_read_timeout(Some(Duration::from_millis(1)))?;
-    let (mut waiting, mut late) = (VecDeque::new(), Vec::new());
-    let (begun, mut sent, mut peak) = (Instant::now(), 0, 0.0_f32);
+    let press = words.next().is_some_and(|word| word == "press");
+    let mut socket = join(&url)?;
+    let (mut low, mut high, mut begun) = ([0.0; 3], [0.0; 3], None);
+    let (mut waiting, mut late, mut sent, mut peak) = (VecDeque::new(), Vec::new(), 0, 0.0_f32);
     while sent < SENT || !waiting.is_empty() {
-        if sent < SENT && begun.elapsed() >= Duration::from_secs(1) * sent / RATE {
+        // A hand moves once the bodies are at rest.
+        if let Some(begun) = begun.filter(|_| sent < SENT)
+            && Instant::elapsed(&begun) >= Duration::from_secs(1) * sent / RATE
+        {
             sent += 1;
             let share = f64::from(sent) / f64::from(SENT);
-            let phase = [0, 1, 2][usize::from(sent > 1) + usize::from(sent == SENT)];
+            let phase = u32::from(sent > 1) + u32::from(sent == SENT);
+            let at = |x: f64, y: f64, z: f64| {
+                let share = [x, y, z];
+                [0, 1, 2].map(|k| low[k] + share[k] * (high[k] - low[k]))
+            };
             let message = if press {
-                // From above, a tenth of the height into it and out again.
-                let depth = size[2] * (0.6 - 0.7 * (share * std::f64::consts::PI).sin());
-                pose(
-                    sent,
-                    phase,
-                    [middle[0] - 0.2 * size[0], middle[1], middle[2] + depth],
-                )
+                // From above into it and out again.
+                let height = 1.1 - 0.4 * (share * std::f64::consts::PI).sin();
+                pose(sent, phase, at(0.3, 0.5, height))
             } else {
-                // Across the top, from left to right, a quarter of the height deep.
-                let x = low[0] + size[0] * (0.2 + 0.5 * share);
-                let heel = [x, middle[1], high[2] + 0.1 * size[2]];
-                edge(sent, phase, heel, [x, middle[1], middle[2]])
+                // Across the top, from one side towards the other.
+                let x = 0.2 + 0.5 * share;
+                edge(sent, phase, at(x, 0.5, 1.1), at(x, 0.5, 0.5))
             };
             socket.send(Message::binary(message))?;
             waiting.push_back((sent, Instant::now()));
         }
-        let Some(state) = binary(&mut socket)? else {
-            continue;
-        };
-        let u32_at = |at: usize| {
-            state
-                .get(at..at + 4)
-                .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-        };
-        if u32_at(0).map(|kind| kind & 0xffff) != Some(4) {
-            continue;
-        }
-        // Our place in the table is the first where we are alone.
-        let (number, seen) = (u32_at(8).unwrap_or(0), u32_at(40).unwrap_or(0));
-        while let Some((_, stamp)) = waiting.front().filter(|(sequence, _)| *sequence <= seen) {
-            late.push(1e3 * stamp.elapsed().as_secs_f64());
-            waiting.pop_front();
-        }
-        let force = [132, 136, 140].map(|at| f32::from_bits(u32_at(at).unwrap_or(0)));
-        peak = peak.max(force.iter().map(|x| x * x).sum::<f32>().sqrt());
-        let mut ack = vec![16, 0, 12, 0, 0, 0, 0, 0];
-        ack.extend(number.to_le_bytes());
-        socket.send(Message::binary(ack))?;
-        if begun.elapsed() > Duration::from_secs(120) {
-            return Err("the server does not keep up".into());
+        match socket.read() {
+            Ok(Message::Text(text)) => {
+                let told: serde_json::Value = serde_json::from_str(&text)?;
+                let point = |key: &str| [0, 1, 2].map(|k| told[key][k].as_f64().unwrap_or(0.0));
+                if told["type"] == "scene" {
+                    (low, high) = (point("low"), point("high"));
+                }
+                if told["settling"] == false && begun.is_none() {
+                    begun = Some(Instant::now());
+                }
+            }
+            Ok(Message::Binary(state)) if state.starts_with(&[4, 0]) => {
+                let word = |at: usize| {
+                    let bytes = state.get(at..at + 4).and_then(|b| b.try_into().ok());
+                    u32::from_le_bytes(bytes.unwrap_or_default())
+                };
+                // The first place in the table is that of the first client.
+                while waiting
+                    .front()
+                    .is_some_and(|(number, _)| *number <= word(40))
+                {
+                    let stamp: Option<(u32, Instant)> = waiting.pop_front();
+                    late.extend(stamp.map(|(_, stamp)| 1e3 * stamp.elapsed().as_secs_f64()));
+                }
+                let force = [132, 136, 140].map(|at| f32::from_bits(word(at)).powi(2));
+                peak = peak.max(force.iter().sum::<f32>().sqrt());
+                socket.send(Message::binary(message(16, 12, &[word(8)], &[])))?;
+            }
+            Err(tungstenite::Error::Io(error))
+                if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {}
+            Err(error) => return Err(error.into()),
+            Ok(_) => {}
         }
     }
     late.sort_by(f64::total_cmp);
-    let at = |share: f64| {
-        late.get(((late.len() - 1) as f64 * share) as usize)
-            .copied()
-            .unwrap_or(0.0)
-    };
+    let at = |percent: usize| late[(late.len() - 1) * percent / 100];
     println!("largest force {peak:.3} N");
-    println!(
-        "pose to state: median {:.2} ms, p95 {:.2} ms, largest {:.2} ms of {}",
-        at(0.5),
-        at(0.95),
-        at(1.0),
-        late.len()
-    );
+    let (median, most, all) = (at(50), at(95), at(100));
+    println!("pose to state: median {median:.2} ms, p95 {most:.2} ms, largest {all:.2} ms");
     Ok(())
 }
 
-/// A code's token.
-fn token(address: &str, code: &str) -> Answer<String> {
+/// Exchanges the code of an address for a token and opens a socket with it.
+fn join(url: &str) -> Answer<WebSocket<TcpStream>> {
+    let rest = url
+        .strip_prefix("http://")
+        .and_then(|rest| rest.split_once("/#"));
+    let (address, code) = rest.ok_or("the address has no code")?;
     let mut stream = TcpStream::connect(address)?;
     write!(
         stream,
@@ -113,10 +107,7 @@ fn token(address: &str, code: &str) -> Answer<String> {
     stream.read_to_string(&mut answer)?;
     let good = answer.starts_with("HTTP/1.1 200");
     let token = answer.rsplit("\r\n").next().filter(|_| good);
-    Ok(token.ok_or("the code is not good any more")?.to_owned())
-}
-
-fn join(address: &str, token: &str) -> Answer<WebSocket<TcpStream>> {
+    let token = token.ok_or("the code is not good any more")?;
     let mut request = format!("ws://{address}/session").into_client_request()?;
     let offered = format!("phyxel.1, token.{token}").parse()?;
     request
@@ -124,42 +115,9 @@ fn join(address: &str, token: &str) -> Answer<WebSocket<TcpStream>> {
         .insert("Sec-WebSocket-Protocol", offered);
     let stream = TcpStream::connect(address)?;
     stream.set_nodelay(true)?;
-    Ok(tungstenite::client(request, stream)?.0)
-}
-
-/// The box round all bodies, once they are at rest.
-fn scene(socket: &mut WebSocket<TcpStream>) -> Answer<([f64; 3], [f64; 3], f64)> {
-    let (begun, mut found) = (Instant::now(), None);
-    loop {
-        let Message::Text(text) = socket.read()? else {
-            continue;
-        };
-        let told: serde_json::Value = serde_json::from_str(&text)?;
-        let point = |key: &str| [0, 1, 2].map(|k| told[key][k].as_f64().unwrap_or(0.0));
-        if told["type"] == "scene" {
-            found = Some((point("low"), point("high")));
-        }
-        if let (Some((low, high)), Some(false)) = (found, told["settling"].as_bool()) {
-            return Ok((low, high, begun.elapsed().as_secs_f64()));
-        }
-    }
-}
-
-/// A binary message, if one is there.
-fn binary(socket: &mut WebSocket<TcpStream>) -> Answer<Option<Vec<u8>>> {
-    match socket.read() {
-        Ok(Message::Binary(bytes)) => Ok(Some(bytes.to_vec())),
-        Ok(_) => Ok(None),
-        Err(tungstenite::Error::Io(error))
-            if matches!(
-                error.kind(),
-                std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut
-            ) =>
-        {
-            Ok(None)
-        }
-        Err(error) => Err(error.into()),
-    }
+    stream.set_read_timeout(Some(Duration::from_millis(1)))?;
+    let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
+    Ok(socket)
 }
 
 fn message(kind: u16, head: u16, words: &[u32], numbers: &[f64]) -> Vec<u8> {
@@ -174,10 +132,6 @@ fn edge(sequence: u32, phase: u32, [a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> 
 }
 
 fn pose(sequence: u32, phase: u32, [x, y, z]: [f64; 3]) -> Vec<u8> {
-    message(
-        17,
-        80,
-        &[sequence, phase, 0, 0],
-        &[x, y, z, 0.0, 0.0, 0.0, 1.0],
-    )
+    let words = [sequence, phase, 0, 0];
+    message(17, 80, &words, &[x, y, z, 0.0, 0.0, 0.0, 1.0])
 }

@@ -1,5 +1,5 @@
 // From pointers to hands: where a blade's edge, a probe or a grip is in the world.
-import { add, cross, dot, length, mix, scale, sub, unit } from "./camera.js";
+import { add, cross, length, mix, scale, sub, unit } from "./camera.js";
 import { Phase, encodeEdge, encodeGrip, encodePose } from "./protocol.js";
 
 /** Share of the view's ray in the direction of a blade; the rest is the inward normal. */
@@ -7,7 +7,6 @@ const ALONG_VIEW = 0.6;
 /** Distance (bodies' diagonals) by which an edge stands out of the surface. */
 const STANDS_OUT = 0.03;
 const POINTS = 4;
-const HALF = Math.SQRT1_2;
 
 export class Hands {
   constructor(stage) {
@@ -263,5 +262,3 @@ export class Hands {
     return tools;
   }
 }
-
-export { HALF, dot };

@@ -1,5 +1,5 @@
 // The socket: a code for a token, a token for a session, messages in order.
-import { PROTOCOL, Kind, decode, encodeAck } from "./protocol.js";
+import { PROTOCOL, decode, encodeAck } from "./protocol.js";
 
 const KEY = "phyxel-token";
 
@@ -101,5 +101,3 @@ export class Link {
     this.send(encodeAck(state.number));
   }
 }
-
-export { Kind };

@@ -1,9 +1,9 @@
 // The stage: what the server sends is drawn, what hands do is sent.
 import { Camera, add, dot, length, scale, sub, unit } from "./camera.js";
 import { Hands } from "./hands.js";
-import { Link, Kind } from "./link.js";
+import { Link } from "./link.js";
 import { Panel } from "./panel.js";
-import { encodeMesh } from "./protocol.js";
+import { Kind, encodeMesh } from "./protocol.js";
 import { Renderer } from "./renderer.js";
 import { Tools } from "./tools.js";
 
@@ -178,17 +178,15 @@ class Stage {
   drawnTools() {
     const { state, hands } = this;
     const tools = hands.drawn();
-    if (!state) {
-      return tools;
-    }
-    state.tools.forEach((tool, index) => {
+    (state?.tools ?? []).forEach((tool, index) => {
       // Laid aside: far away.
       if (length(sub(tool.position, this.camera.target)) < 10 * this.size) {
         tools.push(this.tools.at(index, tool.position, tool.rotation));
       }
     });
-    const line = document.getElementById("line");
-    line?.remove();
+    const { active } = hands;
+    const drawn = active?.mode === "through" ? [...active.start, ...active.last] : [-1, -1, -1, -1];
+    ["x1", "y1", "x2", "y2"].forEach((name, k) => document.getElementById("line").setAttribute(name, drawn[k]));
     return tools;
   }
 

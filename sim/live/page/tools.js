@@ -121,9 +121,11 @@ export class Tools {
     }
     triangles.push(...flat(...rows[0]), ...flat(...rows[rows.length - 1]));
     this.drop();
+    // Held at a slant, as a pencil is.
+    const lean = unit(add(along, back, 0.9));
     const grip = add(heel, back, 0.5 * width);
     this.blade = meshOf(this.gl, triangles);
-    this.handle = meshOf(this.gl, capsule(add(grip, along, 0.4 * width), add(grip, along, 0.35 * this.size), 0.45 * width));
+    this.handle = meshOf(this.gl, capsule(add(grip, lean, 0.2 * width), add(grip, lean, 0.3 * this.size), 0.24 * width));
     const still = { place: [0, 0, 0], turn: [0, 0, 0, 1] };
     return [{ mesh: this.blade, ...still, color: STEEL, hidden: 0.3 }, { mesh: this.handle, ...still, color: GRIP_COLOR, specular: 0.4 }];
   }
