@@ -24,6 +24,8 @@ const TICK: Duration = Duration::from_millis(4);
 const LONGEST: Duration = Duration::from_millis(8);
 /// Simulated time (s) that may be made up for after a delay; beyond it the clock slips.
 const BEHIND: f64 = 0.03;
+/// Most events that are taken in between two ticks: a flood must not stop time.
+const MOST_EVENTS: usize = 256;
 /// Time without anything to do after which interrupts are looked for.
 const SLEEP: Duration = Duration::from_millis(500);
 /// Time between two messages of figures.
@@ -161,7 +163,7 @@ impl Show {
             TICK
         };
         let until = Instant::now() + patience;
-        loop {
+        for _ in 0..MOST_EVENTS {
             let left = until.saturating_duration_since(Instant::now());
             match self.server.events().recv_timeout(left) {
                 Ok((client, event)) => {
@@ -174,6 +176,7 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => return true,
             }
         }
+        false
     }
 
     /// Simulated time (s) at which the clock is.
@@ -190,6 +193,7 @@ impl Show {
     /// Takes the steps that are due and offers a state.
     fn tick(&mut self) {
         let begun = Instant::now();
+        let counted = self.steps_left > 0;
         while self.steps_left > 0 && begun.elapsed() < LONGEST {
             self.steps_left -= 1;
             self.step();
@@ -209,7 +213,8 @@ impl Show {
         if self.fresh && self.server.wants_state() {
             self.send_state();
         }
-        if self.told.elapsed() > STATS && self.server.client_count() > 0 && self.is_moving() {
+        let due = self.told.elapsed() > STATS && self.is_moving();
+        if (due || (counted && self.steps_left == 0)) && self.server.client_count() > 0 {
             self.send_stats();
         }
     }
