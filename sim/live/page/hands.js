@@ -63,7 +63,7 @@ export class Hands {
       this.active = { kind: event.button === 1 || event.shiftKey ? "pan" : "turn" };
       return;
     }
-    const found = stage.surface(event.offsetX, event.offsetY);
+    const found = stage.surface(event.offsetX, event.offsetY, true);
     const hand = { kind: "hand", mode: this.mode, pointer: event.pointerId, start: [event.offsetX, event.offsetY], found, pressure: event.pressure };
     if (this.mode === "through") {
       hand.last = hand.start;

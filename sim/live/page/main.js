@@ -217,8 +217,11 @@ class Stage {
     return this.point(at, dot(sub(through, this.camera.eye), forward));
   }
 
-  /** Surface under a pixel: depth, point and outward normal in the world; null for none. */
-  surface(x, y) {
+  /** Surface under a pixel: depth, point and outward normal in the world; null for none. `now`: as it is, not as drawn last. */
+  surface(x, y, now = false) {
+    if (now && this.dirty && this.scene) {
+      this.renderer.draw(this.camera, []);
+    }
     const ratio = this.canvas.width / this.canvas.clientWidth;
     const found = this.scene && this.renderer.pick(x * ratio, y * ratio);
     if (!found) {

@@ -249,6 +249,7 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
         "stage.scene.epoch > {epoch} && stage.state && stage.panel.last.severed === 0"
     ));
     assert_eq!(browser.evaluate(BITS), before);
+    browser.wait("!stage.dirty");
 
     // A probe presses: it feels a force.
     browser.key("3");
