@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release -p phyxel-live --example lead -- URL [press]`
 
+#![allow(clippy::print_stdout, reason = "an example")]
+
 use std::collections::VecDeque;
 use std::error::Error;
 use std::io::{ErrorKind, Read, Write};

@@ -345,7 +345,9 @@ impl Show {
         );
         let count = tools.len();
         for (hand, samples) in self.session.forces().drain().into_iter().enumerate() {
-            let idle = samples.iter().all(|sample| sample.force == [0.0; 3]);
+            let idle = samples
+                .iter()
+                .all(|sample| sample.force.iter().all(|x| *x == 0.0));
             if !idle {
                 let hand = if hand == count {
                     phyxel_live::GRIP

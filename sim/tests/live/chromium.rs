@@ -1,4 +1,4 @@
-//! A headless Chromium, led through its DevTools socket.
+//! A headless Chromium, led through its `DevTools` socket.
 
 use std::io::Read;
 use std::net::TcpStream;
