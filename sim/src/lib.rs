@@ -1,6 +1,8 @@
 #![doc = include_str!("../README.md")]
 
 pub mod cli;
+#[cfg(feature = "live")]
+pub mod live;
 pub mod output;
 pub mod phases;
 pub mod picture;

@@ -1,6 +1,8 @@
 //! The command line.
 
 mod check;
+#[cfg(feature = "live")]
+mod live;
 mod run;
 mod sample;
 mod scenes;
@@ -38,6 +40,9 @@ enum Command {
     Scenes(scenes::ScenesArguments),
     /// Fill a mesh with nodes, write them and report their quality.
     Sample(sample::SampleArguments),
+    /// Show a scene in a browser, to be cut, pressed and pulled by hand.
+    #[cfg(feature = "live")]
+    Live(live::LiveArguments),
     /// Measure error and time; write tables, plots and one page.
     Study(study::StudyArguments),
 }
@@ -89,6 +94,12 @@ enum CliError {
     ResumeWithOther { text: String },
     #[error(transparent)]
     Sample(#[from] sample::SampleProblem),
+    #[cfg(feature = "live")]
+    #[error(transparent)]
+    Live(#[from] crate::live::SessionError),
+    #[cfg(feature = "live")]
+    #[error(transparent)]
+    Server(#[from] phyxel_live::ServerError),
     #[error(transparent)]
     Study(#[from] StudyError),
     #[error(transparent)]
@@ -125,6 +136,8 @@ pub fn main() -> ExitCode {
         Some(Command::Check(arguments)) => check::check(&arguments),
         Some(Command::Scenes(arguments)) => scenes::scenes(&arguments),
         Some(Command::Sample(arguments)) => sample::sample(&arguments),
+        #[cfg(feature = "live")]
+        Some(Command::Live(arguments)) => live::live(&arguments),
         Some(Command::Study(arguments)) => study::study(&arguments),
     };
     match result {

@@ -1,7 +1,8 @@
-//! `input.csv`: what tools and blades did, step by step; written by a run, read by a replay.
+//! `input.csv`: what tools, blades and hands did, step by step; written by a run, read by a replay.
 //!
 //! A tool's row has its place and its rotation as a quaternion at the end of the step; an edge has a
-//! row per point. Numbers are written so that reading gives the same bits.
+//! row per point. A grip has its point and its radius as the value, a pull its way, gravity its
+//! acceleration (m/s²) in place of a point, damping its rate (1/s) as the value. Numbers are written so that reading gives the same bits.
 
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,8 @@ struct Row {
     qy: Option<f64>,
     qz: Option<f64>,
     qw: Option<f64>,
+    #[serde(default)]
+    value: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,6 +59,11 @@ struct Row {
 enum Kind {
     Tool,
     Blade,
+    Grip,
+    Pull,
+    LetGo,
+    Gravity,
+    Damping,
 }
 
 /// The rows of `inputs`.
@@ -83,6 +91,7 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
         qy: None,
         qz: None,
         qw: None,
+        value: None,
     };
     match action {
         Action::Tool { tool, pose } => {
@@ -104,6 +113,17 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
             });
             rows.collect()
         }
+        Action::Grip { point, radius } => vec![Row {
+            value: Some(*radius),
+            ..row(Kind::Grip, "", 0, *point)
+        }],
+        Action::Pull { by } => vec![row(Kind::Pull, "", 0, *by)],
+        Action::LetGo => vec![row(Kind::LetGo, "", 0, DVec3::ZERO)],
+        Action::Gravity { acceleration } => vec![row(Kind::Gravity, "", 0, *acceleration)],
+        Action::Damping { rate } => vec![Row {
+            value: Some(*rate),
+            ..row(Kind::Damping, "", 0, DVec3::ZERO)
+        }],
     }
 }
 
@@ -188,6 +208,25 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
                     ));
                 }
             }
+        }
+        kind => {
+            let value = row.value.filter(|value| value.is_finite() && *value >= 0.0);
+            let action = match (kind, value) {
+                (Kind::Grip, Some(radius)) => Action::Grip {
+                    point: place,
+                    radius,
+                },
+                (Kind::Damping, Some(rate)) => Action::Damping { rate },
+                (Kind::Grip | Kind::Damping, None) => {
+                    return Err("this needs a value that is not negative".to_owned());
+                }
+                (Kind::Pull, _) => Action::Pull { by: place },
+                (Kind::Gravity, _) => Action::Gravity {
+                    acceleration: place,
+                },
+                _ => Action::LetGo,
+            };
+            inputs.push(Input { step, action });
         }
     }
     Ok(())

@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use phyxel_splat::{
-    Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer, SplatView,
-    Splats, Surface, Tissue, TissueSettings, TissueTexture,
+    Camera, Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer,
+    SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture,
 };
 
 use crate::scene::{self, Coloring, Pictures, read_file};
@@ -49,7 +49,7 @@ pub struct Style {
 pub struct Painter {
     skins: Vec<Skin>,
     renderer: Renderer,
-    camera: phyxel_splat::Camera,
+    camera: Camera,
     coloring: Coloring,
     bare: bool,
     frames: usize,
@@ -131,6 +131,61 @@ impl Painter {
         let skin = &self.skins[body];
         let areas = &skin.tissue.surfels().areas;
         (&skin.splats.positions, &skin.splats.normals, areas)
+    }
+
+    /// The surface of a body at rest.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn tissue(&self, body: usize) -> &Tissue {
+        &self.skins[body].tissue
+    }
+
+    /// The colours and materials of a body's surface.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn texture(&self, body: usize) -> (&TissueTexture, &[Surface]) {
+        (&self.skins[body].texture, &self.skins[body].surfaces)
+    }
+
+    /// Linear colour of what gaps of a cut surface show.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn depth_color(&self, body: usize) -> Vec3 {
+        self.skins[body].texture.parenchyma_dark * DEPTH
+    }
+
+    /// The settings of the renderer.
+    #[must_use]
+    pub fn settings(&self) -> &RenderSettings {
+        self.renderer.settings()
+    }
+
+    /// Draws from another place, in another size.
+    ///
+    /// # Panics
+    /// If the size is none that [`Renderer::new`] takes.
+    pub fn look(&mut self, camera: Camera, [width, height]: [u32; 2], samples: u32) {
+        self.camera = camera;
+        self.renderer = Renderer::new(RenderSettings {
+            width,
+            height,
+            samples,
+            ..self.renderer.settings().clone()
+        });
+    }
+
+    /// The camera, the size of pictures and the samples of a pixel.
+    #[must_use]
+    pub fn view(&self) -> (Camera, [u32; 2], u32) {
+        let settings = self.renderer.settings();
+        let size = [settings.width, settings.height];
+        (self.camera, size, settings.samples)
     }
 
     /// Heap bytes of the surfels, as they are and as they are drawn.
@@ -345,12 +400,7 @@ impl Merged {
         all
     }
 
-    fn draw(
-        &self,
-        renderer: &mut Renderer,
-        tools: &[Mesh],
-        camera: &phyxel_splat::Camera,
-    ) -> Frame {
+    fn draw(&self, renderer: &mut Renderer, tools: &[Mesh], camera: &Camera) -> Frame {
         let view = SplatView {
             splats: &self.splats,
             colors: &self.colors,

@@ -49,6 +49,18 @@ impl Course {
 }
 
 impl RunState {
+    /// The state of a world whose run has recorded nothing.
+    #[must_use]
+    pub fn of(world: &World) -> Self {
+        Self {
+            world: world.state(),
+            records: Records::new(world),
+            movie: None,
+            frames: 0,
+            course: Course::new(world),
+        }
+    }
+
     /// Brings a new world and its painter into this state; the rest of the run's.
     pub(super) fn restore(
         self,

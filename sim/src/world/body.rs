@@ -12,6 +12,7 @@ use phyxel_integrate::{
 use phyxel_mls::Neighborhoods;
 
 use super::error::{BodyProblem, WorldError};
+use super::grip::Grip;
 use super::model::{Built, build};
 use super::outside::Cover;
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
@@ -92,6 +93,8 @@ pub struct Body {
     pub(super) cut_rule: CutRule,
     /// What tools touch where there are no tetrahedra, in a scene with tools.
     pub(super) cover: Option<Cover>,
+    /// The patch that a hand holds.
+    pub(super) grip: Option<Grip>,
     /// What takes the steps.
     stepper: Stepper,
 }
@@ -225,6 +228,7 @@ impl Body {
             relaxed: 0.0,
             cut_rule: description.cut_rule,
             cover,
+            grip: None,
             stepper: Stepper::new(scene.integration.scheme)?,
         })
     }
@@ -397,7 +401,7 @@ impl Body {
             step,
             &mut self.motion,
             &mut self.elastic,
-            touches,
+            (touches, self.grip.as_mut()),
             in_forces,
             in_contact,
         )?;

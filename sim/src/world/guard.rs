@@ -180,6 +180,9 @@ impl World {
                 let shape = &self.scene.tools[touch.tool].shape;
                 touch.lead(shape, &from[touch.tool], &to[touch.tool], time, step);
             }
+            if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
+                grip.lead(from.position, to.position, step);
+            }
             let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
             let start = Instant::now();
             let decayed = body.decay(step);

@@ -28,6 +28,30 @@ pub enum Action {
         /// Points of the edge in the world (m).
         edge: Vec<DVec3>,
     },
+    /// Grips the nodes round a point, in place of those gripped before.
+    Grip {
+        /// The point (m), in the world.
+        point: DVec3,
+        /// Distance (m) up to which nodes are held.
+        radius: f64,
+    },
+    /// Moves the hand that grips.
+    Pull {
+        /// How far (m) it is from where it gripped, at the end of the step.
+        by: DVec3,
+    },
+    /// Opens the hand that grips.
+    LetGo,
+    /// Takes the place of the scene's gravity.
+    Gravity {
+        /// Acceleration (m/s²).
+        acceleration: DVec3,
+    },
+    /// Takes the place of the bodies' damping once settled.
+    Damping {
+        /// Mass-proportional damping (1/s).
+        rate: f64,
+    },
 }
 
 /// An action and the step that it belongs to.
@@ -55,9 +79,11 @@ pub enum InputError {
         /// How many there are.
         count: usize,
     },
-    /// A place is not finite, a rotation none, or an edge has fewer than two points.
+    /// A place or number is not finite, a rotation none, a radius or damping negative, or an edge has
+    /// fewer than two points.
     #[error(
-        "input {index}: places must be finite, rotations of unit length, edges two points long"
+        "input {index}: places must be finite, rotations of unit length, edges two points long, radii \
+         and damping not negative"
     )]
     BadPlace {
         /// Which of the inputs.
@@ -77,6 +103,7 @@ pub enum InputError {
 
 impl Input {
     fn check(&self, scene: &Scene, index: usize) -> Result<(), InputError> {
+        let sound = |sound: bool| ("", 0, 1, sound);
         let (what, asked, count, sound) = match &self.action {
             Action::Tool { tool, pose } => {
                 let turned = (pose.rotation.length() - 1.0).abs() < 1e-6;
@@ -87,6 +114,13 @@ impl Input {
                 let sound = edge.len() >= 2 && edge.iter().all(|point| point.is_finite());
                 ("cuts", *cut, scene.cuts.len(), sound)
             }
+            Action::Grip { point, radius } => {
+                sound(point.is_finite() && radius.is_finite() && *radius >= 0.0)
+            }
+            Action::Pull { by } => sound(by.is_finite()),
+            Action::LetGo => sound(true),
+            Action::Gravity { acceleration } => sound(acceleration.is_finite()),
+            Action::Damping { rate } => sound(rate.is_finite() && *rate >= 0.0),
         };
         if asked >= count {
             return Err(InputError::NoSuch {
@@ -149,7 +183,10 @@ impl Hands {
         due.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.cut.cmp(&b.cut)));
         Self {
             source: Source::Scene { due, next: 0 },
-            poses: scene.tools.iter().map(|t| pose_at(&t.path, 0.0)).collect(),
+            poses: (scene.tools.iter())
+                .map(|tool| pose_at(&tool.path, 0.0))
+                .chain([Pose::IDENTITY])
+                .collect(),
             record: scene.observe.input.then(Vec::new),
         }
     }
@@ -175,7 +212,7 @@ impl Hands {
         Ok(())
     }
 
-    /// Where all tools are at the beginning of the step.
+    /// Where all tools are at the beginning of the step, and last how far the hand that grips has moved.
     pub(super) fn poses(&self) -> &[Pose] {
         &self.poses
     }
@@ -218,6 +255,26 @@ impl Hands {
         blades
     }
 
+    /// What is gripped, pulled or changed in a step, in order.
+    pub(super) fn holds(&mut self, step: u64) -> Vec<Action> {
+        let Source::Given(given) = &self.source else {
+            return Vec::new();
+        };
+        let now = given.iter().take_while(|input| input.step <= step);
+        let other =
+            |action: &&Action| !matches!(action, Action::Tool { .. } | Action::Blade { .. });
+        let holds: Vec<Action> = now
+            .map(|input| &input.action)
+            .filter(other)
+            .cloned()
+            .collect();
+        if let Some(record) = &mut self.record {
+            let holds = holds.iter().cloned();
+            record.extend(holds.map(|action| Input { step, action }));
+        }
+        holds
+    }
+
     /// Where the tools are at the end of a step, whose end is at a scene time (s). Ends the step's
     /// input.
     pub(super) fn tools(&mut self, scene: &Scene, step: u64, end: Option<f64>) -> Vec<Pose> {
@@ -230,15 +287,19 @@ impl Hands {
             }
             Source::Given(given) => {
                 while given.front().is_some_and(|input| input.step <= step) {
-                    let input = given.pop_front();
-                    if let Some(Action::Tool { tool, pose }) = input.map(|input| input.action) {
-                        poses[tool] = pose;
+                    match given.pop_front().map(|input| input.action) {
+                        Some(Action::Tool { tool, pose }) => poses[tool] = pose,
+                        Some(Action::Pull { by }) => {
+                            poses[scene.tools.len()].position = by;
+                        }
+                        _ => {}
                     }
                 }
             }
         }
         if let Some(record) = &mut self.record {
-            for (tool, (before, pose)) in self.poses.iter().zip(&poses).enumerate() {
+            let tools = self.poses.iter().zip(&poses).take(scene.tools.len());
+            for (tool, (before, pose)) in tools.enumerate() {
                 if before != pose {
                     let action = Action::Tool { tool, pose: *pose };
                     record.push(Input { step, action });
@@ -246,6 +307,13 @@ impl Hands {
             }
         }
         poses
+    }
+
+    /// Another grip begins: the hand has not moved yet.
+    pub(super) fn begin_grip(&mut self) {
+        if let Some(hand) = self.poses.last_mut() {
+            *hand = Pose::IDENTITY;
+        }
     }
 
     /// The step is taken: the tools are there.

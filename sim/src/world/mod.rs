@@ -7,6 +7,7 @@ mod body;
 mod cutting;
 mod error;
 mod factors;
+mod grip;
 mod guard;
 mod input;
 mod model;
@@ -31,12 +32,14 @@ pub use factors::{Factors, Grids};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError};
 pub use parts::Part;
+pub use shape::extent;
 pub use state::WorldState;
 pub use stencils::Stencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
 use crate::scene::{Scene, pose_at};
+use grip::Adjusted;
 use guard::Kept;
 use input::Hands;
 use state::Incision;
@@ -90,6 +93,8 @@ pub struct World {
     retaken: Retaken,
     /// Whether each of the scene's cuts has changed any body.
     cut_through: Vec<bool>,
+    /// What hands changed of what the scene says.
+    adjusted: Adjusted,
 }
 
 impl World {
@@ -134,6 +139,7 @@ impl World {
             kept: None,
             caution: 1.0,
             retaken: Retaken::default(),
+            adjusted: Adjusted::default(),
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -221,7 +227,8 @@ impl World {
     /// Whether gravity has reached its full size.
     #[must_use]
     pub fn gravity_is_full(&self) -> bool {
-        self.gravity == self.scene.gravity.map(|gravity| gravity.acceleration)
+        let full = self.scene.gravity.map(|gravity| gravity.acceleration);
+        self.gravity == full || self.adjusted.gravity.is_some()
     }
 
     /// Puts every body where it is in equilibrium with all of gravity, in place of settling by motion;
@@ -316,6 +323,7 @@ impl World {
     pub fn step(&mut self) -> Result<(), WorldError> {
         let number = self.steps();
         self.capture_blades(number)?;
+        self.hold(number)?;
         let step = self.step;
         let end = self.scene_time().map(|now| now + step);
         let poses = self.hands.tools(&self.scene, number, end);
@@ -340,7 +348,8 @@ impl World {
 
     fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
         for Member { body, .. } in &mut self.members {
-            let value = damping.unwrap_or(body.damping);
+            let value = damping.or(self.adjusted.damping);
+            let value = value.unwrap_or(body.damping);
             body.motion
                 .set_damping(value)
                 .map_err(|problem| WorldError {
@@ -356,7 +365,7 @@ impl World {
         let (Some(gravity), Some(present)) = (self.scene.gravity, self.gravity) else {
             return Ok(());
         };
-        if present == gravity.acceleration {
+        if present == gravity.acceleration || self.adjusted.gravity.is_some() {
             return Ok(());
         }
         let reached = if gravity.ramp > 0.0 {

@@ -10,6 +10,7 @@ use phyxel_integrate::{
 };
 
 use super::error::BodyProblem;
+use super::grip::Grip;
 use super::tool::Touch;
 use crate::scene::Scheme;
 
@@ -66,7 +67,7 @@ impl Stepper {
         step: f64,
         motion: &mut Motion,
         elastic: &mut Elastic,
-        touches: &mut [Touch],
+        (touches, mut grip): (&mut [Touch], Option<&mut Grip>),
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
@@ -76,13 +77,16 @@ impl Stepper {
                 let mut tools: Vec<_> = touches.iter_mut().map(Touch::parts).collect();
                 solver.step_with(motion, step, &mut law, &mut tools)?;
             }
-            Self::Explicit if touches.is_empty() => {
+            Self::Explicit if touches.is_empty() && grip.is_none() => {
                 motion.step(step, |x, f| law.forces_into(x, f))?;
             }
             Self::Explicit => {
                 motion.step_with(step, |x, f| law.forces_into(x, f), &mut |view, forces| {
                     for touch in touches.iter_mut() {
                         touch.press(view, forces, in_contact);
+                    }
+                    if let Some(grip) = &mut grip {
+                        grip.pull(view, forces);
                     }
                 })?;
             }

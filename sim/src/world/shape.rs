@@ -6,7 +6,7 @@ use phyxel_discretize::{
     Solid, Target, read_mesh, repair, sample_points, sample_tetrahedra,
 };
 
-use super::error::BodyProblem;
+use super::error::{BodyProblem, WorldError};
 use crate::scene::{self, Form, Shape};
 
 /// Extent of the built-in liver from right to left (m), as its own function has it.
@@ -100,6 +100,23 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
             (Solid::from_mesh(mesh), Some(report))
         }
     })
+}
+
+/// Diagonal (m) of the box round all bodies of a scene at rest.
+///
+/// # Errors
+/// [`WorldError`] if a mesh cannot be read or is no solid.
+pub fn extent(scene: &scene::Scene) -> Result<f64, WorldError> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for body in &scene.bodies {
+        let (solid, _) = solid_of(body).map_err(|problem| WorldError {
+            body: body.name.clone(),
+            problem,
+        })?;
+        low = low.min(solid.bounds().min);
+        high = high.max(solid.bounds().max);
+    }
+    Ok(low.distance(high))
 }
 
 /// Nodes of a body before they know each other.

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cutting::{CutEnergy, Cutting, Moment};
 use super::error::{BodyProblem, WorldError};
+use super::grip::{Adjusted, Grip};
 use super::guard::{Kept, Retaken, presses};
 use super::input::HandsState;
 use super::tool::Touch;
@@ -29,6 +30,7 @@ pub struct WorldState {
     kept: Option<Kept>,
     caution: f64,
     retaken: Retaken,
+    adjusted: Adjusted,
 }
 
 /// What moves in a body, and what watches over it.
@@ -51,6 +53,7 @@ pub(super) struct BodyState {
     offsets: Vec<[f64; 9]>,
     bond_offsets: Vec<f64>,
     touches: Vec<Touch>,
+    grip: Option<Grip>,
 }
 
 impl BodyState {
@@ -88,6 +91,7 @@ impl Member {
             offsets: offsets.values,
             bond_offsets: body.elastic.bond_offsets(),
             touches: touches.clone(),
+            grip: body.grip.clone(),
         }
     }
 
@@ -102,6 +106,7 @@ impl Member {
         body.indicator = state.indicator;
         body.smallest_ratio = state.smallest_ratio;
         let viscous = (&*state.history, state.relaxed);
+        body.grip = state.grip;
         body.restore(state.motion, state.estimates, state.eigenvector, viscous);
         self.touches = state.touches;
         if let Some(cutting) = &mut self.cutting {
@@ -145,6 +150,7 @@ impl World {
             caution: self.caution,
             retaken: self.retaken,
             incisions: self.incisions.clone(),
+            adjusted: self.adjusted,
         }
     }
 
@@ -159,6 +165,7 @@ impl World {
         F: FnMut(&Self, &[CutPiece]) -> Result<(), WorldError>,
     {
         self.check(&state)?;
+        self.adjusted = state.adjusted;
         for (k, incision) in state.incisions.iter().enumerate() {
             self.take_up(incision)?;
             let next = state.incisions.get(k + 1);

@@ -1,0 +1,211 @@
+//! Control in JSON: what clients ask for and what they are told.
+
+use serde::{Deserialize, Serialize};
+
+/// What a client asks for.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+pub enum Control {
+    /// Let time run.
+    Play,
+    /// Let it stand.
+    Pause,
+    /// Take so many steps and stand again.
+    Step {
+        /// How many.
+        #[serde(default = "one")]
+        steps: u32,
+    },
+    /// Back to the beginning.
+    Reset,
+    /// Back to before the last stroke.
+    Undo,
+    /// Write recording, checkpoint and score sheet.
+    Save,
+    /// Write a picture as seen by this camera.
+    Picture {
+        /// Eye (m).
+        eye: [f64; 3],
+        /// Point looked at (m).
+        target: [f64; 3],
+        /// Direction that is up in the picture.
+        up: [f64; 3],
+        /// Vertical field of view (degrees).
+        field_of_view: f64,
+        /// Size (pixels).
+        width: u32,
+        /// Size (pixels).
+        height: u32,
+    },
+    /// Another scene of those listed.
+    Scene {
+        /// Its name.
+        name: String,
+    },
+    /// Change what the model is made of, or what acts on it.
+    Set {
+        /// Gravity (m/s²), downwards.
+        #[serde(default)]
+        gravity: Option<f64>,
+        /// Mass-proportional damping (1/s).
+        #[serde(default)]
+        damping: Option<f64>,
+        /// Young's modulus (Pa) of all bodies; builds the model anew.
+        #[serde(default)]
+        stiffness: Option<f64>,
+    },
+    /// A code with which another client may come in.
+    Invite,
+    /// Something that this version does not know.
+    #[serde(other)]
+    Unknown,
+}
+
+const fn one() -> u32 {
+    1
+}
+
+/// What clients are told; every one has a `type`.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum Told {
+    /// First message to a client.
+    Hello {
+        /// The protocol's version.
+        protocol: &'static str,
+        /// Program and its version.
+        server: String,
+        /// The client's own place in a state's table of what was seen.
+        client: usize,
+    },
+    /// The scene: first message of an epoch; all messages of an earlier epoch are out of date.
+    Scene(Box<Scene>),
+    /// Figures, a few times a second.
+    Stats(Box<Stats>),
+    /// Something that a person should read.
+    Note {
+        /// Whether it is a failure.
+        bad: bool,
+        /// The words.
+        text: String,
+    },
+    /// Files were written.
+    Saved {
+        /// Folder.
+        folder: String,
+        /// Names in it.
+        files: Vec<String>,
+    },
+    /// A code for another client.
+    Invite {
+        /// Where to go with it.
+        url: String,
+    },
+}
+
+/// A scene as clients see it.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Scene {
+    /// Epoch that begins.
+    pub epoch: u32,
+    /// Name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Scenes that may be asked for: name and one line.
+    pub scenes: Vec<[String; 2]>,
+    /// Corners (m) of the box round all bodies at rest.
+    pub low: [f64; 3],
+    /// The other corner.
+    pub high: [f64; 3],
+    /// Where the camera stands at first: azimuth, elevation (degrees), zoom.
+    pub view: [f64; 3],
+    /// Bodies.
+    pub bodies: Vec<BodyInfo>,
+    /// Tools.
+    pub tools: Vec<ToolInfo>,
+    /// Gravity (m/s²), damping (1/s), Young's modulus (Pa) as they are.
+    pub values: [f64; 3],
+    /// Distance (m) of a blade's way between two captures.
+    pub capture: f64,
+    /// Distance (m) between nodes.
+    pub spacing: f64,
+    /// Colours (linear) of the background at its top and bottom.
+    pub background: [[f32; 3]; 2],
+    /// Splats blend with those at most this much nearer, in radii.
+    pub tolerance: f64,
+    /// Largest stretch that a disk follows.
+    pub max_stretch: f64,
+    /// Whether the bodies still come to rest.
+    pub settling: bool,
+}
+
+/// A body as clients see it.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct BodyInfo {
+    /// Name.
+    pub name: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Surfels of the uncut surface.
+    pub outer: usize,
+    /// For each material: strength and exponent of the highlight, amplitude of relief, its cells per
+    /// metre.
+    pub surfaces: Vec<[f32; 4]>,
+    /// Linear colour of the inside seen through gaps.
+    pub inside: [f32; 3],
+}
+
+/// A tool as clients see it.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ToolInfo {
+    /// Name.
+    pub name: String,
+    /// `sphere`, `capsule`, `box` or `plane`.
+    pub shape: &'static str,
+    /// Ends of a capsule's axis, size of a box and zero, normal of a plane and zero (m).
+    pub points: [[f64; 3]; 2],
+    /// Radius (m) of a sphere or capsule.
+    pub radius: f64,
+}
+
+/// Figures that a person wants to read.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Stats {
+    /// Whether time runs.
+    pub playing: bool,
+    /// Whether bodies still come to rest.
+    pub settling: bool,
+    /// Simulated over wall time.
+    pub real_time: f64,
+    /// Wall time (s) by which the simulation has slipped so far.
+    pub slipped: f64,
+    /// Milliseconds of one step.
+    pub step_ms: f64,
+    /// Nodes, surfels, pairs severed.
+    pub nodes: usize,
+    /// Surfels, those of cuts included.
+    pub surfels: usize,
+    /// Pairs that cuts severed.
+    pub severed: usize,
+    /// Strokes so far.
+    pub strokes: usize,
+    /// How many strokes can be undone.
+    pub undo: usize,
+    /// Ways (m) of the blade, the tools and the gripping hand in contact.
+    pub path: [f64; 3],
+    /// Largest force (N) on a tool and on the gripping hand.
+    pub peak: [f64; 2],
+    /// Energy balance over its scale: 0 for an exact solution.
+    pub balance: f64,
+    /// Gravity (m/s²), damping (1/s), Young's modulus (Pa).
+    pub values: [f64; 3],
+}
+
+impl Told {
+    /// The message as text.
+    #[must_use]
+    pub fn text(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}

@@ -1,0 +1,235 @@
+//! A message of each kind, byte for byte: checked here, and by `tests/golden.mjs` with the page's own code.
+//!
+//! With `PHYXEL_GOLDEN=write` the files of the server's messages are written anew, which is right only
+//! where fields were appended.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::incoming::{Hand, Incoming, Phase, decode};
+use crate::outgoing::{
+    BodyState, ClipOf, ForceSample, GRIP, State, Surfel, ToolState, encode_clips, encode_force,
+    encode_nodes, encode_skin, encode_state, put_surfel,
+};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
+}
+
+fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
+    let mut numbers = Vec::new();
+    for k in 0..2_u32 {
+        let x = f64::from(k);
+        put_surfel(
+            &mut numbers,
+            &Surfel {
+                position: [x, 0.25, -0.5],
+                radius: 0.125,
+                normal: [0.0, 0.6, 0.8],
+                material: 1,
+                shape: [1.0, 2.0, 3.0],
+                color: [0.5, 0.25, 0.125],
+                nodes: &[k, k + 1],
+                weights: &[0.75, 0.25],
+                slopes: &[[1.5, -1.5], [-1.5, 1.5]],
+            },
+        );
+    }
+    let clips = [
+        ClipOf {
+            surfel: 4,
+            anchor: [0.5, 0.25],
+            edges: &[([0.0, 1.0], 0.75)],
+            walls: &[[[1.0, 2.0], [3.0, 4.0]], [[5.0, 6.0], [7.0, 8.0]]],
+        },
+        ClipOf {
+            surfel: 5,
+            anchor: [0.0, 0.0],
+            edges: &[],
+            walls: &[],
+        },
+    ];
+    let tools = [ToolState {
+        position: [0.5, 1.5, 2.5],
+        rotation: [0.0, 0.0, 0.6, 0.8],
+        force: [1.0, 2.0, 3.0],
+        torque: [4.0, 5.0, 6.0],
+        penetration: 0.0625,
+    }];
+    let still = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let mut turned = still;
+    turned[1] = 0.25;
+    turned[8] = 1.5;
+    let state = State {
+        number: 17,
+        step: 5_000_000_000,
+        time: 1.25,
+        step_size: 0.001,
+        seen: [1, 2, 3, 4, 5, 6, 7, 8],
+        energies: [0.5, 0.25, -0.125],
+        grip: [0.5, 0.0, -0.5],
+        tools: &tools,
+        blade: &[[0.0, 0.5, 1.0], [1.0, 1.5, 2.0]],
+        bodies: &[
+            BodyState {
+                positions: &[[0.5, 0.25, 0.125]],
+                gradients: &[turned],
+            },
+            BodyState {
+                positions: &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
+                gradients: &[still, still],
+            },
+        ],
+    };
+    let samples = [0.5, 0.75].map(|time| ForceSample {
+        time,
+        force: [time, 0.0, -time],
+        penetration: 0.125,
+    });
+    vec![
+        (
+            "nodes",
+            encode_nodes(3, 1, &[[0.5, 1.0, 1.5], [2.0, 2.5, 3.0]]),
+        ),
+        ("skin", encode_skin(3, 1, 7, 2, &numbers)),
+        ("clips", encode_clips(3, 1, &clips)),
+        ("state", encode_state(3, &state)),
+        ("force", encode_force(3, GRIP, &samples)),
+    ]
+}
+
+#[test]
+fn messages_to_clients_are_as_they_were() {
+    for (name, bytes) in outgoing() {
+        let file = folder().join(format!("{name}.bin"));
+        if std::env::var_os("PHYXEL_GOLDEN").is_some_and(|value| value == "write") {
+            std::fs::write(&file, &bytes).expect("the folder is there");
+        }
+        let golden = std::fs::read(&file).expect("the golden file is there");
+        assert_eq!(bytes, golden, "{name}");
+    }
+}
+
+fn incoming(name: &str) -> Option<Incoming> {
+    let file = folder().join(format!("{name}.bin"));
+    decode(&std::fs::read(file).expect("the golden file is there"))
+}
+
+#[test]
+fn messages_from_clients_are_understood() {
+    let hand = |name| match incoming(name) {
+        Some(Incoming::Hand(sequence, hand)) => (sequence, hand),
+        other => unreachable!("{name}: {other:?}"),
+    };
+    assert_eq!(incoming("ack"), Some(Incoming::Ack(17)));
+    let pose = Hand::Pose {
+        tool: 2,
+        phase: Phase::Begin,
+        position: [0.5, -0.25, 0.125],
+        rotation: [0.0, 0.0, 1.0, 0.0],
+    };
+    assert_eq!(hand("pose"), (5, pose));
+    let edge = Hand::Edge {
+        phase: Phase::Move,
+        points: vec![[0.0, 0.5, 1.0], [1.5, 2.0, 2.5], [3.0, 3.5, 4.0]],
+    };
+    assert_eq!(hand("edge"), (6, edge));
+    let end = Hand::Edge {
+        phase: Phase::End,
+        points: Vec::new(),
+    };
+    assert_eq!(hand("edge-end"), (7, end));
+    let grip = Hand::Grip {
+        phase: Phase::Begin,
+        position: [0.5, 1.0, 1.5],
+        radius: 0.25,
+    };
+    assert_eq!(hand("grip"), (8, grip));
+    let mesh = Incoming::Mesh {
+        total: 5,
+        offset: 2,
+        extension: "obj".to_owned(),
+        piece: vec![1, 2, 3],
+    };
+    assert_eq!(incoming("mesh"), Some(mesh));
+}
+
+#[test]
+fn the_page_reads_and_writes_the_same_bytes() {
+    let script = folder().join("../golden.mjs");
+    let result = Command::new("node").arg(script).output();
+    let Ok(output) = result else {
+        eprintln!("no node here: the page's decoder was not checked");
+        return;
+    };
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{text}");
+}
+
+/// Numbers without order: xorshift (Marsaglia 2003).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        usize::try_from(self.next() % end.max(1) as u64).unwrap_or(0)
+    }
+}
+
+#[test]
+fn mutated_messages_are_read_or_left_aside() {
+    let names = ["ack", "pose", "edge", "edge-end", "grip", "mesh"];
+    let all =
+        names.map(|name| std::fs::read(folder().join(format!("{name}.bin"))).expect("golden"));
+    let (mut noise, mut read) = (Noise(0x9e37_79b9_7f4a_7c15), 0);
+    for _ in 0..20_000 {
+        let mut bytes = all[noise.below(all.len())].clone();
+        for _ in 0..=noise.below(4) {
+            match noise.below(4) {
+                0 => bytes.truncate(noise.below(bytes.len() + 1)),
+                1 => bytes.extend((0..noise.below(40)).map(|k| k.to_le_bytes()[0])),
+                _ if !bytes.is_empty() => {
+                    let at = noise.below(bytes.len());
+                    bytes[at] = noise.next().to_le_bytes()[0];
+                }
+                _ => {}
+            }
+        }
+        let Some(message) = decode(&bytes) else {
+            continue;
+        };
+        read += 1;
+        let places: Vec<[f64; 3]> = match &message {
+            Incoming::Hand(_, Hand::Pose { position, .. } | Hand::Grip { position, .. }) => {
+                vec![*position]
+            }
+            Incoming::Hand(_, Hand::Edge { points, phase }) => {
+                assert!(points.len() != 1 && (points.len() > 1 || *phase == Phase::End));
+                points.clone()
+            }
+            Incoming::Mesh {
+                total,
+                offset,
+                piece,
+                extension,
+            } => {
+                assert!(offset + piece.len() <= *total && *total <= crate::MAX_MESH);
+                assert!(extension.bytes().all(|b| b.is_ascii_lowercase()));
+                Vec::new()
+            }
+            Incoming::Ack(_) => Vec::new(),
+        };
+        let near = |x: &f64| x.is_finite() && x.abs() <= 100.0;
+        assert!(places.iter().flatten().all(near), "{places:?}");
+    }
+    assert!(
+        read > 1_000,
+        "only {read} were read: the test tests nothing"
+    );
+}

@@ -1,0 +1,185 @@
+//! Binary messages from clients: read with care, as anyone may have written them.
+
+use crate::wire::Reader;
+
+mod kind {
+    pub(super) const ACK: u16 = 16;
+    pub(super) const POSE: u16 = 17;
+    pub(super) const EDGE: u16 = 18;
+    pub(super) const GRIP: u16 = 19;
+    pub(super) const MESH: u16 = 20;
+}
+
+/// Most points of a blade's edge.
+pub const MAX_EDGE: usize = 64;
+/// Largest mesh file (bytes) that a client may send.
+pub const MAX_MESH: usize = 64 << 20;
+/// Farthest place (m) that a hand may be at.
+const FARTHEST: f64 = 100.0;
+
+/// When in a stroke or a grip a message belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// It starts.
+    Begin,
+    /// It goes on.
+    Move,
+    /// It ends.
+    End,
+}
+
+/// What a hand does, in the world's frame and in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Hand {
+    /// Moves a tool; with [`Phase::Begin`] it is put there, with [`Phase::End`] it is taken away.
+    Pose {
+        /// Index of the tool.
+        tool: usize,
+        /// When.
+        phase: Phase,
+        /// Place (m).
+        position: [f64; 3],
+        /// Rotation, a unit quaternion (x, y, z, w).
+        rotation: [f64; 4],
+    },
+    /// Moves a blade.
+    Edge {
+        /// When in the stroke.
+        phase: Phase,
+        /// Points of its edge (m); may be empty at the end.
+        points: Vec<[f64; 3]>,
+    },
+    /// Grips a patch of a body's surface and pulls it.
+    Grip {
+        /// When.
+        phase: Phase,
+        /// Where the hand is (m).
+        position: [f64; 3],
+        /// Radius (m) of the patch; counts at the beginning.
+        radius: f64,
+    },
+}
+
+/// A message from a client.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Incoming {
+    /// The state of this number was drawn; another may be sent.
+    Ack(u32),
+    /// A hand's doing, and the client's number for it.
+    Hand(u32, Hand),
+    /// A piece of a mesh file.
+    Mesh {
+        /// Bytes of the whole.
+        total: usize,
+        /// Where the piece begins.
+        offset: usize,
+        /// File name extension: letters only.
+        extension: String,
+        /// The piece.
+        piece: Vec<u8>,
+    },
+}
+
+/// Understands a message; `None` for one that is malformed or of a kind that is not known.
+pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
+    let mut head = Reader::new(bytes);
+    let kind = head.u16()?;
+    let start = usize::from(head.u16()?);
+    head.u32()?;
+    let mut tail = Reader::new(bytes.get(start..)?);
+    // A head that claims to be shorter than its own beginning is malformed.
+    if start < crate::wire::HEADER {
+        return None;
+    }
+    Some(match kind {
+        kind::ACK => Incoming::Ack(head.u32()?),
+        kind::POSE => {
+            let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
+            let tool = usize::try_from(head.u32()?).ok()?;
+            head.u32()?;
+            let position = place(head.point()?)?;
+            let rotation = [
+                head.finite()?,
+                head.finite()?,
+                head.finite()?,
+                head.finite()?,
+            ];
+            let rotation = unit(rotation)?;
+            Incoming::Hand(
+                sequence,
+                Hand::Pose {
+                    tool,
+                    phase,
+                    position,
+                    rotation,
+                },
+            )
+        }
+        kind::EDGE => {
+            let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
+            let count = usize::try_from(head.u32()?).ok()?;
+            let few = if phase == Phase::End { 0 } else { 2 };
+            if !(few..=MAX_EDGE).contains(&count) || count == 1 {
+                return None;
+            }
+            let points = (0..count).map(|_| place(tail.point()?));
+            let points = points.collect::<Option<Vec<_>>>()?;
+            Incoming::Hand(sequence, Hand::Edge { phase, points })
+        }
+        kind::GRIP => {
+            let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
+            let position = place(head.point()?)?;
+            let radius = head
+                .finite()
+                .filter(|radius| (0.0..=1.0).contains(radius))?;
+            Incoming::Hand(
+                sequence,
+                Hand::Grip {
+                    phase,
+                    position,
+                    radius,
+                },
+            )
+        }
+        kind::MESH => {
+            let total = usize::try_from(head.u32()?).ok()?;
+            let offset = usize::try_from(head.u32()?).ok()?;
+            let extension: Vec<u8> = head.u32()?.to_le_bytes().to_vec();
+            let extension: Vec<u8> = extension.into_iter().take_while(|&b| b != 0).collect();
+            let plain = extension.iter().all(u8::is_ascii_lowercase) && !extension.is_empty();
+            let piece = tail.rest().to_vec();
+            let fits = total <= MAX_MESH && !piece.is_empty();
+            let end = offset.checked_add(piece.len())?;
+            if !plain || !fits || end > total {
+                return None;
+            }
+            Incoming::Mesh {
+                total,
+                offset,
+                extension: String::from_utf8(extension).ok()?,
+                piece,
+            }
+        }
+        _ => return None,
+    })
+}
+
+const fn phase(number: u32) -> Option<Phase> {
+    match number {
+        0 => Some(Phase::Begin),
+        1 => Some(Phase::Move),
+        2 => Some(Phase::End),
+        _ => None,
+    }
+}
+
+fn place(point: [f64; 3]) -> Option<[f64; 3]> {
+    let near = point.iter().all(|x| x.abs() <= FARTHEST);
+    near.then_some(point)
+}
+
+/// The rotation made unit; `None` if it is none.
+fn unit(q: [f64; 4]) -> Option<[f64; 4]> {
+    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+    ((length - 1.0).abs() < 1e-3).then(|| q.map(|x| x / length))
+}

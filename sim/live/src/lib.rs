@@ -1,0 +1,22 @@
+#![doc = include_str!("../README.md")]
+
+mod assets;
+mod control;
+mod gate;
+#[cfg(test)]
+mod golden;
+mod http;
+mod incoming;
+mod mailbox;
+mod outgoing;
+mod server;
+mod socket;
+mod wire;
+
+pub use control::{BodyInfo, Control, Scene, Stats, Told, ToolInfo};
+pub use incoming::{Hand, MAX_EDGE, MAX_MESH, Phase};
+pub use outgoing::{
+    BodyState, ClipOf, ForceSample, GRIP, MAX_CLIENTS, State, Surfel, ToolState, encode_clips,
+    encode_force, encode_nodes, encode_skin, encode_state, put_surfel, surfel_numbers,
+};
+pub use server::{ClientId, Doorman, Event, PROTOCOL, Server, ServerError, To};

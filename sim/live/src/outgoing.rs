@@ -1,0 +1,263 @@
+//! Binary messages to clients. What they hold is written down in PROTOCOL.md.
+
+use crate::wire::{Writer, single};
+
+/// Kinds of binary messages to clients.
+pub(crate) mod kind {
+    pub(crate) const NODES: u16 = 1;
+    pub(crate) const SKIN: u16 = 2;
+    pub(crate) const CLIPS: u16 = 3;
+    pub(crate) const STATE: u16 = 4;
+    pub(crate) const FORCE: u16 = 5;
+}
+
+/// Most clients at a time; a state says for each of them what it has seen of it.
+pub const MAX_CLIENTS: usize = 8;
+
+/// Nodes of a body at rest: positions (m).
+#[must_use]
+pub fn encode_nodes(epoch: u32, body: usize, rest: &[[f64; 3]]) -> Vec<u8> {
+    let mut out = Writer::new(kind::NODES, epoch, 8 + 12 * rest.len());
+    out.count(body);
+    out.count(rest.len());
+    out.end_head();
+    out.singles(rest.iter().copied().flatten());
+    out.finish()
+}
+
+/// One surfel at rest, as a client carries and draws it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surfel<'a> {
+    /// Centre (m).
+    pub position: [f64; 3],
+    /// Radius (m).
+    pub radius: f64,
+    /// Unit normal.
+    pub normal: [f64; 3],
+    /// Index of the surface's properties.
+    pub material: u8,
+    /// Shape operator (xx, xy, yy) in the tangents (1/m).
+    pub shape: [f64; 3],
+    /// Linear colour.
+    pub color: [f32; 3],
+    /// Nodes that carry it.
+    pub nodes: &'a [u32],
+    /// Their weights; they sum to 1.
+    pub weights: &'a [f64],
+    /// Change of the weights along the two tangents (1/m).
+    pub slopes: &'a [[f64; 2]],
+}
+
+/// Numbers of single precision that a surfel takes before those of its nodes.
+const OWN_NUMBERS: usize = 16;
+
+/// Numbers of a surfel whose row has `stride` nodes.
+#[must_use]
+pub const fn surfel_numbers(stride: usize) -> usize {
+    OWN_NUMBERS + 4 * stride
+}
+
+/// Appends the numbers of a surfel as [`encode_skin`] takes them.
+pub fn put_surfel(numbers: &mut Vec<f32>, surfel: &Surfel<'_>) {
+    let three = |v: [f64; 3]| v.map(single);
+    let [x, y, z] = three(surfel.position);
+    let [nx, ny, nz] = three(surfel.normal);
+    let [xx, xy, yy] = three(surfel.shape);
+    let [r, g, b] = surfel.color;
+    numbers.extend([x, y, z, single(surfel.radius)]);
+    numbers.extend([nx, ny, nz, f32::from(surfel.material)]);
+    numbers.extend([xx, xy, yy, 0.0, r, g, b, 0.0]);
+    let rows = surfel.nodes.iter().zip(surfel.weights).zip(surfel.slopes);
+    for ((&node, &weight), slope) in rows {
+        numbers.extend([
+            single(f64::from(node)),
+            single(weight),
+            single(slope[0]),
+            single(slope[1]),
+        ]);
+    }
+}
+
+/// A run of surfels from index `first` on: new ones, or others in place of those that a cut changed.
+/// `numbers` has [`surfel_numbers`] entries for each.
+///
+/// # Panics
+/// If `numbers` does not divide into surfels.
+#[must_use]
+pub fn encode_skin(
+    epoch: u32,
+    body: usize,
+    first: usize,
+    stride: usize,
+    numbers: &[f32],
+) -> Vec<u8> {
+    let each = surfel_numbers(stride);
+    assert_eq!(numbers.len() % each, 0, "whole surfels");
+    let mut out = Writer::new(kind::SKIN, epoch, 16 + 4 * numbers.len());
+    out.count(body);
+    out.count(first);
+    out.count(numbers.len() / each);
+    out.count(stride);
+    out.end_head();
+    out.f32s(numbers.iter().copied());
+    out.finish()
+}
+
+/// What bounds one disk, in its tangent plane (m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClipOf<'a> {
+    /// Index of the surfel.
+    pub surfel: usize,
+    /// The point that sees.
+    pub anchor: [f64; 2],
+    /// Direction and offset of lines beyond which there is no body.
+    pub edges: &'a [([f64; 2], f64)],
+    /// Segments that block the view.
+    pub walls: &'a [[[f64; 2]; 2]],
+}
+
+/// Clips of surfels that got one, or another.
+#[must_use]
+pub fn encode_clips(epoch: u32, body: usize, clips: &[ClipOf<'_>]) -> Vec<u8> {
+    let mut out = Writer::new(kind::CLIPS, epoch, 8 + 96 * clips.len());
+    out.count(body);
+    out.count(clips.len());
+    out.end_head();
+    for clip in clips {
+        out.count(clip.surfel);
+        out.count(clip.edges.len());
+        out.count(clip.walls.len());
+        out.singles(clip.anchor);
+        for (direction, offset) in clip.edges {
+            out.singles([direction[0], direction[1], *offset]);
+        }
+        for [a, b] in clip.walls {
+            out.singles([a[0], a[1], b[0], b[1]]);
+        }
+    }
+    out.finish()
+}
+
+/// A tool in a state.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ToolState {
+    /// Where it is (m).
+    pub position: [f64; 3],
+    /// Rotation, a unit quaternion (x, y, z, w).
+    pub rotation: [f64; 4],
+    /// Force on it (N).
+    pub force: [f64; 3],
+    /// Torque on it about its origin (N m).
+    pub torque: [f64; 3],
+    /// Deepest penetration (m).
+    pub penetration: f64,
+}
+
+/// A body in a state.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyState<'a> {
+    /// Positions of the nodes (m).
+    pub positions: &'a [[f64; 3]],
+    /// Deformation gradients, columns one after the other.
+    pub gradients: &'a [[f64; 9]],
+}
+
+/// Everything that moves, between two steps.
+#[derive(Debug, Clone)]
+pub struct State<'a> {
+    /// Counts states; acknowledged by it.
+    pub number: u32,
+    /// Steps taken.
+    pub step: u64,
+    /// Simulated time (s).
+    pub time: f64,
+    /// Length of a step (s).
+    pub step_size: f64,
+    /// Last sequence number of each client's hands that is in this state.
+    pub seen: [u32; MAX_CLIENTS],
+    /// Kinetic energy (J), elastic energy (J), balance of the audit over its scale.
+    pub energies: [f64; 3],
+    /// Force on the hand that grips (N).
+    pub grip: [f64; 3],
+    /// The tools.
+    pub tools: &'a [ToolState],
+    /// Edge of the blade as it is led (m); empty where there is none.
+    pub blade: &'a [[f64; 3]],
+    /// The bodies.
+    pub bodies: &'a [BodyState<'a>],
+}
+
+/// A state as it is sent. Of gradients what differs from rest is sent, in half precision: where a
+/// surfel is carried to stays exact to 1e-6 of a body.
+#[must_use]
+pub fn encode_state(epoch: u32, state: &State<'_>) -> Vec<u8> {
+    let nodes: usize = state.bodies.iter().map(|body| body.positions.len()).sum();
+    let mut out = Writer::new(
+        kind::STATE,
+        epoch,
+        256 + 64 * state.tools.len() + 30 * nodes,
+    );
+    out.u32(state.number);
+    out.count(state.bodies.len());
+    out.u64(state.step);
+    out.f64(state.time);
+    out.f64(state.step_size);
+    for seen in state.seen {
+        out.u32(seen);
+    }
+    out.singles(state.energies);
+    out.singles(state.grip);
+    out.count(state.tools.len());
+    out.count(state.blade.len());
+    out.end_head();
+    for tool in state.tools {
+        out.singles(tool.position);
+        out.singles(tool.rotation);
+        out.singles(tool.force);
+        out.singles(tool.torque);
+        out.singles([tool.penetration]);
+    }
+    out.singles(state.blade.iter().copied().flatten());
+    for body in state.bodies {
+        out.count(body.positions.len());
+        out.singles(body.positions.iter().copied().flatten());
+        let rest = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let apart = body.gradients.iter().flat_map(|gradient| {
+            let pairs = gradient.iter().zip(rest);
+            pairs.map(|(now, rest)| now - rest).collect::<Vec<_>>()
+        });
+        out.halves(apart);
+        out.align();
+    }
+    out.finish()
+}
+
+/// A sample of what a hand feels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceSample {
+    /// Simulated time (s).
+    pub time: f64,
+    /// Force (N).
+    pub force: [f64; 3],
+    /// Deepest penetration (m).
+    pub penetration: f64,
+}
+
+/// Samples of the force on a hand, in order of time. `hand` is the index of a tool, or
+/// [`GRIP`] for the hand that grips.
+#[must_use]
+pub fn encode_force(epoch: u32, hand: u32, samples: &[ForceSample]) -> Vec<u8> {
+    let mut out = Writer::new(kind::FORCE, epoch, 8 + 24 * samples.len());
+    out.u32(hand);
+    out.count(samples.len());
+    out.end_head();
+    for sample in samples {
+        out.f64(sample.time);
+        out.singles(sample.force);
+        out.singles([sample.penetration]);
+    }
+    out.finish()
+}
+
+/// The hand that grips, in place of a tool's index.
+pub const GRIP: u32 = u32::MAX;

@@ -1,0 +1,471 @@
+//! The server: listens on the loopback address, lets clients in, and passes messages on.
+
+use std::io;
+use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tungstenite::Message;
+use tungstenite::handshake::derive_accept_key;
+
+use crate::assets;
+use crate::control::{Control, Told};
+use crate::gate::{Gate, is_from_here};
+use crate::http::{Head, read_head, respond};
+use crate::incoming::{self, Hand, Incoming, MAX_MESH};
+use crate::mailbox::{Mailbox, Outgoing};
+use crate::outgoing::MAX_CLIENTS;
+use crate::socket;
+
+/// Name of the protocol, which clients ask for when they open a socket.
+pub const PROTOCOL: &str = "phyxel.1";
+/// Connections at a time, those included that have not said yet what they want.
+const MOST_CONNECTIONS: usize = 48;
+/// Messages of clients that may wait; readers wait then, and their clients with them.
+const MOST_EVENTS: usize = 4096;
+
+/// A server that cannot be started.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ServerError {
+    /// The port cannot be listened on.
+    #[error("cannot listen on 127.0.0.1:{port}: {source}; name another port with --port")]
+    Port {
+        /// The port.
+        port: u16,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The system has no random numbers for codes.
+    #[error("cannot make a code for the page: {0}")]
+    Random(#[from] getrandom::Error),
+    /// The system gives no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(io::Error),
+}
+
+/// What a client did.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// It came in: it knows nothing yet.
+    Joined,
+    /// It left; its hands are gone.
+    Left,
+    /// It moved a hand; its own number for that.
+    Hand(u32, Hand),
+    /// It asked for something.
+    Control(Control),
+    /// It sent a whole mesh file: extension and content.
+    Mesh(String, Vec<u8>),
+    /// It has drawn a state and may be sent another.
+    Ready,
+}
+
+/// A client's place, 0 to [`MAX_CLIENTS`] - 1.
+pub type ClientId = usize;
+
+#[derive(Debug)]
+struct Shared {
+    gate: Gate,
+    address: SocketAddr,
+    server: String,
+    clients: Mutex<[Option<Arc<Mailbox>>; MAX_CLIENTS]>,
+    events: SyncSender<(ClientId, Event)>,
+    connections: AtomicUsize,
+    closing: AtomicBool,
+}
+
+impl Shared {
+    fn clients(&self) -> MutexGuard<'_, [Option<Arc<Mailbox>>; MAX_CLIENTS]> {
+        self.clients.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A running server. It ends when dropped.
+#[derive(Debug)]
+pub struct Server {
+    shared: Arc<Shared>,
+    events: Receiver<(ClientId, Event)>,
+}
+
+/// Gives out addresses from any thread.
+#[derive(Debug, Clone)]
+pub struct Doorman {
+    shared: Arc<Shared>,
+}
+
+impl Doorman {
+    /// As [`Server::url`].
+    ///
+    /// # Errors
+    /// As [`Server::url`].
+    pub fn url(&self) -> Result<String, ServerError> {
+        let code = self.shared.gate.code()?;
+        Ok(format!("http://{}/#{code}", self.shared.address))
+    }
+}
+
+/// Whom a message is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum To {
+    /// All clients.
+    All,
+    /// One client.
+    One(ClientId),
+}
+
+impl Server {
+    /// Starts to listen on a port of the loopback address, or on a free one where `port` is 0.
+    /// `server` is the program's name and version, as clients are told.
+    ///
+    /// # Errors
+    /// [`ServerError`].
+    pub fn start(port: u16, server: &str) -> Result<Self, ServerError> {
+        let failed = |source| ServerError::Port { port, source };
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let (sender, events) = sync_channel(MOST_EVENTS);
+        let shared = Arc::new(Shared {
+            gate: Gate::new()?,
+            address,
+            server: server.to_owned(),
+            clients: Mutex::default(),
+            events: sender,
+            connections: AtomicUsize::new(0),
+            closing: AtomicBool::new(false),
+        });
+        let listening = Arc::clone(&shared);
+        std::thread::Builder::new()
+            .name("live-listen".into())
+            .spawn(move || listen(&listener, &listening))
+            .map_err(ServerError::Thread)?;
+        Ok(Self { shared, events })
+    }
+
+    /// Where the server listens.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.shared.address
+    }
+
+    /// An address for one client, with a new code. The code is behind the `#`: browsers do not send it
+    /// on, nor keep it in what they tell other pages.
+    ///
+    /// # Errors
+    /// [`ServerError::Random`].
+    pub fn url(&self) -> Result<String, ServerError> {
+        self.doorman().url()
+    }
+
+    /// What gives out addresses from any thread.
+    #[must_use]
+    pub fn doorman(&self) -> Doorman {
+        Doorman {
+            shared: Arc::clone(&self.shared),
+        }
+    }
+
+    /// What clients do, in order.
+    #[must_use]
+    pub const fn events(&self) -> &Receiver<(ClientId, Event)> {
+        &self.events
+    }
+
+    /// Number of clients.
+    #[must_use]
+    pub fn client_count(&self) -> usize {
+        self.shared.clients().iter().flatten().count()
+    }
+
+    /// Whether any client would be sent a state at once; if not, none need be made.
+    #[must_use]
+    pub fn wants_state(&self) -> bool {
+        let clients = self.shared.clients();
+        clients
+            .iter()
+            .flatten()
+            .any(|mailbox| mailbox.wants_state())
+    }
+
+    /// Offers a state to all clients, in place of one that still waits for them.
+    pub fn put_state(&self, number: u32, state: Vec<u8>) {
+        let state = Arc::new(state);
+        for mailbox in self.shared.clients().iter().flatten() {
+            mailbox.put_state(number, Arc::clone(&state));
+        }
+    }
+
+    /// Takes back states that are not sent: a new epoch begins.
+    pub fn forget_states(&self) {
+        for mailbox in self.shared.clients().iter().flatten() {
+            mailbox.forget_states();
+        }
+    }
+
+    /// Sends a binary message.
+    pub fn send(&self, to: To, message: Vec<u8>) {
+        let message = Arc::new(message);
+        self.each(to, &Outgoing::Binary(message));
+    }
+
+    /// Tells something in JSON.
+    pub fn tell(&self, to: To, message: &Told) {
+        self.each(to, &Outgoing::Text(message.text().into()));
+    }
+
+    fn each(&self, to: To, message: &Outgoing) {
+        for (id, mailbox) in self.shared.clients().iter().enumerate() {
+            if let Some(mailbox) = mailbox
+                && (to == To::All || to == To::One(id))
+            {
+                mailbox.push(message.clone());
+            }
+        }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.shared.closing.store(true, Ordering::SeqCst);
+        for mailbox in self.shared.clients().iter().flatten() {
+            mailbox.close();
+        }
+        // Wakes the listener.
+        drop(TcpStream::connect(self.shared.address));
+    }
+}
+
+fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
+    for stream in listener.incoming() {
+        if shared.closing.load(Ordering::SeqCst) {
+            return;
+        }
+        let Ok(stream) = stream else {
+            // Out of file handles, most likely: others may end soon.
+            std::thread::sleep(Duration::from_millis(50));
+            continue;
+        };
+        if shared.connections.fetch_add(1, Ordering::SeqCst) >= MOST_CONNECTIONS {
+            shared.connections.fetch_sub(1, Ordering::SeqCst);
+            continue;
+        }
+        let own = Arc::clone(shared);
+        let started = std::thread::Builder::new()
+            .name("live-client".into())
+            .spawn(move || {
+                // A connection that breaks concerns nobody else.
+                let _ = connection(stream, &own);
+                own.connections.fetch_sub(1, Ordering::SeqCst);
+            });
+        if started.is_err() {
+            shared.connections.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+}
+
+/// Serves one connection to its end.
+fn connection(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
+    stream.set_write_timeout(Some(Duration::from_secs(10)))?;
+    let plain = "text/plain; charset=utf-8";
+    let Some((head, early)) = read_head(&mut stream)? else {
+        respond(&mut stream, "400 Bad Request", plain, b"not a request\n")?;
+        return linger(&stream);
+    };
+    if !is_from_here(&head) {
+        let text = b"only this machine's own pages may ask\n";
+        respond(&mut stream, "403 Forbidden", plain, text)?;
+        return linger(&stream);
+    }
+    if head.method != "GET" {
+        respond(&mut stream, "405 Method Not Allowed", plain, b"GET only\n")?;
+        return linger(&stream);
+    }
+    match &*head.path {
+        "/token" => {
+            match shared.gate.exchange(&head.query) {
+                Some(token) => respond(&mut stream, "200 OK", plain, token.as_bytes())?,
+                None => {
+                    let text = b"this code is not good, or not any more\n";
+                    respond(&mut stream, "403 Forbidden", plain, text)?;
+                }
+            }
+            linger(&stream)
+        }
+        "/session" => session(stream, &head, early, shared),
+        path => {
+            match assets::find(path) {
+                Some(asset) => respond(
+                    &mut stream,
+                    "200 OK",
+                    asset.content_type,
+                    asset.content.as_bytes(),
+                )?,
+                None => respond(&mut stream, "404 Not Found", plain, b"no such page\n")?,
+            }
+            linger(&stream)
+        }
+    }
+}
+
+/// Ends a connection so that what was written arrives.
+fn linger(stream: &TcpStream) -> io::Result<()> {
+    stream.shutdown(Shutdown::Write)
+}
+
+/// Upgrades a connection to a client's socket.
+fn session(
+    mut stream: TcpStream,
+    head: &Head,
+    early: Vec<u8>,
+    shared: &Arc<Shared>,
+) -> io::Result<()> {
+    use std::io::Write;
+    let plain = "text/plain; charset=utf-8";
+    let upgrade = head.has_word("upgrade", "websocket")
+        && head.has_word("connection", "upgrade")
+        && head.only("sec-websocket-version") == Some("13");
+    let key = head.only("sec-websocket-key").filter(|key| key.len() == 24);
+    let offered = head
+        .words("sec-websocket-protocol")
+        .any(|word| word == PROTOCOL);
+    let (true, Some(key), true) = (upgrade, key, offered) else {
+        let text = b"a WebSocket with the protocol phyxel.1 lives here\n";
+        respond(&mut stream, "400 Bad Request", plain, text)?;
+        return linger(&stream);
+    };
+    // Browsers let a page set no header but this.
+    let token = head
+        .words("sec-websocket-protocol")
+        .find_map(|word| word.strip_prefix("token."));
+    if !token.is_some_and(|token| shared.gate.knows(token)) {
+        respond(
+            &mut stream,
+            "403 Forbidden",
+            plain,
+            b"no token of this session\n",
+        )?;
+        return linger(&stream);
+    }
+    let mailbox = Arc::new(Mailbox::default());
+    let place = {
+        let mut clients = shared.clients();
+        let free = clients.iter().position(Option::is_none);
+        if let Some(free) = free {
+            clients[free] = Some(Arc::clone(&mailbox));
+        }
+        free
+    };
+    let Some(client) = place else {
+        respond(
+            &mut stream,
+            "503 Service Unavailable",
+            plain,
+            b"too many clients\n",
+        )?;
+        return linger(&stream);
+    };
+    let accept = derive_accept_key(key.as_bytes());
+    let answer = format!(
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+         Sec-WebSocket-Accept: {accept}\r\nSec-WebSocket-Protocol: {PROTOCOL}\r\n\r\n"
+    );
+    let result = stream.write_all(answer.as_bytes()).and_then(|()| {
+        let hello = Told::Hello {
+            protocol: PROTOCOL,
+            server: shared.server.clone(),
+            client,
+        };
+        mailbox.push(Outgoing::Text(hello.text().into()));
+        let mut ear = Ear {
+            client,
+            shared,
+            mailbox: &mailbox,
+            mesh: Vec::new(),
+        };
+        if !ear.pass_on(Event::Joined) {
+            return Ok(());
+        }
+        socket::serve(stream, early, &mailbox, |message| ear.hear(message))
+    });
+    mailbox.close();
+    shared.clients()[client] = None;
+    // Who listens must learn of it, however busy.
+    let _ = shared.events.send((client, Event::Left));
+    result
+}
+
+/// What listens to one client.
+struct Ear<'a> {
+    client: ClientId,
+    shared: &'a Shared,
+    mailbox: &'a Mailbox,
+    /// A mesh file on its way.
+    mesh: Vec<u8>,
+}
+
+impl Ear<'_> {
+    /// Takes a message in; `false` ends the client. What is not understood is left aside.
+    fn hear(&mut self, message: Message) -> bool {
+        match message {
+            Message::Text(text) => match serde_json::from_str::<Control>(&text) {
+                Ok(Control::Unknown) => true,
+                Ok(control) => self.pass_on(Event::Control(control)),
+                Err(error) => {
+                    self.complain(&format!("not understood: {error}"));
+                    true
+                }
+            },
+            Message::Binary(bytes) => match incoming::decode(&bytes) {
+                Some(Incoming::Ack(number)) => {
+                    self.mailbox.acknowledge(number);
+                    // Only to wake whoever sleeps; a full queue is awake.
+                    let event = (self.client, Event::Ready);
+                    !matches!(
+                        self.shared.events.try_send(event),
+                        Err(TrySendError::Disconnected(_))
+                    )
+                }
+                Some(Incoming::Hand(sequence, hand)) => self.pass_on(Event::Hand(sequence, hand)),
+                Some(Incoming::Mesh {
+                    total,
+                    offset,
+                    extension,
+                    piece,
+                }) => self.take_piece(total, offset, extension, &piece),
+                None => true,
+            },
+            _ => true,
+        }
+    }
+
+    fn take_piece(&mut self, total: usize, offset: usize, extension: String, piece: &[u8]) -> bool {
+        if offset == 0 {
+            self.mesh.clear();
+        }
+        if offset != self.mesh.len() || total > MAX_MESH {
+            self.mesh = Vec::new();
+            self.complain("the pieces of the mesh file are not in order; send it again");
+            return true;
+        }
+        self.mesh.extend_from_slice(piece);
+        if self.mesh.len() == total {
+            let mesh = std::mem::take(&mut self.mesh);
+            return self.pass_on(Event::Mesh(extension, mesh));
+        }
+        true
+    }
+
+    fn pass_on(&self, event: Event) -> bool {
+        self.shared.events.send((self.client, event)).is_ok()
+    }
+
+    fn complain(&self, text: &str) {
+        let note = Told::Note {
+            bad: true,
+            text: text.to_owned(),
+        };
+        self.mailbox.push(Outgoing::Text(note.text().into()));
+    }
+}

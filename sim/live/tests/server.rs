@@ -1,0 +1,343 @@
+//! The server as strangers, slow and broken clients find it.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use phyxel_live::{Control, Event, Hand, MAX_CLIENTS, PROTOCOL, Phase, Server, To, Told};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Bytes, Message, WebSocket};
+
+type Socket = WebSocket<TcpStream>;
+
+/// Sends `text` and reads what comes until the end.
+fn talk(server: &Server, text: &str) -> String {
+    let mut stream = TcpStream::connect(server.address()).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .unwrap();
+    stream.write_all(text.as_bytes()).unwrap();
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+fn get(server: &Server, target: &str, more: &str) -> String {
+    let address = server.address();
+    talk(
+        server,
+        &format!("GET {target} HTTP/1.1\r\nHost: {address}\r\n{more}\r\n"),
+    )
+}
+
+fn status(answer: &str) -> &str {
+    answer.split(' ').nth(1).unwrap_or("")
+}
+
+fn token(server: &Server) -> String {
+    let url = server.url().unwrap();
+    let code = url.rsplit('#').next().unwrap().to_owned();
+    let answer = get(server, &format!("/token?{code}"), "");
+    assert_eq!(status(&answer), "200", "{answer}");
+    answer.rsplit("\r\n").next().unwrap().to_owned()
+}
+
+fn join(server: &Server, token: &str, origin: Option<&str>) -> Result<Socket, String> {
+    let address = server.address();
+    let mut request = format!("ws://{address}/session")
+        .into_client_request()
+        .unwrap();
+    let headers = request.headers_mut();
+    let offered = format!("{PROTOCOL}, token.{token}");
+    headers.insert("Sec-WebSocket-Protocol", offered.parse().unwrap());
+    if let Some(origin) = origin {
+        headers.insert("Origin", origin.parse().unwrap());
+    }
+    let stream = TcpStream::connect(address).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .unwrap();
+    let joined = tungstenite::client(request, stream);
+    joined
+        .map(|(socket, _)| socket)
+        .map_err(|error| error.to_string())
+}
+
+/// The next event of any client.
+fn event(server: &Server) -> (usize, Event) {
+    let patience = Duration::from_secs(20);
+    server
+        .events()
+        .recv_timeout(patience)
+        .expect("an event comes")
+}
+
+fn edge(sequence: u32, phase: u32) -> Message {
+    let mut bytes = vec![18, 0, 24, 0, 0, 0, 0, 0];
+    for number in [sequence, phase, 2, 0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    for number in [0.0, 0.0, 0.0, 0.0, 0.0, 0.1_f64] {
+        bytes.extend(number.to_le_bytes());
+    }
+    Message::Binary(bytes.into())
+}
+
+#[test]
+fn only_the_page_is_served_and_under_a_strict_policy() {
+    let server = Server::start(0, "test").unwrap();
+    let page = get(&server, "/", "");
+    assert_eq!(status(&page), "200");
+    for header in [
+        "default-src 'none'",
+        "frame-ancestors 'none'",
+        "nosniff",
+        "no-store",
+        "no-referrer",
+    ] {
+        assert!(page.contains(header), "{header}");
+    }
+    for asset in ["/main.js", "/style.css", "/shaders.js", "/icon.svg"] {
+        assert_eq!(status(&get(&server, asset, "")), "200", "{asset}");
+    }
+    for other in [
+        "/../Cargo.toml",
+        "//main.js",
+        "/MAIN.JS",
+        "/page/main.js",
+        "/%2e%2e/x",
+        "/session/",
+    ] {
+        assert_eq!(status(&get(&server, other, "")), "404", "{other}");
+    }
+    let address = server.address();
+    let post = format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0\r\n\r\n");
+    assert_eq!(status(&talk(&server, &post)), "405");
+    assert_eq!(
+        status(&talk(
+            &server,
+            "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n"
+        )),
+        "403"
+    );
+    assert_eq!(
+        status(&get(&server, "/", "Origin: http://evil.example\r\n")),
+        "403"
+    );
+    // A socket without a token, and one without the protocol.
+    let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n\
+                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    assert_eq!(status(&get(&server, "/session", upgrade)), "400");
+    let more = format!("{upgrade}Sec-WebSocket-Protocol: {PROTOCOL}\r\n");
+    assert_eq!(status(&get(&server, "/session", &more)), "403");
+}
+
+#[test]
+fn a_code_is_good_once_and_a_token_is_needed() {
+    let server = Server::start(0, "test").unwrap();
+    let url = server.url().unwrap();
+    let code = url.rsplit('#').next().unwrap();
+    let target = format!("/token?{code}");
+    let foreign = get(&server, &target, "Origin: http://evil.example\r\n");
+    assert_eq!(status(&foreign), "403", "a foreign page does not get it");
+    assert_eq!(status(&get(&server, &target, "")), "200", "nor uses it up");
+    assert_eq!(status(&get(&server, &target, "")), "403", "it was used");
+    let token = token(&server);
+    let own = format!("http://{}", server.address());
+    assert!(join(&server, "", None).is_err());
+    assert!(join(&server, &token[1..], None).is_err());
+    assert!(join(&server, &token, Some("http://evil.example")).is_err());
+    assert!(join(&server, &token, Some("null")).is_err());
+    assert!(server.events().try_recv().is_err(), "none of these came in");
+    assert!(join(&server, &token, Some(&own)).is_ok());
+    assert!(matches!(event(&server), (0, Event::Joined)));
+}
+
+#[test]
+fn clients_come_speak_and_go_and_their_places_are_free_again() {
+    let server = Server::start(0, "test 1").unwrap();
+    let token = token(&server);
+    let mut sockets: Vec<Socket> = Vec::new();
+    for client in 0..MAX_CLIENTS {
+        let mut socket = join(&server, &token, None).unwrap();
+        assert_eq!(event(&server), (client, Event::Joined));
+        let hello = socket.read().unwrap().into_text().unwrap();
+        assert!(
+            hello.contains("\"type\":\"hello\"") && hello.contains("test 1"),
+            "{hello}"
+        );
+        assert!(hello.contains(&format!("\"client\":{client}")), "{hello}");
+        sockets.push(socket);
+    }
+    assert!(
+        join(&server, &token, None).is_err(),
+        "there is no place left"
+    );
+    // Two speak at once; each is known by its place.
+    sockets[3].send(edge(1, 0)).unwrap();
+    sockets[5].send(Message::text(r#"{"do":"play"}"#)).unwrap();
+    let mut heard = [event(&server), event(&server)];
+    heard.sort_by_key(|(client, _)| *client);
+    assert!(matches!(
+        &heard[0],
+        (
+            3,
+            Event::Hand(
+                1,
+                Hand::Edge {
+                    phase: Phase::Begin,
+                    ..
+                }
+            )
+        )
+    ));
+    assert_eq!(heard[1], (5, Event::Control(Control::Play)));
+    // What is not understood is answered or left aside, and what comes later is heard.
+    for strange in ["{", "[]", r#"{"do":"fly"}"#, r#"{"do":"step","steps":-1}"#] {
+        sockets[5].send(Message::text(strange)).unwrap();
+    }
+    sockets[5].send(Message::binary(vec![1, 2, 3])).unwrap();
+    sockets[5].send(Message::text(r#"{"do":"undo"}"#)).unwrap();
+    assert_eq!(event(&server), (5, Event::Control(Control::Undo)));
+    // One is killed in the middle of a stroke.
+    drop(sockets.remove(3));
+    assert_eq!(event(&server), (3, Event::Left));
+    let mut next = join(&server, &token, None).unwrap();
+    assert_eq!(event(&server), (3, Event::Joined));
+    // What is for one is not for all.
+    let note = |text: &str| Told::Note {
+        bad: false,
+        text: text.to_owned(),
+    };
+    server.tell(To::One(2), &note("not for you"));
+    server.tell(To::All, &note("for all"));
+    assert!(next.read().unwrap().into_text().unwrap().contains("hello"));
+    assert!(
+        next.read()
+            .unwrap()
+            .into_text()
+            .unwrap()
+            .contains("for all")
+    );
+}
+
+#[test]
+fn one_state_is_in_flight() {
+    let server = Server::start(0, "test").unwrap();
+    let mut socket = join(&server, &token(&server), None).unwrap();
+    event(&server);
+    socket.read().unwrap();
+    let state = |number: u32| {
+        let mut bytes = vec![4, 0, 104, 0, 1, 0, 0, 0];
+        bytes.extend(number.to_le_bytes());
+        bytes
+    };
+    assert!(server.wants_state());
+    for number in 1..=5 {
+        server.put_state(number, state(number));
+        // The first is on its way before the others come.
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(!server.wants_state());
+    assert_eq!(socket.read().unwrap().into_data(), state(1));
+    let mut ack = vec![16, 0, 12, 0, 0, 0, 0, 0];
+    ack.extend(1_u32.to_le_bytes());
+    socket.send(Message::binary(ack)).unwrap();
+    assert_eq!(event(&server), (0, Event::Ready));
+    assert_eq!(socket.read().unwrap().into_data(), state(5), "the newest");
+}
+
+#[test]
+fn slow_half_open_and_flooding_strangers_do_not_keep_others_out() {
+    let server = Server::start(0, "test").unwrap();
+    // More that say nothing, or half a request, than there are places.
+    let address = server.address();
+    let mut silent: Vec<TcpStream> = Vec::new();
+    for k in 0..60 {
+        let mut stream = TcpStream::connect(address).unwrap();
+        if k % 2 == 0 {
+            let _ = stream.write_all(b"GET / HTTP/1.1\r\nHost: ");
+        }
+        silent.push(stream);
+    }
+    // One that sends a byte at a time is cut off after five seconds all the same.
+    let begun = Instant::now();
+    let mut slow = silent.remove(0);
+    slow.set_read_timeout(Some(Duration::from_millis(200)))
+        .unwrap();
+    let mut answer = [0; 64];
+    let ended = loop {
+        let _ = slow.write_all(b"a");
+        match slow.read(&mut answer) {
+            Ok(0) => break true,
+            Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => break true,
+            _ => {}
+        }
+        if begun.elapsed() > Duration::from_secs(60) {
+            break false;
+        }
+    };
+    assert!(ended, "a slow sender must not hold a place for ever");
+    // By now the others' time is over too.
+    let mut page = String::new();
+    for _ in 0..50 {
+        page = get(&server, "/", "");
+        if status(&page) == "200" {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    assert_eq!(status(&page), "200");
+    let long = format!("X: {}\r\n", "a".repeat(20_000));
+    assert_ne!(status(&get(&server, "/", &long)), "200");
+    // A frame larger than allowed ends its client.
+    let mut socket = join(&server, &token(&server), None).unwrap();
+    assert_eq!(event(&server), (0, Event::Joined));
+    let _ = socket.send(Message::Binary(Bytes::from(vec![0; 2 << 20])));
+    assert_eq!(event(&server), (0, Event::Left));
+}
+
+#[test]
+fn mutated_handshakes_let_nobody_in() {
+    let server = Server::start(0, "test").unwrap();
+    let address = server.address();
+    let good = format!(
+        "GET /session HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+         Sec-WebSocket-Protocol: {PROTOCOL}, token.00112233445566778899aabbccddeeff\r\n\r\n"
+    );
+    let mut seed = 0x2545_f491_4f6c_dd1d_u64;
+    let mut next = |end: usize| {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        usize::try_from(seed % end as u64).unwrap()
+    };
+    for _ in 0..1_500 {
+        let mut bytes = good.clone().into_bytes();
+        for _ in 0..=next(3) {
+            let at = next(bytes.len() - 4);
+            match next(3) {
+                0 => bytes[at] = next(256).to_le_bytes()[0],
+                1 => drop(bytes.drain(at..(at + 1 + next(20)).min(bytes.len() - 4))),
+                _ => bytes.insert(at, b"\r\n: ,a"[next(6)]),
+            }
+        }
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream
+            .set_read_timeout(Some(Duration::from_secs(10)))
+            .unwrap();
+        let _ = stream.write_all(&bytes);
+        let _ = stream.shutdown(std::net::Shutdown::Write);
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        assert!(
+            !answer.starts_with(b"HTTP/1.1 101"),
+            "{}",
+            String::from_utf8_lossy(&bytes)
+        );
+    }
+    assert!(server.events().try_recv().is_err(), "nobody came in");
+    assert_eq!(status(&get(&server, "/", "")), "200", "the server lives");
+}

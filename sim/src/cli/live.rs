@@ -1,0 +1,114 @@
+//! `phyxel live`.
+
+use std::io::{self, BufRead, Write};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use clap::Args;
+use phyxel_live::{Doorman, Server};
+
+use super::source::Source;
+use super::{CliError, Overrides};
+use crate::live::{LiveOptions, Sources, serve};
+use crate::output::Interrupt;
+use crate::run::RunError;
+
+#[derive(Debug, Args)]
+pub(super) struct LiveArguments {
+    /// Embedded scene, scene file (.ron) or mesh file.
+    #[arg(value_name = "SCENE|MESH")]
+    scene: Option<String>,
+    /// Port on the loopback address; 0 takes a free one.
+    #[arg(long, value_name = "N", default_value_t = 8765)]
+    port: u16,
+    /// Open the page in the browser.
+    #[arg(long)]
+    open: bool,
+    /// Folder for what is saved [default: out/NAME-live with the scene's name]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    overrides: Overrides,
+    /// Number of threads [default: all of the machine's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+/// Serves a session until Ctrl-C.
+pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
+    let overrides = arguments.overrides.parse()?;
+    let (scene, note) = Source::of(arguments.scene.as_deref())?.scene(&overrides)?;
+    if let Some(note) = note {
+        writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
+    }
+    let program = concat!("phyxel ", env!("CARGO_PKG_VERSION"));
+    let server = Server::start(arguments.port, program)?;
+    let url = server.url()?;
+    writeln!(io::stdout(), "{url}")?;
+    io::stdout().flush()?;
+    writeln!(
+        io::stderr(),
+        "the address is good once; Enter prints another, Ctrl-C ends"
+    )
+    .map_err(CliError::Stderr)?;
+    if arguments.open {
+        open(&url);
+    }
+    answer(server.doorman());
+    let options = LiveOptions {
+        out: arguments
+            .out
+            .clone()
+            .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-live", scene.name))),
+        interrupt: Some(Interrupt::listen()),
+    };
+    let meshes = Box::new(|file: &std::path::Path| {
+        let source = Source::Mesh(file.to_owned());
+        let (scene, note) = source.scene(&[]).map_err(|error| error.to_string())?;
+        Ok((scene, note.unwrap_or_default()))
+    });
+    let sources = Sources::new(&scene, meshes);
+    let threads = arguments.threads.map(usize::from);
+    let threads = threads
+        .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
+        .unwrap_or(1);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|source| RunError::Threads { threads, source })?;
+    pool.install(|| serve(server, &scene, sources, &options))?;
+    Ok(())
+}
+
+/// Prints another address whenever someone presses Enter.
+fn answer(doorman: Doorman) {
+    // Without the thread there is only the first address.
+    let _ = std::thread::Builder::new()
+        .name("live-enter".into())
+        .spawn(move || {
+            for _ in io::stdin().lock().lines().map_while(Result::ok) {
+                let Ok(url) = doorman.url() else { return };
+                if writeln!(io::stdout(), "{url}").is_err() {
+                    return;
+                }
+            }
+        });
+}
+
+/// Opens an address in the browser; who has none reads it above.
+fn open(url: &str) {
+    let (program, first): (_, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(target_os = "windows") {
+        ("explorer", &[])
+    } else {
+        ("xdg-open", &[])
+    };
+    let _ = Command::new(program)
+        .args(first)
+        .arg(url)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+}

@@ -1,0 +1,277 @@
+//! How tools and blades are led from where a client last said to where it says now.
+//!
+//! Pointers speak some sixty times a second, steps are taken a thousand times. Between two samples a
+//! tool follows with a lag and a speed limit: without the lag each sample would be a jolt, without the
+//! limit a sample from far away would fling tissue. What comes out of here is what the world is given.
+
+use std::collections::VecDeque;
+
+use glam::{DQuat, DVec3};
+
+use crate::scene::Pose;
+
+/// Time (s) in which a tool makes up for most of its lag: half of a pointer's interval at 60 a second.
+const LAG: f64 = 0.008;
+/// Largest speed (m/s) of a tool or a blade: fast hands in surgery reach a few decimetres a second.
+const LARGEST_SPEED: f64 = 0.6;
+/// Largest turning speed (rad/s) of a tool.
+const LARGEST_TURN: f64 = 20.0;
+/// Distance (m) and angle (rad) at which a tool has arrived.
+const ARRIVED: f64 = 1e-7;
+
+/// A tool on its way to where a client wants it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseLead {
+    pose: Pose,
+    target: Pose,
+}
+
+impl PoseLead {
+    /// A tool at rest.
+    #[must_use]
+    pub const fn new(pose: Pose) -> Self {
+        Self { pose, target: pose }
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub const fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// Sets where it shall go.
+    pub fn aim(&mut self, target: Pose) {
+        self.target = target;
+    }
+
+    /// Puts it somewhere at once.
+    pub fn put(&mut self, pose: Pose) {
+        *self = Self::new(pose);
+    }
+
+    /// Moves it for a step (s); the new pose where it moved.
+    pub fn lead(&mut self, step: f64) -> Option<Pose> {
+        if self.pose == self.target {
+            return None;
+        }
+        let way = self.target.position - self.pose.position;
+        let turn = (self.target.rotation * self.pose.rotation.inverse()).normalize();
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        let (axis, angle) = turn.to_axis_angle();
+        if way.length() < ARRIVED && angle < ARRIVED {
+            self.pose = self.target;
+            return Some(self.pose);
+        }
+        let share = 1.0 - (-step / LAG).exp();
+        let position = self.pose.position + (way * share).clamp_length_max(LARGEST_SPEED * step);
+        let angle = (angle * share).min(LARGEST_TURN * step);
+        let rotation = (DQuat::from_axis_angle(axis, angle) * self.pose.rotation).normalize();
+        self.pose = Pose { rotation, position };
+        Some(self.pose)
+    }
+}
+
+/// Most edges that wait; beyond that the oldest way is straightened.
+const MOST_WAITING: usize = 256;
+
+/// A blade's edge on its way along what a client drew.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BladeLead {
+    edge: Vec<DVec3>,
+    captured: Vec<DVec3>,
+    /// Edges still to come, in order.
+    waiting: VecDeque<Vec<DVec3>>,
+    /// Way (m) of the farthest point between two captures.
+    capture: f64,
+    ending: bool,
+}
+
+/// What a step of a blade asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Led {
+    /// Nothing yet.
+    Nothing,
+    /// The edge is to be taken up.
+    Capture(Vec<DVec3>),
+    /// The edge is to be taken up, and the stroke ends.
+    End(Vec<DVec3>),
+}
+
+impl BladeLead {
+    /// A stroke that starts at an edge of two points or more and is taken up every `capture` (m).
+    #[must_use]
+    pub fn new(edge: Vec<DVec3>, capture: f64) -> Self {
+        Self {
+            captured: edge.clone(),
+            edge,
+            waiting: VecDeque::new(),
+            capture,
+            ending: false,
+        }
+    }
+
+    /// The edge as it is now.
+    #[must_use]
+    pub fn edge(&self) -> &[DVec3] {
+        &self.edge
+    }
+
+    /// Adds an edge that it shall pass, of as many points as the first.
+    pub fn pass(&mut self, edge: &[DVec3]) {
+        if self.ending {
+            return;
+        }
+        if self.waiting.len() == MOST_WAITING {
+            self.waiting.pop_back();
+        }
+        self.waiting.push_back(resampled(edge, self.edge.len()));
+    }
+
+    /// Ends the stroke where the last edge lies.
+    pub fn end(&mut self) {
+        self.ending = true;
+    }
+
+    /// Moves the edge for a step (s), by as much as makes the farthest point reach the speed limit, or
+    /// the way between two captures.
+    pub fn lead(&mut self, step: f64) -> Led {
+        let mut left = LARGEST_SPEED * step;
+        while let Some(next) = self.waiting.front() {
+            let way = farthest(&self.edge, next);
+            let room = (self.capture - farthest(&self.captured, &self.edge)).max(0.0);
+            let share = left.min(room);
+            if way > share {
+                if share > 0.0 {
+                    for (point, next) in self.edge.iter_mut().zip(next) {
+                        *point = point.lerp(*next, share / way);
+                    }
+                }
+                break;
+            }
+            left -= way;
+            self.edge.clone_from(next);
+            self.waiting.pop_front();
+        }
+        let moved = farthest(&self.captured, &self.edge);
+        // Round-off must not hold a capture back.
+        let due = moved >= self.capture * (1.0 - 1e-9);
+        if self.ending && self.waiting.is_empty() {
+            return Led::End(self.edge.clone());
+        }
+        if due {
+            self.captured.clone_from(&self.edge);
+            return Led::Capture(self.edge.clone());
+        }
+        Led::Nothing
+    }
+}
+
+/// Largest distance (m) of two points in the same place of two edges.
+fn farthest(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let ways = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+    ways.fold(0.0, f64::max)
+}
+
+/// A polyline through `count` points, even along its length.
+pub(super) fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
+    if line.len() == count {
+        return line.to_vec();
+    }
+    let mut along = vec![0.0];
+    for pair in line.windows(2) {
+        let last = along.last().copied().unwrap_or(0.0);
+        along.push(last + pair[0].distance(pair[1]));
+    }
+    let total = along.last().copied().unwrap_or(0.0);
+    let (mut points, mut place, mut at) = (Vec::new(), 0.0, 0);
+    #[allow(clippy::cast_precision_loss, reason = "at most 64 points")]
+    let spacing = total / (count.max(2) - 1) as f64;
+    for _ in 0..count {
+        while at + 2 < line.len() && along[at + 1] < place {
+            at += 1;
+        }
+        let length = along[at + 1] - along[at];
+        let share = if length > 0.0 {
+            ((place - along[at]) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        points.push(line[at].lerp(line[at + 1], share));
+        place += spacing;
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tool_arrives_and_is_never_faster_than_allowed() {
+        let start = Pose {
+            rotation: DQuat::IDENTITY,
+            position: DVec3::ZERO,
+        };
+        let goal = Pose {
+            rotation: DQuat::from_rotation_x(2.0),
+            position: DVec3::new(0.03, -0.02, 0.01),
+        };
+        let mut lead = PoseLead::new(start);
+        assert_eq!(lead.lead(1e-3), None, "nothing to do");
+        lead.aim(goal);
+        let (mut before, mut steps) = (start, 0);
+        while let Some(pose) = lead.lead(1e-3) {
+            let way = pose.position.distance(before.position);
+            assert!(way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-12), "{way} m");
+            (before, steps) = (pose, steps + 1);
+            assert!(steps < 1000, "it must arrive");
+        }
+        assert_eq!(*lead.pose(), goal);
+    }
+
+    #[test]
+    fn a_blade_passes_all_edges_in_captures_of_the_distance_asked() {
+        let edge = |x: f64, y: f64| vec![DVec3::new(x, y, 0.0), DVec3::new(x, y, 0.05)];
+        let mut lead = BladeLead::new(edge(0.0, 0.0), 0.004);
+        lead.pass(&edge(0.01, 0.0));
+        lead.pass(&edge(0.01, 0.01));
+        lead.end();
+        let (mut captures, mut last) = (Vec::new(), DVec3::ZERO);
+        for _ in 0..1000 {
+            match lead.lead(1e-3) {
+                Led::Nothing => {}
+                Led::Capture(edge) => captures.push(edge[0]),
+                Led::End(edge) => {
+                    captures.push(edge[0]);
+                    break;
+                }
+            }
+            let way = lead.edge()[0].distance(last);
+            assert!(
+                way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-9),
+                "{way} m in a step"
+            );
+            last = lead.edge()[0];
+        }
+        assert_eq!(captures.last(), Some(&DVec3::new(0.01, 0.01, 0.0)));
+        let pairs = captures.windows(2);
+        for pair in pairs {
+            let way = pair[0].distance(pair[1]);
+            assert!(way <= 0.004 * (1.0 + 1e-9), "{way} m between captures");
+        }
+        // 20 mm of way with a corner, which shortens a chord: five captures or six.
+        assert!((5..=6).contains(&captures.len()), "{}", captures.len());
+    }
+
+    #[test]
+    fn a_line_is_resampled_evenly() {
+        let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
+        let points = resampled(&line, 5);
+        let told = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 0.5], [1.0, 1.0]];
+        for (point, told) in points.iter().zip(told) {
+            let told = DVec3::new(told[0], told[1], 0.0);
+            assert!(point.distance(told) < 1e-12, "{points:?}");
+        }
+        assert_eq!(resampled(&line, 3), line);
+    }
+}

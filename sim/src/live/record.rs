@@ -1,0 +1,85 @@
+//! What is kept of a session: forces, ways, and the score sheet.
+
+use glam::DVec3;
+use phyxel_live::ForceSample;
+
+/// Simulated time (s) between two samples of a force: what haptic devices are fed with.
+const SAMPLE: f64 = 1e-3;
+
+/// Ways and largest forces of a session.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Score {
+    /// Way (m) of the blade's middle, of tools that touch, of the hand that grips.
+    pub(super) path: [f64; 3],
+    /// Largest force (N) on a tool and on the hand that grips.
+    pub(super) peak: [f64; 2],
+    /// Simulated time (s) in which a blade cut, a tool touched, a hand gripped.
+    pub(super) time: [f64; 3],
+}
+
+/// Samples that were not sent yet: of each tool, then of the hand that grips.
+#[derive(Debug, Default)]
+pub(super) struct Forces {
+    samples: Vec<Vec<ForceSample>>,
+    next: f64,
+}
+
+impl Forces {
+    /// Takes a sample if one is due. `forces` has the tools' and the grip's.
+    pub(super) fn take(&mut self, time: f64, forces: &[(DVec3, f64)]) {
+        self.samples.resize_with(forces.len(), Vec::new);
+        if time < self.next {
+            return;
+        }
+        // Steps longer than the interval give one sample each.
+        self.next = (self.next + SAMPLE).max(time);
+        for (samples, &(force, penetration)) in self.samples.iter_mut().zip(forces) {
+            // Ten simulated seconds that nobody fetched: the oldest are let go.
+            if samples.len() == 10_000 {
+                samples.clear();
+            }
+            samples.push(ForceSample {
+                time,
+                force: force.to_array(),
+                penetration,
+            });
+        }
+    }
+
+    /// Hands the samples out, in place of the tools' and the grip's.
+    pub(super) fn drain(&mut self) -> Vec<Vec<ForceSample>> {
+        self.samples.iter_mut().map(std::mem::take).collect()
+    }
+
+    /// Time goes on from another place.
+    pub(super) fn restart(&mut self, time: f64) {
+        self.next = time;
+        self.samples.clear();
+    }
+}
+
+impl Score {
+    /// The sheet as CSV.
+    pub(super) fn csv(&self, rows: &[(&str, String)]) -> Vec<u8> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let own = [
+            ("blade_path_m", self.path[0]),
+            ("blade_time_s", self.time[0]),
+            ("tool_path_m", self.path[1]),
+            ("tool_time_s", self.time[1]),
+            ("tool_peak_force_n", self.peak[0]),
+            ("grip_path_m", self.path[2]),
+            ("grip_time_s", self.time[2]),
+            ("grip_peak_force_n", self.peak[1]),
+        ];
+        // Writing into memory cannot fail.
+        let _ = writer.write_record(["quantity", "value"]);
+        for (name, value) in rows {
+            let _ = writer.write_record([*name, value]);
+        }
+        for (name, value) in own {
+            let _ = writer.write_record([name, &format!("{value:.6}")]);
+        }
+        writer.into_inner().unwrap_or_default()
+    }
+}

@@ -1,0 +1,181 @@
+//! Surfaces as clients get them: whole at first, then what a cut changed.
+
+use glam::{DVec3, Vec3};
+use phyxel_live::{ClipOf, Surfel, encode_clips, encode_skin, put_surfel, surfel_numbers};
+use phyxel_splat::{Clip, Tissue};
+
+use crate::picture::Painter;
+
+/// Surfels between two changed ones up to which they are sent in one run.
+const GAP: usize = 4;
+
+/// What clients know of the surfaces.
+#[derive(Debug, Default)]
+pub(super) struct Skins {
+    bodies: Vec<Known>,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    numbers: Vec<f32>,
+    clips: Vec<Option<Box<Clip>>>,
+    colors: Vec<Vec3>,
+}
+
+impl Skins {
+    /// Messages that bring clients who know what was sent before up to date.
+    pub(super) fn changes(&mut self, epoch: u32, painter: &Painter, bodies: usize) -> Vec<Vec<u8>> {
+        self.bodies.resize_with(bodies, Known::default);
+        let mut messages = Vec::new();
+        for (index, known) in self.bodies.iter_mut().enumerate() {
+            known.update(epoch, index, painter, &mut messages);
+        }
+        messages
+    }
+
+    /// Messages for a client who knows nothing, of what others know.
+    pub(super) fn whole(&self, epoch: u32, painter: &Painter) -> Vec<Vec<u8>> {
+        let mut messages = Vec::new();
+        for (index, known) in self.bodies.iter().enumerate() {
+            let stride = painter.tissue(index).binding().stride();
+            messages.push(encode_skin(epoch, index, 0, stride, &known.numbers));
+            let all: Vec<usize> = (0..known.clips.len()).collect();
+            clips(epoch, index, &known.clips, &all, &mut messages);
+        }
+        messages
+    }
+
+    /// Number of surfels that clients know.
+    pub(super) fn len(&self) -> usize {
+        self.bodies.iter().map(|known| known.colors.len()).sum()
+    }
+}
+
+impl Known {
+    fn update(&mut self, epoch: u32, index: usize, painter: &Painter, to: &mut Vec<Vec<u8>>) {
+        let tissue = painter.tissue(index);
+        let stride = tissue.binding().stride();
+        let each = surfel_numbers(stride);
+        self.color(painter, index, tissue);
+        let numbers = numbers_of(tissue, &self.colors, each);
+        let changed = |surfel: usize| {
+            let range = surfel * each..(surfel + 1) * each;
+            let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            self.numbers.get(range.clone()).is_none_or(|old| {
+                old != &numbers[range.clone()] && bits(old) != bits(&numbers[range])
+            })
+        };
+        for (first, end) in runs((0..tissue.surfels().len()).filter(|&surfel| changed(surfel))) {
+            let run = &numbers[first * each..end * each];
+            to.push(encode_skin(epoch, index, first, stride, run));
+        }
+        self.numbers = numbers;
+        let now = tissue.clips();
+        let other = |&surfel: &usize| {
+            let before = self.clips.get(surfel).and_then(Option::as_ref);
+            before != now[surfel].as_ref()
+        };
+        let changed: Vec<usize> = (0..now.len()).filter(other).collect();
+        clips(epoch, index, now, &changed, to);
+        self.clips.resize(now.len(), None);
+        for surfel in changed {
+            self.clips[surfel].clone_from(&now[surfel]);
+        }
+    }
+
+    /// Colours of surfels that are new: places and materials never change.
+    fn color(&mut self, painter: &Painter, index: usize, tissue: &Tissue) {
+        let (texture, _) = painter.texture(index);
+        let surfels = tissue.surfels();
+        for surfel in self.colors.len()..surfels.len() {
+            let color = texture.color(surfels.positions[surfel], surfels.materials[surfel]);
+            self.colors.push(color);
+        }
+    }
+}
+
+fn numbers_of(tissue: &Tissue, colors: &[Vec3], each: usize) -> Vec<f32> {
+    let (surfels, binding) = (tissue.surfels(), tissue.binding());
+    let mut numbers = Vec::with_capacity(each * surfels.len());
+    for (surfel, color) in colors.iter().enumerate() {
+        let (nodes, weights) = binding.row(surfel);
+        put_surfel(
+            &mut numbers,
+            &Surfel {
+                position: surfels.positions[surfel].to_array(),
+                radius: surfels.radii[surfel],
+                normal: surfels.normals[surfel].to_array(),
+                material: surfels.materials[surfel],
+                shape: surfels.shapes[surfel].to_array(),
+                color: color.to_array(),
+                nodes,
+                weights,
+                slopes: binding.slopes(surfel),
+            },
+        );
+    }
+    numbers
+}
+
+/// Runs of rising numbers, small gaps included.
+fn runs(numbers: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for number in numbers {
+        match runs.last_mut() {
+            Some((_, end)) if number <= *end + GAP => *end = number + 1,
+            _ => runs.push((number, number + 1)),
+        }
+    }
+    runs
+}
+
+type Edges = Vec<([f64; 2], f64)>;
+type Walls = Vec<[[f64; 2]; 2]>;
+
+fn clips(
+    epoch: u32,
+    index: usize,
+    all: &[Option<Box<Clip>>],
+    which: &[usize],
+    to: &mut Vec<Vec<u8>>,
+) {
+    let clips = which
+        .iter()
+        .filter_map(|&i| all[i].as_ref().map(|clip| (i, clip)));
+    let parts: Vec<(usize, [f64; 2], Edges, Walls)> = clips
+        .map(|(i, clip)| {
+            let edges = clip.edges.iter().map(|(d, offset)| (d.to_array(), *offset));
+            let walls = clip.walls.iter().map(|[a, b]| [a.to_array(), b.to_array()]);
+            (i, clip.anchor.to_array(), edges.collect(), walls.collect())
+        })
+        .collect();
+    let clips: Vec<ClipOf<'_>> = parts
+        .iter()
+        .map(|(surfel, anchor, edges, walls)| ClipOf {
+            surfel: *surfel,
+            anchor: *anchor,
+            edges,
+            walls,
+        })
+        .collect();
+    if !clips.is_empty() {
+        to.push(encode_clips(epoch, index, &clips));
+    }
+}
+
+/// Places as plain numbers.
+pub(super) fn plain(points: &[DVec3]) -> Vec<[f64; 3]> {
+    points.iter().map(DVec3::to_array).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_join_over_small_gaps_only() {
+        let found = runs([0, 1, 6, 12, 40].into_iter());
+        assert_eq!(found, [(0, 13), (40, 41)]);
+        assert_eq!(runs(std::iter::empty()), []);
+    }
+}

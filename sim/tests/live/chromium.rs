@@ -1,0 +1,209 @@
+//! A headless Chromium, led through its `DevTools` socket.
+
+use std::io::Read;
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tungstenite::{Message, WebSocket};
+
+/// Time that the browser has for an answer: software drawing on a busy machine is slow.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The browser with one page.
+pub(crate) struct Chromium {
+    child: Child,
+    socket: WebSocket<TcpStream>,
+    session: String,
+    next: u64,
+    _profile: TempDir,
+}
+
+/// Where Chromium is: `PHYXEL_CHROMIUM`, or on the path.
+pub(crate) fn find() -> Option<PathBuf> {
+    if let Some(named) = std::env::var_os("PHYXEL_CHROMIUM") {
+        return Some(named.into());
+    }
+    let path = std::env::var_os("PATH")?;
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    names
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)))
+        .find(|file| file.is_file())
+}
+
+impl Chromium {
+    /// Starts the browser with a new profile and an empty page of the given size.
+    pub(crate) fn start(program: &Path, [width, height]: [u32; 2]) -> Self {
+        let profile = tempfile::tempdir().unwrap();
+        let child = Command::new(program)
+            .args([
+                "--headless",
+                "--no-sandbox",
+                "--disable-quic",
+                "--no-first-run",
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+                "--disable-dev-shm-usage",
+                "--use-gl=angle",
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+                "--remote-debugging-port=0",
+            ])
+            .arg(format!("--window-size={width},{height}"))
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg("about:blank")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // The browser writes its port and the path of its socket there.
+        let told = profile.path().join("DevToolsActivePort");
+        let begun = Instant::now();
+        let text = loop {
+            match std::fs::read_to_string(&told) {
+                Ok(text) if text.lines().count() == 2 => break text,
+                _ => assert!(begun.elapsed() < PATIENCE, "the browser does not start"),
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        };
+        let (port, path) = text.split_once('\n').unwrap();
+        let stream = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let url = format!("ws://127.0.0.1:{port}{path}");
+        let (socket, _) = tungstenite::client(url, stream).unwrap();
+        let mut browser = Self {
+            child,
+            socket,
+            session: String::new(),
+            next: 0,
+            _profile: profile,
+        };
+        let target = browser.ask("Target.createTarget", &json!({ "url": "about:blank" }));
+        let id = &target["targetId"];
+        let attached = browser.ask(
+            "Target.attachToTarget",
+            &json!({ "targetId": id, "flatten": true }),
+        );
+        browser.session = attached["sessionId"].as_str().unwrap().to_owned();
+        let size =
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        browser.ask("Emulation.setDeviceMetricsOverride", &size);
+        browser
+    }
+
+    /// Calls a method and waits for its result.
+    fn ask(&mut self, method: &str, parameters: &Value) -> Value {
+        self.next += 1;
+        let mut call = json!({ "id": self.next, "method": method, "params": parameters });
+        if !self.session.is_empty() {
+            call["sessionId"] = json!(self.session);
+        }
+        self.socket.send(Message::text(call.to_string())).unwrap();
+        loop {
+            let Message::Text(text) = self.socket.read().unwrap() else {
+                continue;
+            };
+            let told: Value = serde_json::from_str(&text).unwrap();
+            if told["id"] == self.next {
+                assert!(told.get("error").is_none(), "{method}: {told}");
+                return told["result"].clone();
+            }
+        }
+    }
+
+    pub(crate) fn go(&mut self, url: &str) {
+        self.ask("Page.navigate", &json!({ "url": url }));
+    }
+
+    /// The value of an expression, awaited.
+    pub(crate) fn evaluate(&mut self, expression: &str) -> Value {
+        let parameters =
+            json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let found = self.ask("Runtime.evaluate", &parameters);
+        assert!(
+            found.get("exceptionDetails").is_none(),
+            "{expression}: {found}"
+        );
+        found["result"]["value"].clone()
+    }
+
+    /// Waits until an expression is true.
+    pub(crate) fn wait(&mut self, expression: &str) {
+        let begun = Instant::now();
+        while self.evaluate(&format!("Boolean({expression})")) != json!(true) {
+            assert!(begun.elapsed() < PATIENCE, "not in time: {expression}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// A pointer event as from a mouse with its left button.
+    pub(crate) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2]) {
+        let pressed = i32::from(kind != "mouseReleased");
+        let event = json!({
+            "type": kind, "x": x, "y": y, "button": "left", "buttons": pressed, "clickCount": 1,
+        });
+        self.ask("Input.dispatchMouseEvent", &event);
+    }
+
+    pub(crate) fn key(&mut self, key: &str) {
+        for kind in ["keyDown", "keyUp"] {
+            self.ask(
+                "Input.dispatchKeyEvent",
+                &json!({ "type": kind, "key": key, "text": key }),
+            );
+        }
+    }
+
+    /// Presses at the first place and drags to the others, without letting go.
+    pub(crate) fn drag(&mut self, places: &[[f64; 2]]) {
+        self.mouse("mousePressed", places[0]);
+        for pair in places.windows(2) {
+            for k in 1..=8 {
+                let share = f64::from(k) / 8.0;
+                let at = [0, 1].map(|i| pair[0][i] + share * (pair[1][i] - pair[0][i]));
+                self.mouse("mouseMoved", at);
+            }
+        }
+    }
+
+    /// What the page looks like, as PNG.
+    pub(crate) fn screenshot(&mut self) -> Vec<u8> {
+        let shot = self.ask("Page.captureScreenshot", &json!({ "format": "png" }));
+        base64(shot["data"].as_str().unwrap())
+    }
+}
+
+impl Drop for Chromium {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if let Some(mut pipe) = self.child.stderr.take() {
+            let _ = pipe.read_to_end(&mut Vec::new());
+        }
+    }
+}
+
+/// Bytes of a text in base 64 (RFC 4648).
+pub(crate) fn base64(text: &str) -> Vec<u8> {
+    let value = |c: u8| match c {
+        b'A'..=b'Z' => u32::from(c - b'A'),
+        b'a'..=b'z' => u32::from(c - b'a') + 26,
+        b'0'..=b'9' => u32::from(c - b'0') + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let letters: Vec<u8> = text.bytes().filter(|&c| c != b'=').collect();
+    let mut bytes = Vec::new();
+    for four in letters.chunks(4) {
+        let sum = four.iter().fold(0, |sum, &c| sum << 6 | value(c)) << (6 * (4 - four.len()));
+        bytes.extend(&sum.to_be_bytes()[1..four.len()]);
+    }
+    bytes
+}
