@@ -18,9 +18,10 @@ fn stencils(block: &Block) -> Stencils<'_> {
     Stencils {
         offsets: &block.offsets,
         indices: &block.indices,
-        gradients: &block.gradients,
-        self_gradients: &block.self_gradients,
         weights: &block.weights,
+        matrices: &block.matrices,
+        scales: &block.scales,
+        multipliers: &block.multipliers,
     }
 }
 

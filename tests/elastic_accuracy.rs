@@ -309,9 +309,10 @@ fn rows_rebuilt_by_mls_are_objective() {
     let stencils = Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),
-        gradients: &rows.pair_gradients,
-        self_gradients: &rows.self_gradients,
         weights: &rows.weights,
+        matrices: &rows.matrices,
+        scales: &rows.scales,
+        multipliers: &rows.multipliers,
     };
     elastic
         .update_rows(&touched, &stencils)

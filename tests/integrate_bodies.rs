@@ -65,9 +65,10 @@ impl Body {
         let stencils = Stencils {
             offsets: graph.offsets(),
             indices: graph.indices(),
-            gradients: &rows.pair_gradients,
-            self_gradients: &rows.self_gradients,
             weights: &rows.weights,
+            matrices: &rows.matrices,
+            scales: &rows.scales,
+            multipliers: &rows.multipliers,
         };
         let material = Material::neo_hookean(solid.youngs_modulus, solid.poissons_ratio);
         let settings = Settings {

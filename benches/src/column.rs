@@ -96,9 +96,9 @@ pub fn measure(nodes: u32) -> Result<Finding, LabError> {
         if turned > twist.0 {
             twist = (turned, world.time());
         }
-        let gradients = body.elastic.deformation_gradients().iter();
+        let gradients = body.elastic.deformation_gradients().into_iter();
         smallest = gradients
-            .map(glam::DMat3::determinant)
+            .map(|f| f.determinant())
             .fold(smallest, f64::min);
         imbalance = imbalance.max(body.motion.audit().balance().abs() / initial);
     }

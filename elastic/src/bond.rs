@@ -13,10 +13,14 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::body::Body;
+use crate::forces::{gradient, set_gradient};
+use crate::lanes::Planes;
 use crate::law::outer;
 use crate::model::{Elastic, with_table};
+use crate::nodes::State;
 use crate::part::Part;
+use crate::storage::Number;
+use crate::update;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
@@ -93,11 +97,11 @@ pub(crate) struct Bonds {
 pub(crate) type PartBond = (u32, Option<u32>, Option<u32>);
 
 impl Bonds {
-    pub(crate) fn add_forces(
+    pub(crate) fn add_forces<T: Number>(
         &mut self,
         positions: &[DVec3],
         forces: &mut [DVec3],
-        deformation: &mut [DMat3],
+        deformation: &mut [Planes<T>],
     ) -> f64 {
         let mut energy = 0.0;
         for bond in &mut self.list {
@@ -111,12 +115,15 @@ impl Bonds {
         for (node, hosts) in &self.hosts {
             #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
             let share = (hosts.len() as f64).recip();
-            let gradients = hosts.iter().map(|&host| deformation[host as usize]);
-            deformation[*node as usize] = if hosts.is_empty() {
+            let gradients = hosts
+                .iter()
+                .map(|&host| gradient(deformation, host as usize));
+            let mean = if hosts.is_empty() {
                 DMat3::IDENTITY
             } else {
                 gradients.fold(DMat3::ZERO, |sum, f| sum + f * share)
             };
+            set_gradient(deformation, *node as usize, mean);
         }
         energy
     }
@@ -211,7 +218,7 @@ impl Elastic {
     /// If a node does not exist or `positions` is not one per node.
     pub fn weaken(&mut self, nodes: &[u32], positions: &[DVec3], share: &dyn Fn(usize) -> f64) {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let mut bonds = std::mem::take(&mut self.body.bonds);
+        let mut bonds = std::mem::take(&mut self.state.bonds);
         for &node in nodes {
             let held = self.weaken_one(node as usize);
             let row = self.bonds_of(node as usize, positions, share);
@@ -228,16 +235,19 @@ impl Elastic {
             bonds.list.splice(from..to, row);
         }
         bonds.find_hosts();
-        self.body.bonds = bonds;
+        self.state.bonds = bonds;
     }
 
     /// Takes a node's strain energy; what it held (J) at the state last evaluated.
     fn weaken_one(&mut self, node: usize) -> f64 {
-        let body = &mut self.body;
-        let (energy, _) = body.energy_and_stress(node, body.deformation[node]);
-        let held = body.elastic_volumes[node] * energy;
-        body.elastic_volumes[node] = 0.0;
-        body.refresh_control(node);
+        let f = self.deformation_gradient(node);
+        let (model, viscosity) = (&mut self.model, self.state.viscosity.as_ref());
+        let (energy, _) = model.energy_and_stress(viscosity, node, f);
+        let held = model.elastic_volumes[node] * energy;
+        model.elastic_volumes[node] = 0.0;
+        with_table!(&mut self.tables, table => {
+            update::refresh_control(model, &mut table.fixed, &[node]);
+        });
         held.max(0.0)
     }
 
@@ -247,16 +257,16 @@ impl Elastic {
         positions: &[DVec3],
         share: &dyn Fn(usize) -> f64,
     ) -> Vec<Bond> {
-        let body = &self.body;
-        with_table!(&self.pairs, table => {
-            let row = table.rows.row(node);
-            #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
-            let count = row.indices.len() as f64;
-            let modulus = STIFFNESS * body.material(node).lame_mu() * body.volumes[node] / count;
-            let pairs = table.rows.pair_range(node).zip(row.indices);
-            pairs.filter_map(|(pair, &other)| {
-                let share = share(pair);
-                let rest = body.rest[other as usize] - body.rest[node];
+        let model = &self.model;
+        let row = model.pairs.row(node);
+        #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
+        let count = row.len() as f64;
+        let modulus = STIFFNESS * model.material(node).lame_mu() * model.volumes[node] / count;
+        let pairs = model.pairs.range(node).zip(row);
+        pairs
+            .filter_map(|(at, pair)| {
+                let (share, other) = (share(at), pair.to);
+                let rest = model.rest[other as usize] - model.rest[node];
                 let rest_squared = rest.length_squared();
                 (share > 0.0).then(|| Bond {
                     node: u32::try_from(node).unwrap_or(u32::MAX),
@@ -267,8 +277,8 @@ impl Elastic {
                     decayed: 0.0,
                     x: positions[other as usize] - positions[node],
                 })
-            }).collect()
-        })
+            })
+            .collect()
     }
 
     /// Multiplies the offsets of all bonds with `factor` (0 to 1) and returns the first half of the
@@ -276,7 +286,7 @@ impl Elastic {
     /// [`Elastic::bond_work`] after the next evaluation.
     pub fn decay_bonds(&mut self, factor: f64) -> f64 {
         let mut work = 0.0;
-        for bond in &mut self.body.bonds.list {
+        for bond in &mut self.state.bonds.list {
             let mut next = bond.offset * factor;
             if next.abs() < SMALLEST_OFFSET * bond.natural() {
                 next = 0.0;
@@ -292,27 +302,27 @@ impl Elastic {
     /// evaluated.
     #[must_use]
     pub fn bond_work(&self) -> f64 {
-        let bonds = self.body.bonds.list.iter();
+        let bonds = self.state.bonds.list.iter();
         bonds.map(|bond| -0.5 * bond.tension() * bond.decayed).sum()
     }
 
     /// Weak nodes, rising.
     #[must_use]
     pub fn weak_nodes(&self) -> &[u32] {
-        &self.body.bonds.nodes
+        &self.state.bonds.nodes
     }
 
     /// Weak nodes that hang on no sound one, not even by others: debris.
     #[must_use]
     pub fn loose_nodes(&self) -> usize {
-        let hosts = self.body.bonds.hosts.iter();
+        let hosts = self.state.bonds.hosts.iter();
         hosts.filter(|(_, hosts)| hosts.is_empty()).count()
     }
 
     /// Offsets (m) of all bonds, for a checkpoint.
     #[must_use]
     pub fn bond_offsets(&self) -> Vec<f64> {
-        self.body
+        self.state
             .bonds
             .list
             .iter()
@@ -325,7 +335,7 @@ impl Elastic {
     /// # Panics
     /// If there are others.
     pub fn set_bond_offsets(&mut self, offsets: &[f64]) {
-        let list = &mut self.body.bonds.list;
+        let list = &mut self.state.bonds.list;
         assert_eq!(list.len(), offsets.len(), "one offset per bond");
         for (bond, &offset) in list.iter_mut().zip(offsets) {
             bond.offset = offset;
@@ -357,8 +367,8 @@ fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
 }
 
 impl Part {
-    pub(crate) fn with_bonds(mut self, body: &Body) -> Self {
-        self.bonds = body.bonds.of_part(&self.nodes);
+    pub(crate) fn with_bonds(mut self, state: &State) -> Self {
+        self.bonds = state.bonds.of_part(&self.nodes);
         self
     }
 }

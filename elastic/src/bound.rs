@@ -3,11 +3,11 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::body::Body;
-use crate::kernel::Lanes;
+use crate::fixed::Fixed;
 use crate::law::outer;
 use crate::model::{Elastic, with_table};
-use crate::rows::Rows;
+use crate::nodes::Model;
+use crate::storage::Storage;
 
 impl Elastic {
     /// Upper bound on the largest eigenvalue (1/s²) of `M⁻¹ K` at rest, without iterations.
@@ -23,14 +23,14 @@ impl Elastic {
     #[must_use]
     pub fn eigenvalue_bound(&self, masses: &[f64]) -> f64 {
         assert_eq!(masses.len(), self.node_count(), "one mass per node");
-        with_table!(&self.pairs, table => {
+        with_table!(&self.tables, table => {
             masses
                 .par_iter()
                 .enumerate()
                 .map_init(
                     || RowBlocks::new(masses.len()),
                     |blocks, (node, mass)| {
-                        blocks.assemble(&self.body, &table.rows, node);
+                        blocks.assemble(&self.model, &table.fixed, node);
                         blocks.row_sum() / mass
                     },
                 )
@@ -69,7 +69,12 @@ impl RowBlocks {
         &mut self.blocks[*place as usize]
     }
 
-    fn assemble<L: Lanes>(&mut self, body: &Body, rows: &Rows<L>, node: usize) {
+    fn assemble<S: Storage, const L: usize>(
+        &mut self,
+        model: &Model,
+        fixed: &Fixed<S, L>,
+        node: usize,
+    ) {
         for &column in &self.columns {
             self.place[column as usize] = u32::MAX;
         }
@@ -77,58 +82,59 @@ impl RowBlocks {
         self.blocks.clear();
         self.rest = 0.0;
         let id = u32::try_from(node).unwrap_or(u32::MAX - 1);
-        let own = (body.self_gradients[node], -body.offset(node));
-        self.row_of(body, rows, id, own, id, 0.0);
-        let incoming = rows.incoming(node);
-        for (&source, pair) in incoming.indices.iter().zip(incoming.pairs) {
-            let x = body.rest[node] - body.rest[source as usize];
-            let z = (L::gradient(pair), L::offset(pair, x));
-            self.row_of(body, rows, source, z, id, L::weight(pair));
+        self.row_of(model, fixed, id, id);
+        for pair in model.pairs.incoming(node) {
+            self.row_of(model, fixed, pair.to, id);
         }
     }
 
-    /// Adds the share of the energy of node `i` in the row of `node`, whose gradient and offset there
-    /// are `g` and `y`.
-    fn row_of<L: Lanes>(
+    /// Adds the share of the energy of node `i` in the row of `node`.
+    fn row_of<S: Storage, const L: usize>(
         &mut self,
-        body: &Body,
-        rows: &Rows<L>,
+        model: &Model,
+        fixed: &Fixed<S, L>,
         i: u32,
-        (g, y): (DVec3, DVec3),
         node: u32,
-        weight: f64,
     ) {
         let at = i as usize;
-        let material = body.material(at);
+        let mut row: Vec<_> = fixed
+            .row(at, model.pairs.row(at))
+            .map(|(k, w, x, g)| (k, w, x * w, g))
+            .collect();
+        let sums = row
+            .iter()
+            .fold((DVec3::ZERO, DVec3::ZERO), |(y, g), r| (y + r.2, g + r.3));
+        row.push((i, 0.0, -sums.0, -sums.1));
+        let found = row.iter().find(|(k, ..)| *k == node);
+        let Some(&(_, weight, y, g)) = found else {
+            return;
+        };
+        let material = model.material(at);
         let quick = 1.0 + material.prony.iter().map(|term| term.ratio).sum::<f64>();
-        let volume = body.elastic_volumes[at] * quick;
+        let volume = model.elastic_volumes[at] * quick;
         let mu = material.lame_mu() * volume;
         let lambda = (material.lame_lambda() + material.volume_constant) * volume;
         let fibers = material.fiber.map_or(0.0, |f| 4.0 * f.stiffness) * volume;
-        let control = body.control(at);
-        let spread = body.moment_inverse(at) * y * control;
-        let mut add = |k: u32, other: DVec3, other_offset: DVec3| {
+        let control = fixed.control(at);
+        let spread = if control > 0.0 {
+            fixed.moment_inverse(at) * y * control
+        } else {
+            DVec3::ZERO
+        };
+        for &(k, _, other_offset, other) in &row {
             let normal = mu * g.dot(other) - spread.dot(other_offset);
             let block = outer(g, other) * lambda
                 + outer(other, g) * mu
                 + DMat3::from_diagonal(DVec3::splat(normal));
             *self.block(k) += block;
             self.rest += fibers * g.length() * other.length();
-        };
-        let row = rows.row(at);
-        for (&k, pair) in row.indices.iter().zip(row.pairs) {
-            let x = body.rest[k as usize] - body.rest[at];
-            add(k, L::gradient(pair), L::offset(pair, x));
         }
-        add(i, body.self_gradients[at], -body.offset(at));
         // The graph Laplacian's part of |u_ij|²: diagonal and the pair itself.
         let scalar = |s: f64| DMat3::from_diagonal(DVec3::splat(s));
         if i == node {
-            let incoming = rows.incoming(at);
-            for (&k, pair) in incoming.indices.iter().zip(incoming.pairs) {
-                let w = control * L::weight(pair);
-                *self.block(k) -= scalar(w);
-                *self.block(node) += scalar(w);
+            for &(k, w, ..) in &row[..row.len() - 1] {
+                *self.block(k) -= scalar(control * w);
+                *self.block(node) += scalar(control * w);
             }
         } else {
             *self.block(i) -= scalar(control * weight);

@@ -10,37 +10,52 @@
 //! needs no tetrahedra, and on the edges of tetrahedra it does as well as a mean over them (clamped cube at nu 0.49 and 0.499:
 //! 2.2 and 5.3 % too stiff, against 7.4 and 9.5 % without; three quarters of it leaves 3.6 %).
 
-use glam::DMat3;
-
-use crate::kernel::Lanes;
 use crate::law::Volumetric;
-use crate::rows::Rows;
+use crate::nodes::Model;
+use crate::pairs::Pairs;
 
+/// What is constant between cuts.
 #[derive(Debug, Clone)]
-pub(crate) struct MeanDilatation {
+pub(crate) struct Means {
     /// `U` per material.
-    pub(crate) laws: Vec<Volumetric>,
+    laws: Vec<Volumetric>,
     /// `V_i / n_i`.
     shares: Vec<f64>,
-    /// Weights of the uncut pairs; all zero without zero-energy control.
-    uncut: Vec<f64>,
-    /// `J_i`, then the changes of `J_i`, of the state last evaluated.
+    /// Weights of the uncut pairs; empty where they differ by direction, and cuts then count only when
+    /// they sever.
+    uncut: Vec<f32>,
+}
+
+/// What an evaluation leaves.
+#[derive(Debug, Clone)]
+pub(crate) struct Pressures {
+    /// `J_i`.
     pub(crate) ratios: Vec<f64>,
-    /// `J̄_i` of the state last evaluated.
+    /// `J̄_i`.
     pub(crate) means: Vec<f64>,
     /// `V_i_el / V_i U'(J̄_i)`.
     pub(crate) pressures: Vec<f64>,
-    /// Its change.
-    pub(crate) pressure_changes: Vec<f64>,
-    /// Zero-energy part between the stages of a pass.
-    pub(crate) controls: Vec<DMat3>,
 }
 
-impl MeanDilatation {
-    pub(crate) fn new<L: Lanes>(laws: Vec<Volumetric>, volumes: &[f64], rows: &Rows<L>) -> Self {
-        let n = volumes.len();
+impl Pressures {
+    pub(crate) fn new(node_count: usize) -> Self {
+        Self {
+            ratios: vec![1.0; node_count],
+            means: vec![1.0; node_count],
+            pressures: vec![0.0; node_count],
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = self.ratios.capacity() + self.means.capacity() + self.pressures.capacity();
+        numbers * size_of::<f64>()
+    }
+}
+
+impl Means {
+    pub(crate) fn new(laws: Vec<Volumetric>, volumes: &[f64], pairs: &Pairs) -> Self {
         let share = |(node, volume): (usize, &f64)| {
-            let count = rows.row(node).indices.len().max(1);
+            let count = pairs.row(node).len().max(1);
             #[allow(
                 clippy::cast_precision_loss,
                 reason = "a node has far fewer than 2^52 neighbours"
@@ -48,37 +63,41 @@ impl MeanDilatation {
             let count = count as f64;
             volume / count
         };
-        let mut uncut = Vec::with_capacity(rows.pair_count());
-        for node in 0..n {
-            uncut.extend(rows.row(node).pairs.iter().map(L::weight));
-        }
+        let uncut = if pairs.is_symmetric() {
+            pairs.weights().collect()
+        } else {
+            Vec::new()
+        };
         Self {
             laws,
             uncut,
             shares: volumes.iter().enumerate().map(share).collect(),
-            ratios: vec![1.0; n],
-            means: vec![1.0; n],
-            pressures: vec![0.0; n],
-            pressure_changes: vec![0.0; n],
-            controls: vec![DMat3::ZERO; n],
         }
     }
 
+    /// `U` of a node.
+    #[inline]
+    pub(crate) fn law(&self, model: &Model, node: usize) -> &Volumetric {
+        &self.laws[model.material_index(node)]
+    }
+
+    /// `V_j p_j = sum_i s_ij V_i_el / V_i U'(J̄_i)`, or the same of their changes.
+    pub(crate) fn pressure(&self, model: &Model, node: usize, pressures: &[f64]) -> f64 {
+        model.volumes[node] * pressures[node] + self.spread(&model.pairs, node, pressures)
+    }
+
     /// `sum_j s_ij (values_j - values_i)`.
-    pub(crate) fn spread<L: Lanes>(&self, rows: &Rows<L>, node: usize, values: &[f64]) -> f64 {
-        let (incoming, pairs) = (rows.incoming(node), rows.row(node).pairs);
+    pub(crate) fn spread(&self, pairs: &Pairs, node: usize, values: &[f64]) -> f64 {
         let (own, share) = (values[node], self.shares[node]);
         let mut sum = 0.0;
         // The graph is symmetric here: both rows list the same nodes.
-        let uncut = &self.uncut[rows.pair_range(node)];
-        let row = incoming.indices.iter().zip(incoming.pairs);
-        for (((&j, back), pair), uncut) in row.zip(pairs).zip(uncut) {
-            let j = j as usize;
-            if L::linked(pair, back) {
-                let factor = if *uncut > 0.0 {
-                    L::weight(pair) / uncut
-                } else {
-                    1.0
+        let both = pairs.incoming(node).iter().zip(pairs.row(node));
+        for (at, (back, pair)) in pairs.range(node).zip(both) {
+            let j = pair.to as usize;
+            if pair.weight > 0.0 || back.weight > 0.0 {
+                let factor = match self.uncut.get(at) {
+                    Some(&uncut) if uncut > 0.0 => f64::from(pair.weight) / f64::from(uncut),
+                    _ => 1.0,
                 };
                 sum += factor * (share.min(self.shares[j]) * (values[j] - own));
             }
@@ -87,14 +106,8 @@ impl MeanDilatation {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        let numbers = self.shares.capacity()
-            + self.uncut.capacity()
-            + self.ratios.capacity()
-            + self.means.capacity()
-            + self.pressures.capacity()
-            + self.pressure_changes.capacity();
-        numbers * size_of::<f64>()
-            + self.controls.capacity() * size_of::<DMat3>()
+        self.shares.capacity() * size_of::<f64>()
+            + self.uncut.capacity() * size_of::<f32>()
             + self.laws.capacity() * size_of::<Volumetric>()
     }
 }

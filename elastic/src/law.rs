@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::fiber::Fiber;
+use crate::gather::{Arithmetic, Separate};
 use crate::material::{Law, Material};
 
 /// Below this volume ratio the volumetric energy continues as its own second-order expansion.
@@ -60,7 +61,7 @@ impl Volumetric {
     #[inline(always)]
     fn logarithmic(&self, j: f64) -> [f64; 3] {
         let (a, b) = (self.log, self.log_squared);
-        let ln = ln(j);
+        let ln = ln::<Separate>(j);
         let inverse = j.recip();
         [
             ln * (0.5 * b * ln - a),
@@ -289,9 +290,9 @@ impl Prepared {
 ///
 /// `x = 2^e m` with `m` between the square roots of 1/2 and 2, `ln m = 2 artanh s`,
 /// `s = (m - 1)/(m + 1)`. Without branches or tables, so that a compiler runs it over lanes; the same
-/// bits on every machine.
+/// bits on every machine of the same arithmetic.
 #[inline(always)]
-pub(crate) fn ln(x: f64) -> f64 {
+pub(crate) fn ln<A: Arithmetic>(x: f64) -> f64 {
     /// Bits of the square root of 1/2.
     const LOW: u64 = 0x3fe6_a09e_667f_3bcd;
     /// Exponent of one in place.
@@ -309,10 +310,11 @@ pub(crate) fn ln(x: f64) -> f64 {
     let z = s * s;
     let mut series = 1.0 / 21.0;
     for odd in [19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
-        series = series * z + 1.0 / odd;
+        series = A::add(series, z, 1.0 / odd);
     }
     // 2 s = f - s f: the larger part is exact.
-    e * LN2[0] + (f + (s * (2.0 * z * series - f) + e * LN2[1]))
+    let rest = A::add(s, A::add(2.0 * z, series, -f), e * LN2[1]);
+    A::add(e, LN2[0], f + rest)
 }
 
 /// `A : B`.
@@ -355,6 +357,7 @@ pub(crate) fn cofactor_change(f: DMat3, df: DMat3) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gather::Fused;
     use testkit::cloud::Random;
 
     #[test]
@@ -367,13 +370,15 @@ mod tests {
                 2 => 1.0 + random.range(-1e-12, 1e-12),
                 _ => random.range(-300.0, 300.0).exp(),
             };
-            let (own, library) = (ln(x), x.ln());
-            let error = (own - library).abs();
-            assert!(
-                error <= 2.0 * f64::EPSILON * library.abs(),
-                "ln {x:e}: {own:e}, {library:e}"
-            );
+            for (own, library) in [(ln::<Separate>(x), x.ln()), (ln::<Fused>(x), x.ln())] {
+                let error = (own - library).abs();
+                assert!(
+                    error <= 2.0 * f64::EPSILON * library.abs(),
+                    "ln {x:e}: {own:e}, {library:e}"
+                );
+            }
         }
-        assert_eq!(ln(1.0).to_bits(), 0);
+        assert_eq!(ln::<Separate>(1.0).to_bits(), 0);
+        assert_eq!(ln::<Fused>(1.0).to_bits(), 0);
     }
 }

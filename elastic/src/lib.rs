@@ -1,30 +1,37 @@
 #![doc = include_str!("../README.md")]
 
-mod body;
 mod bond;
 mod bound;
 mod completion;
 mod dilatation;
 mod error;
-mod evaluate;
 mod fiber;
-mod kernel;
+mod fixed;
+mod forces;
+mod gather;
+mod input;
+mod lanes;
 mod law;
 mod material;
+mod mean;
 mod model;
+mod nodes;
 mod offset;
+mod pairs;
 mod part;
-mod plain;
-mod rows;
+mod planes;
 mod still;
+mod storage;
+mod tangent;
 mod update;
 mod viscosity;
 mod watch;
 
 pub use error::ElasticError;
 pub use fiber::Fiber;
+pub use input::{Dilatation, Instructions, Materials, Nodes, Precision, Settings, Stencils};
 pub use material::{Law, MAX_PRONY_TERMS, Material};
-pub use model::{Dilatation, Elastic, Materials, Nodes, Precision, Settings, Stencils};
+pub use model::Elastic;
 pub use offset::Offsets;
 pub use part::Part;
 pub use viscosity::PronyTerm;

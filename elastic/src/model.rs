@@ -1,104 +1,26 @@
-//! The model's public face: what goes in, what comes out.
+//! The model's public face.
 
 use glam::{DMat3, DVec3};
 
-use crate::body::Body;
-use crate::dilatation::MeanDilatation;
+use crate::bond::Bonds;
+use crate::dilatation::{Means, Pressures};
 use crate::error::ElasticError;
-use crate::evaluate::{self, Table};
-use crate::kernel::{Lanes, bare::Bare, controlled::Controlled};
+use crate::fixed::Fixed;
+use crate::forces::{self, CHUNK, Table};
+use crate::input::{
+    Dilatation, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
+};
 use crate::law::Prepared;
 use crate::material::{Law, Material};
-use crate::rows::{Graph, Rows};
+use crate::nodes::{Model, Scratch, State};
+use crate::offset::Continuation;
+use crate::pairs::Pairs;
 use crate::still::Still;
-
-/// Gradient stencils of all nodes, compressed by rows.
-///
-/// Row `i` of the graph is `indices[offsets[i]..offsets[i + 1]]`: its neighbours in rising order,
-/// without `i` itself.
-#[derive(Debug, Clone, Copy)]
-pub struct Stencils<'a> {
-    /// Starts of the rows, shape `(n + 1)`.
-    pub offsets: &'a [u32],
-    /// Neighbours, shape `(pairs)`.
-    pub indices: &'a [u32],
-    /// `g_ij` (1/m): `F_i = I + sum_j (u_j - u_i) ⊗ g_ij`, shape `(pairs)`.
-    pub gradients: &'a [DVec3],
-    /// `g_ii = -sum_j g_ij` (1/m), shape `(n)`.
-    pub self_gradients: &'a [DVec3],
-    /// `w_ij = w_ji >= 0` of the moment matrix (any unit), shape `(pairs)`; 0 for a severed pair.
-    /// Without zero-energy control the slice may be empty.
-    pub weights: &'a [f64],
-}
-
-/// Rest state of the nodes.
-#[derive(Debug, Clone, Copy)]
-pub struct Nodes<'a> {
-    /// Rest positions `X_i` (m), shape `(n)`.
-    pub rest_positions: &'a [DVec3],
-    /// Volumes `V_i` (m³), shape `(n)`, positive.
-    pub volumes: &'a [f64],
-}
-
-/// Materials of the nodes.
-#[derive(Debug, Clone, Copy)]
-pub enum Materials<'a> {
-    /// One for all.
-    Uniform(Material),
-    /// A list and, for each node, an index into it.
-    PerNode {
-        /// The materials.
-        list: &'a [Material],
-        /// Index per node, shape `(n)`.
-        of_node: &'a [u32],
-    },
-}
-
-/// Options of a model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// `alpha` of the penalty against zero-energy modes, in units of the shear modulus; 0 turns it
-    /// off. 0.1 serves beams, contact and cracks alike; 0.3 is visibly stiff, 0.05 soft.
-    pub zero_energy_control: f64,
-    /// Storage of pairs.
-    pub precision: Precision,
-    /// Where volume changes are resisted.
-    pub dilatation: Dilatation,
-}
-
-/// Storage of what is read once per pair and pass. Positions, stresses, energies and forces are
-/// f64 either way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Precision {
-    /// f64.
-    #[default]
-    Double,
-    /// f32: 0.6 of the memory and, beyond the caches, 0.7 to 0.8 of the time, for a relative 1e-7 per row. Forces of a
-    /// body at rest vanish exactly; those of a stretched one sum to zero only up to that.
-    Single,
-}
-
-/// Where a change of volume is resisted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Dilatation {
-    /// At each node by itself.
-    #[default]
-    Local,
-    /// By means over neighbourhoods (mean dilatation): softer where a nearly incompressible body is
-    /// confined. Worth its two further passes above a Poisson's ratio of about 0.48. Acts on the
-    /// `(ln J)²` and eq. (30) parts; not with Saint Venant–Kirchhoff.
-    Mean,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            zero_energy_control: 0.1,
-            precision: Precision::Double,
-            dilatation: Dilatation::Local,
-        }
-    }
-}
+use crate::storage::{Compact, Double, Storage};
+use crate::tangent;
+use crate::update;
+use crate::viscosity::Viscosity;
+use crate::watch::Watch;
 
 /// Elastic body: forces as the exact negative gradient of
 /// `E(x) = sum_i V_i W(F_i) + sum_i c_i/2 sum_j w_ij |e_ij|²`.
@@ -112,27 +34,33 @@ impl Default for Settings {
 /// threads are those of the current rayon pool; the result has the same bits for any number.
 #[derive(Debug, Clone)]
 pub struct Elastic {
-    pub(crate) body: Body,
-    pub(crate) pairs: Pairs,
+    /// Constant between cuts.
+    pub(crate) model: Model,
+    /// What the last evaluation left.
+    pub(crate) state: State,
+    /// What passes write for each other.
+    pub(crate) scratch: Scratch,
+    /// The parts of each that depend on the storage.
+    pub(crate) tables: Tables,
 }
 
-/// Pair data in one of the two precisions, with and without zero-energy control.
+/// In one of the two precisions, with and without multipliers.
 #[derive(Debug, Clone)]
-pub(crate) enum Pairs {
-    Double(Table<Controlled<f64>>),
-    Single(Table<Controlled<f32>>),
-    BareDouble(Table<Bare<f64>>),
-    BareSingle(Table<Bare<f32>>),
+pub(crate) enum Tables {
+    Double(Table<Double, 8, 3>),
+    Single(Table<Compact, 8, 3>),
+    PlainDouble(Table<Double, 4, 3>),
+    PlainSingle(Table<Compact, 4, 4>),
 }
 
 /// Binds `$table` to the table of either kind.
 macro_rules! with_table {
-    ($pairs:expr, $table:ident => $work:expr) => {
-        match $pairs {
-            $crate::model::Pairs::Double($table) => $work,
-            $crate::model::Pairs::Single($table) => $work,
-            $crate::model::Pairs::BareDouble($table) => $work,
-            $crate::model::Pairs::BareSingle($table) => $work,
+    ($tables:expr, $table:ident => $work:expr) => {
+        match $tables {
+            $crate::model::Tables::Double($table) => $work,
+            $crate::model::Tables::Single($table) => $work,
+            $crate::model::Tables::PlainDouble($table) => $work,
+            $crate::model::Tables::PlainSingle($table) => $work,
         }
     };
 }
@@ -157,7 +85,7 @@ impl Elastic {
     ) -> Result<Self, ElasticError> {
         let (rest, volumes) = (nodes.rest_positions, nodes.volumes);
         let node_count = rest.len();
-        stencils.check_lengths(node_count, settings.zero_energy_control > 0.0);
+        stencils.check_lengths(node_count);
         assert_eq!(volumes.len(), node_count, "one volume per node");
         for (node, (x, &volume)) in rest.iter().zip(volumes).enumerate() {
             if !x.is_finite() {
@@ -169,47 +97,42 @@ impl Elastic {
             }
         }
         let materials = checked_materials(materials, node_count)?;
-        let body = Body::new(settings, rest, volumes, materials);
-        match (settings.precision, body.controlled()) {
-            (Precision::Double, true) => Self::assemble(body, stencils, Pairs::Double),
-            (Precision::Single, true) => Self::assemble(body, stencils, Pairs::Single),
-            (Precision::Double, false) => Self::assemble(body, stencils, Pairs::BareDouble),
-            (Precision::Single, false) => Self::assemble(body, stencils, Pairs::BareSingle),
-        }
-    }
-
-    fn assemble<L: Lanes>(
-        mut body: Body,
-        stencils: &Stencils<'_>,
-        wrap: fn(Table<L>) -> Pairs,
-    ) -> Result<Self, ElasticError> {
-        let mean = body.settings.dilatation == Dilatation::Mean;
-        let symmetric = body.controlled() || mean;
-        let mut rows = Rows::<L>::new(Graph::new(stencils, symmetric)?);
-        for node in 0..body.node_count() {
-            body.set_row(&mut rows, node, stencils)?;
-        }
-        if L::CONTROLLED {
-            for node in 0..body.node_count() {
-                rows.check_symmetry(node)?;
-            }
-        }
+        let (controlled, mean) = (
+            settings.zero_energy_control > 0.0,
+            settings.dilatation == Dilatation::Mean,
+        );
+        let pairs = Pairs::new(stencils, controlled || mean, controlled)?;
+        let mut model = Model::new(settings, pairs, rest, volumes, materials);
+        let mut changes = [Vec::new(), Vec::new()];
         if mean {
-            if let Some(material) = body
-                .materials
-                .iter()
-                .position(|m| matches!(m.law, Law::SaintVenantKirchhoff { .. }))
-            {
-                return Err(ElasticError::NoVolumetricPart { material });
-            }
-            let laws = body.prepared.iter_mut().map(Prepared::split_volumetric);
-            let laws = laws.collect();
-            body.dilatation = Some(MeanDilatation::new(laws, &body.volumes, &rows));
+            model.means = Some(means_of(&mut model)?);
+            changes = [vec![0.0; node_count], vec![0.0; node_count]];
         }
-        let blank = L::matrix(DMat3::ZERO, DMat3::ZERO);
-        let matrices = vec![blank; body.node_count()];
-        let pairs = wrap(Table { rows, matrices });
-        Ok(Self { body, pairs })
+        let state = State {
+            viscosity: Viscosity::new(&model.materials, node_count),
+            pressures: mean.then(|| Pressures::new(node_count)),
+            continuation: Continuation::default(),
+            bonds: Bonds::default(),
+            watches: vec![Watch::NOTHING; node_count.div_ceil(CHUNK)],
+        };
+        let scratch = Scratch {
+            moves: vec![[0.0; 3]; node_count],
+            partial: vec![0.0; node_count.div_ceil(CHUNK)],
+            changes,
+        };
+        let plain = stencils.multipliers.is_empty();
+        let tables = match (settings.precision, plain) {
+            (Precision::Double, false) => Tables::Double(table(&mut model, stencils)?),
+            (Precision::Single, false) => Tables::Single(table(&mut model, stencils)?),
+            (Precision::Double, true) => Tables::PlainDouble(table(&mut model, stencils)?),
+            (Precision::Single, true) => Tables::PlainSingle(table(&mut model, stencils)?),
+        };
+        Ok(Self {
+            model,
+            state,
+            scratch,
+            tables,
+        })
     }
 
     /// Gives every node a fiber direction of its own (unit vectors, rest state) in place of its
@@ -229,28 +152,27 @@ impl Elastic {
             let error = ElasticError::NotFinite { what, node };
             unit.push(direction.try_normalize().ok_or(error)?);
         }
-        self.body.fiber_directions = unit;
-        self.body.plain = false;
+        self.model.fiber_directions = unit;
         Ok(())
     }
 
     /// Number of nodes.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        self.body.node_count()
+        self.model.node_count()
     }
 
     /// Number of directed pairs.
     #[must_use]
     pub fn pair_count(&self) -> usize {
-        with_table!(&self.pairs, table => table.rows.pair_count())
+        self.model.pairs.pair_count()
     }
 
     /// Volumes `V_i` (m³) that carry strain energy: the given ones, 0 at nodes that
     /// [`Elastic::weaken`] took it from.
     #[must_use]
     pub fn elastic_volumes(&self) -> &[f64] {
-        &self.body.elastic_volumes
+        &self.model.elastic_volumes
     }
 
     /// Deformation gradients `F_i` of the last evaluation; the identity before the first.
@@ -258,9 +180,22 @@ impl Elastic {
     /// A node with a deficient row has unit vectors normal to the deformed span of its neighbours
     /// in place of the directions that its row cannot see. A weak node has the mean of those nodes that
     /// its bonds lead to and that are nearer to sound ones, the identity without any.
+    ///
+    /// They are stored by components; this copies them.
     #[must_use]
-    pub fn deformation_gradients(&self) -> &[DMat3] {
-        &self.body.deformation
+    pub fn deformation_gradients(&self) -> Vec<DMat3> {
+        with_table!(&self.tables, table => {
+            (0..self.node_count()).map(|node| table.gradient(node)).collect()
+        })
+    }
+
+    /// One of [`Elastic::deformation_gradients`].
+    ///
+    /// # Panics
+    /// If there is no such node.
+    #[must_use]
+    pub fn deformation_gradient(&self, node: usize) -> DMat3 {
+        with_table!(&self.tables, table => table.gradient(node))
     }
 
     /// Number of dimensions, 0 to 3, that the row of `node` sees.
@@ -269,7 +204,7 @@ impl Elastic {
     /// If there is no such node.
     #[must_use]
     pub fn rank(&self, node: usize) -> u8 {
-        self.body.ranks[node]
+        self.model.ranks[node]
     }
 
     /// Material of a node.
@@ -278,7 +213,7 @@ impl Elastic {
     /// If there is no such node.
     #[must_use]
     pub fn material(&self, node: usize) -> &Material {
-        self.body.material(node)
+        self.model.material(node)
     }
 
     /// First Piola–Kirchhoff stress `P_i` (Pa) at the state last evaluated, with fibers, viscous
@@ -288,16 +223,15 @@ impl Elastic {
     /// If there is no such node.
     #[must_use]
     pub fn first_piola_kirchhoff(&self, node: usize) -> DMat3 {
-        let f = self.body.deformation[node];
-        let (_, stress) = self.body.energy_and_stress(node, f);
-        match &self.body.dilatation {
-            None => stress,
-            Some(mean) => {
-                let volume = self.body.volumes[node];
-                let pressure = with_table!(&self.pairs, table =>
-                    mean.pressures[node] + mean.spread(&table.rows, node, &mean.pressures) / volume);
-                stress + crate::law::cofactor(f) * pressure
+        let f = self.deformation_gradient(node);
+        let (model, viscosity) = (&self.model, self.state.viscosity.as_ref());
+        let (_, stress) = model.energy_and_stress(viscosity, node, f);
+        match (&model.means, &self.state.pressures) {
+            (Some(means), Some(pressures)) => {
+                let pressure = means.pressure(model, node, &pressures.pressures);
+                stress + crate::law::cofactor(f) * (pressure / model.volumes[node])
             }
+            _ => stress,
         }
     }
 
@@ -307,7 +241,7 @@ impl Elastic {
     /// If there is no such node.
     #[must_use]
     pub fn cauchy_stress(&self, node: usize) -> DMat3 {
-        let f = self.body.deformation[node];
+        let f = self.deformation_gradient(node);
         self.first_piola_kirchhoff(node) * f.transpose() * f.determinant().recip()
     }
 
@@ -320,9 +254,7 @@ impl Elastic {
     /// # Panics
     /// If a node does not exist.
     pub fn set_held(&mut self, nodes: &[u32]) {
-        let n = self.node_count();
-        let still = with_table!(&self.pairs, table => Still::new(&table.rows, n, nodes));
-        self.body.still = still;
+        self.model.still = Still::new(&self.model.pairs, nodes);
     }
 
     /// Writes the forces `f = -dE/dx` (N) at `positions` (m) and returns the energy `E` (J).
@@ -341,8 +273,8 @@ impl Elastic {
         let n = self.node_count();
         assert_eq!(positions.len(), n, "one position per node");
         assert_eq!(forces.len(), n, "one force per node");
-        let body = &mut self.body;
-        with_table!(&mut self.pairs, table => evaluate::forces(body, table, positions, forces))
+        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        with_table!(&mut self.tables, table => forces::forces(parts, table, positions, forces))
     }
 
     /// Writes `K v` with `K = d²E/dx²` (N/m, symmetric) at the state last evaluated by
@@ -356,44 +288,45 @@ impl Elastic {
         let n = self.node_count();
         assert_eq!(vector.len(), n, "one vector per node");
         assert_eq!(product.len(), n, "one product per node");
-        let body = &mut self.body;
-        with_table!(&mut self.pairs, table => {
-            evaluate::tangent_product(body, table, vector, product);
+        let parts = (&self.model, &self.state, &mut self.scratch);
+        with_table!(&mut self.tables, table => {
+            tangent::product(parts, table, vector, product);
         });
+        self.state.bonds.add_product(vector, product);
     }
 
     /// Those of [`Elastic::bytes`] that [`Elastic::set_held`] takes.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
-        self.body.still.bytes()
+        self.model.still.bytes()
     }
 
     /// Heap bytes that the model holds.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        fn table_bytes<L: Lanes>(table: &Table<L>) -> usize {
-            table.rows.bytes() + table.matrices.capacity() * size_of::<L::Matrix>()
-        }
-        self.body.bytes() + with_table!(&self.pairs, table => table_bytes(table))
+        self.model.bytes()
+            + self.state.bytes()
+            + self.scratch.bytes()
+            + with_table!(&self.tables, table => table.bytes())
     }
 
     /// Those of them that cuts need: control of touched nodes, offsets, bonds; 0 before the first.
     #[must_use]
     pub fn cut_bytes(&self) -> usize {
-        self.body.cut_bytes()
+        self.state.cut_bytes() + self.model.control_scales.capacity() * size_of::<f64>()
     }
 
     /// Those of them that [`Elastic::watch_stiffness`] takes.
     #[must_use]
     pub fn watch_bytes(&self) -> usize {
-        self.body.watch_bytes()
+        self.model.watch_bytes()
     }
 
     /// Those of them that only viscous materials need; 0 without any.
     #[must_use]
     pub fn viscous_bytes(&self) -> usize {
-        let viscosity = self.body.viscosity.as_ref();
-        viscosity.map_or(0, crate::viscosity::Viscosity::bytes)
+        let viscosity = self.state.viscosity.as_ref();
+        viscosity.map_or(0, Viscosity::bytes)
     }
 
     /// Prepares the viscous part for a step of `time_step` (s) from the state of the last
@@ -401,11 +334,10 @@ impl Elastic {
     /// potential. Without a call the body answers with its long-term law. Does nothing for a body
     /// without viscous materials.
     pub fn begin_viscous_step(&mut self, time_step: f64) {
-        let body = &mut self.body;
-        if let Some(viscosity) = &mut body.viscosity {
-            let material_of = &body.material_of;
-            viscosity.begin_step(time_step, &body.materials, |node| {
-                material_of.get(node).map_or(0, |&m| m as usize)
+        let model = &self.model;
+        if let Some(viscosity) = &mut self.state.viscosity {
+            viscosity.begin_step(time_step, &model.materials, |node| {
+                model.material_index(node)
             });
         }
     }
@@ -415,25 +347,24 @@ impl Elastic {
     ///
     /// A node squeezed below a hundredth of its volume keeps the stress it had before.
     pub fn end_viscous_step(&mut self) {
-        let body = &mut self.body;
-        let Some(mut viscosity) = body.viscosity.take() else {
+        let (model, tables) = (&self.model, &self.tables);
+        let Some(viscosity) = &mut self.state.viscosity else {
             return;
         };
-        for node in 0..body.node_count() {
-            let f = body.deformation[node];
+        for node in 0..model.node_count() {
+            let f = with_table!(tables, table => table.gradient(node));
             if f.determinant() > 0.01 {
-                let (_, stress) = body.law(node).get().energy_and_stress(f);
-                viscosity.end_step(node, body.material_index(node), f.inverse() * stress);
+                let (_, stress) = model.settled_energy_and_stress(node, f);
+                viscosity.end_step(node, model.material_index(node), f.inverse() * stress);
             }
         }
-        body.viscosity = Some(viscosity);
     }
 
     /// Viscous state for a checkpoint: per node the last second Piola–Kirchhoff stress and one
     /// overstress per Prony term (Pa; xx, yy, zz, xy, yz, zx). Empty without viscous materials.
     #[must_use]
     pub fn viscous_history(&self) -> &[[f64; 6]] {
-        self.body.viscosity.as_ref().map_or(&[], |v| v.history())
+        self.state.viscosity.as_ref().map_or(&[], |v| v.history())
     }
 
     /// Restores what [`Elastic::viscous_history`] gave.
@@ -441,58 +372,40 @@ impl Elastic {
     /// # Panics
     /// If it comes from a model of another size.
     pub fn set_viscous_history(&mut self, history: &[[f64; 6]]) {
-        match &mut self.body.viscosity {
+        match &mut self.state.viscosity {
             Some(viscosity) => viscosity.set_history(history),
             None => assert!(history.is_empty(), "this body has no viscous materials"),
         }
     }
 }
 
-impl Stencils<'_> {
-    pub(crate) fn check_lengths(&self, node_count: usize, controlled: bool) {
-        let pairs = self.indices.len();
-        assert_eq!(self.offsets.len(), node_count + 1, "offsets: nodes + 1");
-        assert_eq!(self.self_gradients.len(), node_count, "one g_ii per node");
-        assert_eq!(self.gradients.len(), pairs, "one g_ij per pair");
-        assert!(
-            self.weights.len() == pairs || (self.weights.is_empty() && !controlled),
-            "one weight per pair; none only without zero-energy control"
-        );
-        assert!(
-            self.offsets.windows(2).all(|o| o[0] <= o[1])
-                && self.offsets[0] == 0
-                && self.offsets[node_count] as usize == pairs,
-            "offsets must rise from 0 to the number of pairs"
-        );
+/// Takes the volumetric parts of the laws out.
+fn means_of(model: &mut Model) -> Result<Means, ElasticError> {
+    let green = |m: &Material| matches!(m.law, Law::SaintVenantKirchhoff { .. });
+    if let Some(material) = model.materials.iter().position(green) {
+        return Err(ElasticError::NoVolumetricPart { material });
     }
+    let laws = model.prepared.iter_mut().map(Prepared::split_volumetric);
+    let laws = laws.collect();
+    Ok(Means::new(laws, &model.volumes, &model.pairs))
 }
 
-fn checked_materials(
-    materials: &Materials<'_>,
-    node_count: usize,
-) -> Result<(Vec<Material>, Vec<u32>), ElasticError> {
-    let (list, of_node) = match materials {
-        Materials::Uniform(material) => (vec![*material], Vec::new()),
-        Materials::PerNode { list, of_node } => {
-            assert_eq!(of_node.len(), node_count, "one material index per node");
-            let count = list.len();
-            for (node, &material) in of_node.iter().enumerate() {
-                let material = material as usize;
-                if material >= count {
-                    return Err(ElasticError::UnknownMaterial {
-                        node,
-                        material,
-                        count,
-                    });
-                }
-            }
-            (list.to_vec(), of_node.to_vec())
-        }
-    };
-    for (index, material) in list.iter().enumerate() {
-        material.validate(index)?;
+/// Reads all rows.
+fn table<S: Storage, const L: usize, const R: usize>(
+    model: &mut Model,
+    stencils: &Stencils<'_>,
+) -> Result<Table<S, L, R>, ElasticError> {
+    let mut fixed = Fixed::new(&model.rest, stencils.multipliers, model.controlled());
+    let n = model.node_count();
+    for node in 0..n {
+        update::set_row(model, &mut fixed, node, stencils)?;
     }
-    Ok((list, of_node))
+    if model.controlled() {
+        for node in 0..n {
+            fixed.set_drag(&model.pairs, node);
+        }
+    }
+    Ok(Table::new(fixed, n))
 }
 
 #[cfg(test)]

@@ -7,11 +7,12 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::body::Body;
-use crate::kernel::Lanes;
-use crate::law::double_dot;
+use crate::fixed::Fixed;
+use crate::lanes::Block;
+use crate::law::{double_dot, outer};
 use crate::model::{Elastic, with_table};
-use crate::rows::Rows;
+use crate::nodes::Model;
+use crate::storage::Storage;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
 /// modulus, and what dropping it adds to the energy is booked like the decay.
@@ -38,20 +39,24 @@ pub(crate) struct Continuation {
 }
 
 impl Continuation {
-    /// `V P : D / 2` of a node, from the transpose of `-V P`: what the virtual work of the stresses
-    /// with all of `F` counts too much.
-    #[inline(always)]
+    /// `V P : D / 2` of a node, from `V P`: what the virtual work of the stresses with all of `F`
+    /// counts too much.
     pub(crate) fn excess(&self, node: usize, stress: DMat3) -> f64 {
-        match self.of_node.get(node) {
-            None => 0.0,
-            Some(offset) => -0.5 * double_dot(stress, offset.transpose()),
-        }
+        0.5 * double_dot(stress, self.of(node))
     }
 
-    /// The transpose of a node's offset.
-    #[inline(always)]
-    pub(crate) fn transposed(&self, node: usize) -> Option<DMat3> {
-        self.of_node.get(node).map(DMat3::transpose)
+    /// A node's offset.
+    pub(crate) fn of(&self, node: usize) -> DMat3 {
+        self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
+    }
+
+    /// Adds the offsets of `count` nodes from `first` on to a block's deformation gradients.
+    pub(crate) fn add_to<const L: usize>(&self, first: usize, count: usize, block: &mut Block<L>) {
+        for (lane, offset) in self.of_node[first..first + count].iter().enumerate() {
+            if *offset != DMat3::ZERO {
+                block.add_gradient(lane, *offset);
+            }
+        }
     }
 
     fn set(&mut self, node_count: usize, node: u32, offset: DMat3) {
@@ -82,18 +87,17 @@ impl Elastic {
     pub fn continue_deformation(&mut self, nodes: &[u32], before: &[DMat3], positions: &[DVec3]) {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let body = &mut self.body;
-        let n = body.node_count();
-        with_table!(&self.pairs, table => {
+        let (model, continuation) = (&self.model, &mut self.state.continuation);
+        with_table!(&self.tables, table => {
             for (&node, &before) in nodes.iter().zip(before) {
                 let at = node as usize;
-                let full = body.ranks[at] == 3 && body.elastic_volumes[at] > 0.0;
+                let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
                 let offset = if full {
-                    before - gradient_at(body, &table.rows, at, positions)
+                    before - gradient_at(model, &table.fixed, at, positions)
                 } else {
                     DMat3::ZERO
                 };
-                body.continuation.set(n, node, offset);
+                continuation.set(model.node_count(), node, offset);
             }
         });
     }
@@ -102,14 +106,14 @@ impl Elastic {
     /// this does, with the stresses last evaluated: positive if it adds energy. The second half is
     /// that of [`Elastic::offset_work`] after the next evaluation.
     pub fn decay_offsets(&mut self, factor: f64) -> f64 {
-        let nodes = std::mem::take(&mut self.body.continuation.nodes);
-        let mut decayed = std::mem::take(&mut self.body.continuation.decayed);
+        let nodes = std::mem::take(&mut self.state.continuation.nodes);
+        let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
         decayed.clear();
         let mut work = 0.0;
         let mut left = Vec::with_capacity(nodes.len());
         for node in nodes {
             let at = node as usize;
-            let offset = self.body.continuation.of_node[at];
+            let offset = self.state.continuation.of_node[at];
             let mut next = offset * factor;
             let size = next
                 .to_cols_array()
@@ -122,41 +126,41 @@ impl Elastic {
             }
             work += self.half_work(at, next - offset);
             decayed.push((node, next - offset));
-            self.body.continuation.of_node[at] = next;
+            self.state.continuation.of_node[at] = next;
         }
-        self.body.continuation.nodes = left;
-        self.body.continuation.decayed = decayed;
+        self.state.continuation.nodes = left;
+        self.state.continuation.decayed = decayed;
         work
     }
 
     /// The second half of the work (J) of the last [`Elastic::decay_offsets`], with the stresses last
     /// evaluated; to be asked for once.
     pub fn offset_work(&mut self) -> f64 {
-        let mut decayed = std::mem::take(&mut self.body.continuation.decayed);
+        let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
         let halves = decayed.iter();
         let work = halves
             .map(|&(node, change)| self.half_work(node as usize, change))
             .sum();
         decayed.clear();
-        self.body.continuation.decayed = decayed;
+        self.state.continuation.decayed = decayed;
         work
     }
 
     fn half_work(&self, node: usize, change: DMat3) -> f64 {
-        let volume = self.body.elastic_volumes[node];
+        let volume = self.model.elastic_volumes[node];
         0.5 * volume * double_dot(self.first_piola_kirchhoff(node), change)
     }
 
     /// Whether any node has an offset.
     #[must_use]
     pub fn has_offsets(&self) -> bool {
-        !self.body.continuation.nodes.is_empty()
+        !self.state.continuation.nodes.is_empty()
     }
 
     /// The offsets, for a checkpoint.
     #[must_use]
     pub fn offsets(&self) -> Offsets {
-        let continuation = &self.body.continuation;
+        let continuation = &self.state.continuation;
         let value = |&node: &u32| continuation.of_node[node as usize].to_cols_array();
         Offsets {
             nodes: continuation.nodes.clone(),
@@ -170,24 +174,25 @@ impl Elastic {
     /// If a node does not exist.
     pub fn set_offsets(&mut self, offsets: &Offsets) {
         let n = self.node_count();
-        self.body.continuation = Continuation::default();
+        self.state.continuation = Continuation::default();
         for (&node, value) in offsets.nodes.iter().zip(&offsets.values) {
-            let continuation = &mut self.body.continuation;
+            let continuation = &mut self.state.continuation;
             continuation.set(n, node, DMat3::from_cols_array(value));
         }
     }
 }
 
 /// `I + sum_j u_ij ⊗ g_ij` of a node with a full row, without its offset.
-fn gradient_at<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize, positions: &[DVec3]) -> DMat3 {
-    let displacement = |i: usize| positions[i] - body.rest[i];
+fn gradient_at<S: Storage, const L: usize>(
+    model: &Model,
+    fixed: &Fixed<S, L>,
+    node: usize,
+    positions: &[DVec3],
+) -> DMat3 {
+    let displacement = |i: usize| positions[i] - model.rest[i];
     let own = displacement(node);
-    let row = rows.row(node);
-    let mut f = DMat3::IDENTITY;
-    for (&j, pair) in row.indices.iter().zip(row.pairs) {
-        let u = displacement(j as usize) - own;
-        let g = L::gradient(pair);
-        f += DMat3::from_cols(u * g.x, u * g.y, u * g.z);
-    }
-    f
+    let row = fixed.row(node, model.pairs.row(node));
+    row.fold(DMat3::IDENTITY, |f, (j, _, _, g)| {
+        f + outer(displacement(j as usize) - own, g)
+    })
 }

@@ -3,10 +3,9 @@
 use glam::DVec3;
 
 use crate::bond::PartBond;
-use crate::evaluate;
-use crate::kernel::Lanes;
 use crate::model::{Elastic, with_table};
-use crate::rows::Rows;
+use crate::pairs::{Pair, Pairs};
+use crate::tangent;
 
 /// Nodes that may move while all others are held; made by [`Elastic::part`].
 #[derive(Debug, Clone)]
@@ -28,7 +27,7 @@ impl Part {
         &self.nodes
     }
 
-    fn new<L: Lanes>(rows: &Rows<L>, nodes: &[u32]) -> Self {
+    fn new(pairs: &Pairs, nodes: &[u32]) -> Self {
         let sorted = |mut nodes: Vec<u32>| {
             nodes.sort_unstable();
             nodes.dedup();
@@ -39,8 +38,9 @@ impl Part {
             let more = nodes.iter().flat_map(|&node| others(node as usize));
             sorted(nodes.iter().copied().chain(more).collect())
         };
-        let reading = with(&nodes, &|node| rows.incoming(node).indices.to_vec());
-        let seen = with(&reading, &|node| rows.row(node).indices.to_vec());
+        let ends = |row: &[Pair]| row.iter().map(|pair| pair.to).collect();
+        let reading = with(&nodes, &|node| ends(pairs.incoming(node)));
+        let seen = with(&reading, &|node| ends(pairs.row(node)));
         Self {
             nodes,
             rows: reading,
@@ -57,8 +57,7 @@ impl Elastic {
     /// If a node does not exist.
     #[must_use]
     pub fn part(&self, nodes: &[u32]) -> Part {
-        let part = with_table!(&self.pairs, table => Part::new(&table.rows, nodes));
-        part.with_bonds(&self.body)
+        Part::new(&self.model.pairs, nodes).with_bonds(&self.state)
     }
 
     /// Writes the part's rows of `K v`, see [`Elastic::tangent_product_into`], with `v` zero outside of
@@ -71,11 +70,11 @@ impl Elastic {
     pub fn tangent_product_within(&mut self, part: &Part, vector: &[DVec3], product: &mut [DVec3]) {
         assert_eq!(vector.len(), part.nodes.len(), "one vector per node");
         assert_eq!(product.len(), part.nodes.len(), "one product per node");
-        let body = &mut self.body;
-        with_table!(&mut self.pairs, table => {
-            evaluate::tangent_product_within(body, table, part, vector, product);
+        let parts = (&self.model, &self.state, &mut self.scratch);
+        with_table!(&mut self.tables, table => {
+            tangent::product_within(parts, table, part, vector, product);
         });
-        self.body
+        self.state
             .bonds
             .add_product_within(&part.bonds, vector, product);
     }

@@ -1,7 +1,6 @@
 //! Nodes of which nothing needs to be computed, because nothing near them can move.
 
-use crate::kernel::Lanes;
-use crate::rows::Rows;
+use crate::pairs::{Pair, Pairs};
 
 /// What is left to compute for each node; empty where nothing is held.
 #[derive(Debug, Clone, Default)]
@@ -18,27 +17,30 @@ enum Rest {
 }
 
 impl Still {
-    pub(crate) fn new<L: Lanes>(rows: &Rows<L>, node_count: usize, held: &[u32]) -> Self {
+    pub(crate) fn new(pairs: &Pairs, held: &[u32]) -> Self {
         if held.is_empty() {
             return Self::default();
         }
+        let node_count = pairs.node_count();
         let mut still = vec![Rest::Moving; node_count];
         for &node in held {
             still[node as usize] = Rest::Unstrained;
         }
         // Twice inwards from what moves: once along rows, once against them.
-        let inner = |seen: &[Rest], node: usize, others: &[u32]| {
-            let all = others.iter().all(|&j| seen[j as usize] > Rest::Moving);
+        let inner = |seen: &[Rest], node: usize, others: &[Pair]| {
+            let all = others
+                .iter()
+                .all(|pair| seen[pair.to as usize] > Rest::Moving);
             seen[node] > Rest::Moving && all
         };
         let unstrained: Vec<Rest> = (0..node_count)
-            .map(|node| match inner(&still, node, rows.row(node).indices) {
+            .map(|node| match inner(&still, node, pairs.row(node)) {
                 true => Rest::Unstrained,
                 false => Rest::Moving,
             })
             .collect();
         for (node, rest) in still.iter_mut().enumerate() {
-            let inner = inner(&unstrained, node, rows.incoming(node).indices);
+            let inner = inner(&unstrained, node, pairs.incoming(node));
             *rest = if inner {
                 Rest::Unloaded
             } else {

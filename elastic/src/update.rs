@@ -1,7 +1,14 @@
 //! What changes when a cut passes: rows, and the control of their nodes.
 
+use glam::{DMat3, DVec3};
+
+use crate::completion::{RowKind, row_kind};
 use crate::error::ElasticError;
-use crate::model::{Elastic, Stencils, with_table};
+use crate::fixed::{Fixed, Moments};
+use crate::input::Stencils;
+use crate::model::{Elastic, with_table};
+use crate::nodes::Model;
+use crate::storage::Storage;
 
 impl Elastic {
     /// Takes over the rows of `touched` nodes from rebuilt stencils.
@@ -26,23 +33,21 @@ impl Elastic {
         touched: &[u32],
         stencils: &Stencils<'_>,
     ) -> Result<(), ElasticError> {
-        let body = &mut self.body;
-        stencils.check_lengths(body.node_count(), body.controlled());
-        let controlled = body.controlled();
-        with_table!(&mut self.pairs, table => {
-            assert_eq!(
-                stencils.indices.len(),
-                table.rows.pair_count(),
-                "the graph is that of the start; severed pairs get zeros"
-            );
-            for &node in touched {
-                body.set_row(&mut table.rows, node as usize, stencils)?;
-            }
-            if controlled {
-                for &node in touched {
-                    table.rows.check_symmetry(node as usize)?;
-                }
-            }
+        let model = &mut self.model;
+        stencils.check_lengths(model.node_count());
+        assert_eq!(
+            stencils.indices.len(),
+            model.pairs.pair_count(),
+            "the graph is that of the start; severed pairs get zeros"
+        );
+        for &node in touched {
+            model.pairs.set_row(node as usize, stencils)?;
+        }
+        for &node in touched {
+            model.pairs.check_symmetry(node as usize)?;
+        }
+        with_table!(&mut self.tables, table => {
+            take_rows(model, &mut table.fixed, touched, stencils)?;
         });
         self.refresh_squares(touched.iter().map(|&node| node as usize));
         Ok(())
@@ -55,6 +60,151 @@ impl Elastic {
     /// # Panics
     /// If a node does not exist.
     pub fn scale_control(&mut self, nodes: &[u32], factor: f64) {
-        self.body.scale_control(nodes, factor);
+        let model = &mut self.model;
+        model.control_scales.resize(model.node_count(), 1.0);
+        for &node in nodes {
+            model.control_scales[node as usize] = factor;
+        }
+        let nodes: Vec<usize> = nodes.iter().map(|&node| node as usize).collect();
+        with_table!(&mut self.tables, table => {
+            refresh_control(model, &mut table.fixed, &nodes);
+        });
     }
+}
+
+/// Recomputes `c_i` after volumes or scales of some nodes changed, and what their neighbours sum of it.
+pub(crate) fn refresh_control<S: Storage, const L: usize>(
+    model: &Model,
+    fixed: &mut Fixed<S, L>,
+    nodes: &[usize],
+) {
+    if model.controlled() {
+        for &node in nodes {
+            let spread = fixed.moments(node, model.pairs.row(node)).spread();
+            set_control(model, fixed, node, spread);
+        }
+        set_drags(model, fixed, nodes.iter().copied());
+    }
+}
+
+/// Takes the rows of `touched` nodes, whose weights are taken already, and what follows from them.
+fn take_rows<S: Storage, const L: usize>(
+    model: &mut Model,
+    fixed: &mut Fixed<S, L>,
+    touched: &[u32],
+    stencils: &Stencils<'_>,
+) -> Result<(), ElasticError> {
+    assert_eq!(
+        Fixed::<S, L>::CORRECTED,
+        !stencils.multipliers.is_empty(),
+        "multipliers as at the start"
+    );
+    if fixed.outgrown(touched, stencils.multipliers) {
+        for node in 0..model.node_count() {
+            set_row(model, fixed, node, stencils)?;
+        }
+    } else {
+        for &node in touched {
+            fixed.set_multiplier(node as usize, stencils.multipliers);
+        }
+        for &node in touched {
+            set_row(model, fixed, node as usize, stencils)?;
+        }
+    }
+    set_drags(model, fixed, touched.iter().map(|&node| node as usize));
+    Ok(())
+}
+
+/// Reads a row of the stencils, but for its weights, and everything that follows from it but drags.
+pub(crate) fn set_row<S: Storage, const L: usize>(
+    model: &mut Model,
+    fixed: &mut Fixed<S, L>,
+    node: usize,
+    stencils: &Stencils<'_>,
+) -> Result<(), ElasticError> {
+    let not_finite = |what| ElasticError::NotFinite { what, node };
+    let matrix = stencils.matrices[node];
+    if !matrix.is_finite() {
+        return Err(not_finite("matrix"));
+    }
+    let scale = stencils.scales.get(node).copied().unwrap_or(0.0);
+    if !scale.is_finite() {
+        return Err(not_finite("scale"));
+    }
+    let row = model.pairs.row(node);
+    let given = Moments::given(node, row, &model.rest, stencils.multipliers);
+    let kind = row_kind(given.consistency(matrix, scale));
+    let span = match &kind {
+        RowKind::Inconsistent(residual) => {
+            let residual = *residual;
+            return Err(ElasticError::InconsistentRow { node, residual });
+        }
+        RowKind::Deficient(span) => Some(span),
+        RowKind::Full => None,
+    };
+    let moments = fixed.moments(node, row);
+    let inverse = inverse_moment(moments.moment).filter(|_| span.is_none());
+    fixed.set_row(node, stencils, &moments, inverse, span);
+    model.set_span(node, span);
+    // Without a full row the leftover e_ij is not blind to rotations; the node is then held by the
+    // control of its neighbours.
+    let spread = if inverse.is_some() {
+        moments.spread()
+    } else {
+        f64::INFINITY
+    };
+    set_control(model, fixed, node, spread);
+    Ok(())
+}
+
+/// `c_i = alpha mu V_i / sum_j w_ij |X_ij|²`; none for a node whose row is not full.
+fn set_control<S: Storage, const L: usize>(
+    model: &Model,
+    fixed: &mut Fixed<S, L>,
+    node: usize,
+    spread: f64,
+) {
+    if model.controlled() {
+        let factor = model.control_scales.get(node).copied().unwrap_or(1.0);
+        let alpha = model.settings.zero_energy_control * factor;
+        let stiffness = alpha * model.material(node).lame_mu() * model.elastic_volumes[node];
+        let full = model.ranks[node] == 3 && spread > 0.0;
+        fixed.set_control(node, if full { stiffness / spread } else { 0.0 });
+    }
+}
+
+/// Sums the control of neighbours again, where it changed.
+fn set_drags<S: Storage, const L: usize>(
+    model: &Model,
+    fixed: &mut Fixed<S, L>,
+    touched: impl Iterator<Item = usize>,
+) {
+    if !model.controlled() {
+        return;
+    }
+    for node in touched {
+        fixed.set_drag(&model.pairs, node);
+        for pair in model.pairs.row(node) {
+            fixed.set_drag(&model.pairs, pair.to as usize);
+        }
+    }
+}
+
+/// `A⁻¹` (xx, yy, zz, yz, zx, xy); `None` unless `A` is safely positive definite.
+fn inverse_moment(a: DMat3) -> Option<[f64; 6]> {
+    let floor = 1e-12 * (a.x_axis.x + a.y_axis.y + a.z_axis.z);
+    let root = |pivot: f64| (pivot > floor && pivot > 0.0).then(|| pivot.sqrt());
+    let l00 = root(a.x_axis.x)?;
+    let (l10, l20) = (a.x_axis.y / l00, a.x_axis.z / l00);
+    let l11 = root(a.y_axis.y - l10 * l10)?;
+    let l21 = (a.y_axis.z - l20 * l10) / l11;
+    let l22 = root(a.z_axis.z - l20 * l20 - l21 * l21)?;
+    let l = DMat3::from_cols(
+        DVec3::new(l00, l10, l20),
+        DVec3::new(0.0, l11, l21),
+        DVec3::new(0.0, 0.0, l22),
+    );
+    // The columns of L⁻¹ are the directions in which A is one.
+    let [x, y, z] = l.inverse().to_cols_array_2d().map(DVec3::from_array);
+    Some([x.dot(x), y.dot(y), z.dot(z), y.dot(z), z.dot(x), x.dot(y)])
 }

@@ -8,11 +8,11 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::body::Body;
-use crate::kernel::Lanes;
+use crate::fixed::Fixed;
 use crate::law::cofactor;
 use crate::model::{Elastic, with_table};
-use crate::rows::Rows;
+use crate::nodes::Model;
+use crate::storage::Storage;
 
 /// What the last evaluation saw, over a chunk of nodes or all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,19 +61,19 @@ impl Elastic {
             masses.is_empty() || masses.len() == n,
             "one mass per node, or none"
         );
-        self.body.inverse_masses = masses.iter().map(|m| m.recip()).collect();
-        self.body.gradient_squares = vec![0.0; masses.len()];
+        self.model.inverse_masses = masses.iter().map(|m| m.recip()).collect();
+        self.model.gradient_squares = vec![0.0; masses.len()];
         let all: Vec<usize> = (0..masses.len()).collect();
         self.refresh_squares(all.into_iter());
     }
 
     pub(crate) fn refresh_squares(&mut self, nodes: impl Iterator<Item = usize>) {
-        if self.body.inverse_masses.is_empty() {
+        let model = &mut self.model;
+        if model.inverse_masses.is_empty() {
             return;
         }
-        let body = &mut self.body;
-        with_table!(&self.pairs, table => for node in nodes {
-            body.gradient_squares[node] = gradient_square(body, &table.rows, node);
+        with_table!(&self.tables, table => for node in nodes {
+            model.gradient_squares[node] = gradient_square(model, &table.fixed, node);
         });
     }
 
@@ -94,7 +94,7 @@ impl Elastic {
     }
 
     fn watched(&self) -> Watch {
-        let chunks = self.body.watches.iter();
+        let chunks = self.state.watches.iter();
         chunks.fold(Watch::NOTHING, |worst, chunk| worst.and(*chunk))
     }
 
@@ -102,12 +102,13 @@ impl Elastic {
     /// ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
     #[must_use]
     pub fn stiffest_nodes(&self, count: usize) -> Vec<StiffNode> {
-        let body = &self.body;
-        let squares = body.gradient_squares.iter().enumerate();
+        let model = &self.model;
+        let squares = model.gradient_squares.iter().enumerate();
         let mut nodes: Vec<(f64, usize)> = squares
             .map(|(node, square)| {
-                let bound = body.law_shared(node).tangent_bound(body.deformation[node]);
-                (body.elastic_volumes[node] * bound * square, node)
+                let f = self.deformation_gradient(node);
+                let bound = model.law_shared(node).tangent_bound(f);
+                (model.elastic_volumes[node] * bound * square, node)
             })
             .collect();
         let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
@@ -120,7 +121,7 @@ impl Elastic {
         let stiff = nodes.into_iter().map(|(indicator, node)| StiffNode {
             node: u32::try_from(node).unwrap_or(u32::MAX),
             indicator,
-            direction: stiffest_direction(body.deformation[node]),
+            direction: stiffest_direction(self.deformation_gradient(node)),
         });
         stiff.collect()
     }
@@ -128,23 +129,27 @@ impl Elastic {
 
 /// `r_i` of a node at `f`, 0 where nobody watches.
 #[inline(always)]
-pub(crate) fn indicator(body: &Body, node: usize, f: DMat3) -> f64 {
-    match body.gradient_squares.get(node) {
+pub(crate) fn indicator(model: &Model, node: usize, f: DMat3) -> f64 {
+    match model.gradient_squares.get(node) {
         None => 0.0,
         Some(square) => {
-            body.elastic_volumes[node] * square * body.law_shared(node).tangent_bound(f)
+            model.elastic_volumes[node] * square * model.law_shared(node).tangent_bound(f)
         }
     }
 }
 
-fn gradient_square<L: Lanes>(body: &Body, rows: &Rows<L>, node: usize) -> f64 {
-    let inverse = |node: usize| body.inverse_masses[node];
-    let row = rows.row(node);
-    let own = body.self_gradients[node].length_squared() * inverse(node);
-    let terms = row.indices.iter().zip(row.pairs);
-    terms.fold(own, |sum, (&j, pair)| {
-        sum + L::gradient(pair).length_squared() * inverse(j as usize)
-    })
+/// `sum_j |g_ij|²/m_j`, `j = i` included.
+fn gradient_square<S: Storage, const L: usize>(
+    model: &Model,
+    fixed: &Fixed<S, L>,
+    node: usize,
+) -> f64 {
+    let (mut own, mut sum) = (DVec3::ZERO, 0.0);
+    for (j, _, _, g) in fixed.row(node, model.pairs.row(node)) {
+        own -= g;
+        sum += g.length_squared() * model.inverse_masses[j as usize];
+    }
+    sum + own.length_squared() * model.inverse_masses[node]
 }
 
 fn stiffest_direction(f: DMat3) -> DVec3 {

@@ -24,8 +24,8 @@ use glam::{DMat3, DVec3};
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
 use crate::stencil::{
-    Row, StencilMemory, StencilRank, allocated, build_rows, invert_moment, moment, take_factors,
-    validate,
+    Row, StencilMemory, StencilRank, allocated, build_rows, invert_moment, moment, rounded,
+    take_factors, validate,
 };
 use crate::symmetric::outer;
 pub use stroke::{StrokeReport, normal_projector};
@@ -77,6 +77,7 @@ pub struct SolveReport {
 /// Conservative and consistent gradient stencils at the nodes of a symmetric neighbourhood.
 ///
 /// The gradient of a nodal field is `∇u_i = Σ_j (u_j − u_i) ⊗ g_ij = u_i ⊗ g_ii + Σ_j u_j ⊗ g_ij`.
+/// In factored form, with one number per pair, `g_ij = w_ij [B_i X_ij + s_i (μ_j − μ_i)]`.
 /// Arrays on pairs follow the pairs of the [`Neighborhoods`] that built them. They are read freely;
 /// changing them by hand breaks what [`ConservativeStencils::update_rows`] relies on.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,10 +86,14 @@ pub struct ConservativeStencils {
     pub pair_gradients: Vec<DVec3>,
     /// `g_ii = −Σ_j g_ij` (1/m), shape `(n)`.
     pub self_gradients: Vec<DVec3>,
-    /// Current weights `w_ij = f_ij · w0_ij`, shape `(pairs)`.
+    /// Current weights `w_ij = f_ij · w0_ij`, to the digits of an f32, shape `(pairs)`.
     pub weights: Vec<f64>,
     /// `A_i⁻¹`, truncated where the rank is below 3, shape `(n)`.
     pub moment_inverses: Vec<DMat3>,
+    /// `B_i = A_i⁻¹ − s_i H_i` of the factored form, shape `(n)`.
+    pub matrices: Vec<DMat3>,
+    /// `s_i`: the volume `V_i` on rows of rank 3, 0 on others, shape `(n)`.
+    pub scales: Vec<f64>,
     /// Rank, condition and axis of every node, shape `(n)`.
     pub ranks: Vec<StencilRank>,
     /// `μ_i` (1/m⁴ times the unit of 1/w), shape `(n)`.
@@ -148,6 +153,7 @@ impl ConservativeStencils {
             "one boundary vector per node"
         );
         assert_eq!(weights.len(), pairs, "one weight per pair");
+        let weights: Vec<f64> = weights.into_iter().map(rounded).collect();
         validate(positions, &weights)?;
         validate_nodes(volumes, boundary_vectors)?;
         let mut stencils = Self {
@@ -156,6 +162,8 @@ impl ConservativeStencils {
             base_weights: weights.clone(),
             weights,
             moment_inverses: vec![DMat3::ZERO; count],
+            matrices: vec![DMat3::ZERO; count],
+            scales: vec![0.0; count],
             ranks: vec![NO_RANK; count],
             multipliers: vec![DVec3::ZERO; count],
             boundary_vectors: boundary_vectors.to_vec(),
@@ -183,20 +191,22 @@ impl ConservativeStencils {
         &self.reverse
     }
 
-    /// Memory held: 24 + 72 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair. The set-up
+    /// Memory held: 24 + 72 + 72 + 8 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair. The set-up
     /// solve needs about 700 bytes per node and 8 per pair more while it runs.
     #[must_use]
     pub fn memory_bytes(&self) -> StencilMemory {
         StencilMemory {
             per_node: 3 * size_of::<DVec3>()
-                + size_of::<DMat3>()
+                + 2 * size_of::<DMat3>()
                 + size_of::<StencilRank>()
-                + size_of::<f64>(),
+                + 2 * size_of::<f64>(),
             per_pair: size_of::<DVec3>() + 2 * size_of::<f64>() + size_of::<u32>(),
             total: allocated(&self.pair_gradients)
                 + allocated(&self.self_gradients)
                 + allocated(&self.weights)
                 + allocated(&self.moment_inverses)
+                + allocated(&self.matrices)
+                + allocated(&self.scales)
                 + allocated(&self.ranks)
                 + allocated(&self.multipliers)
                 + allocated(&self.boundary_vectors)
@@ -269,6 +279,12 @@ impl ConservativeStencils {
     /// Writes one row's node data.
     fn store(&mut self, node: usize, row: Row) {
         self.moment_inverses[node] = row.moment_inverse;
+        self.matrices[node] = row.matrix;
+        self.scales[node] = if row.rank.rank == 3 {
+            self.volumes[node]
+        } else {
+            0.0
+        };
         self.ranks[node] = row.rank;
         self.self_gradients[node] = row.self_gradient;
     }
@@ -304,8 +320,8 @@ impl ConservativeStencils {
             let quality = (inverses[node], ranks[node]);
             frame.fill(node, weights, volumes[node], multipliers, quality, out)
         });
-        for (own, row) in self.self_gradients.iter_mut().zip(built.iter().flatten()) {
-            *own = row.self_gradient;
+        for (node, row) in built.into_iter().flatten().enumerate() {
+            self.store(node, row);
         }
     }
 }
@@ -370,8 +386,14 @@ impl RowFrame<'_> {
             *g = value;
             self_gradient -= value;
         }
+        let matrix = if corrected {
+            moment_inverse - h * volume
+        } else {
+            moment_inverse
+        };
         Row {
             moment_inverse,
+            matrix,
             rank,
             self_gradient,
         }

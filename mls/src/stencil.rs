@@ -35,9 +35,10 @@ pub struct GradientStencils {
     pub pair_gradients: Vec<DVec3>,
     /// `g_ii = −Σ_j g_ij` (1/m), shape `(n)`.
     pub self_gradients: Vec<DVec3>,
-    /// Current weights `w_ij = f_ij · w0_ij`, shape `(pairs)`.
+    /// Current weights `w_ij = f_ij · w0_ij`, to the digits of an f32, shape `(pairs)`.
     pub weights: Vec<f64>,
-    /// `A_i⁻¹`, truncated where the rank is below 3, shape `(n)`.
+    /// `A_i⁻¹`, truncated where the rank is below 3, shape `(n)`: with the weights the factored form
+    /// `g_ij = w_ij A_i⁻¹ X_ij`.
     pub moment_inverses: Vec<DMat3>,
     /// Rank, condition and axis of every node, shape `(n)`.
     pub ranks: Vec<StencilRank>,
@@ -64,6 +65,8 @@ pub(crate) fn allocated<T>(values: &Vec<T>) -> usize {
 /// One row before it is stored.
 pub(crate) struct Row {
     pub(crate) moment_inverse: DMat3,
+    /// `B` of the factored form.
+    pub(crate) matrix: DMat3,
     pub(crate) rank: StencilRank,
     pub(crate) self_gradient: DVec3,
 }
@@ -98,6 +101,7 @@ impl GradientStencils {
             neighborhoods.pair_count(),
             "one weight per pair"
         );
+        let weights: Vec<f64> = weights.into_iter().map(rounded).collect();
         validate(positions, &weights)?;
         let mut pair_gradients = vec![DVec3::ZERO; weights.len()];
         let rows = build_rows(neighborhoods, &mut pair_gradients, |node, out| {
@@ -243,7 +247,17 @@ pub(crate) fn moment(
     moment
 }
 
-/// `w = f · w0` on some pairs.
+/// A weight to the digits of an f32, in which whoever takes the factored form over may keep it: what is
+/// solved for and inverted then belongs to the very weights that are used.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "rounding to f32 is the purpose"
+)]
+pub(crate) fn rounded(weight: f64) -> f64 {
+    (weight as f32).into()
+}
+
+/// `w = f · w0`, rounded, on some pairs.
 pub(crate) fn take_factors(
     weights: &mut [f64],
     base: &[f64],
@@ -251,7 +265,7 @@ pub(crate) fn take_factors(
     pairs: Range<usize>,
 ) -> Result<(), StencilError> {
     for pair in pairs {
-        let value = factor(pair) * base[pair];
+        let value = rounded(factor(pair) * base[pair]);
         if !(value >= 0.0 && value.is_finite()) {
             return Err(StencilError::Weight { pair, value });
         }
@@ -280,6 +294,7 @@ fn build_row(
     }
     Row {
         moment_inverse,
+        matrix: moment_inverse,
         rank,
         self_gradient,
     }

@@ -53,9 +53,10 @@ pub(crate) fn on_graph(
     let stencils = Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),
-        gradients: &rows.pair_gradients,
-        self_gradients: &rows.self_gradients,
         weights: &rows.weights,
+        matrices: &rows.matrices,
+        scales: &rows.scales,
+        multipliers: &rows.multipliers,
     };
     let nodes = Nodes {
         rest_positions: &block.positions,

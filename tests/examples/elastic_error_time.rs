@@ -176,6 +176,7 @@ fn study() {
                             zero_energy_control,
                             precision,
                             dilatation,
+                            ..Settings::default()
                         };
                         let mut body = beam::on_graph(&block, graph, material, &settings);
                         let outcome = measure(&block, &block.volumes, &mut beam::ask(&mut body));

@@ -34,8 +34,8 @@ fn a_bar_is_twisted_by_360_degrees_and_back() {
     let smallest = body
         .elastic
         .deformation_gradients()
-        .iter()
-        .map(glam::DMat3::determinant);
+        .into_iter()
+        .map(|f| f.determinant());
     let smallest = smallest.fold(f64::INFINITY, f64::min);
     assert!(smallest > 0.2, "det F falls to {smallest}");
     let twisted = body.motion.audit().elastic;

@@ -28,9 +28,10 @@ impl Cloud {
             &Stencils {
                 offsets: graph.offsets(),
                 indices: graph.indices(),
-                gradients: &stencils.pair_gradients,
-                self_gradients: &stencils.self_gradients,
                 weights: &stencils.weights,
+                matrices: &stencils.moment_inverses,
+                scales: &[],
+                multipliers: &[],
             },
             &Nodes {
                 rest_positions: &points,

@@ -26,8 +26,14 @@ pub struct Block {
     pub offsets: Vec<u32>,
     /// Its neighbours, rising in each row.
     pub indices: Vec<u32>,
-    /// `w_ij = 1 / r²` (1/m²).
+    /// `w_ij = 1 / r²` (1/m²), to the digits of an f32.
     pub weights: Vec<f64>,
+    /// `B_i` of the factored form `g_ij = w_ij [B_i X_ij + s_i (μ_j - μ_i)]`.
+    pub matrices: Vec<DMat3>,
+    /// `s_i`; empty for plain moving least squares.
+    pub scales: Vec<f64>,
+    /// `μ_i`; empty for plain moving least squares.
+    pub multipliers: Vec<DVec3>,
     /// `g_ij` (1/m).
     pub gradients: Vec<DVec3>,
     /// `g_ii = -sum_j g_ij` (1/m).
@@ -91,6 +97,9 @@ impl Block {
             offsets,
             indices,
             weights: Vec::new(),
+            matrices: Vec::new(),
+            scales: Vec::new(),
+            multipliers: Vec::new(),
             gradients: Vec::new(),
             self_gradients: Vec::new(),
             residual: 0.0,
@@ -189,6 +198,9 @@ impl Block {
             offsets,
             indices,
             weights: Vec::new(),
+            matrices: Vec::new(),
+            scales: Vec::new(),
+            multipliers: Vec::new(),
             gradients: Vec::new(),
             self_gradients: Vec::new(),
             residual: 0.0,
@@ -218,36 +230,64 @@ impl Block {
     /// Plain MLS rows `g0_ij = w_ij A_i⁻¹ X_ij` of the present weights, without conservation.
     #[must_use]
     pub fn plain_gradients(&self) -> Vec<DVec3> {
-        let mut g0 = vec![DVec3::ZERO; self.indices.len()];
+        let inverses = self.inverse_moments();
+        self.rows_of(|i, p| inverses[i] * self.offset(i, p) * self.weights[p])
+    }
+
+    /// Something of every pair.
+    fn rows_of<T>(&self, value: impl Fn(usize, usize) -> T) -> Vec<T> {
+        let mut values = Vec::with_capacity(self.indices.len());
         for i in 0..self.node_count() {
-            let mut moment = DMat3::ZERO;
-            for p in self.row(i) {
-                let x = self.offset(i, p);
-                moment += outer(x, x) * self.weights[p];
-            }
-            let inverse = moment.inverse();
-            for p in self.row(i) {
-                g0[p] = inverse * self.offset(i, p) * self.weights[p];
-            }
+            values.extend(self.row(i).map(|p| value(i, p)));
         }
-        g0
+        values
+    }
+
+    fn inverse_moments(&self) -> Vec<DMat3> {
+        let moment = |i: usize| {
+            let terms = self.row(i).map(|p| {
+                let x = self.offset(i, p);
+                outer(x, x) * self.weights[p]
+            });
+            terms.fold(DMat3::ZERO, |sum, term| sum + term)
+        };
+        (0..self.node_count())
+            .map(|i| moment(i).inverse())
+            .collect()
     }
 
     /// Replaces gradients by the plain MLS rows.
     pub fn use_plain_gradients(&mut self) {
+        self.matrices = self.inverse_moments();
+        self.scales.clear();
+        self.multipliers.clear();
         self.gradients = self.plain_gradients();
         self.finish_gradients();
     }
 
-    fn set_weights(&mut self) {
-        let mut weights = Vec::with_capacity(self.indices.len());
-        for i in 0..self.node_count() {
-            weights.extend(
-                self.row(i)
-                    .map(|p| self.offset(i, p).length_squared().recip()),
-            );
+    /// Sets the gradients of some rows to what their factors give.
+    pub fn set_gradients_from_factors(&mut self, nodes: impl IntoIterator<Item = usize>) {
+        for i in nodes {
+            let scale = self.scales.get(i).copied().unwrap_or(0.0);
+            let mut sum = DVec3::ZERO;
+            for p in self.row(i) {
+                let mut g = self.matrices[i] * self.offset(i, p);
+                if let Some(own) = self.multipliers.get(i) {
+                    g += (self.multipliers[self.indices[p] as usize] - *own) * scale;
+                }
+                self.gradients[p] = g * self.weights[p];
+                sum += self.gradients[p];
+            }
+            self.self_gradients[i] = -sum;
         }
-        self.weights = weights;
+    }
+
+    #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
+    fn set_weights(&mut self) {
+        self.weights = self.rows_of(|i, p| {
+            let weight = self.offset(i, p).length_squared().recip() as f32;
+            f64::from(weight)
+        });
     }
 
     fn finish_gradients(&mut self) {
@@ -338,11 +378,17 @@ impl Block {
             rz = next;
         }
         let e = self.bracket(&g0, &mu);
+        self.matrices = self.inverse_moments();
         for i in 0..n {
+            let mut h = DMat3::ZERO;
             for p in self.row(i) {
+                h += outer(mu[self.indices[p] as usize] - mu[i], g0[p]);
                 self.gradients[p] = g0[p] + e[p] * (self.volumes[i] * self.weights[p]);
             }
+            self.matrices[i] -= h * self.volumes[i];
         }
+        self.scales.clone_from(&self.volumes);
+        self.multipliers = mu;
         self.finish_gradients();
     }
 }
@@ -474,6 +520,11 @@ mod tests {
                 .map(|p| outer(block.offset(i, p), block.gradients[p]))
                 .fold(DMat3::ZERO, |a, b| a + b);
             assert!(m.abs_diff_eq(DMat3::IDENTITY, 1e-12), "row {i}: {m}");
+        }
+        let mut again = block.clone();
+        again.set_gradients_from_factors(0..block.node_count());
+        for (g, of_factors) in block.gradients.iter().zip(&again.gradients) {
+            assert!(g.abs_diff_eq(*of_factors, 1e-11), "{g} {of_factors}");
         }
     }
 }

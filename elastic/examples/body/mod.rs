@@ -8,9 +8,10 @@ pub(crate) fn body(block: &Block, precision: Precision) -> Elastic {
     let stencils = Stencils {
         offsets: &block.offsets,
         indices: &block.indices,
-        gradients: &block.gradients,
-        self_gradients: &block.self_gradients,
         weights: &block.weights,
+        matrices: &block.matrices,
+        scales: &block.scales,
+        multipliers: &block.multipliers,
     };
     let nodes = Nodes {
         rest_positions: &block.positions,

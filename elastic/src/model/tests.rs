@@ -5,9 +5,11 @@ mod derivatives;
 mod hard;
 mod machine;
 mod options;
+mod oracle;
 
 use super::*;
 use crate::fiber::Fiber;
+use crate::input::Instructions;
 use crate::viscosity::PronyTerm;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::ThreadPoolBuilder;
@@ -20,9 +22,10 @@ fn stencils(block: &Block) -> Stencils<'_> {
     Stencils {
         offsets: &block.offsets,
         indices: &block.indices,
-        gradients: &block.gradients,
-        self_gradients: &block.self_gradients,
         weights: &block.weights,
+        matrices: &block.matrices,
+        scales: &block.scales,
+        multipliers: &block.multipliers,
     }
 }
 
@@ -193,13 +196,11 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
             let x = block.offset(i, p);
             moment += crate::law::outer(x, x) * block.weights[p];
         }
-        let inverse = truncated_inverse(moment);
-        let mut sum = DVec3::ZERO;
-        for p in block.row(i) {
-            block.gradients[p] = inverse * block.offset(i, p) * block.weights[p];
-            sum += block.gradients[p];
+        block.matrices[i] = truncated_inverse(moment);
+        if let Some(scale) = block.scales.get_mut(i) {
+            *scale = 0.0;
         }
-        block.self_gradients[i] = -sum;
+        block.set_gradients_from_factors([i]);
     }
     touched
 }

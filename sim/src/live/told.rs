@@ -26,10 +26,10 @@ impl Moved {
 
 pub(super) fn bodies_of(world: &World) -> Vec<Moved> {
     let bodies = world.members().iter().map(|member| {
-        let gradients = member.body.elastic.deformation_gradients().iter();
+        let gradients = member.body.elastic.deformation_gradients();
         Moved {
             positions: super::skin::plain(member.body.motion.positions()),
-            gradients: gradients.map(glam::DMat3::to_cols_array).collect(),
+            gradients: gradients.iter().map(glam::DMat3::to_cols_array).collect(),
         }
     });
     bodies.collect()

@@ -271,7 +271,7 @@ impl Painter {
         for (skin, Member { body, .. }) in self.skins.iter_mut().zip(world.members()) {
             skin.carry(
                 body.motion.positions(),
-                body.elastic.deformation_gradients(),
+                &body.elastic.deformation_gradients(),
             );
             if let Some((scale, _)) = coloring::legend(self.coloring) {
                 let (tissue, splats) = (&skin.tissue, &skin.splats);

@@ -175,9 +175,10 @@ impl Block {
         let stencils = Stencils {
             offsets: self.graph.offsets(),
             indices: self.graph.indices(),
-            gradients: &stencils.pair_gradients,
-            self_gradients: &stencils.self_gradients,
             weights: &stencils.weights,
+            matrices: &stencils.matrices,
+            scales: &stencils.scales,
+            multipliers: &stencils.multipliers,
         };
         let nodes = Nodes {
             rest_positions: &self.rest,

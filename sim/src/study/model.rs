@@ -185,9 +185,10 @@ pub fn dissertation(
     let stencils = Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),
-        gradients: &rows.pair_gradients,
-        self_gradients: &rows.self_gradients,
-        weights: &[],
+        weights: &rows.weights,
+        matrices: &rows.moment_inverses,
+        scales: &[],
+        multipliers: &[],
     };
     let nodes = Nodes {
         rest_positions: rest,

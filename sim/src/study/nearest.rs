@@ -124,9 +124,10 @@ impl Hung {
         let rows = Stencils {
             offsets: graph.offsets(),
             indices: graph.indices(),
-            gradients: &stencils.pair_gradients,
-            self_gradients: &stencils.self_gradients,
             weights: &stencils.weights,
+            matrices: &stencils.matrices,
+            scales: &stencils.scales,
+            multipliers: &stencils.multipliers,
         };
         self.elastic.update_rows(touched, &rows)?;
         let elastic = &mut self.elastic;

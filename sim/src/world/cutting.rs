@@ -163,10 +163,8 @@ impl Cutting {
         body: &Body,
         edge: &[DVec3],
     ) -> Result<Vec<DVec3>, BodyProblem> {
-        let frame = self.map.frame(
-            body.motion.positions(),
-            body.elastic.deformation_gradients(),
-        )?;
+        let gradients = body.elastic.deformation_gradients();
+        let frame = self.map.frame(body.motion.positions(), &gradients)?;
         let reach = reach_of(body.motion.positions());
         let world = divided(edge, self.division, &reach);
         Ok(world
@@ -273,8 +271,8 @@ impl Cutting {
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they
     /// were; nodes that are left without a strain of their own get bonds.
     fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
-        let gradients = body.elastic.deformation_gradients();
-        let before: Vec<DMat3> = touched.iter().map(|&i| gradients[i as usize]).collect();
+        let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
+        let before: Vec<DMat3> = touched.iter().map(before).collect();
         let factor = |pair| self.factors.factor(pair);
         body.stencils
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;

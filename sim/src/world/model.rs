@@ -93,6 +93,7 @@ pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProb
                 scene::Dilatation::Local => Dilatation::Local,
                 scene::Dilatation::Mean => Dilatation::Mean,
             },
+            ..Settings::default()
         },
     )?;
     // Between two steps a viscous body answers at once.

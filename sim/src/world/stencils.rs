@@ -55,13 +55,25 @@ impl Stencils {
 
     /// The stencils as the elastic model reads them.
     pub(super) fn view<'a>(&'a self, graph: &'a Neighborhoods) -> elastic::Stencils<'a> {
-        with!(self, stencils => elastic::Stencils {
-            offsets: graph.offsets(),
-            indices: graph.indices(),
-            gradients: &stencils.pair_gradients,
-            self_gradients: &stencils.self_gradients,
-            weights: &stencils.weights,
-        })
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        match self {
+            Self::Conservative(stencils) => elastic::Stencils {
+                offsets,
+                indices,
+                weights: &stencils.weights,
+                matrices: &stencils.matrices,
+                scales: &stencils.scales,
+                multipliers: &stencils.multipliers,
+            },
+            Self::Plain(stencils) => elastic::Stencils {
+                offsets,
+                indices,
+                weights: &stencils.weights,
+                matrices: &stencils.moment_inverses,
+                scales: &[],
+                multipliers: &[],
+            },
+        }
     }
 
     /// Rebuilds the touched rows with new pair factors.

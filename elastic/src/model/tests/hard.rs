@@ -123,7 +123,7 @@ fn bad_input_is_named() {
         Err(ElasticError::NotFinite { node: 5, .. })
     ));
     let mut bad = good.clone();
-    bad.gradients[0] *= 1.1;
+    bad.matrices[0] *= 1.1;
     assert!(matches!(
         build(&bad),
         Err(ElasticError::InconsistentRow { node: 0, .. })
@@ -141,8 +141,7 @@ fn bad_input_is_named() {
         Err(ElasticError::AsymmetricPair { node: 0, .. })
     ));
     let mut bad = good.clone();
-    let q = bad.row(2).start;
-    bad.gradients[q].x = f64::INFINITY;
+    bad.matrices[2].x_axis.x = f64::INFINITY;
     assert!(matches!(
         build(&bad),
         Err(ElasticError::NotFinite { node: 2, .. })
@@ -191,10 +190,7 @@ fn one_way_pairs_work_without_control() {
         ..Settings::default()
     };
     let mut body = Elastic::new(
-        &Stencils {
-            weights: &[],
-            ..stencils(&block)
-        },
+        &stencils(&block),
         &nodes,
         &Materials::Uniform(material),
         &settings,

@@ -33,6 +33,17 @@ fn mean_dilatation_is_an_energy_of_its_own() {
     ));
 }
 
+/// Of several chunks of nodes, and nearly at rest.
+#[test]
+fn mean_dilatation_of_many_nodes_is_an_energy() {
+    let block = Block::new([6; 3], DVec3::ONE, 0.0, 3);
+    for nu in [0.3, 0.49] {
+        let mut body = built(&block, Material::neo_hookean(1.0, nu), &mean());
+        let x = shaken(&block, 0.01, 3);
+        check_derivatives("many nodes", &mut body, &x, 1e-3, 1.0);
+    }
+}
+
 /// An affine motion has the same `J` everywhere: means change nothing.
 #[test]
 fn mean_dilatation_keeps_the_patch_test() {
@@ -175,6 +186,7 @@ fn products_within_a_part_are_those_of_the_whole() {
                 zero_energy_control: alpha,
                 precision,
                 dilatation,
+                ..Settings::default()
             };
             let material = fibrous(Material::neo_hookean(1e4, 0.4));
             let mut body = built(&torn, material, &settings);

@@ -71,8 +71,8 @@ fn memory_is_what_is_stated() {
     let block = block([9, 9, 9], 1.0, 0.2, 8);
     let (graph, s) = build(&block);
     let memory = s.memory_bytes();
-    assert_eq!((memory.per_node, memory.per_pair), (192, 44));
-    let stated = 192 * block.positions.len() + 44 * graph.pair_count();
+    assert_eq!((memory.per_node, memory.per_pair), (272, 44));
+    let stated = 272 * block.positions.len() + 44 * graph.pair_count();
     assert!(
         memory.total >= stated && memory.total <= stated + stated / 50,
         "{memory:?}"
@@ -130,4 +130,66 @@ fn bad_input_is_named() {
         s.update_rows(&block.positions, &graph, |pair| factors[pair], &[0]),
         Err(StencilError::Weight { pair: 0, .. })
     ));
+}
+
+/// The factored form is the stencil itself, at set-up, after a cut and where rows lose their rank; its
+/// weights survive storage as f32.
+#[test]
+fn factors_give_the_stencils() {
+    let block = block([6, 5, 4], 0.1, 0.25, 4);
+    let (graph, mut s) = build(&block);
+    let check = |s: &ConservativeStencils| {
+        let mut deficient = 0;
+        for i in 0..block.positions.len() {
+            deficient += usize::from(s.ranks[i].rank < 3);
+            for pair in graph.pairs(i) {
+                let j = graph.indices()[pair] as usize;
+                let x = block.positions[j] - block.positions[i];
+                let mu = s.multipliers[j] - s.multipliers[i];
+                let g = (s.matrices[i] * x + mu * s.scales[i]) * s.weights[pair];
+                let size = s.pair_gradients[pair].length().max(1.0);
+                assert_below(
+                    "factored",
+                    (g - s.pair_gradients[pair]).length(),
+                    1e-12 * size,
+                );
+                #[allow(clippy::cast_possible_truncation, reason = "that is what is tested")]
+                let stored = s.weights[pair] as f32;
+                assert_eq!(f64::from(stored).to_bits(), s.weights[pair].to_bits());
+            }
+        }
+        deficient
+    };
+    assert_eq!(check(&s), 0);
+    let (mut factors, touched) = planar_cut(&block, &graph, DVec3::X, 0.29, 0.3);
+    for (k, factor) in factors.iter_mut().enumerate() {
+        *factor = if *factor == 1.0 {
+            1.0 / (2.0 + (k % 7) as f64)
+        } else {
+            0.0
+        };
+    }
+    let nodes: Vec<u32> = (0..u32::try_from(block.positions.len()).unwrap()).collect();
+    assert!(!touched.is_empty());
+    s.update_rows(&block.positions, &graph, |pair| factors[pair], &nodes)
+        .unwrap();
+    check(&s);
+    // A node that keeps one pair has a row of rank 1.
+    let alone = graph.pairs(40);
+    let keep = alone.start;
+    s.update_rows(
+        &block.positions,
+        &graph,
+        |pair| {
+            if alone.contains(&pair) && pair != keep {
+                0.0
+            } else {
+                factors[pair]
+            }
+        },
+        &[40],
+    )
+    .unwrap();
+    assert!(check(&s) > 0, "some row is deficient");
+    assert_eq!(s.ranks[40].rank, 1);
 }

@@ -1,0 +1,433 @@
+//! Forces and energy, in parallel over fixed chunks of nodes.
+
+use glam::{DMat3, DVec3};
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+
+use crate::fixed::Fixed;
+use crate::gather::{Arithmetic, Fused, Move, ONE, Record, Separate, Sums, fuses, records, sums};
+use crate::lanes::{Block, Laws, Planes, place, received};
+use crate::law::{double_dot, volume_ratio};
+use crate::mean;
+use crate::nodes::{Model, Scratch, State};
+use crate::offset::Continuation;
+use crate::storage::{BLOCK, Number, Sixteen, Storage};
+use crate::viscosity::Viscosity;
+use crate::watch::{Watch, indicator};
+
+/// Nodes per unit of parallel work, and per partial sum of the energy; blocks divide it.
+pub(crate) const CHUNK: usize = 256;
+/// Nodes per unit of work that only copies.
+const COPY_CHUNK: usize = 8 * CHUNK;
+/// Below this many nodes a second thread costs more than it saves.
+pub(crate) const PARALLEL_NODES: usize = 1024;
+
+/// What depends on the storage and on whether there are multipliers.
+#[derive(Debug, Clone)]
+pub(crate) struct Table<S: Storage, const L: usize, const R: usize> {
+    /// Constant between cuts.
+    pub(crate) fixed: Fixed<S, L>,
+    /// `F_i` of the state last evaluated.
+    pub(crate) deformation: Vec<Planes<S::Number>>,
+    /// What pass one writes and pass two reads.
+    pub(crate) records: Vec<Sixteen<Record<S::Number, L, R>>>,
+}
+
+impl<S: Storage, const L: usize, const R: usize> Table<S, L, R> {
+    pub(crate) fn new(fixed: Fixed<S, L>, node_count: usize) -> Self {
+        let blank = Sixteen([[[S::Number::ZERO; L]; R]; BLOCK]);
+        let one = [S::Number::of(1.0); BLOCK];
+        let zero = [S::Number::ZERO; BLOCK];
+        let identity = [one, zero, zero, zero, one, zero, zero, zero, one];
+        let blocks = node_count.div_ceil(BLOCK);
+        Self {
+            fixed,
+            deformation: vec![identity; blocks],
+            records: vec![blank; blocks],
+        }
+    }
+
+    /// `F_i` of a node.
+    pub(crate) fn gradient(&self, node: usize) -> DMat3 {
+        gradient(&self.deformation, node)
+    }
+
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.fixed.bytes()
+            + self.deformation.capacity() * size_of::<Planes<S::Number>>()
+            + self.records.capacity() * size_of::<Sixteen<Record<S::Number, L, R>>>()
+    }
+}
+
+/// A node's matrix of those stored by blocks.
+pub(crate) fn gradient<T: Number>(stored: &[Planes<T>], node: usize) -> DMat3 {
+    let planes = &stored[node / BLOCK];
+    let rows = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| planes[k][node % BLOCK].wide());
+    DMat3::from_cols_array(&rows).transpose()
+}
+
+/// Replaces one of them.
+pub(crate) fn set_gradient<T: Number>(stored: &mut [Planes<T>], node: usize, value: DMat3) {
+    let rows = value.transpose().to_cols_array();
+    for (plane, value) in stored[node / BLOCK].iter_mut().zip(rows) {
+        plane[node % BLOCK] = T::of(value);
+    }
+}
+
+pub(crate) fn parallel(model: &Model) -> bool {
+    model.node_count() >= PARALLEL_NODES && rayon::current_num_threads() > 1
+}
+
+/// Runs `work` on the numbered chunks of two slices, on the pool or in place.
+///
+/// Chunks are fixed and disjoint: the result does not depend on the number of threads.
+pub(crate) fn chunks<A: Send, B: Send>(
+    parallel: bool,
+    (a, a_size): (&mut [A], usize),
+    (b, b_size): (&mut [B], usize),
+    work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
+) {
+    debug_assert_eq!(
+        a.len().div_ceil(a_size),
+        b.len().div_ceil(b_size),
+        "chunks of the same nodes"
+    );
+    if parallel {
+        a.par_chunks_mut(a_size)
+            .zip(b.par_chunks_mut(b_size))
+            .enumerate()
+            .for_each(|(chunk, (a, b))| work(chunk, a, b));
+    } else {
+        let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
+        for (chunk, (a, b)) in both.enumerate() {
+            work(chunk, a, b);
+        }
+    }
+}
+
+/// Sets displacements (or any vectors).
+pub(crate) fn set_moves(parallel: bool, moves: &mut [Move], of: impl Fn(usize) -> DVec3 + Sync) {
+    let set = |(chunk, moves): (usize, &mut [Move])| {
+        for (node, to) in (chunk * COPY_CHUNK..).zip(moves) {
+            *to = of(node).to_array();
+        }
+    };
+    if parallel {
+        moves.par_chunks_mut(COPY_CHUNK).enumerate().for_each(set);
+    } else {
+        moves.chunks_mut(COPY_CHUNK).enumerate().for_each(set);
+    }
+}
+
+/// Forces and energy; see [`crate::Elastic::forces_into`].
+pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &mut State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    positions: &[DVec3],
+    forces: &mut [DVec3],
+) -> f64 {
+    let parallel = parallel(model);
+    let least = S::LEAST_DISPLACEMENT;
+    set_moves(parallel, &mut scratch.moves, |node| {
+        let u = (positions[node] - model.rest[node]).to_array();
+        DVec3::from_array(u.map(|u| if u.abs() < least { 0.0 } else { u }))
+    });
+    scratch.partial.fill(0.0);
+    if model.means.is_some() {
+        mean::stresses((model, state, scratch), table, forces);
+    } else {
+        let moves = &scratch.moves[..];
+        let State {
+            viscosity,
+            continuation,
+            watches,
+            ..
+        } = state;
+        let rest = Rest {
+            viscosity: viscosity.as_ref(),
+            continuation,
+        };
+        let fixed = &table.fixed;
+        let work = |(chunk, (((records, deformation), forces), (sum, watch))): (
+            usize,
+            Slots<'_, S, L, R>,
+        )| {
+            model.arch.dispatch(Stresses {
+                model,
+                rest,
+                fixed,
+                moves,
+                first: chunk * CHUNK,
+                outputs: (records, deformation, forces),
+                sum,
+                watch,
+            });
+        };
+        if parallel {
+            let outputs = table
+                .records
+                .par_chunks_mut(CHUNK / BLOCK)
+                .zip(table.deformation.par_chunks_mut(CHUNK / BLOCK))
+                .zip(forces.par_chunks_mut(CHUNK))
+                .zip(scratch.partial.par_iter_mut().zip(watches))
+                .enumerate();
+            outputs.for_each(work);
+        } else {
+            let outputs = table
+                .records
+                .chunks_mut(CHUNK / BLOCK)
+                .zip(table.deformation.chunks_mut(CHUNK / BLOCK))
+                .zip(forces.chunks_mut(CHUNK))
+                .zip(scratch.partial.iter_mut().zip(watches))
+                .enumerate();
+            outputs.for_each(work);
+        }
+    }
+    let (moves, reader) = (&scratch.moves[..], &*table);
+    let sum = (&mut scratch.partial[..], 1);
+    let outputs = (&mut *forces, CHUNK);
+    chunks(parallel, outputs, sum, |chunk, forces, sum| {
+        model.arch.dispatch(Received {
+            model,
+            table: reader,
+            moves,
+            first: chunk * CHUNK,
+            forces,
+            sum: &mut sum[0],
+            sign: 1.0,
+        });
+    });
+    let energy: f64 = scratch.partial.iter().sum();
+    energy
+        + state
+            .bonds
+            .add_forces(positions, forces, &mut table.deformation)
+}
+
+/// Records, deformation gradients and forces of a chunk, its part of the energy, and what is seen of it.
+type Slots<'a, S, const L: usize, const R: usize> = (
+    (
+        (
+            &'a mut [Sixteen<Record<<S as Storage>::Number, L, R>>],
+            &'a mut [Planes<<S as Storage>::Number>],
+        ),
+        &'a mut [DVec3],
+    ),
+    (&'a mut f64, &'a mut Watch),
+);
+
+/// What stresses follow from besides deformation gradients.
+#[derive(Clone, Copy)]
+pub(crate) struct Rest<'a> {
+    pub(crate) viscosity: Option<&'a Viscosity>,
+    pub(crate) continuation: &'a Continuation,
+}
+
+/// What a chunk writes in pass one.
+type Outputs<'a, S, const L: usize, const R: usize> = (
+    &'a mut [Sixteen<Record<<S as Storage>::Number, L, R>>],
+    &'a mut [Planes<<S as Storage>::Number>],
+    &'a mut [DVec3],
+);
+
+/// Pass one for a chunk: gradients, stresses, records, and what a node's own row gives it.
+struct Stresses<'a, S: Storage, const L: usize, const R: usize> {
+    model: &'a Model,
+    rest: Rest<'a>,
+    fixed: &'a Fixed<S, L>,
+    moves: &'a [Move],
+    first: usize,
+    outputs: Outputs<'a, S, L, R>,
+    sum: &'a mut f64,
+    watch: &'a mut Watch,
+}
+
+impl<S: Storage, const L: usize, const R: usize> WithSimd for Stresses<'_, S, L, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        if fuses::<V>() {
+            self.run::<Fused>();
+        } else {
+            self.run::<Separate>();
+        }
+    }
+}
+
+impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let (model, fixed) = (self.model, self.fixed);
+        let (all_records, all_deformation, all_forces) = self.outputs;
+        let mut block = Block::<L>::new();
+        let mut laws = Laws::new(model);
+        let plain = self.rest.viscosity.is_none();
+        let continues = !self.rest.continuation.of_node.is_empty();
+        let watched = !model.gradient_squares.is_empty();
+        let mut watch = Watch::NOTHING;
+        let mut energies = [0.0; BLOCK];
+        let mut first = self.first;
+        for ((records, deformation), forces) in all_records
+            .iter_mut()
+            .zip(all_deformation)
+            .zip(all_forces.chunks_mut(BLOCK))
+        {
+            let count = forces.len();
+            for lane in 0..count {
+                let node = first + lane;
+                gather::<A, S, L>(model, fixed, self.moves, node, lane, &mut block);
+            }
+            let constants = fixed.constants(first / BLOCK);
+            block.gradients::<A, _>(constants, 1.0);
+            if continues {
+                self.rest.continuation.add_to(first, count, &mut block);
+            }
+            laws.load(model, first, count);
+            block.stresses::<A>(&laws, model.logarithm);
+            for lane in 0..count {
+                let node = first + lane;
+                if plain && block.holds(model, node, lane) {
+                    let volume = laws.volume[lane];
+                    if volume > 0.0 {
+                        watch.ratio = watch.ratio.min(block.ratio[lane]);
+                        if watched {
+                            let square = model.gradient_squares[node];
+                            let stiffness = volume * square * block.bound[lane];
+                            watch.stiffness = watch.stiffness.max(stiffness);
+                        }
+                    }
+                } else {
+                    let f = single(model, self.rest.viscosity, node, &mut block, lane);
+                    watch = watch.and(watch_node(model, node, f));
+                }
+                if continues {
+                    let stress = block.matrix(&block.stress, lane);
+                    block.work[lane] += self.rest.continuation.excess(node, stress);
+                }
+            }
+            block.records::<A, _>(constants);
+            block.write(records);
+            block.write_deformation(deformation);
+            for (lane, force) in forces.iter_mut().enumerate() {
+                *force = DVec3::from_array(block.own_force(lane));
+                energies[lane] += block.work[lane];
+            }
+            first += BLOCK;
+        }
+        *self.sum += energies.iter().sum::<f64>();
+        *self.watch = watch;
+    }
+}
+
+/// Sums of one node into a lane.
+#[inline(always)]
+pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
+    model: &Model,
+    fixed: &Fixed<S, L>,
+    moves: &[Move],
+    node: usize,
+    lane: usize,
+    block: &mut Block<L>,
+) {
+    // Mean pressures reach nodes without strain, whose own row then counts.
+    let found: Sums<L> = if model.still.is_unstrained(node) && model.means.is_none() {
+        [[0.0; L]; 4]
+    } else {
+        let row = model.pairs.row(node);
+        sums::<A, S::Place, L>(node, row, &fixed.anchors, &fixed.unit, moves)
+    };
+    let anchor = crate::storage::at(&fixed.anchors, node);
+    block.take(lane, &found, (anchor, &fixed.unit), &moves[node]);
+}
+
+/// Energy and stress of a node that the lanes do not hold for; returns its deformation gradient.
+#[inline(never)]
+fn single<const L: usize>(
+    model: &Model,
+    viscosity: Option<&Viscosity>,
+    node: usize,
+    block: &mut Block<L>,
+    lane: usize,
+) -> DMat3 {
+    let h = block.matrix(&block.deformation, lane) - DMat3::IDENTITY;
+    let f = model.deformation_gradient(node, h);
+    let (energy, stress) = model.energy_and_stress(viscosity, node, f);
+    let volume = model.elastic_volumes[node];
+    let stress = model.seen_stress(node, f, stress) * volume;
+    block.set_matrix(lane, f, stress);
+    block.work[lane] = volume * energy - 0.5 * double_dot(stress, h);
+    f
+}
+
+/// What is watched of a node.
+pub(crate) fn watch_node(model: &Model, node: usize, f: DMat3) -> Watch {
+    if model.elastic_volumes[node] > 0.0 {
+        Watch {
+            ratio: volume_ratio(f),
+            stiffness: indicator(model, node, f),
+        }
+    } else {
+        Watch::NOTHING
+    }
+}
+
+/// Pass two for a chunk: what neighbours give, with the energy of the penalty.
+pub(crate) struct Received<'a, S: Storage, const L: usize, const R: usize> {
+    pub(crate) model: &'a Model,
+    pub(crate) table: &'a Table<S, L, R>,
+    pub(crate) moves: &'a [Move],
+    pub(crate) first: usize,
+    pub(crate) forces: &'a mut [DVec3],
+    pub(crate) sum: &'a mut f64,
+    /// Of the result.
+    pub(crate) sign: f64,
+}
+
+impl<S: Storage, const L: usize, const R: usize> WithSimd for Received<'_, S, L, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        if fuses::<V>() {
+            self.run::<Fused>();
+        } else {
+            self.run::<Separate>();
+        }
+    }
+}
+
+impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let mut work = 0.0;
+        for (node, force) in (self.first..).zip(self.forces) {
+            let given = receive::<A, S, L, R>(self.model, self.table, self.moves, node);
+            *force = (*force + given) * self.sign;
+            work += DVec3::from_array(self.moves[node]).dot(*force);
+        }
+        *self.sum -= 0.5 * work;
+    }
+}
+
+/// What its neighbours give a node.
+#[inline(always)]
+pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>(
+    model: &Model,
+    table: &Table<S, L, R>,
+    moves: &[Move],
+    node: usize,
+) -> DVec3 {
+    if model.still.is_unloaded(node) && model.means.is_none() {
+        return DVec3::ZERO;
+    }
+    let fixed = &table.fixed;
+    let sum = records::<A, S::Number, L, R>(model.pairs.incoming(node), &table.records);
+    let place = place(&fixed.anchors, &fixed.unit, node);
+    let force = DVec3::from_array(received::<A, L, R>(&sum, &place));
+    let drag = fixed.drag(node);
+    force - DVec3::from_array(moves[node]) * drag
+}
+
+const _: () = assert!(ONE < 4 && CHUNK % BLOCK == 0, "lanes and chunks");

@@ -1,0 +1,144 @@
+//! The two loops over pairs. Everything else is linear in the number of nodes.
+//!
+//! A pair is one weight and one index. What its stencil needs besides, `X` and `μ`, lies with the
+//! nodes. Pass one sums `w_ij u_j ⊗ (X_ij, 1, μ_ij)` and `w_ij (X_ij, 1, μ_ij)`, with no difference of
+//! `u` in the loop; what a node's own `u` adds follows from the second sum. Pass two sums `w_ij` times
+//! what each neighbour recorded.
+//!
+//! The loops are written over lanes and left to the compiler, once for the baseline of the target
+//! and once with what the processor at hand offers (`pulp`). They hand back whole lanes: told to
+//! return sums over lanes, the compiler pairs axes instead and shuffles in every step.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "lanes and axes are walked in step over several arrays"
+)]
+
+use std::hint::black_box;
+
+use pulp::Simd;
+
+use crate::pairs::Pair;
+use crate::storage::{Number, Place, Sixteen, at};
+
+/// Displacement `u_i` (m) of a node, or any vector.
+pub(crate) type Move = [f64; 3];
+
+/// Products and sums, rounded once or twice.
+pub(crate) trait Arithmetic: Copy {
+    /// `a b + c`.
+    fn add(a: f64, b: f64, c: f64) -> f64;
+}
+
+/// Rounds once, where processors can.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fused;
+
+/// Rounds twice, as every processor can.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Separate;
+
+impl Arithmetic for Fused {
+    #[inline(always)]
+    fn add(a: f64, b: f64, c: f64) -> f64 {
+        a.mul_add(b, c)
+    }
+}
+
+impl Arithmetic for Separate {
+    #[inline(always)]
+    fn add(a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+}
+
+/// Whether the instructions behind `S` round products and sums once: AVX2 and wider ones of x86 do,
+/// and those of 64-bit Arm.
+#[inline(always)]
+pub(crate) fn fuses<S: Simd>() -> bool {
+    !S::IS_SCALAR
+        && cfg!(any(
+            target_arch = "x86",
+            target_arch = "x86_64",
+            target_arch = "aarch64"
+        ))
+}
+
+/// Sums of pass one over a node's pairs: `sum_j w_ij u_ij ⊗ (X_ij, 1, μ_ij, 0)` in three rows, then
+/// `sum_j w_ij (X_ij, 1, μ_ij, 0)`. Without multipliers the lanes end after the one.
+pub(crate) type Sums<const L: usize> = [[f64; L]; 4];
+
+/// Lane of the one.
+pub(crate) const ONE: usize = 3;
+
+/// Pass one for one node.
+#[inline(always)]
+pub(crate) fn sums<A: Arithmetic, P: Place, const L: usize>(
+    node: usize,
+    row: &[Pair],
+    anchors: &[Sixteen<[P; L]>],
+    unit: &[f64; L],
+    moves: &[Move],
+) -> Sums<L> {
+    let own = at(anchors, node);
+    let mut here = [0.0; L];
+    for k in 0..L {
+        here[k] = own[k].wide();
+    }
+    here[ONE] = 0.0;
+    let mut sum = [[0.0; L]; 4];
+    for pair in row {
+        let j = pair.to as usize;
+        let (there, u) = (at(anchors, j), &moves[j]);
+        let w = f64::from(pair.weight);
+        let mut z = [0.0; L];
+        for k in 0..L {
+            z[k] = w * (there[k].wide() - here[k]);
+        }
+        for r in 0..3 {
+            for k in 0..L {
+                sum[r][k] = A::add(u[r], z[k], sum[r][k]);
+            }
+        }
+        for k in 0..L {
+            sum[3][k] += z[k];
+        }
+    }
+    let mut sum = black_box(sum);
+    let u = &moves[node];
+    for r in 0..3 {
+        for k in 0..L {
+            sum[r][k] = A::add(-u[r], sum[3][k], sum[r][k]);
+        }
+    }
+    if !P::PLAIN {
+        for r in 0..4 {
+            for k in 0..L {
+                sum[r][k] *= unit[k];
+            }
+        }
+    }
+    sum
+}
+
+/// What a node records for its neighbours: three rows of `(Q, q, R, q low)`; without multipliers
+/// rows of `(Q, q)` and, where storing rounds, one of the low parts of `q`.
+pub(crate) type Record<T, const L: usize, const R: usize> = [[T; L]; R];
+
+/// Pass two for one node: `sum_j w_ij record_j`.
+#[inline(always)]
+pub(crate) fn records<A: Arithmetic, T: Number, const L: usize, const R: usize>(
+    row: &[Pair],
+    records: &[Sixteen<Record<T, L, R>>],
+) -> [[f64; L]; R] {
+    let mut sum = [[0.0; L]; R];
+    for pair in row {
+        let record = at(records, pair.to as usize);
+        let w = f64::from(pair.weight);
+        for r in 0..R {
+            for k in 0..L {
+                sum[r][k] = A::add(w, record[r][k].wide(), sum[r][k]);
+            }
+        }
+    }
+    black_box(sum)
+}

@@ -1,0 +1,174 @@
+//! What goes in: stencils, nodes, materials, options.
+
+use glam::{DMat3, DVec3};
+
+use crate::error::ElasticError;
+use crate::material::Material;
+
+/// Gradient stencils of all nodes in factored form, compressed by rows:
+///
+/// `g_ij = w_ij [B_i X_ij + s_i (μ_j - μ_i)]`, `X_ij = X_j - X_i`, `g_ii = -sum_j g_ij`.
+///
+/// Plain moving least squares (Aras 2014, eqs (25)-(27)) has `B_i = A_i⁻¹`, `A_i = sum_j w_ij X_ij
+/// X_ijᵀ`, and no `μ`; stencils that are conservative as well have `B_i = A_i⁻¹ - s_i H_i` with `s_i`
+/// the volume and `H_i = (sum_j w_ij μ_ij X_ijᵀ) A_i⁻¹`. So a pair takes one number.
+///
+/// Row `i` of the graph is `indices[offsets[i]..offsets[i + 1]]`: its neighbours in rising order,
+/// without `i` itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Stencils<'a> {
+    /// Starts of the rows, shape `(n + 1)`.
+    pub offsets: &'a [u32],
+    /// Neighbours, shape `(pairs)`.
+    pub indices: &'a [u32],
+    /// `w_ij >= 0` (any unit), shape `(pairs)`; 0 for a severed pair. Kept as f32: whoever solves for
+    /// `B` and `μ` rounds the weights first, and what follows from them is exact. Zero-energy control
+    /// needs `w_ij = w_ji`.
+    pub weights: &'a [f64],
+    /// `B_i` (1/m² over the unit of `w`), shape `(n)`.
+    pub matrices: &'a [DMat3],
+    /// `s_i`, shape `(n)`; empty without multipliers.
+    pub scales: &'a [f64],
+    /// `μ_i` (1/m over the units of `s` and `w`), shape `(n)`; empty for plain moving least squares,
+    /// which takes less memory and time.
+    pub multipliers: &'a [DVec3],
+}
+
+/// Rest state of the nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct Nodes<'a> {
+    /// Rest positions `X_i` (m), shape `(n)`.
+    pub rest_positions: &'a [DVec3],
+    /// Volumes `V_i` (m³), shape `(n)`, positive.
+    pub volumes: &'a [f64],
+}
+
+/// Materials of the nodes.
+#[derive(Debug, Clone, Copy)]
+pub enum Materials<'a> {
+    /// One for all.
+    Uniform(Material),
+    /// A list and, for each node, an index into it.
+    PerNode {
+        /// The materials.
+        list: &'a [Material],
+        /// Index per node, shape `(n)`.
+        of_node: &'a [u32],
+    },
+}
+
+/// Options of a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// `alpha` of the penalty against zero-energy modes, in units of the shear modulus; 0 turns it
+    /// off. 0.1 serves beams, contact and cracks alike; 0.3 is visibly stiff, 0.05 soft.
+    pub zero_energy_control: f64,
+    /// Storage of pairs.
+    pub precision: Precision,
+    /// Where volume changes are resisted.
+    pub dilatation: Dilatation,
+    /// What of the processor is used.
+    pub instructions: Instructions,
+}
+
+/// What of the processor is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Instructions {
+    /// The widest vectors that it has; where it can (x86 with AVX2, 64-bit Arm) a product and a sum are
+    /// rounded once. The same bits for any number of threads and on all machines that can.
+    #[default]
+    Native,
+    /// What all machines of the target have, with products and sums rounded one by one: the same bits
+    /// on every machine, in several times the time.
+    Portable,
+}
+
+/// Storage of constants and of what the two passes hand on. Positions, sums, stresses, energies and
+/// forces are f64 either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Precision {
+    /// f64.
+    #[default]
+    Double,
+    /// f32, coordinates as 32-bit fractions of the body's size: two thirds of the memory, for a
+    /// relative 1e-7 per row. Forces of a body at rest vanish exactly; those of a deformed one sum to
+    /// zero as in f64.
+    Single,
+}
+
+/// Where a change of volume is resisted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Dilatation {
+    /// At each node by itself.
+    #[default]
+    Local,
+    /// By means over neighbourhoods (mean dilatation): softer where a nearly incompressible body is
+    /// confined. Worth its two further passes above a Poisson's ratio of about 0.48. Acts on the
+    /// `(ln J)²` and eq. (30) parts; not with Saint Venant–Kirchhoff.
+    Mean,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            zero_energy_control: 0.1,
+            precision: Precision::Double,
+            dilatation: Dilatation::Local,
+            instructions: Instructions::Native,
+        }
+    }
+}
+
+impl Stencils<'_> {
+    pub(crate) fn check_lengths(&self, node_count: usize) {
+        let pairs = self.indices.len();
+        assert_eq!(self.offsets.len(), node_count + 1, "offsets: nodes + 1");
+        assert_eq!(self.weights.len(), pairs, "one weight per pair");
+        assert_eq!(self.matrices.len(), node_count, "one matrix per node");
+        let corrected = if self.multipliers.is_empty() {
+            0
+        } else {
+            node_count
+        };
+        assert_eq!(
+            self.multipliers.len(),
+            corrected,
+            "one multiplier per node, or none"
+        );
+        assert_eq!(self.scales.len(), corrected, "one scale per multiplier");
+        assert!(
+            self.offsets.windows(2).all(|o| o[0] <= o[1])
+                && self.offsets[0] == 0
+                && self.offsets[node_count] as usize == pairs,
+            "offsets must rise from 0 to the number of pairs"
+        );
+    }
+}
+
+pub(crate) fn checked_materials(
+    materials: &Materials<'_>,
+    node_count: usize,
+) -> Result<(Vec<Material>, Vec<u32>), ElasticError> {
+    let (list, of_node) = match materials {
+        Materials::Uniform(material) => (vec![*material], Vec::new()),
+        Materials::PerNode { list, of_node } => {
+            assert_eq!(of_node.len(), node_count, "one material index per node");
+            let count = list.len();
+            for (node, &material) in of_node.iter().enumerate() {
+                let material = material as usize;
+                if material >= count {
+                    return Err(ElasticError::UnknownMaterial {
+                        node,
+                        material,
+                        count,
+                    });
+                }
+            }
+            (list.to_vec(), of_node.to_vec())
+        }
+    };
+    for (index, material) in list.iter().enumerate() {
+        material.validate(index)?;
+    }
+    Ok((list, of_node))
+}

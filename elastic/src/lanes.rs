@@ -1,0 +1,547 @@
+//! Energy, stress and records of neo-Hookean nodes, several nodes at a time.
+//!
+//! What belongs to a node costs as much as all its pairs when it is computed node by node: one long
+//! chain through a logarithm and a division. Laid out by component, with nodes in the lanes, the
+//! compiler turns the same operations into vector ones. Nodes of another kind (other laws, deficient
+//! rows, almost no volume left) sit in their lanes unused and are computed one by one; what follows
+//! from their stress runs over lanes again.
+
+#![allow(
+    clippy::needless_range_loop,
+    reason = "components and lanes are walked in step over several arrays"
+)]
+
+use glam::DMat3;
+
+use crate::gather::{Arithmetic, Move, ONE, Record, Sums};
+use crate::law::{EXTENSION_VOLUME_RATIO, ln};
+use crate::nodes::Model;
+use crate::planes::{Wide, ZERO, add, as_stored, product, rounded, subtract, weave};
+use crate::storage::{BLOCK, Number, Place, Plane, Sixteen};
+
+/// A matrix of each node of a block, row by row.
+pub(crate) type Planes<T> = [Plane<T>; 9];
+
+/// Constants of a block's nodes by component; matrices row by row.
+#[derive(Debug)]
+pub(crate) struct Constants<'a, T> {
+    /// `B`.
+    pub(crate) matrix: &'a [Plane<T>; 9],
+    /// `A⁻¹`: xx, yy, zz, yz, zx, xy; only with control and multipliers.
+    pub(crate) inverse: Option<&'a [Plane<T>; 6]>,
+    /// `s`; only with multipliers.
+    pub(crate) scale: Option<&'a Plane<T>>,
+    /// `c`; only with control.
+    pub(crate) control: Option<&'a Plane<T>>,
+}
+
+impl<T> Clone for Constants<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Constants<'_, T> {}
+
+/// `2 c10`, the volumetric law `a`, `b`, `l`, `k`, and the volume of a block's nodes.
+#[derive(Debug, Clone)]
+pub(crate) struct Laws {
+    pub(crate) law: [Wide; 5],
+    pub(crate) volume: Wide,
+}
+
+impl Laws {
+    pub(crate) fn new(model: &Model) -> Self {
+        let law = model.prepared[0].plain_constants();
+        Self {
+            law: law.map(|value| [value; BLOCK]),
+            volume: ZERO,
+        }
+    }
+
+    /// Takes the laws and volumes of the nodes from `first` on.
+    #[inline(always)]
+    pub(crate) fn load(&mut self, model: &Model, first: usize, count: usize) {
+        self.volume[..count].copy_from_slice(&model.elastic_volumes[first..first + count]);
+        if !model.material_of.is_empty() {
+            for lane in 0..count {
+                self.set_law(model, first + lane, lane);
+            }
+        }
+    }
+
+    /// Takes the law and volume of one node.
+    pub(crate) fn load_one(&mut self, model: &Model, node: usize, lane: usize) {
+        self.volume[lane] = model.elastic_volumes[node];
+        self.set_law(model, node, lane);
+    }
+
+    #[inline(always)]
+    fn set_law(&mut self, model: &Model, node: usize, lane: usize) {
+        let law = model.law_shared(node).plain_constants();
+        for (plane, value) in self.law.iter_mut().zip(law) {
+            plane[lane] = value;
+        }
+    }
+}
+
+/// What the gathers of a block's nodes give and what follows from it.
+#[derive(Debug, Clone)]
+pub(crate) struct Block<const L: usize> {
+    /// Sums of pass one.
+    sums: [[Wide; L]; 4],
+    /// `X`, one, `μ`.
+    place: [Wide; L],
+    /// `u`.
+    moved: [Wide; 3],
+    /// `F`, row by row; in a tangent product its change, without what completes it.
+    pub(crate) deformation: [Wide; 9],
+    /// `F` of the state at which a tangent product is taken.
+    pub(crate) at: [Wide; 9],
+    /// `V P` of what the rows see.
+    pub(crate) stress: [Wide; 9],
+    /// `V W - V P : (F - I) / 2`.
+    pub(crate) work: Wide,
+    /// `J`.
+    pub(crate) ratio: Wide,
+    /// Bound on the tangent modulus, as `Prepared::tangent_bound`.
+    pub(crate) bound: Wide,
+    /// Rows of `(Q, q)` and of `(R, q low)`; without multipliers the second of the first row holds the
+    /// low parts of all.
+    record: [[[Wide; 4]; 2]; 3],
+    /// What a node's own row gives itself.
+    force: [Wide; 3],
+}
+
+impl<const L: usize> Block<L> {
+    pub(crate) fn new() -> Self {
+        Self {
+            sums: [[ZERO; L]; 4],
+            place: [ZERO; L],
+            moved: [ZERO; 3],
+            deformation: [ZERO; 9],
+            at: [ZERO; 9],
+            stress: [ZERO; 9],
+            work: ZERO,
+            ratio: ZERO,
+            bound: ZERO,
+            record: [[[ZERO; 4]; 2]; 3],
+            force: [ZERO; 3],
+        }
+    }
+
+    /// Takes a node's sums, coordinates and displacement into a lane.
+    #[inline(always)]
+    pub(crate) fn take<P: Place>(
+        &mut self,
+        lane: usize,
+        sums: &Sums<L>,
+        (anchor, unit): (&[P; L], &[f64; L]),
+        moved: &Move,
+    ) {
+        // No more numbers than a node has: what is not read is not moved.
+        for r in 0..4 {
+            for k in 0..L {
+                if k < L - L / 8 && (k != ONE || r < 3) {
+                    self.sums[r][k][lane] = sums[r][k];
+                }
+            }
+        }
+        for k in 0..L {
+            if k % 4 != ONE {
+                let x = anchor[k].wide();
+                self.place[k][lane] = if P::PLAIN { x } else { x * unit[k] };
+            }
+        }
+        for r in 0..3 {
+            self.moved[r][lane] = moved[r];
+        }
+    }
+
+    /// `F` from the sums taken: `I + S Bᵀ + s T`; without the identity for `one = 0`.
+    #[inline(always)]
+    pub(crate) fn gradients<A: Arithmetic, T: Number>(
+        &mut self,
+        constants: Constants<'_, T>,
+        one: f64,
+    ) {
+        for r in 0..3 {
+            let s = &self.sums[r];
+            for c in 0..3 {
+                let b = &constants.matrix[3 * c..3 * c + 3];
+                let mut sum = [if r == c { one } else { 0.0 }; BLOCK];
+                if let (true, Some(scale)) = (L > 4, constants.scale) {
+                    sum = add::<A, T>(&s[(ONE + 1 + c) % L], scale, &sum);
+                }
+                sum = add::<A, T>(&s[2], &b[2], &sum);
+                sum = add::<A, T>(&s[1], &b[1], &sum);
+                self.deformation[3 * r + c] = add::<A, T>(&s[0], &b[0], &sum);
+            }
+        }
+    }
+
+    /// Adds to a lane's deformation gradient.
+    pub(crate) fn add_gradient(&mut self, lane: usize, more: DMat3) {
+        let more = more.transpose().to_cols_array();
+        for k in 0..9 {
+            self.deformation[k][lane] += more[k];
+        }
+    }
+
+    /// Whether the node in a lane is one for which the lanes hold.
+    #[inline(always)]
+    pub(crate) fn holds(&self, model: &Model, node: usize, lane: usize) -> bool {
+        model.is_plain(node)
+            && (self.ratio[lane] >= EXTENSION_VOLUME_RATIO
+                || !model.law_shared(node).has_logarithm())
+    }
+
+    /// Energies and stresses of neo-Hookean nodes from `F`.
+    #[inline(always)]
+    pub(crate) fn stresses<A: Arithmetic>(&mut self, laws: &Laws, logarithm: bool) {
+        if logarithm {
+            self.stresses_of::<A, true>(laws);
+        } else {
+            self.stresses_of::<A, false>(laws);
+        }
+    }
+
+    #[inline(always)]
+    fn stresses_of<A: Arithmetic, const LOGARITHM: bool>(&mut self, laws: &Laws) {
+        let f = &self.deformation;
+        for k in 0..BLOCK {
+            let (a, b, d) = (
+                [f[0][k], f[1][k], f[2][k]],
+                [f[3][k], f[4][k], f[5][k]],
+                [f[6][k], f[7][k], f[8][k]],
+            );
+            let cof = [cross::<A>(b, d), cross::<A>(d, a), cross::<A>(a, b)];
+            let j = dot::<A>(a, cof[0], 0.0);
+            let twice = laws.law[0][k];
+            let [volumetric, slope, curvature] = volumetric::<A, LOGARITHM>(laws, k, j);
+            let squares = dot::<A>(d, d, dot::<A>(b, b, dot::<A>(a, a, -3.0)));
+            let energy = A::add(0.5 * twice, squares, volumetric);
+            let volume = laws.volume[k];
+            let (p, q) = (volume * twice, volume * slope);
+            let mut work = 0.0;
+            let rows = [a, b, d];
+            for r in 0..3 {
+                let mut row = [0.0; 3];
+                for c in 0..3 {
+                    row[c] = A::add(rows[r][c], p, cof[r][c] * q);
+                }
+                let [x, y, z] = row;
+                let mut off = rows[r];
+                off[r] -= 1.0;
+                work = dot::<A>([x, y, z], off, work);
+                self.stress[3 * r][k] = x;
+                self.stress[3 * r + 1][k] = y;
+                self.stress[3 * r + 2][k] = z;
+            }
+            self.work[k] = A::add(volume, energy, -0.5 * work);
+            self.ratio[k] = j;
+            let cofactors = dot::<A>(
+                cof[0],
+                cof[0],
+                dot::<A>(cof[1], cof[1], dot::<A>(cof[2], cof[2], 0.0)),
+            );
+            let bend = A::add(curvature.max(0.0), cofactors, twice);
+            self.bound[k] = A::add(slope.abs(), (squares + 3.0).sqrt(), bend);
+        }
+    }
+
+    /// Changes of the stresses of neo-Hookean nodes from `F` and its change.
+    #[inline(always)]
+    pub(crate) fn stress_changes<A: Arithmetic>(&mut self, laws: &Laws, logarithm: bool) {
+        if logarithm {
+            self.changes_of::<A, true>(laws);
+        } else {
+            self.changes_of::<A, false>(laws);
+        }
+    }
+
+    #[inline(always)]
+    fn changes_of<A: Arithmetic, const LOGARITHM: bool>(&mut self, laws: &Laws) {
+        let (f, df) = (&self.at, &self.deformation);
+        for k in 0..BLOCK {
+            let (a, b, d) = (
+                [f[0][k], f[1][k], f[2][k]],
+                [f[3][k], f[4][k], f[5][k]],
+                [f[6][k], f[7][k], f[8][k]],
+            );
+            let (da, db, dd) = (
+                [df[0][k], df[1][k], df[2][k]],
+                [df[3][k], df[4][k], df[5][k]],
+                [df[6][k], df[7][k], df[8][k]],
+            );
+            let change = [da, db, dd];
+            let cof = [cross::<A>(b, d), cross::<A>(d, a), cross::<A>(a, b)];
+            let cof_change = [
+                plus(cross::<A>(db, d), cross::<A>(b, dd)),
+                plus(cross::<A>(dd, a), cross::<A>(d, da)),
+                plus(cross::<A>(da, b), cross::<A>(a, db)),
+            ];
+            let j = dot::<A>(a, cof[0], 0.0);
+            let twice = laws.law[0][k];
+            let [_, slope, bend] = volumetric::<A, LOGARITHM>(laws, k, j);
+            let along = dot::<A>(cof[0], da, dot::<A>(cof[1], db, dot::<A>(cof[2], dd, 0.0)));
+            let volume = laws.volume[k];
+            let (p, q, t) = (volume * twice, volume * bend * along, volume * slope);
+            for r in 0..3 {
+                let mut row = [0.0; 3];
+                for c in 0..3 {
+                    let bent = A::add(cof[r][c], q, cof_change[r][c] * t);
+                    row[c] = A::add(change[r][c], p, bent);
+                }
+                let [x, y, z] = row;
+                self.stress[3 * r][k] = x;
+                self.stress[3 * r + 1][k] = y;
+                self.stress[3 * r + 2][k] = z;
+            }
+            self.ratio[k] = j;
+        }
+    }
+
+    /// Records and own forces from stresses and sums.
+    #[inline(always)]
+    pub(crate) fn records<A: Arithmetic, T: Number>(&mut self, constants: Constants<'_, T>) {
+        for r in 0..3 {
+            self.record_row::<A, T>(r, constants);
+        }
+    }
+
+    #[inline(always)]
+    fn record_row<A: Arithmetic, T: Number>(&mut self, r: usize, constants: Constants<'_, T>) {
+        let p = &self.stress[3 * r..3 * r + 3];
+        let s = &self.sums[r];
+        let b = constants.matrix;
+        // `V P B - c S A⁻¹`.
+        // Written out: over a loop of three, compilers take the three for lanes.
+        let mut q = [
+            product::<A, T>(p, [&b[0], &b[3], &b[6]]),
+            product::<A, T>(p, [&b[1], &b[4], &b[7]]),
+            product::<A, T>(p, [&b[2], &b[5], &b[8]]),
+        ];
+        let (mut along, mut force) = (ZERO, ZERO);
+        if let Some(control) = constants.control {
+            let h = match constants.inverse {
+                Some([xx, yy, zz, yz, zx, xy]) => [
+                    product::<A, T>(s, [xx, xy, zx]),
+                    product::<A, T>(s, [xy, yy, yz]),
+                    product::<A, T>(s, [zx, yz, zz]),
+                ],
+                // Without multipliers B is the inverse itself.
+                None => [
+                    product::<A, T>(s, [&b[0], &b[3], &b[6]]),
+                    product::<A, T>(s, [&b[1], &b[4], &b[7]]),
+                    product::<A, T>(s, [&b[2], &b[5], &b[8]]),
+                ],
+            };
+            for k in 0..3 {
+                q[k] = subtract::<A, T>(&h[k], control, &q[k]);
+            }
+            along = add::<A, T>(&self.moved[r], control, &along);
+            force = add::<A, T>(&s[ONE], control, &force);
+        }
+        for k in 0..3 {
+            // What neighbours read is what counts: the sum of forces is exact then.
+            q[k] = rounded::<T>(&q[k]);
+            along = add::<A, f64>(&q[k], &self.place[k], &along);
+            force = add::<A, f64>(&q[k], &self.sums[3][k], &force);
+        }
+        let mut bent = [ZERO; 3];
+        if let (true, Some(scale)) = (L > 4, constants.scale) {
+            for k in 0..3 {
+                let at = (ONE + 1 + k) % L;
+                bent[k] = rounded::<T>(&add::<A, T>(&p[k], scale, &ZERO));
+                along = add::<A, f64>(&bent[k], &self.place[at], &along);
+                force = add::<A, f64>(&bent[k], &self.sums[3][at], &force);
+            }
+        }
+        let mut low = ZERO;
+        if T::ROUNDS {
+            let high = rounded::<T>(&along);
+            low = subtract::<A, f64>(&high, &[1.0; BLOCK], &along);
+        }
+        self.force[r] = force;
+        self.record[r][0] = [q[0], q[1], q[2], along];
+        if L > 4 {
+            self.record[r][1] = [bent[0], bent[1], bent[2], low];
+        } else {
+            self.record[0][1][r] = low;
+        }
+    }
+
+    /// Writes the records of all lanes as they are stored.
+    #[inline(always)]
+    pub(crate) fn write<T: Number, const R: usize>(&self, to: &mut Sixteen<Record<T, L, R>>) {
+        for r in 0..R {
+            for half in 0..L / 4 {
+                // The fourth row without multipliers is that of the low parts.
+                let woven = if r < 3 {
+                    weave::<T>(&self.record[r][half])
+                } else {
+                    weave::<T>(&self.record[0][1])
+                };
+                for lane in 0..BLOCK {
+                    to.0[lane][r][4 * half..4 * half + 4].copy_from_slice(&woven[lane]);
+                }
+            }
+        }
+    }
+
+    /// The record of a lane as it is stored.
+    pub(crate) fn record<T: Number, const R: usize>(&self, lane: usize) -> Record<T, L, R> {
+        let mut record = [[T::ZERO; L]; R];
+        for r in 0..R {
+            for k in 0..L {
+                let value = if r < 3 {
+                    self.record[r][k / 4][k % 4][lane]
+                } else {
+                    self.record[0][1][k % 4][lane]
+                };
+                record[r][k] = T::of(value);
+            }
+        }
+        record
+    }
+
+    /// A matrix of a lane.
+    #[inline(always)]
+    pub(crate) fn matrix(&self, planes: &[Wide; 9], lane: usize) -> DMat3 {
+        let p = |k: usize| planes[k][lane];
+        DMat3::from_cols_array(&[p(0), p(3), p(6), p(1), p(4), p(7), p(2), p(5), p(8)])
+    }
+
+    /// Writes the deformation gradients.
+    #[inline(always)]
+    pub(crate) fn write_deformation<T: Number>(&self, to: &mut Planes<T>) {
+        for k in 0..9 {
+            to[k] = as_stored(&self.deformation[k]);
+        }
+    }
+
+    /// Takes the deformation gradients at which a tangent product is taken.
+    #[inline(always)]
+    pub(crate) fn set_at<T: Number>(&mut self, from: &Planes<T>) {
+        for k in 0..9 {
+            for lane in 0..BLOCK {
+                self.at[k][lane] = from[k][lane].wide();
+            }
+        }
+    }
+
+    /// Takes one of them.
+    pub(crate) fn set_matrix_at(&mut self, lane: usize, f: DMat3) {
+        let f = f.transpose().to_cols_array();
+        for k in 0..9 {
+            self.at[k][lane] = f[k];
+        }
+    }
+
+    /// Replaces a lane's deformation gradient (or its change) and stress.
+    pub(crate) fn set_matrix(&mut self, lane: usize, f: DMat3, stress: DMat3) {
+        let (f, stress) = (
+            f.transpose().to_cols_array(),
+            stress.transpose().to_cols_array(),
+        );
+        for k in 0..9 {
+            self.deformation[k][lane] = f[k];
+            self.stress[k][lane] = stress[k];
+        }
+    }
+
+    /// What a node's own row gives itself.
+    #[inline(always)]
+    pub(crate) fn own_force(&self, lane: usize) -> [f64; 3] {
+        [
+            self.force[0][lane],
+            self.force[1][lane],
+            self.force[2][lane],
+        ]
+    }
+}
+
+/// `sum_j w_ij (q_j - Q_j X_i - R_j μ_i)` from the summed records.
+#[inline(always)]
+pub(crate) fn received<A: Arithmetic, const L: usize, const R: usize>(
+    sum: &[[f64; L]; R],
+    place: &[f64; L],
+) -> [f64; 3] {
+    let mut forces = [0.0; 3];
+    for r in 0..3 {
+        // In a tree, so that no addition waits for more than three others.
+        let mut terms = [0.0; 4];
+        for half in 0..L / 4 {
+            for k in 0..4 {
+                let at = 4 * half + k;
+                let share = if k == ONE { 1.0 } else { -place[at] };
+                terms[k] = A::add(sum[r][at], share, terms[k]);
+            }
+        }
+        let [a, b, c, d] = terms;
+        forces[r] = (a + b) + (c + d);
+        if R > 3 {
+            forces[r] += sum[R - 1][r];
+        }
+    }
+    forces
+}
+
+/// Coordinates of a node as the sums see them.
+#[inline(always)]
+pub(crate) fn place<P: Place, const L: usize>(
+    anchors: &[Sixteen<[P; L]>],
+    unit: &[f64; L],
+    node: usize,
+) -> [f64; L] {
+    let anchor = crate::storage::at(anchors, node);
+    let mut place = [0.0; L];
+    for k in 0..L {
+        place[k] = anchor[k].wide() * unit[k];
+    }
+    place
+}
+
+/// Value and two derivatives of the volumetric energy, as `Volumetric::at` above its extension.
+#[inline(always)]
+fn volumetric<A: Arithmetic, const LOGARITHM: bool>(laws: &Laws, lane: usize, j: f64) -> [f64; 3] {
+    let (log, log_squared) = (laws.law[1][lane], laws.law[2][lane]);
+    let (linear, constant) = (laws.law[3][lane], laws.law[4][lane]);
+    let off = j - 1.0;
+    let slope = A::add(constant, off, -linear);
+    let energy = off * A::add(0.5 * constant, off, -linear);
+    if !LOGARITHM {
+        return [energy, slope, constant];
+    }
+    // A lane below the extension is not used; one without logarithm takes that of one.
+    let has = log.abs() + log_squared.abs() > 0.0;
+    let safe = if has { j } else { 1.0 };
+    let (l, inverse) = (ln::<A>(safe), safe.recip());
+    let slow = A::add(log_squared, l, -log);
+    [
+        A::add(l, A::add(-0.5 * log_squared, l, slow), energy),
+        A::add(slow, inverse, slope),
+        A::add((log_squared - slow) * inverse, inverse, constant),
+    ]
+}
+
+#[inline(always)]
+fn cross<A: Arithmetic>(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        A::add(a[1], b[2], -(a[2] * b[1])),
+        A::add(a[2], b[0], -(a[0] * b[2])),
+        A::add(a[0], b[1], -(a[1] * b[0])),
+    ]
+}
+
+#[inline(always)]
+fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// `a · b + c`.
+#[inline(always)]
+fn dot<A: Arithmetic>(a: [f64; 3], b: [f64; 3], c: f64) -> f64 {
+    A::add(a[0], b[0], A::add(a[1], b[1], A::add(a[2], b[2], c)))
+}

@@ -1,0 +1,311 @@
+//! Pass one with mean dilatation: volume ratios, their means, then stresses.
+//!
+//! Stresses need the means, so rows are gathered twice; nothing of the first gather is kept but what
+//! the means are made of.
+
+use glam::{DMat3, DVec3};
+use pulp::{Simd, WithSimd};
+
+use crate::forces::{CHUNK, Table, chunks, gather, gradient, parallel, set_gradient, watch_node};
+use crate::gather::{Arithmetic, Fused, Move, Record, Separate, fuses};
+use crate::lanes::Block;
+use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
+use crate::nodes::{Model, Scratch, State};
+use crate::storage::{BLOCK, Sixteen, Storage};
+use crate::watch::Watch;
+
+/// Stresses and records of all nodes; see [`crate::Elastic::forces_into`].
+pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &mut State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    forces: &mut [DVec3],
+) {
+    let (Some(means), Some(pressures)) = (&model.means, &mut state.pressures) else {
+        return;
+    };
+    let continuation = &state.continuation;
+    let parallel = parallel(model);
+    let moves = &scratch.moves[..];
+    let work = Work {
+        model,
+        table: &table.fixed,
+        moves,
+    };
+    let ratios = &mut pressures.ratios[..];
+    chunks(
+        parallel,
+        (&mut table.deformation, CHUNK / BLOCK),
+        (ratios, CHUNK),
+        |chunk, f, ratios| {
+            let first = chunk * CHUNK;
+            work.each(first, ratios.len(), |node, h| {
+                let h = h + continuation.of(node);
+                let (at, value) = (node - first, model.deformation_gradient(node, h));
+                set_gradient(f, at, value);
+                ratios[at] = volume_ratio(value);
+            });
+        },
+    );
+    let ratios = &pressures.ratios[..];
+    let partial = (&mut scratch.partial[..], 1);
+    let mean = (&mut pressures.means[..], CHUNK);
+    chunks(parallel, mean, partial, |chunk, mean, sum| {
+        for (node, j) in (chunk * CHUNK..).zip(mean) {
+            *j = ratios[node] + means.spread(&model.pairs, node, ratios) / model.volumes[node];
+            sum[0] += model.elastic_volumes[node] * means.law(model, node).at(*j)[0];
+        }
+    });
+    let mean = &pressures.means[..];
+    let pressure = (&mut pressures.pressures[..], CHUNK);
+    chunks(
+        parallel,
+        pressure,
+        (&mut *forces, CHUNK),
+        |chunk, pressures, _| {
+            for (node, p) in (chunk * CHUNK..).zip(pressures) {
+                let share = model.elastic_volumes[node] / model.volumes[node];
+                *p = share * means.law(model, node).at(mean[node])[1];
+            }
+        },
+    );
+    let (pressures, viscosity) = (&*pressures, state.viscosity.as_ref());
+    let deformation = &table.deformation[..];
+    let energies = &mut scratch.partial[..];
+    let outputs: Vec<_> = table
+        .records
+        .chunks_mut(CHUNK / BLOCK)
+        .zip(forces.chunks_mut(CHUNK))
+        .zip(energies)
+        .collect();
+    let run = |(chunk, ((records, forces), sum)): (usize, ((&mut [_], &mut [DVec3]), &mut f64))| {
+        let stress = |node: usize, h: DMat3| {
+            let f = gradient(deformation, node);
+            let volume = model.elastic_volumes[node];
+            let (energy, stress) = model.energy_and_stress(viscosity, node, f);
+            let pressure = means.pressure(model, node, &pressures.pressures);
+            let stress = stress * volume + cofactor(f) * pressure;
+            let stress = model.seen_stress(node, f, stress);
+            // Of displacements alone: what an offset adds to F does no virtual work.
+            (stress, volume * energy - 0.5 * double_dot(stress, h))
+        };
+        *sum += work.records(chunk * CHUNK, records, forces, stress);
+    };
+    run_all(parallel, outputs, run);
+    for (chunk, watch) in state.watches.iter_mut().enumerate() {
+        let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(model.node_count());
+        *watch = nodes.fold(Watch::NOTHING, |worst, node| {
+            worst.and(watch_node(model, node, gradient(deformation, node)))
+        });
+    }
+}
+
+/// Changes of stress and records of all nodes; see [`crate::Elastic::tangent_product_into`].
+pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    own: &mut [DVec3],
+) {
+    let (Some(means), Some(pressures)) = (&model.means, &state.pressures) else {
+        return;
+    };
+    let parallel = parallel(model);
+    let Scratch { moves, changes, .. } = scratch;
+    let [ratios, slopes] = changes;
+    let work = Work {
+        model,
+        table: &table.fixed,
+        moves,
+    };
+    let deformation = &table.deformation[..];
+    chunks(
+        parallel,
+        (&mut *ratios, CHUNK),
+        (&mut *own, CHUNK),
+        |chunk, ratios, _| {
+            let mut outputs = ratios.iter_mut();
+            work.each(chunk * CHUNK, outputs.len(), |node, dh| {
+                if let Some(ratio) = outputs.next() {
+                    let f = gradient(deformation, node);
+                    *ratio = double_dot(cofactor(f), model.deformation_change(node, f, dh));
+                }
+            });
+        },
+    );
+    let ratios = &ratios[..];
+    chunks(
+        parallel,
+        (&mut *slopes, CHUNK),
+        (&mut *own, CHUNK),
+        |chunk, slopes, _| {
+            for (node, slope) in (chunk * CHUNK..).zip(slopes) {
+                let volume = model.volumes[node];
+                let dj = ratios[node] + means.spread(&model.pairs, node, ratios) / volume;
+                let [_, _, u2] = means.law(model, node).at(pressures.means[node]);
+                *slope = model.elastic_volumes[node] / volume * u2 * dj;
+            }
+        },
+    );
+    let slopes = &slopes[..];
+    let viscosity = state.viscosity.as_ref();
+    let outputs: Vec<_> = table
+        .records
+        .chunks_mut(CHUNK / BLOCK)
+        .zip(own.chunks_mut(CHUNK))
+        .collect();
+    let run = |(chunk, (records, own)): (usize, (&mut [_], &mut [DVec3]))| {
+        let change = |node: usize, dh: DMat3| {
+            let f = gradient(deformation, node);
+            let df = model.deformation_change(node, f, dh);
+            let cof = cofactor(f);
+            let volume = model.elastic_volumes[node];
+            let p = means.pressure(model, node, &pressures.pressures);
+            let dp = means.pressure(model, node, slopes);
+            let change = model.stress_change(viscosity, node, f, df) * volume
+                + cof * dp
+                + cofactor_change(f, df) * p;
+            let change = model.seen_change(node, f, dh, change, || {
+                model.energy_and_stress(viscosity, node, f).1 * volume + cof * p
+            });
+            (change, 0.0)
+        };
+        work.records(chunk * CHUNK, records, own, change);
+    };
+    run_all(parallel, outputs, run);
+}
+
+/// Runs `work` on numbered outputs, on the pool or in place.
+fn run_all<T: Send>(parallel: bool, outputs: Vec<T>, work: impl Fn((usize, T)) + Sync + Send) {
+    use rayon::prelude::*;
+    if parallel {
+        outputs.into_par_iter().enumerate().for_each(work);
+    } else {
+        outputs.into_iter().enumerate().for_each(work);
+    }
+}
+
+/// What all stages read.
+struct Work<'a, S: Storage, const L: usize> {
+    model: &'a Model,
+    table: &'a crate::fixed::Fixed<S, L>,
+    moves: &'a [Move],
+}
+
+impl<S: Storage, const L: usize> Work<'_, S, L> {
+    /// Gathers `count` nodes from `first` on and hands out their displacement gradients.
+    fn each(&self, first: usize, count: usize, mut use_of: impl FnMut(usize, DMat3)) {
+        let mut block = Block::<L>::new();
+        for start in (first..first + count).step_by(BLOCK) {
+            let in_block = BLOCK.min(first + count - start);
+            self.gather(start, in_block, &mut block);
+            for lane in 0..in_block {
+                let h = block.matrix(&block.deformation, lane);
+                use_of(start + lane, h);
+            }
+        }
+    }
+
+    /// Fills the block's sums and displacement gradients.
+    fn gather(&self, first: usize, count: usize, block: &mut Block<L>) {
+        self.model.arch.dispatch(Gather {
+            work: self,
+            first,
+            count,
+            block,
+        });
+    }
+
+    /// Writes records and own forces of a chunk for the stresses that `stress` gives, with energies to
+    /// be summed.
+    fn records<const R: usize>(
+        &self,
+        first: usize,
+        records: &mut [Sixteen<Record<S::Number, L, R>>],
+        forces: &mut [DVec3],
+        stress: impl Fn(usize, DMat3) -> (DMat3, f64),
+    ) -> f64 {
+        let mut block = Block::<L>::new();
+        let mut sum = 0.0;
+        let mut first = first;
+        for (records, forces) in records.iter_mut().zip(forces.chunks_mut(BLOCK)) {
+            let count = forces.len();
+            self.gather(first, count, &mut block);
+            for lane in 0..count {
+                let h = block.matrix(&block.deformation, lane);
+                let (stress, energy) = stress(first + lane, h);
+                block.set_matrix(lane, h, stress);
+                sum += energy;
+            }
+            self.model.arch.dispatch(Finish {
+                work: self,
+                first,
+                block: &mut block,
+                records,
+            });
+            for (lane, force) in forces.iter_mut().enumerate() {
+                *force = DVec3::from_array(block.own_force(lane));
+            }
+            first += BLOCK;
+        }
+        sum
+    }
+}
+
+/// Sums and displacement gradients of a block.
+struct Gather<'a, S: Storage, const L: usize> {
+    work: &'a Work<'a, S, L>,
+    first: usize,
+    count: usize,
+    block: &'a mut Block<L>,
+}
+
+impl<S: Storage, const L: usize> WithSimd for Gather<'_, S, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        if fuses::<V>() {
+            self.run::<Fused>();
+        } else {
+            self.run::<Separate>();
+        }
+    }
+}
+
+impl<S: Storage, const L: usize> Gather<'_, S, L> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let Work {
+            model,
+            table,
+            moves,
+        } = *self.work;
+        for lane in 0..self.count {
+            gather::<A, S, L>(model, table, moves, self.first + lane, lane, self.block);
+        }
+        let constants = table.constants(self.first / BLOCK);
+        self.block.gradients::<A, _>(constants, 0.0);
+    }
+}
+
+/// Records of a block from its stresses.
+struct Finish<'a, S: Storage, const L: usize, const R: usize> {
+    work: &'a Work<'a, S, L>,
+    first: usize,
+    block: &'a mut Block<L>,
+    records: &'a mut Sixteen<Record<S::Number, L, R>>,
+}
+
+impl<S: Storage, const L: usize, const R: usize> WithSimd for Finish<'_, S, L, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let constants = self.work.table.constants(self.first / BLOCK);
+        if fuses::<V>() {
+            self.block.records::<Fused, _>(constants);
+        } else {
+            self.block.records::<Separate, _>(constants);
+        }
+        self.block.write(self.records);
+    }
+}

@@ -1,0 +1,321 @@
+//! What belongs to nodes: rest state, materials, what their rows see; what an evaluation leaves; and
+//! what it needs while it runs.
+
+use glam::{DMat3, DVec3};
+use pulp::Arch;
+
+use crate::bond::Bonds;
+use crate::completion::Span;
+use crate::dilatation::{Means, Pressures};
+use crate::gather::Move;
+use crate::input::{Instructions, Settings};
+use crate::law::Prepared;
+use crate::material::Material;
+use crate::offset::Continuation;
+use crate::pairs::Pairs;
+use crate::still::Still;
+use crate::viscosity::Viscosity;
+use crate::watch::Watch;
+
+/// What is constant between cuts.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub(crate) settings: Settings,
+    pub(crate) pairs: Pairs,
+    /// What the processor offers to the loops.
+    pub(crate) arch: Arch,
+    pub(crate) rest: Vec<DVec3>,
+    pub(crate) volumes: Vec<f64>,
+    /// `V_i`, 0 at weak nodes.
+    pub(crate) elastic_volumes: Vec<f64>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) prepared: Vec<Prepared>,
+    /// Empty if there is one material for all.
+    pub(crate) material_of: Vec<u32>,
+    /// Fiber directions, empty if the materials' own hold.
+    pub(crate) fiber_directions: Vec<DVec3>,
+    /// Whether any law has `ln J` in it.
+    pub(crate) logarithm: bool,
+    /// Factors on `alpha` per node; empty where all are 1.
+    pub(crate) control_scales: Vec<f64>,
+    /// `1 / m_i`; empty unless stiffness is watched.
+    pub(crate) inverse_masses: Vec<f64>,
+    /// `sum_j |g_ij|²/m_j`, `j = i` included; empty unless stiffness is watched.
+    pub(crate) gradient_squares: Vec<f64>,
+    /// Nodes whose row is not full, rising.
+    spans: Vec<(u32, Span)>,
+    pub(crate) ranks: Vec<u8>,
+    /// Nodes with nothing to compute.
+    pub(crate) still: Still,
+    /// Mean dilatation.
+    pub(crate) means: Option<Means>,
+}
+
+/// What the last evaluation left, besides deformation gradients, and what went before it.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub(crate) viscosity: Option<Viscosity>,
+    pub(crate) pressures: Option<Pressures>,
+    /// Offsets of rebuilt rows.
+    pub(crate) continuation: Continuation,
+    /// Weak nodes.
+    pub(crate) bonds: Bonds,
+    /// What was seen of chunks of nodes.
+    pub(crate) watches: Vec<Watch>,
+}
+
+/// What passes write for each other.
+#[derive(Debug, Clone)]
+pub(crate) struct Scratch {
+    /// Displacements, or the vector of a tangent product.
+    pub(crate) moves: Vec<Move>,
+    /// Energies of chunks of nodes.
+    pub(crate) partial: Vec<f64>,
+    /// Changes of `J_i` and of `V_i_el / V_i U'(J̄_i)`; with mean dilatation.
+    pub(crate) changes: [Vec<f64>; 2],
+}
+
+impl Model {
+    pub(crate) fn new(
+        settings: &Settings,
+        pairs: Pairs,
+        rest: &[DVec3],
+        volumes: &[f64],
+        (materials, material_of): (Vec<Material>, Vec<u32>),
+    ) -> Self {
+        let prepared: Vec<Prepared> = materials.iter().map(Prepared::new).collect();
+        Self {
+            logarithm: prepared.iter().any(Prepared::has_logarithm),
+            control_scales: Vec::new(),
+            inverse_masses: Vec::new(),
+            gradient_squares: Vec::new(),
+            settings: *settings,
+            pairs,
+            arch: match settings.instructions {
+                Instructions::Native => Arch::new(),
+                Instructions::Portable => Arch::Scalar,
+            },
+            rest: rest.to_vec(),
+            volumes: volumes.to_vec(),
+            elastic_volumes: volumes.to_vec(),
+            prepared,
+            materials,
+            material_of,
+            fiber_directions: Vec::new(),
+            spans: Vec::new(),
+            ranks: vec![3; rest.len()],
+            still: Still::default(),
+            means: None,
+        }
+    }
+
+    pub(crate) fn node_count(&self) -> usize {
+        self.rest.len()
+    }
+
+    pub(crate) fn controlled(&self) -> bool {
+        self.settings.zero_energy_control > 0.0
+    }
+
+    #[inline]
+    pub(crate) fn material_index(&self, node: usize) -> usize {
+        self.material_of.get(node).map_or(0, |&m| m as usize)
+    }
+
+    pub(crate) fn material(&self, node: usize) -> &Material {
+        &self.materials[self.material_index(node)]
+    }
+
+    #[inline(always)]
+    pub(crate) fn span(&self, node: usize) -> Option<&Span> {
+        if self.ranks[node] == 3 {
+            None
+        } else {
+            self.find_span(node)
+        }
+    }
+
+    #[cold]
+    fn find_span(&self, node: usize) -> Option<&Span> {
+        let found = self
+            .spans
+            .binary_search_by(|(at, _)| (*at as usize).cmp(&node));
+        found.ok().map(|k| &self.spans[k].1)
+    }
+
+    pub(crate) fn set_span(&mut self, node: usize, span: Option<&Span>) {
+        let at = self
+            .spans
+            .binary_search_by(|(other, _)| (*other as usize).cmp(&node));
+        match (span, at) {
+            (Some(span), Ok(at)) => self.spans[at].1 = *span,
+            (Some(span), Err(at)) => {
+                let id = u32::try_from(node).unwrap_or(u32::MAX);
+                self.spans.insert(at, (id, *span));
+            }
+            (None, Ok(at)) => {
+                self.spans.remove(at);
+            }
+            (None, Err(_)) => {}
+        }
+        self.ranks[node] = span.map_or(3, |span| span.rank);
+    }
+
+    /// `F` from `sum_j u_ij ⊗ g_ij`.
+    pub(crate) fn deformation_gradient(&self, node: usize, h: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => DMat3::IDENTITY + h,
+            Some(span) => span.complete(span.projector() + h),
+        }
+    }
+
+    /// Change of `F` for a change of `sum_j u_ij ⊗ g_ij`.
+    pub(crate) fn deformation_change(&self, node: usize, f: DMat3, dh: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => dh,
+            Some(span) => span.complete_change(f, dh),
+        }
+    }
+
+    fn law(&self, node: usize) -> LawAt<'_> {
+        let prepared = self.law_shared(node);
+        match self.fiber_directions.get(node) {
+            None => LawAt::Shared(prepared),
+            Some(&direction) => LawAt::Turned(prepared.turned(direction)),
+        }
+    }
+
+    /// Energy density and stress of the law and fibers alone.
+    pub(crate) fn settled_energy_and_stress(&self, node: usize, f: DMat3) -> (f64, DMat3) {
+        self.law(node).get().energy_and_stress(f)
+    }
+
+    /// Energy density and stress of a node at `F`, without mean dilatation: law, fibers, viscosity.
+    #[inline(never)]
+    pub(crate) fn energy_and_stress(
+        &self,
+        viscosity: Option<&Viscosity>,
+        node: usize,
+        f: DMat3,
+    ) -> (f64, DMat3) {
+        let (energy, stress) = self.settled_energy_and_stress(node, f);
+        match viscosity {
+            None => (energy, stress),
+            Some(viscosity) => {
+                viscosity.energy_and_stress(node, self.material_index(node), f, energy, stress)
+            }
+        }
+    }
+
+    pub(crate) fn stress_change(
+        &self,
+        viscosity: Option<&Viscosity>,
+        node: usize,
+        f: DMat3,
+        df: DMat3,
+    ) -> DMat3 {
+        let change = self.law(node).get().stress_change(f, df);
+        match viscosity {
+            None => change,
+            Some(viscosity) => viscosity.stress_change(node, self.material_index(node), df, change),
+        }
+    }
+
+    /// The part of a stress that works on what the node's row sees.
+    pub(crate) fn seen_stress(&self, node: usize, f: DMat3, stress: DMat3) -> DMat3 {
+        match self.span(node) {
+            None => stress,
+            Some(span) => span.project(f, stress),
+        }
+    }
+
+    /// Its change; `stress` is asked for where it is needed.
+    pub(crate) fn seen_change(
+        &self,
+        node: usize,
+        f: DMat3,
+        dh: DMat3,
+        change: DMat3,
+        stress: impl FnOnce() -> DMat3,
+    ) -> DMat3 {
+        match self.span(node) {
+            None => change,
+            Some(span) => span.project_change(f, dh, stress(), change),
+        }
+    }
+
+    /// True if a node's stress is its material's neo-Hookean one and nothing else.
+    #[inline(always)]
+    pub(crate) fn is_plain(&self, node: usize) -> bool {
+        self.ranks[node] == 3 && self.law_shared(node).is_plain()
+    }
+
+    #[inline(always)]
+    pub(crate) fn law_shared(&self, node: usize) -> &Prepared {
+        &self.prepared[self.material_index(node)]
+    }
+
+    /// Heap bytes that only bodies hold whose stiffness is watched.
+    pub(crate) fn watch_bytes(&self) -> usize {
+        of(&self.inverse_masses) + of(&self.gradient_squares)
+    }
+
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        of(&self.rest)
+            + of(&self.volumes)
+            + of(&self.elastic_volumes)
+            + of(&self.materials)
+            + of(&self.prepared)
+            + of(&self.material_of)
+            + of(&self.fiber_directions)
+            + of(&self.control_scales)
+            + self.watch_bytes()
+            + of(&self.spans)
+            + of(&self.ranks)
+            + self.pairs.bytes()
+            + self.still.bytes()
+            + self.means.as_ref().map_or(0, Means::bytes)
+    }
+}
+
+impl State {
+    /// Heap bytes that only cut bodies hold.
+    pub(crate) fn cut_bytes(&self) -> usize {
+        self.continuation.bytes() + self.bonds.bytes()
+    }
+
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.viscosity.as_ref().map_or(0, Viscosity::bytes)
+            + self.pressures.as_ref().map_or(0, Pressures::bytes)
+            + self.cut_bytes()
+            + of(&self.watches)
+    }
+}
+
+impl Scratch {
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        of(&self.moves) + of(&self.partial) + of(&self.changes[0]) + of(&self.changes[1])
+    }
+}
+
+fn of<T>(v: &Vec<T>) -> usize {
+    v.capacity() * size_of::<T>()
+}
+
+/// A node's law: the list's, or one with the node's own fiber direction.
+enum LawAt<'a> {
+    Shared(&'a Prepared),
+    Turned(Prepared),
+}
+
+impl LawAt<'_> {
+    fn get(&self) -> &Prepared {
+        match self {
+            Self::Shared(law) => law,
+            Self::Turned(law) => law,
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Products with the tangent stiffness, of the whole body and within a part.
+
+use glam::DVec3;
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+
+use crate::fixed::{Fixed, Lane};
+use crate::forces::{CHUNK, Received, Table, gather, parallel, receive, set_moves};
+use crate::gather::{Arithmetic, Fused, Move, Record, Separate, fuses};
+use crate::lanes::{Block, Laws, Planes};
+use crate::mean;
+use crate::nodes::{Model, Scratch, State};
+use crate::part::Part;
+use crate::storage::{BLOCK, Sixteen, Storage};
+
+/// Tangent product; see [`crate::Elastic::tangent_product_into`].
+pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    vector: &[DVec3],
+    product: &mut [DVec3],
+) {
+    let parallel = parallel(model);
+    set_moves(parallel, &mut scratch.moves, |node| vector[node]);
+    if model.means.is_some() {
+        mean::changes((model, state, scratch), table, product);
+    }
+    let moves = &scratch.moves[..];
+    if model.means.is_none() {
+        let (fixed, deformation) = (&table.fixed, &table.deformation[..]);
+        let work =
+            |chunk: usize, records: &mut [Sixteen<Record<S::Number, L, R>>], own: &mut [DVec3]| {
+                model.arch.dispatch(Changes {
+                    model,
+                    state,
+                    fixed,
+                    deformation,
+                    moves,
+                    first: chunk * CHUNK,
+                    records,
+                    own,
+                });
+            };
+        let (records, own) = (&mut table.records[..], &mut *product);
+        crate::forces::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
+    }
+    let table = &*table;
+    let work = |(chunk, forces): (usize, &mut [DVec3])| {
+        model.arch.dispatch(Received {
+            model,
+            table,
+            moves,
+            first: chunk * CHUNK,
+            forces,
+            sum: &mut 0.0,
+            sign: -1.0,
+        });
+    };
+    if parallel {
+        product.par_chunks_mut(CHUNK).enumerate().for_each(work);
+    } else {
+        product.chunks_mut(CHUNK).enumerate().for_each(work);
+    }
+}
+
+/// Pass one of a product for a chunk.
+struct Changes<'a, S: Storage, const L: usize, const R: usize> {
+    model: &'a Model,
+    state: &'a State,
+    fixed: &'a Fixed<S, L>,
+    deformation: &'a [Planes<S::Number>],
+    moves: &'a [Move],
+    first: usize,
+    records: &'a mut [Sixteen<Record<S::Number, L, R>>],
+    own: &'a mut [DVec3],
+}
+
+impl<S: Storage, const L: usize, const R: usize> WithSimd for Changes<'_, S, L, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        if fuses::<V>() {
+            self.run::<Fused>();
+        } else {
+            self.run::<Separate>();
+        }
+    }
+}
+
+impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let mut block = Block::<L>::new();
+        let mut laws = Laws::new(self.model);
+        let mut first = self.first;
+        for (records, own) in self.records.iter_mut().zip(self.own.chunks_mut(BLOCK)) {
+            let count = own.len();
+            for lane in 0..count {
+                let node = first + lane;
+                gather::<A, S, L>(self.model, self.fixed, self.moves, node, lane, &mut block);
+            }
+            block.set_at(&self.deformation[first / BLOCK]);
+            let constants = self.fixed.constants(first / BLOCK);
+            laws.load(self.model, first, count);
+            block.gradients::<A, _>(constants, 0.0);
+            block.stress_changes::<A>(&laws, self.model.logarithm);
+            for lane in 0..count {
+                finish(self.model, self.state, first + lane, &mut block, lane);
+            }
+            block.records::<A, _>(constants);
+            block.write(records);
+            for (lane, own) in own.iter_mut().enumerate() {
+                *own = DVec3::from_array(block.own_force(lane));
+            }
+            first += BLOCK;
+        }
+    }
+}
+
+/// Replaces the change of stress of a node that the lanes do not hold for.
+#[inline(always)]
+fn finish<const L: usize>(
+    model: &Model,
+    state: &State,
+    node: usize,
+    block: &mut Block<L>,
+    lane: usize,
+) {
+    if !(state.viscosity.is_none() && block.holds(model, node, lane)) {
+        single(model, state, node, block, lane);
+    }
+}
+
+#[inline(never)]
+fn single<const L: usize>(
+    model: &Model,
+    state: &State,
+    node: usize,
+    block: &mut Block<L>,
+    lane: usize,
+) {
+    let viscosity = state.viscosity.as_ref();
+    let f = block.matrix(&block.at, lane);
+    let dh = block.matrix(&block.deformation, lane);
+    let df = model.deformation_change(node, f, dh);
+    let change = model.stress_change(viscosity, node, f, df);
+    let change = model.seen_change(node, f, dh, change, || {
+        model.energy_and_stress(viscosity, node, f).1
+    });
+    block.set_matrix(lane, dh, change * model.elastic_volumes[node]);
+}
+
+/// Tangent product within a part; see [`crate::Elastic::tangent_product_within`].
+pub(crate) fn product_within<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    part: &Part,
+    vector: &[DVec3],
+    out: &mut [DVec3],
+) {
+    if model.means.is_some() {
+        let (mut whole, mut products) = (
+            vec![DVec3::ZERO; model.node_count()],
+            vec![DVec3::ZERO; model.node_count()],
+        );
+        for (&node, v) in part.nodes.iter().zip(vector) {
+            whole[node as usize] = *v;
+        }
+        product((model, state, scratch), table, &whole, &mut products);
+        for (&node, p) in part.nodes.iter().zip(out) {
+            *p = products[node as usize];
+        }
+        return;
+    }
+    for &node in &part.seen {
+        scratch.moves[node as usize] = [0.0; 3];
+    }
+    for (&node, v) in part.nodes.iter().zip(vector) {
+        scratch.moves[node as usize] = v.to_array();
+    }
+    model.arch.dispatch(Within {
+        model,
+        state,
+        moves: &scratch.moves,
+        table,
+        part,
+        out,
+    });
+}
+
+/// Both passes over the rows of a part.
+struct Within<'a, S: Storage, const L: usize, const R: usize> {
+    model: &'a Model,
+    state: &'a State,
+    moves: &'a [Move],
+    table: &'a mut Table<S, L, R>,
+    part: &'a Part,
+    out: &'a mut [DVec3],
+}
+
+impl<S: Storage, const L: usize, const R: usize> WithSimd for Within<'_, S, L, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        if fuses::<V>() {
+            self.run::<Fused>();
+        } else {
+            self.run::<Separate>();
+        }
+    }
+}
+
+impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let (model, table, moves) = (self.model, self.table, self.moves);
+        let mut block = Block::<L>::new();
+        let mut laws = Laws::new(model);
+        let mut copies = Lane::new();
+        let mut next = self.part.nodes.iter().zip(&mut *self.out).peekable();
+        for nodes in self.part.rows.chunks(BLOCK) {
+            for (lane, &node) in nodes.iter().enumerate() {
+                let node = node as usize;
+                gather::<A, S, L>(model, &table.fixed, moves, node, lane, &mut block);
+                block.set_matrix_at(lane, table.gradient(node));
+                table.fixed.copy_lane(node, lane, &mut copies);
+                laws.load_one(model, node, lane);
+            }
+            let constants = table.fixed.copied(&copies);
+            block.gradients::<A, _>(constants, 0.0);
+            block.stress_changes::<A>(&laws, model.logarithm);
+            for (lane, &node) in nodes.iter().enumerate() {
+                finish(model, self.state, node as usize, &mut block, lane);
+            }
+            block.records::<A, _>(constants);
+            for (lane, &node) in nodes.iter().enumerate() {
+                let at = node as usize;
+                table.records[at / BLOCK].0[at % BLOCK] = block.record(lane);
+                if let Some((_, out)) = next.next_if(|(of, _)| **of == node) {
+                    *out = DVec3::from_array(block.own_force(lane));
+                }
+            }
+        }
+        for (&node, out) in self.part.nodes.iter().zip(self.out) {
+            let given = receive::<A, S, L, R>(model, table, moves, node as usize);
+            *out = (*out + given) * -1.0;
+        }
+    }
+}
