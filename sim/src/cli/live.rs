@@ -1,5 +1,6 @@
 //! `phyxel live`.
 
+use std::ffi::OsString;
 use std::io::{self, BufRead, Write};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -17,7 +18,7 @@ use crate::run::RunError;
 pub(super) struct LiveArguments {
     /// Embedded scene, scene file (.ron) or mesh file.
     #[arg(value_name = "SCENE|MESH")]
-    scene: Option<String>,
+    scene: Option<OsString>,
     /// Port on the loopback address; 0 takes a free one.
     #[arg(long, value_name = "N", default_value_t = 8765)]
     port: u16,
