@@ -97,9 +97,7 @@ pub fn measure(nodes: u32) -> Result<Finding, LabError> {
             twist = (turned, world.time());
         }
         let gradients = body.elastic.deformation_gradients().into_iter();
-        smallest = gradients
-            .map(|f| f.determinant())
-            .fold(smallest, f64::min);
+        smallest = gradients.map(|f| f.determinant()).fold(smallest, f64::min);
         imbalance = imbalance.max(body.motion.audit().balance().abs() / initial);
     }
     Ok(Finding {
