@@ -158,9 +158,9 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         if let (true, Some(mu)) = (Self::CORRECTED, multipliers.get(node)) {
             let mu = (*mu - self.origin[1]).to_array();
             let anchor = &mut self.anchors[node / BLOCK].0[node % BLOCK];
-            for axis in 0..3 {
+            for (axis, mu) in mu.into_iter().enumerate() {
                 let at = lane::<L>(axis);
-                anchor[at] = S::Place::of(mu[axis], self.unit[at]);
+                anchor[at] = S::Place::of(mu, self.unit[at]);
             }
         }
     }

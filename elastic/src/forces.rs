@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::fixed::Fixed;
-use crate::gather::{Arithmetic, Fused, Move, ONE, Record, Separate, Sums, fuses, records, sums};
+use crate::gather::{Arithmetic, Fused, Move, Record, Separate, Sums, fuses, records, sums};
 use crate::lanes::{Block, Laws, Planes, place, received};
 use crate::law::{double_dot, volume_ratio};
 use crate::mean;
@@ -429,5 +429,3 @@ pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>
     let drag = fixed.drag(node);
     force - DVec3::from_array(moves[node]) * drag
 }
-
-const _: () = assert!(ONE < 4 && CHUNK % BLOCK == 0, "lanes and chunks");

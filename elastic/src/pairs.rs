@@ -156,9 +156,8 @@ impl Pairs {
         for pair in self.row(node) {
             let neighbor = pair.to as usize;
             let back = self.outgoing.find(neighbor, node);
-            if !back
-                .is_some_and(|q| self.outgoing.pairs[q].weight.to_bits() == pair.weight.to_bits())
-            {
+            let weight = |q: usize| self.outgoing.pairs[q].weight.to_bits();
+            if back.is_none_or(|q| weight(q) != pair.weight.to_bits()) {
                 return Err(ElasticError::AsymmetricPair { node, neighbor });
             }
         }

@@ -1,6 +1,5 @@
 //! `phyxel live`.
 
-use std::ffi::OsString;
 use std::io::{self, BufRead, Write};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};

@@ -1,5 +1,10 @@
 //! Any graph, weights and multipliers against the definition, pair by pair.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "both ends of pairs are walked in step"
+)]
+
 use super::*;
 use proptest::prelude::*;
 

@@ -163,7 +163,7 @@ fn factors_give_the_stencils() {
     assert_eq!(check(&s), 0);
     let (mut factors, touched) = planar_cut(&block, &graph, DVec3::X, 0.29, 0.3);
     for (k, factor) in factors.iter_mut().enumerate() {
-        *factor = if *factor == 1.0 {
+        *factor = if *factor > 0.5 {
             1.0 / (2.0 + (k % 7) as f64)
         } else {
             0.0
