@@ -96,12 +96,12 @@ enum CliError {
     Sample(#[from] sample::SampleProblem),
     #[cfg(feature = "live")]
     #[error(transparent)]
-    Live(#[from] crate::live::SessionError),
+    Live(Box<crate::live::SessionError>),
     #[cfg(feature = "live")]
     #[error(transparent)]
     Server(#[from] phyxel_live::ServerError),
     #[error(transparent)]
-    Study(#[from] StudyError),
+    Study(Box<StudyError>),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("cannot write to stderr: {0}")]
@@ -110,6 +110,19 @@ enum CliError {
     Stdout(#[from] io::Error),
     #[error("cannot put the result into JSON: {0}")]
     Json(#[from] serde_json::Error),
+}
+
+#[cfg(feature = "live")]
+impl From<crate::live::SessionError> for CliError {
+    fn from(error: crate::live::SessionError) -> Self {
+        Self::Live(Box::new(error))
+    }
+}
+
+impl From<StudyError> for CliError {
+    fn from(error: StudyError) -> Self {
+        Self::Study(Box::new(error))
+    }
 }
 
 /// A text for a terminal: what a file may hold of control characters is shown and not obeyed.

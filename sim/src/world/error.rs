@@ -22,7 +22,7 @@ pub enum BodyProblem {
         /// The mesh file.
         file: PathBuf,
         /// What is wrong, and where.
-        problem: RepairError,
+        problem: Box<RepairError>,
     },
     /// No nodes can be placed.
     #[error(transparent)]

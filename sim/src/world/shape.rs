@@ -95,7 +95,7 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
             let repaired = repair(&mesh, &settings);
             let (mesh, report) = repaired.map_err(|problem| BodyProblem::Repair {
                 file: file.clone(),
-                problem,
+                problem: Box::new(problem),
             })?;
             (Solid::from_mesh(mesh), Some(report))
         }

@@ -165,7 +165,7 @@ fn ply_binary(surface: &Surface, random: &mut Random) -> Vec<u8> {
     });
     let corners = surface.faces.iter().flat_map(|face| {
         let corners = face.iter().flat_map(move |v| {
-            let v = *v as i32;
+            let v = i32::try_from(*v).expect("few vertices");
             if big {
                 v.to_be_bytes()
             } else {
