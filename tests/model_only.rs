@@ -181,7 +181,13 @@ fn each_part_takes_its_own_memory_away_and_no_other() {
             }
         });
         let without = scene(inner, &rest);
-        assert_eq!(changed(&full, &without), [part]);
+        // Without gravity nothing is strained when the cut rebuilds rows: it carries nothing over.
+        let expected: &[&str] = if k == 3 {
+            &["gravity", "cuts"]
+        } else {
+            &[part]
+        };
+        assert_eq!(changed(&full, &without), expected);
         let calls = (
             if k == 1 { 0 } else { 60 },
             if k == 2 { 0 } else { full.cut_calls },

@@ -332,13 +332,9 @@ impl Watch {
                 let largest = largest_eigenvalue(body, PRODUCTS, step);
                 let viscosity = body.motion.settings().viscosity;
                 let ratio = world.step_size() / damped_limit(largest, viscosity);
-                if self
-                    .row
-                    .step_to_limit
-                    .is_none_or(|most| ratio.is_nan() || ratio > most)
-                {
-                    self.row.step_to_limit = Some(ratio);
-                    self.row.step_to_limit_at = Some(step);
+                let most = &mut self.extremes.step_to_limit;
+                if most.is_none_or(|(most, _)| ratio.is_nan() || ratio > most) {
+                    *most = Some((ratio, step));
                 }
             }
         }

@@ -83,6 +83,8 @@ pub(crate) fn is_mostly_lost(solid: &Solid, stuffed: &Stuffed) -> bool {
 pub(crate) fn vanished(solid: &Solid, cell: f64, largest: usize) -> SampleError {
     let body = Slimness::new(solid, solid.measures(), largest, usize::MAX, |_, _, _| 0.0);
     let advised = 0.5 * cell.min(body.thickness());
+    // A body whose volume no grid point sees has no thickness to go by.
+    let advised = if advised > 0.0 { advised } else { 0.5 * cell };
     if body.cells(advised) > body.limit {
         return body.slender();
     }

@@ -303,10 +303,8 @@ fn the_number_of_nodes_that_is_advised_works() {
     }
     let thin = Solid::from_mesh(cuboid(DVec3::new(1.0, 1.0, 1e-3), 0.0));
     let refused = sample_tetrahedra(&thin, &at(1000)).unwrap_err();
-    assert!(
-        matches!(refused, SampleError::Thin { advice, .. } if advice > 500_000),
-        "{refused}"
-    );
+    // Its lattice needs more cells than are granted for so few nodes.
+    assert!(matches!(refused, SampleError::Slender { .. }), "{refused}");
     let tilted = Solid::from_mesh(cuboid(DVec3::new(1.0, 1.0, 1e-4), 0.8));
     for refused in [
         sample_tetrahedra(&tilted, &at(1000)).unwrap_err(),

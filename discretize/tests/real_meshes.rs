@@ -101,9 +101,15 @@ fn real_meshes_have_their_published_figures() {
         assert_eq!(report.kept, (vertices, triangles), "{name}");
         assert_eq!(report.parts, parts, "{name}");
         assert_eq!(report.genus, Some(0), "{name}");
-        assert_relative(name, report.given_volume, volume, 0.0, 1e-6);
-        assert_relative(name, report.volume, volume.abs(), 0.0, 1e-6);
-        assert_relative(name, report.area, area, 0.0, 1e-6);
+        // The raptor's faces are quadrilaterals that are not plane: which diagonal divides one is a choice.
+        let bar = if name.starts_with("raptor") {
+            5e-6
+        } else {
+            1e-6
+        };
+        assert_relative(name, report.given_volume, volume, 0.0, bar);
+        assert_relative(name, report.volume, volume.abs(), 0.0, bar);
+        assert_relative(name, report.area, area, 0.0, bar);
         if crossing.is_some() {
             assert_eq!(report.self_intersecting, crossing, "{name}");
         }
