@@ -138,6 +138,15 @@ impl Cuts {
         }
     }
 
+    /// From now on a new point this near to a vertex (m) becomes that vertex.
+    ///
+    /// # Panics
+    /// If the tolerance is negative, infinite or NaN.
+    pub fn set_weld_tolerance(&mut self, tolerance: f64) {
+        self.settings.weld_tolerance = tolerance;
+        self.settings.check();
+    }
+
     /// Starts a stroke with the blade edge at this place and gives its number.
     ///
     /// # Arguments
@@ -247,6 +256,15 @@ impl Cuts {
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Result<Range<usize>, CutError> {
+        Ok(self.add_welded(vertices, triangles)?.0)
+    }
+
+    /// As [`Cuts::add_surface`]; also the places (m) that the vertices came to.
+    pub(crate) fn add_welded(
+        &mut self,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+    ) -> Result<(Range<usize>, Vec<DVec3>), CutError> {
         check_points(vertices)?;
         for (triangle, corners) in triangles.iter().enumerate() {
             for &vertex in corners {
@@ -277,7 +295,8 @@ impl Cuts {
         for corners in triangles {
             self.add(self.strokes.len() - 1, corners.map(|c| welded[c as usize]));
         }
-        Ok(first..self.triangles.len())
+        let places = welded.iter().map(|&v| self.vertices[v as usize]);
+        Ok((first..self.triangles.len(), places.collect()))
     }
 
     /// Number of triangles.
