@@ -366,6 +366,33 @@ impl Cuts {
             .map(|edge| edge.ends.map(|v| self.vertices[v as usize]))
     }
 
+    /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
+    /// within a distance.
+    pub(crate) fn nearest_free_edge(
+        &self,
+        point: DVec3,
+        within: f64,
+    ) -> Option<([DVec3; 2], DVec3)> {
+        let mut best: Option<(f64, u32)> = None;
+        self.edge_index
+            .in_box(&Bounds::of(&[point]).grown(within), |edge| {
+                if self.edges[edge as usize].opposite.len() == 1 {
+                    let found = (self.bend_distance(edge, point), edge);
+                    if found.0 <= within && best.is_none_or(|best| found < best) {
+                        best = Some(found);
+                    }
+                }
+            });
+        best.map(|(_, edge)| {
+            let [p, q] = self.edges[edge as usize]
+                .ends
+                .map(|v| self.vertices[v as usize]);
+            let along = q - p;
+            let t = (point - p).dot(along) / along.length_squared();
+            ([p, q], p + t.clamp(0.0, 1.0) * along)
+        })
+    }
+
     /// Triangles that were not taken so far.
     #[must_use]
     pub fn dropped(&self) -> Dropped {

@@ -17,7 +17,7 @@ use glam::DVec3;
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use step::{Step, Surroundings};
-pub use swept::{SweptPair, swept_pairs};
+pub use swept::{SweptPair, close_edge, swept_pairs};
 
 /// Below this share of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.
@@ -30,7 +30,7 @@ const OVERSHOOT: f64 = 0.5;
 const THROUGH: f64 = 0.15;
 /// A blade this near to its sheet (in spacings) without being ahead of the front is in its gap: the
 /// map between two flanks is good to half a spacing.
-pub(crate) const NEAR: f64 = 0.5;
+const NEAR: f64 = 0.5;
 /// How far a surface or sheet is looked for from a place beside it (in spacings): a sub-step and half.
 const LOOK: f64 = 0.75;
 /// Cosine of the largest turn of a front against its last direction.

@@ -27,7 +27,7 @@ pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::CutError;
 pub use face::{FaceAreas, NearestCut};
 pub use factors::{FactorSettings, PairFactors, Touched};
-pub use front::{Front, Patch, Place, SweptPair, swept_pairs};
+pub use front::{Front, Patch, Place, SweptPair, close_edge, swept_pairs};
 pub use graph::{Graph, Reach};
 pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 pub use index::Bounds;

@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 
-use super::NEAR;
+use super::step::Surroundings;
+use super::{NEAR, Patch, THROUGH};
 use crate::cuts::Cuts;
+use crate::error::CutError;
 use crate::graph::Graph;
 use crate::index::Bounds;
 use crate::obstacle::{index32, share_to_zero};
@@ -22,8 +24,8 @@ pub struct SweptPair {
 /// through the world, while the cut is not between them in the material.
 ///
 /// Exact, by the crate's tie rule. All pairs near the box round the triangles are looked at, however
-/// long they have become. Pairs that the blade passed within half a spacing of the cut are left out:
-/// there it is the cut that says on which side a node lies. To sever those pairs too would part the
+/// long they have become. Pairs that the blade passed beside the cut's surface, within half a spacing and
+/// not beyond its edge, are left out: there it is the cut that says on which side a node lies. To sever those pairs too would part the
 /// node from both sides, as a blade that passes it on the left and a sheet that passes it on the right
 /// would have it.
 ///
@@ -74,7 +76,11 @@ pub fn swept_pairs(
             let normal = (q - p).cross(r - p);
             let share = share_to_zero(normal.dot(a - p), normal.dot(b - p));
             let point = rest[i].lerp(rest[j], share);
-            if cuts.nearest(point, NEAR * spacing).is_none() {
+            let beside = cuts.nearest(point, NEAR * spacing).is_some_and(|sheet| {
+                let hair = 1e-6 * spacing;
+                cuts.nearest_free_edge(sheet.point, hair).is_none()
+            });
+            if !beside {
                 found.push(SweptPair {
                     nodes: [index32(i), index32(j)],
                     point,
@@ -83,4 +89,32 @@ pub fn swept_pairs(
         }
     }
     found
+}
+
+/// Carries the nearest free edge of a cut on through a material point (m), by one triangle.
+///
+/// # Returns
+/// What was added; empty if no edge lies within two spacings.
+///
+/// # Errors
+/// [`CutError::NotFinite`]; the cut is then unchanged.
+pub fn close_edge(
+    cuts: &mut Cuts,
+    point: DVec3,
+    spacing: f64,
+    inside: &dyn Fn(DVec3) -> bool,
+) -> Result<Patch, CutError> {
+    let Some(([p, q], from)) = cuts.nearest_free_edge(point, 2.0 * spacing) else {
+        return Ok(Patch::default());
+    };
+    let way = (point - from).normalize_or_zero();
+    let reach = THROUGH * spacing;
+    let around = Surroundings { cuts, inside };
+    let beyond = around.beyond(point, way, reach, spacing);
+    let patch = Patch {
+        vertices: vec![p, q, beyond.map_or(point + way * reach, |(_, at)| at)],
+        triangles: vec![[0, 1, 2]],
+    };
+    cuts.add_surface(&patch.vertices, &patch.triangles)?;
+    Ok(patch)
 }

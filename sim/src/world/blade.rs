@@ -1,7 +1,7 @@
 //! A blade on its way through a body: from its edge in the world to the front of its cut.
 
 use glam::DVec3;
-use phyxel_enrich::{Cuts, Front, Graph, Patch, Place, swept_pairs};
+use phyxel_enrich::{Cuts, Front, Graph, Patch, Place, SweptPair, close_edge, swept_pairs};
 use phyxel_mls::MapFrame;
 use serde::{Deserialize, Serialize};
 
@@ -87,12 +87,21 @@ impl Blade {
             if missed.is_empty() {
                 break;
             }
-            let patch = self.front.reach(cuts, &missed, &inside)?;
+            let points: Vec<DVec3> = missed.iter().map(|pair| pair.point).collect();
+            let patch = self.front.reach(cuts, &points, &inside)?;
             if patch.triangles.is_empty() {
                 break;
             }
             patches.push(patch);
             missed = tissue.missed(&sweep, cuts);
+        }
+        // What no front is near to: the edge of the cut that ends beside it.
+        let rest = |node: u32| tissue.body.rest[node as usize];
+        for pair in std::mem::take(&mut missed) {
+            if !cuts.crosses(rest(pair.nodes[0]), rest(pair.nodes[1])) {
+                patches.push(close_edge(cuts, pair.point, tissue.body.spacing, &inside)?);
+                missed = tissue.missed(&sweep, cuts);
+            }
         }
         self.last = now;
         patches.retain(|patch: &Patch| !patch.triangles.is_empty());
@@ -126,8 +135,8 @@ impl Tissue<'_> {
         }
     }
 
-    /// Places of the pairs that a sweep of the blade passes and the cut does not cross.
-    fn missed(&self, sweep: &[[DVec3; 3]], cuts: &Cuts) -> Vec<DVec3> {
+    /// Pairs that a sweep of the blade passes and the cut does not cross.
+    fn missed(&self, sweep: &[[DVec3; 3]], cuts: &Cuts) -> Vec<SweptPair> {
         let body = self.body;
         let present = Graph {
             positions: body.motion.positions(),
@@ -135,8 +144,7 @@ impl Tissue<'_> {
             indices: body.neighborhoods.indices(),
         };
         let known = |pair| self.factors.factor(pair) < 1.0;
-        let pairs = swept_pairs(&present, &body.rest, sweep, cuts, body.spacing, &known);
-        pairs.iter().map(|pair| pair.point).collect()
+        swept_pairs(&present, &body.rest, sweep, cuts, body.spacing, &known)
     }
 }
 
