@@ -187,7 +187,13 @@ impl Front {
             None => {}
         }
         match around.cuts.nearest(at, 1.5 * h) {
-            Some(sheet) if sheet.distance <= NEAR * h => Step::None,
+            // Beside the sheet it is in the gap; beyond the sheet's edge it is not.
+            Some(sheet)
+                if sheet.distance <= NEAR * h
+                    && around.cuts.nearest_free_edge(sheet.point, 1e-6 * h).is_none() =>
+            {
+                Step::None
+            }
             Some(sheet) => {
                 let back = (sheet.point - at).normalize_or_zero();
                 Step::Branch {

@@ -71,18 +71,18 @@ impl Front {
     /// Whether the strips at a sample and the next hang together.
     fn linked(&self, k: usize, steps: &[Step]) -> bool {
         let (here, next) = (steps[k], steps[k + 1]);
-        if here.goes_on() && next.goes_on() {
-            return self.samples[k].joined;
+        if here.goes_on() && next.goes_on() && self.samples[k].joined {
+            return true;
         }
-        let branch = |step| matches!(step, Step::Branch { .. });
-        if (branch(here) && next.goes_on()) || (here.goes_on() && branch(next)) {
-            return false;
-        }
+        // Fronts that come to lie side by side are joined, or a slit would stay between their sheets.
+        let moves = |step| step != Step::Stay;
         let ends = [k, k + 1].map(|k| steps[k].ends(self.samples[k].anchor.as_ref()));
-        let [Some([_, a]), Some([_, b])] = ends else {
+        let [Some([from_a, to_a]), Some([from_b, to_b])] = ends else {
             return false;
         };
-        a.distance(b) <= WIDEST * self.spacing
+        let widest = WIDEST * self.spacing;
+        let near = from_a.distance(from_b) <= widest && to_a.distance(to_b) <= widest;
+        near && (moves(here) || moves(next))
     }
 
     fn old_front(&self, &[first, last]: &[usize; 2], steps: &[Step]) -> Vec<Vertex> {
