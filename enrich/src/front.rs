@@ -3,7 +3,7 @@
 //! A blade in soft tissue soon hangs in the gap that it has opened, and most of its edge has no place
 //! in the material. So the sheet is not spanned between places of the blade: its free edge is kept,
 //! and moves on only where the blade is in tissue ahead of it (the state of what is cut follows the
-//! tool, as in Bielser et al. 2003, here without elements). Where the blade goes back, trembles in the
+//! tool, as in Bielser 2003, here without elements). Where the blade goes back, trembles in the
 //! gap or is in the air, the front stays.
 
 mod step;
