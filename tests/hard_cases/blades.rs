@@ -26,7 +26,11 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
         let t = f64::from(k);
         let (x, z) = (-0.03 + 1.5e-3 * t, 1e-3 + 8e-4 * (1.9 * t).sin());
         let back = 2e-3 * (2.6 * t).sin();
-        format!("(time: {}, position: ({}, 0, {z}))", 0.01 + 2e-3 * t, x + back)
+        format!(
+            "(time: {}, position: ({}, 0, {z}))",
+            0.01 + 2e-3 * t,
+            x + back
+        )
     };
     let path: Vec<String> = (0..42).map(key).collect();
     let cut = format!(
@@ -48,7 +52,10 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
         .filter(|v| v.dot(sum) < 0.0)
         .map(|v| v.length())
         .sum();
-    assert!(back < 0.02 * sum.length(), "{back} m2 of {sum} face backwards");
+    assert!(
+        back < 0.02 * sum.length(),
+        "{back} m2 of {sum} face backwards"
+    );
 }
 
 /// Edges of a cut that has no path of its own.
@@ -81,7 +88,11 @@ fn a_start_in_an_open_stroke_begins_a_new_one() {
             (Moment::End, -0.01, 0.015),
         ],
     );
-    let cuts = world.members()[0].cutting.as_ref().expect("it was cut").cuts();
+    let cuts = world.members()[0]
+        .cutting
+        .as_ref()
+        .expect("it was cut")
+        .cuts();
     assert!(cuts.triangle_count() > 0);
     for t in 0..cuts.triangle_count() {
         let heights = cuts.triangle(t).map(|corner| corner.z);
@@ -96,11 +107,18 @@ fn a_start_in_an_open_stroke_begins_a_new_one() {
 fn each_cut_welds_as_it_says() {
     let vertices = |tolerance: &str| {
         let second = across("second", -0.015, [0.03, 0.05]);
-        let second = second.replace("capture:", &format!("weld_tolerance: {tolerance}, capture:"));
+        let second = second.replace(
+            "capture:",
+            &format!("weld_tolerance: {tolerance}, capture:"),
+        );
         let first = across("first", 0.015, [0.01, 0.02]);
         let mut world = world(BLOCK, &format!("cuts: [{first}, {second}], {HELD} {STILL}"));
         play(&mut world, 0.06).expect("it runs");
-        let cuts = world.members()[0].cutting.as_ref().expect("it was cut").cuts();
+        let cuts = world.members()[0]
+            .cutting
+            .as_ref()
+            .expect("it was cut")
+            .cuts();
         let (vertices, _) = cuts.surface();
         vertices.iter().filter(|v| v.z < 0.0).count()
     };

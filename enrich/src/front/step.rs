@@ -190,7 +190,10 @@ impl Front {
             // Beside the sheet it is in the gap; beyond the sheet's edge it is not.
             Some(sheet)
                 if sheet.distance <= NEAR * h
-                    && around.cuts.nearest_free_edge(sheet.point, 1e-6 * h).is_none() =>
+                    && around
+                        .cuts
+                        .nearest_free_edge(sheet.point, 1e-6 * h)
+                        .is_none() =>
             {
                 Step::None
             }
@@ -229,7 +232,9 @@ impl Front {
                 continue;
             }
             let straight = |anchor: &Anchor, to: DVec3| {
-                (to - anchor.at).normalize_or(anchor.ahead).dot(anchor.ahead)
+                (to - anchor.at)
+                    .normalize_or(anchor.ahead)
+                    .dot(anchor.ahead)
             };
             let refused = if straight(a, to_a) < straight(b, to_b) {
                 k

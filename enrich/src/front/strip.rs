@@ -92,9 +92,8 @@ impl Front {
             let at = place_along(k);
             let start = steps[k].ends(anchor).map(|[start, _]| start);
             let old = anchor.filter(|_| steps[k].goes_on());
-            let vertex = |place: f64, at: Option<DVec3>, sample| {
-                at.map(|at| Vertex { place, at, sample })
-            };
+            let vertex =
+                |place: f64, at: Option<DVec3>, sample| at.map(|at| Vertex { place, at, sample });
             let before = vertex(at - 0.5, old.and_then(|anchor| anchor.before), None);
             let after = vertex(at + 0.5, old.and_then(|anchor| anchor.after), None);
             front.extend(before);
@@ -146,12 +145,28 @@ impl Front {
         let beside = |k: Option<usize>| k.and_then(|k| places.get(k)).copied();
         let left = {
             let inner = other(1).map(|inner| low.at - inner);
-            self.end(first, low.at, steps[first], inner, beside(first.checked_sub(1)), true, around)
+            self.end(
+                first,
+                low.at,
+                steps[first],
+                inner,
+                beside(first.checked_sub(1)),
+                true,
+                around,
+            )
         };
         let right = {
             let inner = front.len().checked_sub(2).and_then(other);
             let inner = inner.map(|inner| high.at - inner);
-            self.end(last, high.at, steps[last], inner, beside(Some(last + 1)), false, around)
+            self.end(
+                last,
+                high.at,
+                steps[last],
+                inner,
+                beside(Some(last + 1)),
+                false,
+                around,
+            )
         };
         let vertex = |at: DVec3, place: f64| Vertex {
             place,
@@ -169,7 +184,10 @@ impl Front {
 
     /// The vertex beyond the last sample of a run: through the surface, or through a sheet, that the
     /// blade's edge passes between this sample and the next.
-    #[allow(clippy::too_many_arguments, reason = "one place of use; a struct would say no more")]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "one place of use; a struct would say no more"
+    )]
     fn end(
         &self,
         k: usize,
@@ -188,8 +206,7 @@ impl Front {
         match step {
             Step::None | Step::Leave(_) => return None,
             Step::Stay => return old,
-            Step::Enter { from, to } if from == to => {}
-            _ => {}
+            Step::Go(_) | Step::Enter { .. } | Step::Branch { .. } => {}
         }
         let old_way = anchor.and_then(|anchor| old.map(|old| old - anchor.at));
         let straight = outward.or(old_way).unwrap_or(DVec3::ZERO);

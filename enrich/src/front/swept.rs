@@ -47,7 +47,11 @@ pub fn swept_pairs(
     spacing: f64,
     known: &dyn Fn(usize) -> bool,
 ) -> Vec<SweptPair> {
-    assert_eq!(rest.len(), present.positions.len(), "one rest position per node");
+    assert_eq!(
+        rest.len(),
+        present.positions.len(),
+        "one rest position per node"
+    );
     let boxes: Vec<Bounds> = sweep.iter().map(|corners| Bounds::of(corners)).collect();
     let corners: Vec<DVec3> = sweep.iter().flatten().copied().collect();
     let mut found = Vec::new();

@@ -26,7 +26,10 @@ impl Block {
             .collect();
         let (mut offsets, mut indices) = (vec![0], Vec::new());
         for (i, x) in nodes.iter().enumerate() {
-            let near = nodes.iter().enumerate().filter(|&(j, y)| i != j && x.distance(*y) < 1.8);
+            let near = nodes
+                .iter()
+                .enumerate()
+                .filter(|&(j, y)| i != j && x.distance(*y) < 1.8);
             indices.extend(near.map(|(j, _)| u32::try_from(j).unwrap()));
             offsets.push(u32::try_from(indices.len()).unwrap());
         }
@@ -192,14 +195,22 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
         go(&mut front, &mut cuts, now, false);
     }
     let before = cuts.triangle_count();
-    let back = [edge(0.3, 0.0), edge(0.3, 0.4), edge(0.35, 0.8), edge(0.3, 0.2)];
+    let back = [
+        edge(0.3, 0.0),
+        edge(0.3, 0.4),
+        edge(0.35, 0.8),
+        edge(0.3, 0.2),
+    ];
     for (k, now) in back.iter().enumerate() {
         let patch = go(&mut front, &mut cuts, now, k % 2 == 1);
         assert!(patch.triangles.is_empty(), "place {k}: {patch:?}");
     }
     assert_eq!(cuts.triangle_count(), before);
     go(&mut front, &mut cuts, &edge(0.3, -0.3), false);
-    assert!(cuts.triangle_count() > before, "it goes on from where it was");
+    assert!(
+        cuts.triangle_count() > before,
+        "it goes on from where it was"
+    );
     let inner = block.nodes.len();
     assert_eq!(block.pieces(&cuts), [u32::try_from(inner).unwrap()]);
 }
@@ -242,7 +253,9 @@ fn the_same_patches_give_the_same_cut() {
     for now in &path {
         let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
         let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
-        again.add_surface(&patch.vertices, &patch.triangles).unwrap();
+        again
+            .add_surface(&patch.vertices, &patch.triangles)
+            .unwrap();
         last.clone_from(now);
     }
     assert_eq!(cuts.surface(), again.surface());

@@ -173,7 +173,10 @@ fn divided(line: &[DVec3], divisions: &[u32]) -> Vec<DVec3> {
 
 /// Equally spaced points along a polyline, its ends included.
 fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
-    let lengths: Vec<f64> = line.windows(2).map(|ends| ends[0].distance(ends[1])).collect();
+    let lengths: Vec<f64> = line
+        .windows(2)
+        .map(|ends| ends[0].distance(ends[1]))
+        .collect();
     let total: f64 = lengths.iter().sum();
     let mut points = Vec::with_capacity(count);
     let (mut segment, mut passed, mut reached) = (0, 0.0, 0.0);

@@ -252,7 +252,10 @@ impl Cutting {
     /// Gives replayed strokes their blades back.
     pub(super) fn set_open_strokes(&mut self, open: Vec<OpenStroke>) {
         for kept in open {
-            let stroke = self.strokes.iter_mut().find(|stroke| stroke.cut == kept.cut);
+            let stroke = self
+                .strokes
+                .iter_mut()
+                .find(|stroke| stroke.cut == kept.cut);
             if let Some(stroke) = stroke {
                 stroke.blade.get_or_insert(kept.blade);
             }
@@ -273,7 +276,8 @@ impl Cutting {
     ) -> usize {
         self.captures += 1;
         let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
-        self.cuts.set_weld_tolerance(weld_tolerance.unwrap_or(usual));
+        self.cuts
+            .set_weld_tolerance(weld_tolerance.unwrap_or(usual));
         if moment == Moment::Start {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
@@ -290,12 +294,7 @@ impl Cutting {
     }
 
     /// Moves the front of a stroke to where the blade's edge is now.
-    fn sweep(
-        &mut self,
-        body: &Body,
-        cut: usize,
-        edge: &[DVec3],
-    ) -> Result<Sweep, BodyProblem> {
+    fn sweep(&mut self, body: &Body, cut: usize, edge: &[DVec3]) -> Result<Sweep, BodyProblem> {
         let Some(stroke) = self.strokes.iter_mut().find(|stroke| stroke.cut == cut) else {
             return Ok(Sweep::default());
         };
