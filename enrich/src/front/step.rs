@@ -19,7 +19,7 @@ pub(super) enum Step {
     Stay,
     /// It moves on.
     Go(DVec3),
-    /// It moves on to a place outside of the body or through another sheet, and ends.
+    /// It moves on to a place outside of the body, and ends.
     Leave(DVec3),
     /// A new one begins beyond the surface.
     Enter { from: DVec3, to: DVec3 },
@@ -130,8 +130,11 @@ impl Front {
                 // The tissue may have moved against the blade: two spacings more than the blade.
                 let believed = way.length() <= 2.0 * (h + sample.way);
                 if anchor.is_ahead(across) && believed {
-                    let skin = around.beyond(at, across / length, SKIN * h, h);
-                    return skin.map_or(Step::Go(at), |(_, to)| Step::Leave(to));
+                    return match around.beyond(at, across / length, SKIN * h, h) {
+                        Some((Met::Surface, to)) => Step::Leave(to),
+                        Some((Met::Sheet, to)) => Step::Go(to),
+                        None => Step::Go(at),
+                    };
                 }
                 if around.cuts.nearest(at, NEAR * h).is_some() {
                     return Step::Stay;
@@ -157,13 +160,10 @@ impl Front {
                 let Some(Place::Inside { .. }) = sample.last else {
                     return Step::Stay;
                 };
-                let wanted = if place == Place::Gap {
-                    Met::Sheet
-                } else {
-                    Met::Surface
-                };
+                // Through another sheet the front goes on, or a slit would stay between its neighbours.
                 match around.beyond(anchor.at, anchor.ahead, LOOK * h, h) {
-                    Some((met, to)) if met == wanted => Step::Leave(to),
+                    Some((Met::Sheet, to)) if place == Place::Gap => Step::Go(to),
+                    Some((Met::Surface, to)) if place == Place::Air => Step::Leave(to),
                     _ => Step::Stay,
                 }
             }
