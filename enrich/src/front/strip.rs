@@ -204,7 +204,9 @@ impl Front {
             .filter(|_| step.goes_on())
             .and_then(|anchor| if below { anchor.before } else { anchor.after });
         match step {
-            Step::None | Step::Leave(_) => return None,
+            Step::None => return None,
+            // The corner between the surfaces at the side and ahead.
+            Step::Leave(_) => return anchor.and_then(|anchor| Some(at + (old? - anchor.at))),
             Step::Stay => return old,
             Step::Go(_) | Step::Enter { .. } | Step::Branch { .. } => {}
         }

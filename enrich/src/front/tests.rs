@@ -95,14 +95,14 @@ fn lead(block: &Block, path: &[Vec<DVec3>]) -> Cuts {
             .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
             .collect();
         let graph = block.graph();
-        let missed = swept_pairs(&graph, &block.nodes, &sweep, &cuts, 1.0, &|_| false);
-        // What is welded to the front's own vertex is cut with the next step.
-        let ahead = |pair: &SweptPair| {
-            let edge = now[0].z - pair.point.z;
-            edge.abs() > 2.0 * SKIN
-        };
-        let missed: Vec<_> = missed.iter().filter(|pair| ahead(pair)).collect();
-        assert!(missed.is_empty(), "at {}: {missed:?}", now[0]);
+        let missed = |cuts: &Cuts| swept_pairs(&graph, &block.nodes, &sweep, cuts, 1.0, &|_| false);
+        let points: Vec<DVec3> = missed(&cuts).iter().map(|pair| pair.point).collect();
+        front.reach(&mut cuts, &points, &inside).unwrap();
+        for pair in missed(&cuts) {
+            close_edge(&mut cuts, pair.point, 1.0, &inside).unwrap();
+        }
+        let left = missed(&cuts);
+        assert!(left.is_empty(), "at {}: {left:?}", now[0]);
         last = now;
     }
     cuts
