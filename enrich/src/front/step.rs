@@ -153,7 +153,12 @@ impl Front {
                     let overshoot = OVERSHOOT * h / way.length();
                     Step::Leave(anchor.at + way * (share + overshoot))
                 } else {
-                    Step::Leave(anchor.at)
+                    // It slid out along the front, or past the last of the tissue ahead.
+                    let near = if way.length() <= h { NEAR * h } else { 0.0 };
+                    match around.beyond(anchor.at, anchor.ahead, near, h) {
+                        Some((Met::Surface, to)) => Step::Leave(to),
+                        _ => Step::Leave(anchor.at),
+                    }
                 }
             }
             Place::Gap | Place::Air => {
