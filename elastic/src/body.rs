@@ -8,6 +8,7 @@ use crate::completion::{RowKind, Span, row_kind};
 use crate::dilatation::MeanDilatation;
 use crate::error::ElasticError;
 use crate::evaluate::{CHUNK, PARALLEL_CHUNK};
+use crate::front::Fronts;
 use crate::kernel::{Anchored, Lanes, Move};
 use crate::law::Prepared;
 use crate::material::Material;
@@ -56,6 +57,8 @@ pub(crate) struct Body {
     pub(crate) ranks: Vec<u8>,
     /// Nodes with nothing to compute.
     pub(crate) still: Still,
+    /// Nodes at crack fronts.
+    pub(crate) fronts: Fronts,
     // Computed by an evaluation.
     /// Empty under zero-energy control.
     pub(crate) moves: Vec<Move>,
@@ -113,6 +116,7 @@ impl Body {
             spans: Vec::new(),
             ranks: vec![3; n],
             still: Still::default(),
+            fronts: Fronts::default(),
             moves: vec![[0.0; 3]; n - n_controlled],
             anchored: rest[..n_controlled].iter().map(anchored).collect(),
             deformation: vec![DMat3::IDENTITY; n],
@@ -424,6 +428,7 @@ impl Body {
             + of(&self.spans)
             + of(&self.ranks)
             + self.still.bytes()
+            + self.fronts.bytes()
             + of(&self.moves)
             + of(&self.anchored)
             + of(&self.deformation)
@@ -449,7 +454,7 @@ impl LawAt<'_> {
 }
 
 /// `A⁻¹` (xx, yy, zz, yz, zx, xy); `None` unless `A` is safely positive definite.
-fn inverse_moment(a: DMat3) -> Option<[f64; 6]> {
+pub(crate) fn inverse_moment(a: DMat3) -> Option<[f64; 6]> {
     let floor = 1e-12 * (a.x_axis.x + a.y_axis.y + a.z_axis.z);
     let root = |pivot: f64| (pivot > floor && pivot > 0.0).then(|| pivot.sqrt());
     let l00 = root(a.x_axis.x)?;

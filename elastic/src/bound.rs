@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::body::Body;
+use crate::front;
 use crate::kernel::Lanes;
 use crate::law::outer;
 use crate::model::{Elastic, with_table};
@@ -23,6 +24,7 @@ impl Elastic {
     #[must_use]
     pub fn eigenvalue_bound(&self, masses: &[f64]) -> f64 {
         assert_eq!(masses.len(), self.node_count(), "one mass per node");
+        let fronts = front::row_sums(&self.body);
         with_table!(&self.pairs, table => {
             masses
                 .par_iter()
@@ -31,7 +33,7 @@ impl Elastic {
                     || RowBlocks::new(masses.len()),
                     |blocks, (node, mass)| {
                         blocks.assemble(&self.body, &table.rows, node);
-                        blocks.row_sum() / mass
+                        (blocks.row_sum() + fronts.get(node).unwrap_or(&0.0)) / mass
                     },
                 )
                 .reduce(|| 0.0, f64::max)

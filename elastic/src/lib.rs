@@ -8,6 +8,7 @@ mod dilatation;
 mod error;
 mod evaluate;
 mod fiber;
+mod front;
 mod kernel;
 mod law;
 mod material;

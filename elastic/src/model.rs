@@ -6,6 +6,7 @@ use crate::body::Body;
 use crate::dilatation::MeanDilatation;
 use crate::error::ElasticError;
 use crate::evaluate::{self, Table};
+use crate::front;
 use crate::kernel::{Lanes, bare::Bare, controlled::Controlled};
 use crate::law::Prepared;
 use crate::material::{Law, Material};
@@ -342,7 +343,13 @@ impl Elastic {
         assert_eq!(positions.len(), n, "one position per node");
         assert_eq!(forces.len(), n, "one force per node");
         let body = &mut self.body;
-        with_table!(&mut self.pairs, table => evaluate::forces(body, table, positions, forces))
+        let energy = with_table!(&mut self.pairs, table => {
+            evaluate::forces(body, table, positions, forces)
+        });
+        if body.fronts.is_empty() {
+            return energy;
+        }
+        energy + front::add_forces(body, positions, forces)
     }
 
     /// Writes `K v` with `K = d²E/dx²` (N/m, symmetric) at the state last evaluated by
@@ -360,6 +367,8 @@ impl Elastic {
         with_table!(&mut self.pairs, table => {
             evaluate::tangent_product(body, table, vector, product);
         });
+        let of = |node: u32| vector[node as usize];
+        front::add_product(body, |_| true, of, |node, p| product[node as usize] += p);
     }
 
     /// Those of [`Elastic::bytes`] that [`Elastic::set_held`] takes.

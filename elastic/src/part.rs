@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::bond::PartBond;
 use crate::evaluate;
+use crate::front;
 use crate::kernel::Lanes;
 use crate::model::{Elastic, with_table};
 use crate::rows::Rows;
@@ -78,5 +79,16 @@ impl Elastic {
         self.body
             .bonds
             .add_product_within(&part.bonds, vector, product);
+        let place = |node: u32| part.nodes.binary_search(&node);
+        front::add_product(
+            body,
+            |node| part.rows.binary_search(&node).is_ok(),
+            |node| place(node).map_or(DVec3::ZERO, |at| vector[at]),
+            |node, p| {
+                if let Ok(at) = place(node) {
+                    product[at] += p;
+                }
+            },
+        );
     }
 }

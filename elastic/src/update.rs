@@ -8,8 +8,9 @@ impl Elastic {
     ///
     /// Volumes, masses and materials stay. A row may have lost its rank, down to an isolated node
     /// whose row is all zeros: such nodes stay objective and finite (see
-    /// [`Elastic::deformation_gradients`]). Weak nodes stay weak. Call
-    /// [`Elastic::forces_into`] before the next tangent product.
+    /// [`Elastic::deformation_gradients`]). Weak nodes stay weak; crack fronts at touched nodes are
+    /// forgotten (see [`Elastic::set_fronts`]). Call [`Elastic::forces_into`] before the next tangent
+    /// product.
     ///
     /// # Arguments
     /// * `touched` -- nodes whose row changed. If a weight changed, both ends of its pair.
@@ -27,6 +28,7 @@ impl Elastic {
         stencils: &Stencils<'_>,
     ) -> Result<(), ElasticError> {
         let body = &mut self.body;
+        body.fronts.forget(touched);
         stencils.check_lengths(body.node_count(), body.controlled());
         let controlled = body.controlled();
         with_table!(&mut self.pairs, table => {

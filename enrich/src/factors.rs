@@ -10,6 +10,7 @@ use crate::graph::{Graph, Reach, Runs};
 use crate::index::Bounds;
 use crate::obstacle::{Obstacle, index32};
 use crate::rule::{Rule, Scratch};
+use crate::way::{WayScratch, detour};
 
 /// How far nodes are coupled, and by what rule a cut weakens a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -198,6 +199,53 @@ impl PairFactors {
     #[must_use]
     pub fn severed_count(&self) -> usize {
         self.crossed.values().filter(|&&f| f <= 0.0).count() / 2
+    }
+
+    /// Conormals of the cut's front at some nodes, as rows: for each pair of the node that is weakened
+    /// but not severed, the unit vector out of the cut at the bend of its way.
+    ///
+    /// What the control of zero-energy modes at a crack front needs. A row is empty where no front
+    /// passes, and all are by other rules than [`Rule::Detour`].
+    ///
+    /// # Arguments
+    /// As for [`PairFactors::update`]; `nodes` are those whose rows are asked for.
+    ///
+    /// # Panics
+    /// If a node is out of range or the graph has other numbers of nodes and pairs than that of the
+    /// start.
+    ///
+    /// # Numerics
+    /// Ways are those round the cut as it is now. A pair that a new piece left a longer way keeps its
+    /// factor only if it had a smaller one; a pair without a way any more gives nothing.
+    #[must_use]
+    pub fn front_conormals<C: Obstacle>(
+        &self,
+        graph: &Graph<'_>,
+        cut: &C,
+        nodes: &[u32],
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+    ) -> (Vec<u32>, Vec<DVec3>) {
+        self.check_same(graph);
+        let FactorSettings { reach, rule } = self.settings;
+        let (mut offsets, mut conormals) = (vec![0], Vec::new());
+        let mut scratch = WayScratch::default();
+        for &node in nodes {
+            let i = node as usize;
+            for (pair, factor) in self.crossed_in(graph, i) {
+                if factor <= 0.0 || rule != Rule::Detour {
+                    continue;
+                }
+                // The same way for both directions of a pair.
+                let j = graph.indices[pair] as usize;
+                let [a, b] = [i.min(j), i.max(j)];
+                let distance = reach.of_pair(graph, a, b);
+                let [a, b] = [a, b].map(|node| graph.positions[node]);
+                let way = detour(cut, a, b, distance, inside, &mut scratch);
+                conormals.extend(way.map(|way| way.outward));
+            }
+            offsets.push(index32(conormals.len()));
+        }
+        (offsets, conormals)
     }
 
     /// Unit normals of the cut near some nodes, as rows: those of the triangles that cross a pair of

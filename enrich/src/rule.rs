@@ -90,7 +90,9 @@ impl Rule {
         let direct = a.distance(b);
         let length = match *self {
             Self::Visibility => None,
-            Self::Detour => detour(cut, a, b, reach, inside, &mut scratch.ways),
+            Self::Detour => {
+                detour(cut, a, b, reach, inside, &mut scratch.ways).map(|way| way.length)
+            }
             Self::Transparency { kappa, exponent } => {
                 transparency_depth(cut, a, b, kappa * reach, scratch)
                     .map(|depth| direct + reach * (depth / (kappa * reach)).powf(exponent))

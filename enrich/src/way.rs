@@ -53,7 +53,16 @@ struct Ways<'a, C> {
     b: DVec3,
 }
 
-/// Length of the shortest free way from `a` to `b`, if it is below `reach` (m).
+/// A way round a cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Way {
+    /// Its length (m).
+    pub(crate) length: f64,
+    /// Unit vector out of the cut at its first bend.
+    pub(crate) outward: DVec3,
+}
+
+/// The shortest free way from `a` to `b`, if it is below `reach` (m).
 ///
 /// A way is free if, moved outward by the offset at each of its bends, it crosses nothing and each bend
 /// lies in the body. Its length is that over the edges themselves where such a way is free as well, and
@@ -69,7 +78,7 @@ pub(crate) fn detour<C: Obstacle>(
     reach: f64,
     inside: &(dyn Fn(DVec3) -> bool + Sync),
     scratch: &mut WayScratch,
-) -> Option<f64> {
+) -> Option<Way> {
     let WayScratch { near, stops, path } = scratch;
     let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * reach);
     let ends = cut.bends_into(&around, near);
@@ -100,21 +109,32 @@ pub(crate) fn detour<C: Obstacle>(
         a,
         b,
     };
-    let mut best = reach;
+    let (mut best, mut outward) = (reach, DVec3::ZERO);
     let mut shorter = 0;
     while shorter < stops.len() && stops[shorter].least < best {
         let Stop { id, bend, .. } = stops[shorter];
-        if let Some(length) = ways.length(&[(id, bend)]) {
-            best = best.min(length);
+        if let Some(length) = ways.length(&[(id, bend)])
+            && length < best
+        {
+            (best, outward) = (length, bend.outward);
         }
         shorter += 1;
     }
     stops.retain(|stop| stop.least < best && inside(bend_point(&stop.bend, ways.offset)));
     if stops.len() > 1 && ways.some_seen_from(a, stops) && ways.some_seen_from(b, stops) {
-        best = ways.search(best, stops, path, true);
-        best = ways.search(best, stops, path, false);
+        for tight in [true, false] {
+            let length = ways.search(best, stops, path, tight);
+            if length < best {
+                let first = path.first();
+                best = length;
+                outward = first.map_or(outward, |(_, bend)| bend.outward);
+            }
+        }
     }
-    (best < reach).then_some(best)
+    (best < reach).then_some(Way {
+        length: best,
+        outward,
+    })
 }
 
 /// The point so far outside of a bend.

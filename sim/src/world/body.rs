@@ -15,7 +15,7 @@ use super::error::{BodyProblem, WorldError};
 use super::model::{Built, build};
 use super::outside::Cover;
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
-use super::shape::solid_of;
+use super::shape::{Filling, solid_of};
 use super::state::fingerprint;
 use super::stencils::Stencils;
 use super::support::supports_of;
@@ -113,18 +113,27 @@ pub struct Totals {
 }
 
 impl Body {
-    /// Builds the body that `description` asks for.
+    /// Builds the body that `description` asks for, on a filling in place of its sampling if there is
+    /// one.
     ///
     /// # Errors
     /// [`WorldError`] with the body's name.
-    pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
-        Self::build(scene, description).map_err(|problem| WorldError {
+    pub fn new(
+        scene: &Scene,
+        description: &scene::Body,
+        filling: Option<&Filling>,
+    ) -> Result<Self, WorldError> {
+        Self::build(scene, description, filling).map_err(|problem| WorldError {
             body: description.name.clone(),
             problem,
         })
     }
 
-    fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
+    fn build(
+        scene: &Scene,
+        description: &scene::Body,
+        filling: Option<&Filling>,
+    ) -> Result<Self, BodyProblem> {
         let (solid, report) = solid_of(description)?;
         let Built {
             rest,
@@ -137,7 +146,7 @@ impl Body {
             neighborhoods,
             stencils,
             mut elastic,
-        } = build(&solid, description)?;
+        } = build(&solid, description, filling)?;
         let initial = Totals {
             mass: masses.iter().sum(),
             volume: volumes.iter().sum(),

@@ -131,6 +131,20 @@ impl Factors {
         }
     }
 
+    /// Conormals of the cut's front at some nodes, as rows: starts and vectors.
+    pub(super) fn front_conormals(
+        &self,
+        graph: &Graph<'_>,
+        cuts: &Cuts,
+        nodes: &[u32],
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+    ) -> (Vec<u32>, Vec<DVec3>) {
+        match self {
+            Self::Pairs(factors) => factors.front_conormals(graph, cuts, nodes, inside),
+            Self::Grids(_) => (vec![0; nodes.len() + 1], Vec::new()),
+        }
+    }
+
     /// Brings the factors up to date with the `new` triangles that the stroke's next edge made; the
     /// nodes of the pairs that changed, rising.
     pub(super) fn update(

@@ -30,6 +30,7 @@ pub use factors::{Factors, Grids};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError};
 pub use parts::Part;
+pub use shape::Filling;
 pub use state::WorldState;
 pub use stencils::Stencils;
 pub use tool::ToolForce;
@@ -95,13 +96,26 @@ impl World {
     /// # Errors
     /// [`WorldError`] with the body at fault.
     pub fn new(scene: Scene) -> Result<Self, WorldError> {
+        Self::filled(scene, &[])
+    }
+
+    /// As [`World::new`], with the first bodies on fillings of the caller's own in place of their
+    /// samplings.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    ///
+    /// # Panics
+    /// If a filling names nodes that it does not have.
+    pub fn filled(scene: Scene, fillings: &[Filling]) -> Result<Self, WorldError> {
         let mut phases = Phases::default();
         let members = phases.time(Phase::Setup, || {
             scene
                 .bodies
                 .iter()
-                .map(|description| {
-                    let body = Body::new(&scene, description)?;
+                .enumerate()
+                .map(|(place, description)| {
+                    let body = Body::new(&scene, description, fillings.get(place))?;
                     let touches = touches_of(&scene, description, &body);
                     Ok(Member {
                         touches: touches.map_err(|problem| WorldError {

@@ -12,7 +12,7 @@ use phyxel_mls::{
 };
 
 use super::error::BodyProblem;
-use super::shape::{Sampled, sample};
+use super::shape::{Filling, Sampled, sample};
 use super::stencils::Stencils;
 use crate::scene::{self, Form, Method, Model};
 
@@ -43,9 +43,16 @@ pub(super) struct Built {
     pub(super) elastic: Elastic,
 }
 
-/// Builds nodes and model of a body.
-pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProblem> {
-    let sampling = sample(solid, &wish.sampling)?;
+/// Builds nodes and model of a body, on a filling if there is one.
+pub(super) fn build(
+    solid: &Solid,
+    wish: &scene::Body,
+    filling: Option<&Filling>,
+) -> Result<Built, BodyProblem> {
+    let sampling = match filling {
+        Some(filling) => filling.sampled(),
+        None => sample(solid, &wish.sampling)?,
+    };
     let part_of = parts_of(wish, &sampling.positions);
     let Coupled {
         neighborhoods,

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
     Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Shape as Primitive,
-    Solid, Target, read_mesh, repair, sample_points, sample_tetrahedra,
+    Solid, Target, boundary_triangles, nodal_boundary_vectors, nodal_volumes, read_mesh, repair,
+    sample_points, sample_tetrahedra,
 };
 
 use super::error::BodyProblem;
@@ -103,6 +104,31 @@ pub(super) struct Sampled {
     /// Nodes on the surface where nodes are mere points; with tetrahedra these tell.
     pub(super) outer: Vec<u32>,
     pub(super) volume_error: Option<f64>,
+}
+
+/// Tetrahedra that fill a body, in place of those that its sampling would make.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filling {
+    /// Rest positions (m) of the nodes, each a corner of a tetrahedron at least.
+    pub positions: Vec<DVec3>,
+    /// Tetrahedra of positive volume, without gaps or overlaps.
+    pub tetrahedra: Vec<[u32; 4]>,
+}
+
+impl Filling {
+    /// What the nodes need before they know each other.
+    pub(super) fn sampled(&self) -> Sampled {
+        let (positions, tetrahedra) = (self.positions.clone(), self.tetrahedra.clone());
+        let surface = boundary_triangles(&tetrahedra, |_| true);
+        Sampled {
+            volumes: nodal_volumes(&positions, &tetrahedra),
+            boundary_vectors: nodal_boundary_vectors(&positions, &surface),
+            positions,
+            tetrahedra,
+            outer: Vec::new(),
+            volume_error: None,
+        }
+    }
 }
 
 pub(super) fn sample(solid: &Solid, wish: &scene::Sampling) -> Result<Sampled, BodyProblem> {

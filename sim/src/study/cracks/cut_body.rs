@@ -113,10 +113,11 @@ impl Plate {
         })
     }
 
-    /// Whether a point is in the box.
+    /// Whether a point is in the box, up to round-off.
     #[must_use]
     pub fn inside(&self, p: DVec3) -> bool {
-        p.cmpge(self.low).all() && p.cmple(self.high).all()
+        let edge = 1e-9 * (self.high - self.low).max_element();
+        p.cmpge(self.low - edge).all() && p.cmple(self.high + edge).all()
     }
 
     /// Its nodes and pairs, as factors read them.
@@ -137,10 +138,17 @@ impl Plate {
     /// Nodal forces (N) of a tension of 1 Pa on the two sides of the box across an axis.
     #[must_use]
     pub fn tension(&self, axis: DVec3) -> Vec<DVec3> {
+        self.loads(axis, axis)
+    }
+
+    /// Nodal forces (N) of a traction (Pa) on the upper side of the box across an axis and of its
+    /// opposite on the lower one.
+    #[must_use]
+    pub fn loads(&self, axis: DVec3, traction: DVec3) -> Vec<DVec3> {
         let edge = 1e-9 * self.spacing;
         let (top, bottom) = (self.high.dot(axis) - edge, self.low.dot(axis) + edge);
-        let mut forces = self.block.traction(|p| p.dot(axis) > top, axis);
-        let below = self.block.traction(|p| p.dot(axis) < bottom, -axis);
+        let mut forces = self.block.traction(|p| p.dot(axis) > top, traction);
+        let below = self.block.traction(|p| p.dot(axis) < bottom, -traction);
         for (f, g) in forces.iter_mut().zip(below) {
             *f += g;
         }
@@ -162,6 +170,8 @@ pub struct CutBody<'a> {
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],
     pairs: PairFactors,
+    /// Conormals of the cut's front at the touched nodes, as rows.
+    fronts: (Vec<u32>, Vec<DVec3>),
 }
 
 impl<'a> CutBody<'a> {
@@ -228,6 +238,7 @@ impl<'a> CutBody<'a> {
             }
         }
         let mut stencils = body.block.stencils.clone();
+        let fronts = pairs.front_conormals(&coupled, cuts, &touched, &|p| body.inside(p));
         let rows = Instant::now();
         stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
         let mut cut = Self {
@@ -237,6 +248,7 @@ impl<'a> CutBody<'a> {
             touched,
             seconds: [0.0; 3],
             pairs,
+            fronts,
         };
         if form == Form::Finished {
             cut.finish(cuts);
@@ -274,9 +286,10 @@ impl<'a> CutBody<'a> {
     /// [`StudyError`] if the model does not take the rows.
     pub fn elastic(&self) -> Result<Elastic, StudyError> {
         let material = Material::neo_hookean(YOUNG, POISSON);
-        self.body
-            .block
-            .elastic(&self.stencils, material, &Settings::default())
+        let block = &self.body.block;
+        let mut elastic = block.elastic(&self.stencils, material, &Settings::default())?;
+        elastic.set_fronts(&self.touched, &self.fronts.0, &self.fronts.1)?;
+        Ok(elastic)
     }
 
     /// Displacements (m) under nodal forces (N), see [`small_displacements`].

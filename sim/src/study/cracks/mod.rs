@@ -2,11 +2,13 @@
 
 mod cut_body;
 mod field;
+mod modes;
 mod penny;
 mod problems;
 
 pub use cut_body::{CutBody, Form, Plate};
 pub use field::stress;
+pub use modes::{Mode, crack_row};
 pub use penny::{Penny, READINGS, penny};
 pub use problems::{Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, upright};
 

@@ -26,7 +26,7 @@ pub struct Ratios {
 const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
 
 /// A slab of one cell, held in its plane: plane strain.
-fn slab(cells: [u32; 2], low: [f64; 2], high: [f64; 2], jitter: f64) -> Result<Plate, StudyError> {
+pub(super) fn slab(cells: [u32; 2], low: [f64; 2], high: [f64; 2], jitter: f64) -> Result<Plate, StudyError> {
     let dx = (high[0] - low[0]) / f64::from(cells[0]);
     Plate::new(
         [cells[0], cells[1], 1],
