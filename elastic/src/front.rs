@@ -192,8 +192,7 @@ impl Front {
         } = self.sums();
         let dg = self.gradient_of(&vector);
         let own = vector(self.node);
-        let leftover =
-            |link: &Link| (vector(link.neighbor) - own) - dg * link.offset;
+        let leftover = |link: &Link| (vector(link.neighbor) - own) - dg * link.offset;
         let mut ds = DMat3::ZERO;
         for link in &self.links {
             let half = outer(leftover(link), link.leftover) * link.weight;

@@ -113,12 +113,16 @@ pub struct Totals {
 }
 
 impl Body {
-    /// Builds the body that `description` asks for, on a filling in place of its sampling if there is
-    /// one.
+    /// Builds the body that `description` asks for.
     ///
     /// # Errors
     /// [`WorldError`] with the body's name.
-    pub fn new(
+    pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
+        Self::filled(scene, description, None)
+    }
+
+    /// As [`Body::new`], on a filling in place of the sampling if there is one.
+    pub(super) fn filled(
         scene: &Scene,
         description: &scene::Body,
         filling: Option<&Filling>,

@@ -115,7 +115,7 @@ impl World {
                 .iter()
                 .enumerate()
                 .map(|(place, description)| {
-                    let body = Body::new(&scene, description, fillings.get(place))?;
+                    let body = Body::filled(&scene, description, fillings.get(place))?;
                     let touches = touches_of(&scene, description, &body);
                     Ok(Member {
                         touches: touches.map_err(|problem| WorldError {

@@ -10,6 +10,7 @@ use phyxel_enrich::{
 };
 use phyxel_mls::{ConservativeStencils, StrokeReport, normal_projector};
 
+use super::field::{Field, opening};
 use super::{POISSON, YOUNG};
 use crate::study::StudyError;
 use crate::study::block::{Block, lattice};
@@ -321,6 +322,17 @@ impl<'a> CutBody<'a> {
             .collect()
     }
 
+    /// Displacement gradients of a slab as a field.
+    pub(super) fn field<'b>(&'b self, gradients: &'b [DMat3], cuts: &'b Cuts) -> Field<'b> {
+        Field {
+            rest: &self.body.block.rest,
+            volumes: &self.stencils.volumes,
+            gradients,
+            thickness: self.body.high.z - self.body.low.z,
+            cuts,
+        }
+    }
+
     /// Opening (m) of the cut along `normal` at a point of its face: both sides by the nearest nodes
     /// that look at it from that side, each with its own gradient.
     #[must_use]
@@ -332,20 +344,8 @@ impl<'a> CutBody<'a> {
         at: DVec3,
         normal: DVec3,
     ) -> f64 {
-        let (x, spacing) = (&self.body.block.rest, self.body.spacing);
-        let side = |sign: f64| -> f64 {
-            let from = at + sign * 1e-6 * spacing * normal;
-            let (mut best, mut nearest) = (f64::INFINITY, 0);
-            for (i, x) in x.iter().enumerate() {
-                let d = x.distance(at);
-                if d < best && d < 3.0 * spacing && !cuts.crosses(from, *x) {
-                    (best, nearest) = (d, i);
-                }
-            }
-            let value = u[nearest] + gradients[nearest] * (at - x[nearest]);
-            value.dot(normal)
-        };
-        side(1.0) - side(-1.0)
+        let nodes = (&self.body.block.rest[..], self.body.spacing);
+        opening(nodes, cuts, u, gradients, at, normal)
     }
 
     /// Opening (m) of the cut along `normal` at a point of its face, of the displacement as a field:

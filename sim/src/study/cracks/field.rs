@@ -4,8 +4,23 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use super::cut_body::CutBody;
+use phyxel_enrich::Cuts;
+
 use super::{POISSON, YOUNG};
+
+/// Displacement gradients at the nodes of a slab.
+pub(super) struct Field<'a> {
+    /// Rest positions (m).
+    pub(super) rest: &'a [DVec3],
+    /// Volumes (m³).
+    pub(super) volumes: &'a [f64],
+    /// Displacement gradients.
+    pub(super) gradients: &'a [DMat3],
+    /// Extent of the slab along z (m).
+    pub(super) thickness: f64,
+    /// The cut, which tells on which of its sides a node in its plane lies.
+    pub(super) cuts: &'a Cuts,
+}
 
 /// Plane strain modulus (Pa).
 pub(super) fn plane_modulus() -> f64 {
@@ -49,41 +64,69 @@ fn contract(a: DMat3, b: DMat3) -> f64 {
 /// Stress intensities `K_I` and `K_II` (Pa m^1/2) by the interaction integral over a disc of `radius`
 /// (m) round the tip of a crack that runs `along`.
 pub(super) fn stress_intensities(
-    cut: &CutBody<'_>,
-    gradients: &[DMat3],
+    field: &Field<'_>,
     tip: DVec3,
     along: DVec3,
     radius: f64,
 ) -> [f64; 2] {
-    let body = cut.body;
-    let thickness = body.high.z - body.low.z;
     let normal = DVec3::Z.cross(along);
     let turn = DMat3::from_cols(along, normal, DVec3::Z);
     let mut integrals = [0.0; 2];
-    for (i, x) in body.block.rest.iter().enumerate() {
+    for (i, x) in field.rest.iter().enumerate() {
         let d = (*x - tip).with_z(0.0);
         let q = d.length() / radius;
         if !(1e-9..1.0).contains(&q) {
             continue;
         }
         // Weight (1 - q²)², 1 at the tip.
-        let local = turn.transpose() * d;
+        let mut local = turn.transpose() * d;
+        if local.y.abs() < 1e-4 * d.length() {
+            // Nodes in the plane of the cut belong to one of its sides.
+            let below = 1e-3 * d.length() * normal;
+            let above = local.x > 0.0 || field.cuts.crosses(*x, *x - below);
+            local.y = 1e-4 * d.length() * if above { 1.0 } else { -1.0 };
+        }
         let slope = -4.0 * (1.0 - q * q) / (radius * radius) * local;
-        let gradient = turn.transpose() * gradients[i] * turn;
+        let gradient = turn.transpose() * field.gradients[i] * turn;
         let sigma = stress(gradient);
         for (mode, integral) in integrals.iter_mut().enumerate() {
             let step = 1e-6 * d.length();
-            let field = |dx: f64, dy: f64| near_field(mode, [local.x + dx, local.y + dy]);
-            let (px, mx) = (field(step, 0.0), field(-step, 0.0));
-            let (py, my) = (field(0.0, step), field(0.0, -step));
+            let near = |dx: f64, dy: f64| near_field(mode, [local.x + dx, local.y + dy]);
+            let (px, mx) = (near(step, 0.0), near(-step, 0.0));
+            let (py, my) = (near(0.0, step), near(0.0, -step));
             let column =
                 |p: [f64; 2], m: [f64; 2]| DVec3::new(p[0] - m[0], p[1] - m[1], 0.0) / (2.0 * step);
             let other = DMat3::from_cols(column(px, mx), column(py, my), DVec3::ZERO);
             let other_sigma = stress(other);
             let flow = sigma.transpose() * other.x_axis + other_sigma.transpose() * gradient.x_axis;
             let energy = contract(sigma, 0.5 * (other + other.transpose()));
-            *integral += cut.stencils.volumes[i] * (flow.dot(slope) - energy * slope.x);
+            *integral += field.volumes[i] * (flow.dot(slope) - energy * slope.x);
         }
     }
-    integrals.map(|integral| 0.5 * plane_modulus() * integral / thickness)
+    integrals.map(|integral| 0.5 * plane_modulus() * integral / field.thickness)
+}
+
+/// Opening (m) of a cut along `normal` at a point of its face: both sides by the nearest nodes, of those
+/// with a mean distance of `spacing` (m), that look at it from that side, each with its own gradient.
+pub(super) fn opening(
+    (rest, spacing): (&[DVec3], f64),
+    cuts: &Cuts,
+    u: &[DVec3],
+    gradients: &[DMat3],
+    at: DVec3,
+    normal: DVec3,
+) -> f64 {
+    let side = |sign: f64| -> f64 {
+        let from = at + sign * 1e-6 * spacing * normal;
+        let (mut best, mut nearest) = (f64::INFINITY, 0);
+        for (i, x) in rest.iter().enumerate() {
+            let d = x.distance(at);
+            if d < best && d < 3.0 * spacing && !cuts.crosses(from, *x) {
+                (best, nearest) = (d, i);
+            }
+        }
+        let value = u[nearest] + gradients[nearest] * (at - rest[nearest]);
+        value.dot(normal)
+    };
+    side(1.0) - side(-1.0)
 }

@@ -5,12 +5,14 @@ mod field;
 mod modes;
 mod penny;
 mod problems;
+mod scene;
 
 pub use cut_body::{CutBody, Form, Plate};
 pub use field::stress;
 pub use modes::{Mode, crack_row};
 pub use penny::{Penny, READINGS, penny};
 pub use problems::{Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, upright};
+pub use scene::{Place, centre_crack_in_scene, edge_crack_in_scene};
 
 /// Young's modulus (Pa) and Poisson's ratio of all cracks.
 pub const YOUNG: f64 = 1000.0;

@@ -26,7 +26,12 @@ pub struct Ratios {
 const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
 
 /// A slab of one cell, held in its plane: plane strain.
-pub(super) fn slab(cells: [u32; 2], low: [f64; 2], high: [f64; 2], jitter: f64) -> Result<Plate, StudyError> {
+pub(super) fn slab(
+    cells: [u32; 2],
+    low: [f64; 2],
+    high: [f64; 2],
+    jitter: f64,
+) -> Result<Plate, StudyError> {
     let dx = (high[0] - low[0]) / f64::from(cells[0]);
     Plate::new(
         [cells[0], cells[1], 1],
@@ -63,6 +68,23 @@ pub fn upright(
     Ok((cuts, blades))
 }
 
+/// F and V of a single edge notch of length `a` in a strip of width 1: `K_I = σ sqrt(π a) F` (0.5 %),
+/// mouth `4 σ a V/E'` (1 %).
+pub(super) fn edge_shapes(a: f64) -> (f64, f64) {
+    let (sine, cosine) = (0.5 * PI * a).sin_cos();
+    let rise = (2.0 / (PI * a) * sine / cosine).sqrt();
+    let shape = rise * (0.752 + 2.02 * a + 0.37 * (1.0 - sine).powi(3)) / cosine;
+    (shape, (1.46 + 3.42 * (1.0 - cosine)) / cosine.powi(2))
+}
+
+/// `K_I/σ` and V of a centre crack of half length `a` in a strip of half width 1 (0.1 %, 0.6 %).
+pub(super) fn centre_shapes(a: f64) -> (f64, f64) {
+    let width = (0.5 * PI * a).cos().recip().sqrt();
+    let intensity = (PI * a).sqrt() * width * (1.0 - 0.025 * a * a + 0.06 * a.powi(4));
+    let series = -0.071 - 0.535 * a + 0.169 * a * a + 0.020 * a.powi(3);
+    (intensity, series - 1.071 * (1.0 - a).ln() / a)
+}
+
 /// Edge crack in a strip under tension, W 1, H 3 (Tada, Paris, Irwin: F and V of a single edge notch):
 /// `K_I` and mouth opening. `shift` moves the tip and the cut's line by shares of a spacing. `None` if
 /// the form refuses.
@@ -85,9 +107,13 @@ pub fn edge_crack(
     };
     let u = cut.solve(&body.tension(DVec3::Y), |_| IN_PLANE)?;
     let gradients = cut.gradients(&u);
-    let k = stress_intensities(&cut, &gradients, tip, DVec3::X, 6.0_f64.min(0.3 / dx) * dx);
-    let shape = 1.12 - 0.231 * a + 10.55 * a.powi(2) - 21.72 * a.powi(3) + 30.39 * a.powi(4);
-    let opening_shape = (1.46 + 3.42 * (1.0 - (0.5 * PI * a).cos())) / (0.5 * PI * a).cos().powi(2);
+    let k = stress_intensities(
+        &cut.field(&gradients, &cuts),
+        tip,
+        DVec3::X,
+        6.0_f64.min(0.3 / dx) * dx,
+    );
+    let (shape, opening_shape) = edge_shapes(a);
     let at = DVec3::new(0.0, y, 0.5 * dx);
     let mouth = cut.opening(&cuts, &u, &gradients, at, DVec3::Y);
     Ok(Some(Ratios {
@@ -116,13 +142,17 @@ pub fn centre_crack(cells: u32, shift: [f64; 2], form: Form) -> Result<Option<Ra
     let u = cut.solve(&body.tension(DVec3::Y), |_| IN_PLANE)?;
     let gradients = cut.gradients(&u);
     let k: f64 = [DVec3::X, -DVec3::X]
-        .map(|along| stress_intensities(&cut, &gradients, middle + a * along, along, 5.0 * dx)[0])
+        .map(|along| {
+            stress_intensities(
+                &cut.field(&gradients, &cuts),
+                middle + a * along,
+                along,
+                5.0 * dx,
+            )[0]
+        })
         .iter()
         .sum();
-    let reference = (PI * a).sqrt()
-        * (0.5 * PI * a).cos().recip().sqrt()
-        * (1.0 - 0.025 * a * a + 0.06 * a.powi(4));
-    let shape = -0.071 - 0.535 * a + 0.169 * a * a + 0.020 * a.powi(3) - 1.071 * (1.0 - a).ln() / a;
+    let (reference, shape) = centre_shapes(a);
     let opening = cut.opening(&cuts, &u, &gradients, middle, DVec3::Y);
     Ok(Some(Ratios {
         first: 0.5 * k / reference,
@@ -153,7 +183,7 @@ pub fn inclined_crack(cells: u32, jitter: f64, form: Form) -> Result<Option<Rati
     let reference = 0.5 * (PI * a).sqrt();
     let mut means = [0.0; 2];
     for d in [along, -along] {
-        let k = stress_intensities(&cut, &gradients, middle + a * d, d, 5.0 * dx);
+        let k = stress_intensities(&cut.field(&gradients, &cuts), middle + a * d, d, 5.0 * dx);
         means[0] += 0.5 * k[0] / reference;
         means[1] += 0.5 * k[1].abs() / reference;
     }
