@@ -12,7 +12,7 @@
 mod traps;
 
 use glam::{DVec2, DVec3};
-use phyxel::study::cracks::{self, Form, PLACES, Ratios};
+use phyxel::study::cracks::{self, Form, Mode, PLACES, Place, Ratios};
 use phyxel_enrich::Rule;
 use testkit::tol::{assert_below, assert_within};
 
@@ -51,6 +51,33 @@ fn tada_paris_irwin_centre_crack() {
         .unwrap();
     assert_within("K_I", found.first, 1.0, 0.02);
     assert_within("opening", found.second, 1.0, 0.03);
+}
+
+#[test]
+fn rows_of_cracks_in_the_three_modes_by_work() {
+    // At 4 spacings, three places of each: I 0.93, II 1.04, III 1.02 on the lattice. Without the
+    // control of crack fronts mode II has 1.24.
+    for mode in Mode::ALL {
+        let places = [[0.25, 0.25], [0.0, 0.5], [0.5, 0.1]];
+        let run = |s| {
+            cracks::crack_row(20, 0.0, s, mode, DETOUR)
+                .unwrap()
+                .unwrap()
+        };
+        let mean = places.map(run).iter().sum::<f64>() / 3.0;
+        assert_within("work", mean, 1.0, 0.1);
+    }
+}
+
+#[test]
+fn cracks_that_a_blade_slits_in_a_scene() {
+    for (off, jitter) in [(0.0, 0.0), (0.25, 0.0), (0.1, 0.2)] {
+        let place = Place { off, jitter };
+        // 4 spacings from the middle to each tip.
+        let found = cracks::centre_crack_in_scene(20, 0.4, place).unwrap();
+        assert_within("K_I", found.first, 1.0, 0.05);
+        assert_within("opening", found.second, 1.0, 0.05);
+    }
 }
 
 #[test]

@@ -24,8 +24,9 @@ use crate::law::{double_dot, outer};
 use crate::model::{Elastic, with_table};
 use crate::rows::Rows;
 
-/// `β`, in units of the shear modulus.
-const STRENGTH: f64 = 2.5;
+/// `β`, in units of the shear modulus. From 2.5 to 5 the work of sliding cracks at 4 spacings falls by
+/// 7 to 8 %, that of opening ones by 0.6 %, that of tearing ones not at all.
+const STRENGTH: f64 = 4.0;
 
 /// Nodes at crack fronts, rising; empty for a body without any.
 #[derive(Debug, Clone, Default)]

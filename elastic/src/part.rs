@@ -76,9 +76,7 @@ impl Elastic {
         with_table!(&mut self.pairs, table => {
             evaluate::tangent_product_within(body, table, part, vector, product);
         });
-        self.body
-            .bonds
-            .add_product_within(&part.bonds, vector, product);
+        body.bonds.add_product_within(&part.bonds, vector, product);
         let place = |node: u32| part.nodes.binary_search(&node);
         front::add_product(
             body,

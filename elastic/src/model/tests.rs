@@ -2,6 +2,7 @@
 
 mod cuts;
 mod derivatives;
+mod fronts;
 mod hard;
 mod machine;
 mod options;

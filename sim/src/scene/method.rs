@@ -82,7 +82,7 @@ pub enum CutRule {
 
 impl CutRule {
     const fn default_reach() -> f64 {
-        2.0
+        1.85
     }
 
     const fn default_depth() -> f64 {

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::cracks::{
-    Form, PLACES, READINGS, Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, penny,
+    Form, Mode, PLACES, Place, READINGS, Ratios, centre_crack, centre_crack_in_scene, crack_row,
+    edge_crack, edge_crack_in_scene, gravity_slit, inclined_crack, penny,
 };
 use super::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use super::{Effort, StudyError};
@@ -110,6 +111,8 @@ pub(super) fn run(effort: Effort) -> Result<Report, StudyError> {
     if effort == Effort::Full {
         tables.push(others()?);
         tables.push(readings()?);
+        tables.push(modes()?);
+        tables.push(scenes()?);
     }
     let log = |label: &str| Axis {
         label: label.to_owned(),
@@ -210,6 +213,98 @@ fn readings() -> Result<Table, StudyError> {
             ("middle", "%"),
             ("volume by the work", "%"),
             ("mean at the nodes", "%"),
+        ]),
+        rows,
+    })
+}
+
+/// Places of the cracks of a row, of which the fourth ends at nodes and lies in a plane of them.
+const ROW_PLACES: [[f64; 2]; 6] = [
+    [0.25, 0.25],
+    [0.0, 0.5],
+    [0.5, 0.1],
+    [0.0, 0.0],
+    [0.3, 0.02],
+    [0.7, 0.4],
+];
+
+/// Rows of cracks in the three modes by the work of the loads.
+fn modes() -> Result<Table, StudyError> {
+    let mut rows = Vec::new();
+    for (cells, jitter) in [(20, 0.0), (20, 0.2), (40, 0.0), (40, 0.2)] {
+        let mut row = vec![Cell::Number(0.2 * f64::from(cells)), Cell::Number(jitter)];
+        for mode in Mode::ALL {
+            let mut found = Vec::new();
+            for place in ROW_PLACES {
+                found.extend(crack_row(cells, jitter, place, mode, Form::DETOUR)?);
+            }
+            let least = found.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = found.iter().copied().fold(0.0, f64::max);
+            #[allow(clippy::cast_precision_loss, reason = "a few runs")]
+            let mean = found.iter().sum::<f64>() / found.len() as f64;
+            row.extend([mean, least, most].map(|ratio| Cell::Number(100.0 * (ratio - 1.0))));
+        }
+        rows.push(row);
+    }
+    Ok(Table {
+        name: "modes",
+        title: format!(
+            "Rows of cracks by the detour: error of what they add to the work of the load, mean and \
+             extremes over {} places",
+            ROW_PLACES.len()
+        ),
+        columns: columns(&[
+            ("half length", "spacings"),
+            ("jitter", "spacings"),
+            ("I", "%"),
+            ("I least", "%"),
+            ("I most", "%"),
+            ("II", "%"),
+            ("II least", "%"),
+            ("II most", "%"),
+            ("III", "%"),
+            ("III least", "%"),
+            ("III most", "%"),
+        ]),
+        rows,
+    })
+}
+
+/// Cracks that a blade slits in scenes at their defaults.
+fn scenes() -> Result<Table, StudyError> {
+    let mut rows = Vec::new();
+    for across in [20, 40] {
+        for jitter in [0.0, 0.2] {
+            for off in [0.0, 0.02, 0.1, 0.25, 0.4] {
+                let place = Place { off, jitter };
+                let edge = edge_crack_in_scene(across, 0.4, place)?;
+                let centre = centre_crack_in_scene(across, 0.4, place)?;
+                let mut row = vec![
+                    Cell::Number(0.4 * f64::from(across)),
+                    Cell::Number(off),
+                    Cell::Number(jitter),
+                    Cell::Count(edge.nodes),
+                ];
+                let found = [edge.first, edge.second, centre.first, centre.second];
+                row.extend(found.map(|ratio| Cell::Number(100.0 * (ratio - 1.0))));
+                rows.push(row);
+            }
+        }
+    }
+    Ok(Table {
+        name: "scenes",
+        title: "Cracks that a blade slits in scenes at their defaults: errors of K_I and of the \
+                opening; the centre crack's half is half as long"
+            .to_owned(),
+        columns: columns(&[
+            ("length", "spacings"),
+            ("off a plane of nodes", "spacings"),
+            ("jitter", "spacings"),
+            ("nodes", "1"),
+            ("edge, K_I", "%"),
+            ("edge, mouth", "%"),
+            ("centre, K_I", "%"),
+            ("centre, opening", "%"),
         ]),
         rows,
     })
