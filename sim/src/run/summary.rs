@@ -363,6 +363,9 @@ pub(super) fn of(
     }
 }
 
+/// Share of the elastic energy above which what an update of a cut adds is told.
+const LARGEST_CUT_ADDITION: f64 = 0.01;
+
 /// Energy that nothing explains, relative to the larger of what is stored and what damping took.
 fn imbalance(audit: &Audit) -> f64 {
     let scale = audit.elastic.max(audit.dissipated);
@@ -432,6 +435,7 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
 fn warnings(world: &World, records: &Records) -> Vec<String> {
     let mut warnings = world.warnings();
     warnings.extend(world.vain_cuts());
+    warnings.extend(world.members().iter().flat_map(doubts));
     let largest = records.forces.iter().flat_map(|forces| forces.largest());
     let tools = world.scene().tools.iter().zip(largest).enumerate();
     let idle = tools.filter(|(_, (_, largest))| largest.force <= 0.0);
@@ -439,6 +443,29 @@ fn warnings(world: &World, records: &Records) -> Vec<String> {
         idle.map(|(index, (tool, _))| format!("tools[{index}] '{}' touched nothing", tool.name)),
     );
     warnings
+}
+
+/// What an end that looks well hides of a body.
+fn doubts(Member { body, cutting, .. }: &Member) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let name = &body.name;
+    if body.smallest_ratio <= 0.0 {
+        doubts.push(format!(
+            "body '{name}': a node that carries strain turned inside out (det F down to {:.3}); its \
+             material is soft for what pulls it, or nodes are too few there",
+            body.smallest_ratio
+        ));
+    }
+    let added = cutting
+        .as_ref()
+        .map_or(0.0, |c| c.energy().largest_addition);
+    if added > LARGEST_CUT_ADDITION {
+        doubts.push(format!(
+            "body '{name}': one update of a cut added {:.1} % of the elastic energy there was",
+            100.0 * added
+        ));
+    }
+    doubts
 }
 
 fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
