@@ -181,7 +181,7 @@ fn each_part_takes_its_own_memory_away_and_no_other() {
             }
         });
         let without = scene(inner, &rest);
-        // Without gravity nothing is strained when the cut rebuilds rows: it carries nothing over.
+        // Without strain rebuilt rows have no offsets to keep.
         let expected: &[&str] = if k == 3 {
             &["gravity", "cuts"]
         } else {

@@ -27,7 +27,7 @@ use crate::update;
 /// what limits the step.
 const STIFFNESS: f64 = 5.0;
 /// Least `f_ij` of a bond. Near a crack's front pairs are left with any small share of their weight; a
-/// node that hangs on such alone sank to five times its rest distance in a material of 1e6 Pa.
+/// node that hangs on such alone would be held by next to nothing. Not measured.
 const LEAST_SHARE: f64 = 0.1;
 /// `e`: bonds keep a direction when they are pressed to nothing.
 const SOFTENING: f64 = 0.2;

@@ -112,7 +112,7 @@ fn a_tool_feels_points_as_it_feels_tetrahedra() {
     };
     let (meshed, points) = (pressed("Tetrahedra"), pressed("Points"));
     println!("tetrahedra {meshed:?}, points {points:?}");
-    // Points have no rim: a part of the sides next to the top is pressed too, 5.6 %.
+    // 5.6 % more since points lie elsewhere and the law is another; why was not looked into.
     assert!((points.1 / 1.6e-3 - 1.0).abs() < 0.08, "{} m²", points.1);
     let ratio = points.0 / meshed.0;
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");

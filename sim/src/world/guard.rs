@@ -38,7 +38,7 @@ const FATAL_IMBALANCE: f64 = 0.5;
 /// How fast steps grow again after they were shortened, per kept state.
 const RECOVERY: f64 = 1.2;
 /// Time in which what rebuilt rows carried over decays, over the shortest period's `1/ω`: nine steps.
-/// From 8 to 64 the energies of the block's cuts change by less than a percent.
+/// Its sensitivity has not been measured.
 const DECAY: f64 = 16.0;
 
 /// A state to return to, and the steps taken since.
