@@ -355,6 +355,11 @@ fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {
     let vanished = SampleError::Vanished {
         spacing: places.cell,
         advice: 0.5 * places.cell,
+        nodes: model(
+            0.5 * places.cell,
+            solid.measures().volume,
+            solid.measures().area,
+        ),
     };
     if places.inside == 0 && places.positions.len() < 4 {
         return Err(vanished);

@@ -19,6 +19,10 @@ const LONGEST_EDGE: f64 = 0.5;
 /// Most pieces along a triangle's edge.
 const MOST_PIECES: f64 = 64.0;
 
+/// Shares that a triangle gives before they are added up, over the nodes: supports that had to grow over
+/// a whole body give every node a share for each of 4,096 pieces.
+const MOST_SHARES: usize = 4;
+
 /// What one triangle gives nodes, and the largest support radius it took.
 type Part = (Vec<(u32, DVec3)>, f64);
 
@@ -32,6 +36,7 @@ pub(crate) fn boundary_vectors(
     surface: &Mesh,
     grid: &Grid,
 ) -> Option<(Vec<DVec3>, f64)> {
+    let most = MOST_SHARES * nodes.len();
     let parts: Vec<Option<Part>> = (0..surface.triangles.len())
         .into_par_iter()
         .with_min_len(64)
@@ -55,6 +60,9 @@ pub(crate) fn boundary_vectors(
                     return None;
                 }
                 largest = largest.max(radius);
+                if out.len() > most {
+                    summed(&mut out);
+                }
             }
             Some((out, largest))
         })
@@ -69,6 +77,18 @@ pub(crate) fn boundary_vectors(
         }
     }
     Some((vectors, largest))
+}
+
+/// Adds up what each node was given, in the order in which it was given.
+fn summed(shares: &mut Vec<(u32, DVec3)>) {
+    shares.sort_by_key(|(v, _)| *v);
+    shares.dedup_by(|next, first| {
+        let same = next.0 == first.0;
+        if same {
+            first.1 += next.1;
+        }
+        same
+    });
 }
 
 /// A triangle in equal pieces with edges up to `longest`: middles and area vectors.

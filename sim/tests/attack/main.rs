@@ -45,7 +45,11 @@ use random::Random;
 fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<String>) {
     let number = |name: &str| -> Option<u64> {
         let value = std::env::var(name).ok()?;
-        Some(value.parse().unwrap_or_else(|_| panic!("{name} is {value}")))
+        Some(
+            value
+                .parse()
+                .unwrap_or_else(|_| panic!("{name} is {value}")),
+        )
     };
     let cases = number(&format!("PHYXEL_ATTACK_{}", kind.to_uppercase())).unwrap_or(few);
     let seed = number("PHYXEL_ATTACK_SEED").unwrap_or(1);
