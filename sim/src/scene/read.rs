@@ -217,6 +217,24 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Checks every value of a scene that a program made or changed.
+    ///
+    /// [`Scene::load`] and its like have done so, and [`crate::world::World::new`] does.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`] with the key path of the first value that is not as it must be.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        validate(self).map_err(|fault| SceneError::Value {
+            place: Place {
+                origin: format!("scene '{}'", self.name),
+                position: None,
+            },
+            path: fault.path,
+            found: fault.found,
+            must: fault.must,
+        })
+    }
+
     /// The scene as RON, all defaults written out; [`Scene::load`] reads it back as it was.
     ///
     /// # Panics
