@@ -16,4 +16,5 @@ pub mod picture;
 pub mod run;
 pub mod scene;
 pub mod study;
+pub mod sweep;
 pub mod world;
