@@ -3,13 +3,9 @@
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 #![allow(clippy::unwrap_used, reason = "a bench stops where a test would fail")]
 
-#[allow(dead_code, reason = "shared with the tests")]
-#[path = "../tests/integrate_bodies.rs"]
-mod integrate_bodies;
-
+use benches::problems::model::{ElasticBody, Solid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use integrate_bodies::{Body, Solid};
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
     ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pose, Scheme, Shape,
@@ -24,17 +20,18 @@ const SOLID: Solid = Solid {
 };
 
 struct Case {
-    body: Body,
+    body: ElasticBody,
     supports: Supports,
     critical: f64,
 }
 
 fn case(cells: u32) -> Case {
-    let mut body = Body::block([cells; 3], DVec3::ZERO, DVec3::ONE, SOLID, 0.1);
+    let mut body = ElasticBody::block([cells; 3], DVec3::ZERO, DVec3::ONE, SOLID, 0.1).unwrap();
     let held = body.nodes(|x| x.z < 1e-9);
     let supports = Supports::fixed(body.rest.len(), &held);
     let critical = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
+        .unwrap()
         .critical_step;
     Case {
         body,
@@ -98,6 +95,7 @@ fn steps(c: &mut Criterion) {
             b.iter(|| {
                 case.body
                     .eigenvalue(&case.supports, &EigenvalueSettings::default())
+                    .unwrap()
             });
         });
         group.finish();

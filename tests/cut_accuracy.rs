@@ -1,5 +1,5 @@
 //! Cuts and mechanics together: cracks with a known answer, through cuts, and the trap of setting up
-//! anew. `phyxel study crack` prints all forms on all problems.
+//! anew. `cargo run --release -p benches -- crack` prints all forms on all problems.
 
 #![allow(
     clippy::cast_possible_truncation,
@@ -11,8 +11,8 @@
 
 mod traps;
 
+use benches::problems::cracks::{self, Form, PLACES, Ratios};
 use glam::{DVec2, DVec3};
-use phyxel::study::cracks::{self, Form, PLACES, Ratios};
 use phyxel_enrich::Rule;
 use testkit::tol::{assert_below, assert_within};
 

@@ -8,7 +8,8 @@
     reason = "helpers of tests fail by panicking, print what was measured, and count in small numbers"
 )]
 
-use crate::integrate_bodies::{Body, Solid, lattice};
+use benches::problems::block::lattice;
+use benches::problems::model::{ElasticBody as Body, Solid};
 use glam::DVec3;
 use phyxel_integrate::{
     Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ForceLaw, Implicit,
@@ -33,7 +34,7 @@ fn bar(cells: u32) -> (Body, Supports, f64) {
     };
     let width = 2.0 / f64::from(cells);
     let high = DVec3::new(1.0, width, width);
-    let body = Body::block([cells, 2, 2], DVec3::ZERO, high, solid, 0.1);
+    let body = Body::block([cells, 2, 2], DVec3::ZERO, high, solid, 0.1).unwrap();
     let held = body.nodes(|x| x.x < 1e-9);
     let supports = Supports::fixed(body.rest.len(), &held);
     let omega = 0.5 * std::f64::consts::PI * (1e4_f64 / 1000.0).sqrt();
@@ -149,7 +150,7 @@ fn schemes_converge_in_time_on_the_bar() {
 }
 
 fn small_beam() -> (Body, Supports) {
-    let body = Body::block([8, 2, 2], DVec3::ZERO, DVec3::new(0.4, 0.1, 0.1), SOFT, 0.1);
+    let body = Body::block([8, 2, 2], DVec3::ZERO, DVec3::new(0.4, 0.1, 0.1), SOFT, 0.1).unwrap();
     let held = body.nodes(|x| x.x < 1e-9);
     let supports = Supports::fixed(body.rest.len(), &held);
     (body, supports)
@@ -158,7 +159,9 @@ fn small_beam() -> (Body, Supports) {
 #[test]
 fn energy_of_a_bending_beam_stays_over_1e5_steps() {
     let (mut body, supports) = small_beam();
-    let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let found = body
+        .eigenvalue(&supports, &EigenvalueSettings::default())
+        .unwrap();
     let settings = MotionSettings::default();
     let mut motion = Motion::new(&body.rest, &body.masses, supports, settings).unwrap();
     // First bending shape, a tenth of the length at the tip's speed scale.
@@ -198,7 +201,7 @@ fn block_of(cells: [u32; 3], solid: Solid, jitter: f64, seed: u64) -> Body {
             *x += d * jitter;
         }
     }
-    Body::new(&nodes, &tetrahedra, solid, 0.1)
+    Body::new(&nodes, &tetrahedra, solid, 0.1).unwrap()
 }
 
 #[test]
@@ -222,7 +225,9 @@ fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step() {
             Vec::new()
         };
         let supports = Supports::fixed(body.rest.len(), &nodes);
-        let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+        let found = body
+            .eigenvalue(&supports, &EigenvalueSettings::default())
+            .unwrap();
         let mut run = |share: f64| {
             let settings = MotionSettings::default();
             let mut motion =
@@ -253,10 +258,12 @@ fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step() {
 #[test]
 fn a_dropped_sphere_bounces_with_a_closed_audit() {
     let low = DVec3::new(-0.1, -0.1, -0.1);
-    let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1);
+    let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1).unwrap();
     let held = body.nodes(|x| x.z < -0.1 + 1e-9);
     let supports = Supports::fixed(body.rest.len(), &held);
-    let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let found = body
+        .eigenvalue(&supports, &EigenvalueSettings::default())
+        .unwrap();
     let top = body.faces(|x| x.z > -1e-9);
     let surface = ContactSurface::from_triangles(&top, &body.rest, 4).unwrap();
     let settings = ContactSettings {
@@ -299,7 +306,9 @@ fn a_dropped_sphere_bounces_with_a_closed_audit() {
 #[test]
 fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam() {
     let (mut body, supports) = small_beam();
-    let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let found = body
+        .eigenvalue(&supports, &EigenvalueSettings::default())
+        .unwrap();
     let settings = MotionSettings {
         gravity: DVec3::new(0.0, 0.0, -2.0),
         damping: 2.0,

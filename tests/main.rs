@@ -12,14 +12,10 @@ mod determinism;
 mod elastic_accuracy;
 /// Hard cases, each with what must happen.
 mod hard_cases;
-/// Elastic blocks as force laws, for the tests of `phyxel-integrate` with `phyxel-elastic`.
-mod integrate_bodies;
 /// Waves, energy, stability, impact.
 mod integrate_dynamics;
 /// Indentation against finite elements and Hertz.
 mod integrate_indentation;
-/// Blocks under a sphere, for that and the study.
-mod integrate_press;
 /// Whole scenes of the laboratory against their bars.
 mod laboratory;
 /// A scene pays for what it needs and for nothing else.

@@ -8,7 +8,7 @@ use std::thread;
 
 use phyxel::scene::Scene;
 
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::row::Row;
 use crate::watch::{Options, run};
 
@@ -24,8 +24,8 @@ pub struct Case {
 /// The cases that have one of the comma-separated parts of `filter` in their names; all without one.
 ///
 /// # Errors
-/// [`LabError::NoScene`] if none has.
-pub fn chosen(cases: Vec<Case>, filter: Option<&str>) -> Result<Vec<Case>, LabError> {
+/// [`StudyError::NoScene`] if none has.
+pub fn chosen(cases: Vec<Case>, filter: Option<&str>) -> Result<Vec<Case>, StudyError> {
     let Some(filter) = filter else {
         return Ok(cases);
     };
@@ -33,7 +33,7 @@ pub fn chosen(cases: Vec<Case>, filter: Option<&str>) -> Result<Vec<Case>, LabEr
     let wanted = |case: &Case| filter.split(',').any(|part| case.name.contains(part));
     let chosen: Vec<Case> = cases.into_iter().filter(wanted).collect();
     if chosen.is_empty() {
-        return Err(LabError::NoScene {
+        return Err(StudyError::NoScene {
             filter: filter.to_owned(),
             names: names.join("; "),
         });
@@ -45,13 +45,13 @@ pub fn chosen(cases: Vec<Case>, filter: Option<&str>) -> Result<Vec<Case>, LabEr
 /// come in the order of the cases.
 ///
 /// # Errors
-/// [`LabError::Threads`], and what `ended` returns.
+/// [`StudyError::Threads`], and what `ended` returns.
 pub fn run_all(
     cases: &[Case],
     jobs: usize,
     options: Options,
-    mut ended: impl FnMut(&Row) -> Result<(), LabError>,
-) -> Result<Vec<Row>, LabError> {
+    mut ended: impl FnMut(&Row) -> Result<(), StudyError>,
+) -> Result<Vec<Row>, StudyError> {
     let next = AtomicUsize::new(0);
     let (send, receive) = mpsc::channel();
     thread::scope(|scope| {
@@ -92,14 +92,14 @@ impl Sheet {
     /// Makes `folder` and the file `name` in it.
     ///
     /// # Errors
-    /// [`LabError::Folder`] and [`LabError::Write`].
-    pub fn create(folder: &Path, name: &str) -> Result<Self, LabError> {
-        fs::create_dir_all(folder).map_err(|source| LabError::Folder {
+    /// [`StudyError::Folder`] and [`StudyError::Write`].
+    pub fn create(folder: &Path, name: &str) -> Result<Self, StudyError> {
+        fs::create_dir_all(folder).map_err(|source| StudyError::Folder {
             path: folder.to_owned(),
             source,
         })?;
         let file = folder.join(name);
-        let writer = csv::Writer::from_path(&file).map_err(|source| LabError::Write {
+        let writer = csv::Writer::from_path(&file).map_err(|source| StudyError::Write {
             file: file.clone(),
             source,
         })?;
@@ -109,11 +109,11 @@ impl Sheet {
     /// Adds a row.
     ///
     /// # Errors
-    /// [`LabError::Write`].
-    pub fn add(&mut self, row: &impl serde::Serialize) -> Result<(), LabError> {
+    /// [`StudyError::Write`].
+    pub fn add(&mut self, row: &impl serde::Serialize) -> Result<(), StudyError> {
         let written = self.writer.serialize(row);
         let written = written.and_then(|()| self.writer.flush().map_err(csv::Error::from));
-        written.map_err(|source| LabError::Write {
+        written.map_err(|source| StudyError::Write {
             file: self.file.clone(),
             source,
         })

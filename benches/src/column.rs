@@ -12,7 +12,7 @@ use phyxel::scene::{Body, Motion, Region, Sampling, Scene, Shape, Support, Targe
 use phyxel::world::World;
 use serde::Serialize;
 
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::motion::with_velocities;
 
 const HEIGHT: f64 = 6.0;
@@ -37,7 +37,7 @@ pub struct Finding {
     pub imbalance: f64,
 }
 
-fn scene(nodes: u32) -> Result<Scene, LabError> {
+fn scene(nodes: u32) -> Result<Scene, StudyError> {
     let mut body = Body::new(Shape::Box {
         size: DVec3::new(1.0, 1.0, HEIGHT),
     });
@@ -73,8 +73,8 @@ fn scene(nodes: u32) -> Result<Scene, LabError> {
 /// Twists the column of about `nodes` nodes.
 ///
 /// # Errors
-/// [`LabError::World`] if a step fails.
-pub fn measure(nodes: u32) -> Result<Finding, LabError> {
+/// [`StudyError::World`] if a step fails.
+pub fn measure(nodes: u32) -> Result<Finding, StudyError> {
     let mut world = World::new(scene(nodes)?)?;
     with_velocities(&mut world, |x| {
         (DVec3::Z * (RATE * (PI * x.z / (2.0 * HEIGHT)).sin())).cross(x)

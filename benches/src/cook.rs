@@ -4,12 +4,12 @@
 //! middle of the right edge rises by 23.96 (Cook 1974; converged value of fine meshes). The nearly
 //! incompressible variant in plane strain is another one, with another value.
 
+use crate::problems::block::lattice;
+use crate::problems::model::{ElasticBody, Solid, small_displacements};
 use glam::DVec3;
-use phyxel::study::block::lattice;
-use phyxel::study::model::{ElasticBody, Solid, small_displacements};
 use serde::Serialize;
 
-use crate::error::LabError;
+use crate::error::StudyError;
 
 /// Rise of the middle of the right edge.
 pub const RISE: f64 = 23.96;
@@ -31,8 +31,8 @@ pub struct Finding {
 /// plane, with free faces: plane stress as its thickness vanishes against its sides.
 ///
 /// # Errors
-/// [`LabError::Study`] if the body cannot be built or its system not solved.
-pub fn measure(cells: u32) -> Result<Finding, LabError> {
+/// [`StudyError::Study`] if the body cannot be built or its system not solved.
+pub fn measure(cells: u32) -> Result<Finding, StudyError> {
     let thickness = 48.0 / f64::from(cells);
     let (nodes, tetrahedra) = lattice([cells, cells, 1], |s| {
         let low = 44.0 * s.x;

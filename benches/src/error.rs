@@ -5,19 +5,19 @@ use std::path::PathBuf;
 /// A study that did not end. A scene that does not end is a row, not an error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum LabError {
+pub enum StudyError {
     /// A scene of a study is not valid.
     #[error(transparent)]
     Scene(#[from] phyxel::scene::SceneError),
     /// A body of a study cannot be built or moved.
     #[error("{0}")]
     World(Box<phyxel::world::WorldError>),
-    /// A body of a study cannot be built or solved for.
-    #[error("{0}")]
-    Study(Box<phyxel::study::StudyError>),
     /// A kept state does not read as it was written.
     #[error("a kept state: {0}")]
     State(#[source] serde_json::Error),
+    /// Findings cannot be put into JSON.
+    #[error("cannot put what was found into JSON: {0}")]
+    Json(#[source] serde_json::Error),
     /// Rows cannot be written.
     #[error("{}: {source}", file.display())]
     Write {
@@ -59,15 +59,77 @@ pub enum LabError {
         /// All names.
         names: String,
     },
+    /// A result cannot be written.
+    #[error(transparent)]
+    Output(#[from] phyxel::output::OutputError),
+    /// A plot cannot be drawn.
+    #[error("plot '{plot}': {reason}")]
+    Plot {
+        /// Title of the plot.
+        plot: String,
+        /// What the plotter said.
+        reason: String,
+    },
+    /// A body of a study finds no equilibrium.
+    #[error("a study's body: {0}")]
+    Equilibrium(#[from] phyxel_integrate::SolveError),
+    /// A linear system of a study was not solved.
+    #[error("a study's linear system stopped at a relative residual of {residual:e}")]
+    NotSolved {
+        /// Relative residual that was reached.
+        residual: f64,
+    },
+    /// A cloud was not made as the stencils need it.
+    #[error("a study's body: {0}")]
+    Stencil(#[from] phyxel_mls::StencilError),
+    /// Neighbours could not be searched.
+    #[error("a study's body: {0}")]
+    Cloud(#[from] phyxel_mls::CloudError),
+    /// Neighbourhoods could not be made symmetric.
+    #[error("a study's body: {0}")]
+    Graph(#[from] phyxel_mls::GraphError),
+    /// The surface could not be spread over the nodes.
+    #[error("a study's body: {0}")]
+    Boundary(#[from] phyxel_mls::BoundaryError),
+    /// Shape functions do not exist at a node.
+    #[error("a study's body: {0}")]
+    Shape(#[from] phyxel_mls::ShapeError),
+    /// The elastic model does not take a body.
+    #[error("a study's body: {0}")]
+    Elastic(#[from] phyxel_elastic::ElasticError),
+    /// A body has no surface to press.
+    #[error("a study's body: {0}")]
+    Surface(#[from] phyxel_integrate::SurfaceError),
+    /// A support of a study does not move as asked.
+    #[error("a study's body: {0}")]
+    Path(#[from] phyxel_integrate::PathError),
+    /// A body of a study has no largest eigenvalue.
+    #[error("a study's body: {0}")]
+    Eigenvalue(#[from] phyxel_integrate::EigenvalueError),
+    /// A body of a study does not move.
+    #[error("a study's body: {0}")]
+    Motion(#[from] phyxel_integrate::MotionError),
+    /// A body of a study went astray.
+    #[error("a study's body: {0}")]
+    Step(#[from] phyxel_integrate::StepError),
+    /// A mesh of a study cannot be read.
+    #[error(transparent)]
+    Read(#[from] phyxel_discretize::ReadError),
+    /// A surface of a study cannot be sampled.
+    #[error("a study's surface: {0}")]
+    Sample(#[from] phyxel_discretize::SampleError),
+    /// A picture of a study cannot be encoded or read.
+    #[error("a study's picture: {0}")]
+    Image(#[from] phyxel_splat::ImageError),
+    /// Surfels of a study are not usable.
+    #[error("a study's surface: {0}")]
+    Surfel(#[from] phyxel_splat::SurfelError),
+    /// A cut of a study is none.
+    #[error("a study's cut: {0}")]
+    Cut(#[from] phyxel_enrich::CutError),
 }
 
-impl From<phyxel::study::StudyError> for LabError {
-    fn from(error: phyxel::study::StudyError) -> Self {
-        Self::Study(Box::new(error))
-    }
-}
-
-impl From<phyxel::world::WorldError> for LabError {
+impl From<phyxel::world::WorldError> for StudyError {
     fn from(error: phyxel::world::WorldError) -> Self {
         Self::World(Box::new(error))
     }

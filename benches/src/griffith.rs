@@ -7,7 +7,7 @@ use phyxel::scene::{
 };
 use serde::Serialize;
 
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::row::Row;
 use crate::watch::{Options, run_with};
 
@@ -68,8 +68,8 @@ fn energy(crack: f64) -> f64 {
 /// The double cantilever with `spacings` across an arm.
 ///
 /// # Errors
-/// [`LabError::Scene`] if the scene is not valid.
-pub fn scene(spacings: f64) -> Result<Scene, LabError> {
+/// [`StudyError::Scene`] if the scene is not valid.
+pub fn scene(spacings: f64) -> Result<Scene, StudyError> {
     let size = DVec3::new(LENGTH, WIDTH, 2.0 * ARM);
     let mut body = Body::new(Shape::Box { size });
     body.sampling = Sampling {
@@ -135,8 +135,8 @@ pub fn scene(spacings: f64) -> Result<Scene, LabError> {
 /// Cuts the double cantilever with `spacings` across an arm.
 ///
 /// # Errors
-/// [`LabError::Scene`] if the scene is not valid.
-pub fn measure(spacings: f64) -> Result<Finding, LabError> {
+/// [`StudyError::Scene`] if the scene is not valid.
+pub fn measure(spacings: f64) -> Result<Finding, StudyError> {
     let mut before = (0.0, 0.0);
     let name = format!("double cantilever, {spacings} across an arm");
     let row = run_with(&name, scene(spacings)?, Options::default(), |world| {

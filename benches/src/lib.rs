@@ -13,12 +13,16 @@ pub mod griffith;
 pub mod matrix;
 mod motion;
 pub mod organs;
+pub mod problems;
 pub mod random;
+pub mod report;
 mod row;
 pub mod spin;
+pub mod studies;
 mod watch;
 
 pub use eigenvalue::largest_eigenvalue;
-pub use error::LabError;
+pub use error::StudyError;
 pub use row::{Bars, Row};
+pub use studies::{Effort, Findings, Study};
 pub use watch::{Options, run, run_with};

@@ -1,23 +1,26 @@
 //! `cargo run --release -p benches -- NAME [--quick] [--out DIR]`.
+//!
+//! Two kinds of studies: those that end in a verdict (`matrix`, `random`, ..) say what must hold of scenes
+//! and fail if it does not; those of [`STUDIES`] tabulate error beside time and write one page.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use benches::batch::{Case, Sheet, chosen, run_all};
-use benches::{LabError, Options, Row, column, cook, griffith, matrix, organs, random, spin};
-use clap::{Args, Parser, Subcommand};
+use benches::studies::{STUDIES, write_page};
+use benches::{
+    Effort, Options, Row, Study, StudyError, column, cook, griffith, matrix, organs, random, spin,
+};
+use clap::{Args, Command, FromArgMatches, Subcommand};
+use phyxel::output::OutputFolder;
 
-/// Studies of whole scenes: what must hold, and whether it did.
-#[derive(Debug, Parser)]
-#[command(name = "benches", max_term_width = 100)]
-struct Arguments {
-    #[command(subcommand)]
-    study: Study,
-}
+/// Name of the command that runs all of [`STUDIES`].
+const ALL: &str = "all";
 
+/// Studies that end in a verdict.
 #[derive(Debug, Subcommand)]
-enum Study {
+enum Verdict {
     /// The embedded bodies over node counts, stiffnesses and cuts.
     Matrix(Batch),
     /// Scenes of a seeded generator: block and liver, any stiffness and gravity, three random strokes.
@@ -41,6 +44,23 @@ enum Study {
     Column(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
+}
+
+/// What a study of [`STUDIES`] writes, and how much of it is computed.
+#[derive(Debug, Args)]
+struct Page {
+    /// Only the small sizes: the same code in seconds.
+    #[arg(long)]
+    quick: bool,
+    /// Folder for tables, plots and the page.
+    #[arg(long, default_value = "out/study", value_name = "DIR")]
+    out: PathBuf,
+    /// Show nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+    /// Print what was found as JSON on stdout, one object per study.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Where the CSV file of one problem goes, and how much of it is computed.
@@ -78,19 +98,44 @@ struct Batch {
     list: bool,
 }
 
+/// The command line: every study is a command.
+fn command() -> Command {
+    let pages = STUDIES
+        .iter()
+        .map(|study| (study.name, study.question))
+        .chain([(ALL, "all that write a page, on one")])
+        .map(|(name, about)| Page::augment_args(Command::new(name).about(about)));
+    let command = Command::new("benches")
+        .about("Studies: what must hold of whole scenes, and error beside time")
+        .max_term_width(100)
+        .subcommand_required(true)
+        .arg_required_else_help(true);
+    Verdict::augment_subcommands(command).subcommands(pages)
+}
+
 fn main() -> ExitCode {
-    let done = match &Arguments::parse().study {
-        Study::Matrix(batch) => run_matrix(batch),
-        Study::Random { seed, count, batch } => run_random(*seed, *count, batch),
-        Study::Organs(batch) => run_organs(batch),
-        Study::Griffith(one) => run_griffith(one),
-        Study::Spin(one) => run_spin(one),
-        Study::Column(one) => run_column(one),
-        Study::Cook(one) => run_cook(one),
+    let matches = command().get_matches();
+    let (name, of_study) = matches
+        .subcommand()
+        .expect("a command is required of every command line");
+    let chosen: Vec<&Study> = STUDIES
+        .iter()
+        .filter(|study| name == ALL || name == study.name)
+        .collect();
+    let done = if chosen.is_empty() {
+        let verdict = Verdict::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        run_verdict(&verdict)
+    } else {
+        let page = Page::from_arg_matches(of_study).unwrap_or_else(|error| error.exit());
+        run_pages(&chosen, &page).map(|()| true)
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
+        // Whoever reads stdout or stderr has heard enough.
+        Err(StudyError::Print(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
         Err(error) => {
             // Nothing can be done where the terminal does not take it.
             let _ = writeln!(io::stderr(), "error: {error}");
@@ -99,8 +144,49 @@ fn main() -> ExitCode {
     }
 }
 
+fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
+    match study {
+        Verdict::Matrix(batch) => run_matrix(batch),
+        Verdict::Random { seed, count, batch } => run_random(*seed, *count, batch),
+        Verdict::Organs(batch) => run_organs(batch),
+        Verdict::Griffith(one) => run_griffith(one),
+        Verdict::Spin(one) => run_spin(one),
+        Verdict::Column(one) => run_column(one),
+        Verdict::Cook(one) => run_cook(one),
+    }
+}
+
+/// Runs studies, writes their files and one page of all of them.
+fn run_pages(chosen: &[&Study], asked: &Page) -> Result<(), StudyError> {
+    let effort = if asked.quick {
+        Effort::Quick
+    } else {
+        Effort::Full
+    };
+    let folder = OutputFolder::claim(&asked.out)?;
+    let mut all = Vec::new();
+    for study in chosen {
+        let findings = study.run(&folder, effort)?;
+        if !asked.quiet {
+            for table in &findings.report.tables {
+                writeln!(io::stderr(), "{table}")?;
+            }
+        }
+        if asked.json {
+            let text = serde_json::to_string(&findings).map_err(StudyError::Json)?;
+            writeln!(io::stdout(), "{text}")?;
+        }
+        all.push(findings);
+    }
+    let page = write_page(&folder, &all)?;
+    if !asked.quiet {
+        writeln!(io::stderr(), "{}", page.display())?;
+    }
+    Ok(())
+}
+
 /// Runs a batch and prints its rows; none if they were only listed.
-fn run_batch(cases: Vec<Case>, batch: &Batch, file: &str) -> Result<Option<Vec<Row>>, LabError> {
+fn run_batch(cases: Vec<Case>, batch: &Batch, file: &str) -> Result<Option<Vec<Row>>, StudyError> {
     let cases = chosen(cases, batch.filter.as_deref())?;
     if batch.list {
         for case in &cases {
@@ -120,7 +206,7 @@ fn run_batch(cases: Vec<Case>, batch: &Batch, file: &str) -> Result<Option<Vec<R
     Ok(Some(rows))
 }
 
-fn run_matrix(batch: &Batch) -> Result<bool, LabError> {
+fn run_matrix(batch: &Batch) -> Result<bool, StudyError> {
     let mut cases = matrix::cases()?;
     if batch.quick {
         cases.retain(|case| matrix::QUICK.contains(&&*case.name));
@@ -131,7 +217,7 @@ fn run_matrix(batch: &Batch) -> Result<bool, LabError> {
     verdict(&matrix::breaches(&rows))
 }
 
-fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, LabError> {
+fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, StudyError> {
     let count = if batch.quick { count.min(5) } else { count };
     let cases = random::cases(seed, count)?;
     let Some(rows) = run_batch(cases.clone(), batch, "random.csv")? else {
@@ -157,14 +243,14 @@ fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, LabError> {
         if row.is_some_and(|row| !random::breaches(std::slice::from_ref(row)).is_empty()) {
             let path = batch.out.join(format!("{}.ron", case.name));
             let written = std::fs::write(&path, case.scene.to_ron());
-            written.map_err(|source| LabError::Folder { path, source })?;
+            written.map_err(|source| StudyError::Folder { path, source })?;
         }
     }
     verdict(&random::breaches(&rows))
 }
 
-fn run_organs(batch: &Batch) -> Result<bool, LabError> {
-    let folder = organs::folder().ok_or(LabError::NoMeshes)?;
+fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
+    let folder = organs::folder().ok_or(StudyError::NoMeshes)?;
     let mut cases = organs::cases(&folder)?;
     if batch.quick {
         cases.retain(|case| case.name.ends_with(" 600"));
@@ -184,7 +270,7 @@ fn run_organs(batch: &Batch) -> Result<bool, LabError> {
     verdict(&found)
 }
 
-fn run_griffith(one: &One) -> Result<bool, LabError> {
+fn run_griffith(one: &One) -> Result<bool, StudyError> {
     let mut sheet = Sheet::create(&one.out, "griffith.csv")?;
     let mut found = Vec::new();
     for spacings in [4.0, 6.0, 8.0]
@@ -209,7 +295,7 @@ fn run_griffith(one: &One) -> Result<bool, LabError> {
     verdict(&found)
 }
 
-fn run_spin(one: &One) -> Result<bool, LabError> {
+fn run_spin(one: &One) -> Result<bool, StudyError> {
     let mut sheet = Sheet::create(&one.out, "spin.csv")?;
     let mut found = Vec::new();
     for (damping, ratio) in spin::DAMPINGS {
@@ -228,7 +314,7 @@ fn run_spin(one: &One) -> Result<bool, LabError> {
     verdict(&found)
 }
 
-fn run_column(one: &One) -> Result<bool, LabError> {
+fn run_column(one: &One) -> Result<bool, StudyError> {
     let mut sheet = Sheet::create(&one.out, "column.csv")?;
     let mut found = Vec::new();
     for nodes in [500, 1500, 5000]
@@ -251,7 +337,7 @@ fn run_column(one: &One) -> Result<bool, LabError> {
     verdict(&found)
 }
 
-fn run_cook(one: &One) -> Result<bool, LabError> {
+fn run_cook(one: &One) -> Result<bool, StudyError> {
     let mut sheet = Sheet::create(&one.out, "cook.csv")?;
     let mut found = Vec::new();
     let finest = if one.quick { 3 } else { 4 };
@@ -275,7 +361,7 @@ fn run_cook(one: &One) -> Result<bool, LabError> {
 }
 
 /// Prints what breaks a bar; whether nothing does.
-fn verdict(breaches: &[String]) -> Result<bool, LabError> {
+fn verdict(breaches: &[String]) -> Result<bool, StudyError> {
     for breach in breaches {
         writeln!(io::stdout(), "MISSED {breach}")?;
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel::scene::{Body, Capture, Cut, Key, Material, Scene, Target};
 
 use crate::batch::Case;
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::row::{Bars, Row};
 
 /// Node counts of the block; 2,192 are the scene's own, 10 mm apart.
@@ -60,8 +60,8 @@ pub enum LiverCuts {
 /// modes and damping are those of a body of which nothing is said.
 ///
 /// # Errors
-/// [`LabError::Scene`].
-pub fn plain(name: &str) -> Result<Scene, LabError> {
+/// [`StudyError::Scene`].
+pub fn plain(name: &str) -> Result<Scene, StudyError> {
     let mut scene = Scene::embedded(name, &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
@@ -76,8 +76,8 @@ pub fn plain(name: &str) -> Result<Scene, LabError> {
 /// The block of about `nodes` nodes.
 ///
 /// # Errors
-/// [`LabError::Scene`].
-pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, LabError> {
+/// [`StudyError::Scene`].
+pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, StudyError> {
     let mut scene = plain("block")?;
     if nodes != BLOCK_SHIPPED {
         scene.bodies[0].sampling.target = Target::Nodes(nodes);
@@ -93,8 +93,8 @@ pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, LabError> {
 /// The liver of about `nodes` nodes.
 ///
 /// # Errors
-/// [`LabError::Scene`].
-pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, LabError> {
+/// [`StudyError::Scene`].
+pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, StudyError> {
     let mut scene = plain("liver")?;
     scene.bodies[0].sampling.target = Target::Nodes(nodes);
     match cuts {
@@ -132,8 +132,8 @@ fn of_material(mut scene: Scene, modulus: f64, ratio: f64) -> Scene {
 /// Every scene of the matrix.
 ///
 /// # Errors
-/// [`LabError::Scene`].
-pub fn cases() -> Result<Vec<Case>, LabError> {
+/// [`StudyError::Scene`].
+pub fn cases() -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     let mut add = |name: String, scene: Scene| cases.push(Case { name, scene });
     for nodes in BLOCK_NODES {

@@ -4,14 +4,14 @@ use glam::DVec3;
 use phyxel::world::{World, WorldState};
 use serde_json::{Value, json};
 
-use crate::error::LabError;
+use crate::error::StudyError;
 
 /// Gives the first body of a new world velocities (m/s) by place (m), through its kept state; takes one
 /// step at rest before, after which all of that is finite and can be written.
 pub(crate) fn with_velocities(
     world: &mut World,
     velocity: impl Fn(DVec3) -> DVec3,
-) -> Result<(), LabError> {
+) -> Result<(), StudyError> {
     world.step()?;
     let motion = &world.members()[0].body.motion;
     let supports = motion.supports();
@@ -19,7 +19,7 @@ pub(crate) fn with_velocities(
     supports.project(&mut velocities);
     let nodes = motion.masses().iter().zip(&velocities);
     let kinetic: f64 = nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum();
-    let mut kept = serde_json::to_value(world.state()).map_err(LabError::State)?;
+    let mut kept = serde_json::to_value(world.state()).map_err(StudyError::State)?;
     let motion = kept
         .pointer_mut("/bodies/0/motion")
         .and_then(Value::as_object_mut);
@@ -30,7 +30,7 @@ pub(crate) fn with_velocities(
             audit.insert("initial".to_owned(), json!(kinetic));
         }
     }
-    let state: WorldState = serde_json::from_value(kept).map_err(LabError::State)?;
+    let state: WorldState = serde_json::from_value(kept).map_err(StudyError::State)?;
     world.restore(state, |_, _| Ok(()))?;
     Ok(())
 }

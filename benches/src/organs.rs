@@ -7,7 +7,7 @@ use phyxel::scene::{Body, Material, MeshExtent, Region, Scene, Shape, Target};
 use phyxel_discretize::{RepairSettings, read_mesh, repair};
 
 use crate::batch::Case;
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::row::Bars;
 
 /// Extensions of mesh files.
@@ -36,8 +36,8 @@ pub fn folder() -> Option<PathBuf> {
 /// zero-energy modes and damping are those of a body of which nothing is said.
 ///
 /// # Errors
-/// [`LabError::Folder`], [`LabError::Mesh`] and [`LabError::Scene`].
-pub fn cases(folder: &Path) -> Result<Vec<Case>, LabError> {
+/// [`StudyError::Folder`], [`StudyError::Mesh`] and [`StudyError::Scene`].
+pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     for file in meshes(folder)? {
         let name = file
@@ -65,8 +65,8 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, LabError> {
     Ok(cases)
 }
 
-fn meshes(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
-    let error = |source| LabError::Folder {
+fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
+    let error = |source| StudyError::Folder {
         path: folder.to_owned(),
         source,
     };
@@ -84,8 +84,8 @@ fn meshes(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
     Ok(files)
 }
 
-fn default_scene(file: &Path) -> Result<Scene, LabError> {
-    let mesh = |problem: String| LabError::Mesh {
+fn default_scene(file: &Path) -> Result<Scene, StudyError> {
+    let mesh = |problem: String| StudyError::Mesh {
         file: file.to_owned(),
         problem,
     };

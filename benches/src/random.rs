@@ -8,7 +8,7 @@ use serde::Serialize;
 use testkit::cloud::Random;
 
 use crate::batch::Case;
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::row::Row;
 
 /// Bounds of the generator: nodes, E (Pa), ν, gravity (m/s²), speed of a blade (m/s).
@@ -31,8 +31,8 @@ pub const ADDED_BY_STROKE: f64 = 0.01;
 /// `count` scenes of a seed. A scene depends on the seed and on its own number alone.
 ///
 /// # Errors
-/// [`LabError::Scene`] if the generator makes a scene that is not valid.
-pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, LabError> {
+/// [`StudyError::Scene`] if the generator makes a scene that is not valid.
+pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, StudyError> {
     let numbers = 0..count;
     numbers
         .map(|number| {

@@ -5,7 +5,7 @@ use phyxel::scene::{Body, Capture, Cut, Key, Sampling, Scene, Shape, Target};
 use phyxel::world::World;
 use serde::Serialize;
 
-use crate::error::LabError;
+use crate::error::StudyError;
 use crate::motion::with_velocities;
 
 /// Full edge lengths (m).
@@ -35,7 +35,7 @@ pub struct Finding {
 }
 
 /// The scene; without gravity and supports, with two cuts that meet the turning block.
-fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, LabError> {
+fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
     let mut body = Body::new(Shape::Box { size: SIZE });
     body.sampling = Sampling {
         target: Target::Nodes(600),
@@ -76,8 +76,8 @@ fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, LabError> {
 /// Spins and cuts the block.
 ///
 /// # Errors
-/// [`LabError::World`] if a step fails.
-pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, LabError> {
+/// [`StudyError::World`] if a step fails.
+pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> {
     let mut world = World::new(scene(damping, damping_ratio)?)?;
     with_velocities(&mut world, |x| SPIN.cross(x))?;
     let body = &world.members()[0].body;

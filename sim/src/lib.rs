@@ -15,6 +15,5 @@ pub mod phases;
 pub mod picture;
 pub mod run;
 pub mod scene;
-pub mod study;
 pub mod sweep;
 pub mod world;

@@ -1,7 +1,7 @@
 //! Problems without a reference: stress along a finished cut, set-ups after a cut, pieces.
 
+use benches::problems::cracks::{CutBody, Form, Plate, stress, upright};
 use glam::{DMat3, DVec3};
-use phyxel::study::cracks::{CutBody, Form, Plate, stress, upright};
 use phyxel_mls::{ConservativeSettings, ConservativeStencils, inverse_square_weights};
 
 const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);

@@ -67,7 +67,7 @@ pub(crate) fn on_graph(
 
 /// The dissertation's own mechanics.
 pub(crate) fn dissertation(block: &Block, material: Material) -> Elastic {
-    let model = phyxel::study::model::dissertation(&block.positions, material, 1.0);
+    let model = benches::problems::model::dissertation(&block.positions, material, 1.0);
     model.expect("a sound cloud").0
 }
 

@@ -15,20 +15,14 @@
 
 #[path = "integrate_study/chart.rs"]
 mod chart;
-#[allow(dead_code, reason = "shared with the tests")]
-#[path = "../integrate_bodies.rs"]
-mod integrate_bodies;
-#[allow(dead_code, reason = "shared with the tests")]
-#[path = "../integrate_press.rs"]
-mod integrate_press;
 
+use benches::problems::indentation::{
+    BLOCK_REFERENCE as REFERENCE, HERTZ, SMALL, SOFT, cube, graded, hertz_force, hertz_pressure,
+    hertz_radius, moment_radius, quarter, sphere_over_paraboloid,
+};
+use benches::problems::model::{ElasticBody as Body, Solid};
 use chart::{Chart, Curve};
 use glam::DVec3;
-use integrate_bodies::{Body, Solid};
-use integrate_press::{
-    HERTZ, REFERENCE, SMALL, contact_radius, cube, graded, hertz_quarter_force, quarter,
-};
-use phyxel::study::indentation::sphere_over_paraboloid;
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
     ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose,
@@ -52,7 +46,7 @@ fn largest_distance(a: &[DVec3], b: &[DVec3]) -> f64 {
 /// The 2 m cube of 5,832 nodes, held at bottom and sides, and the contact of its top.
 fn block() -> (Body, Supports, Contact) {
     let low = DVec3::new(-1.0, -1.0, -2.0);
-    let body = Body::block([17; 3], low, DVec3::new(1.0, 1.0, 0.0), SOLID, 0.1);
+    let body = Body::block([17; 3], low, DVec3::new(1.0, 1.0, 0.0), SOLID, 0.1).unwrap();
     let held = body.nodes(|x| x.x.abs() > 1.0 - 1e-9 || x.y.abs() > 1.0 - 1e-9 || x.z < 1e-9 - 2.0);
     let supports = Supports::fixed(body.rest.len(), &held);
     let top = body.faces(|x| x.z > -1e-9);
@@ -68,7 +62,7 @@ fn speed() {
     let origin = Pose::at(DVec3::Z);
     let path = Path::ramp(0.0, 0.5, DVec3::Z * -0.1).unwrap();
     let settings = EigenvalueSettings::default();
-    let bare = body.eigenvalue(&supports, &settings).critical_step;
+    let bare = body.eigenvalue(&supports, &settings).unwrap().critical_step;
     let mut x = body.rest.clone();
     let masses = body.masses.clone();
     let mut law = Pressed::new(&mut body, &mut contact, shape, Pose::at(DVec3::Z * 0.9));
@@ -171,10 +165,12 @@ fn work(charts: &mut Vec<(&'static str, Chart)>) {
         ..SOLID
     };
     let high = DVec3::new(0.4, 0.1, 0.1);
-    let mut body = Body::block([12, 3, 3], DVec3::ZERO, high, solid, 0.1);
+    let mut body = Body::block([12, 3, 3], DVec3::ZERO, high, solid, 0.1).unwrap();
     let held = body.nodes(|x| x.x < 1e-9);
     let supports = Supports::fixed(body.rest.len(), &held);
-    let critical = body.eigenvalue(&supports, &EigenvalueSettings::default());
+    let critical = body
+        .eigenvalue(&supports, &EigenvalueSettings::default())
+        .unwrap();
     let critical = critical.critical_step;
     let with = |scheme| {
         let settings = MotionSettings {
@@ -277,7 +273,7 @@ fn factor() {
             density: 1000.0,
         };
         let high = DVec3::new(0.1 * ratio, 0.1, 0.1);
-        let mut body = Body::block(cells, DVec3::ZERO, high, solid, 0.1);
+        let mut body = Body::block(cells, DVec3::ZERO, high, solid, 0.1).unwrap();
         let held = body.nodes(|x| x.x < 1e-9);
         let supports = Supports::fixed(body.rest.len(), &held);
         // A tip deflection of some tenth of the length, by Euler's beam.
@@ -343,12 +339,12 @@ fn force(charts: &mut Vec<(&'static str, Chart)>) {
         ),
     ];
     for (name, mut press) in [
-        ("5,832 regular nodes", cube(17)),
-        ("1,573 graded nodes", graded([10, 10, 12])),
+        ("5,832 regular nodes", cube(17).unwrap()),
+        ("1,573 graded nodes", graded([10, 10, 12]).unwrap()),
     ] {
         let mut points = Vec::new();
         for depth in depths {
-            let found = press.press(1.0 / SMALL, depth * SMALL);
+            let found = press.press(1.0 / SMALL, depth * SMALL, 1e-10).unwrap();
             // Back from the small strain and the paraboloid that a large sphere is.
             let force = found.force / SMALL * sphere_over_paraboloid(1.0, depth);
             points.push((depth, force));
@@ -371,9 +367,9 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
         .map(|(r, d, _)| Curve::new(&format!("regular, r {r} m, d {d} m"), Vec::new()))
         .collect();
     for cells in [9, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 22] {
-        let mut press = cube(cells);
-        let count = press.node_count() as f64;
-        let errors = REFERENCE.map(|row| press.error(row).0);
+        let mut press = cube(cells).unwrap();
+        let count = press.body.rest.len() as f64;
+        let errors = REFERENCE.map(|row| press.error(row, 1e-10).unwrap().0);
         println!("{count} regular nodes: {errors:.4?}");
         for (curve, error) in curves.iter_mut().zip(errors) {
             curve.points.push((count, 100.0 * error));
@@ -390,9 +386,9 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
         [12; 3],
         [13; 3],
     ] {
-        let mut press = graded(cells);
-        let errors = REFERENCE.map(|row| press.error(row).0);
-        let count = press.node_count() as f64;
+        let mut press = graded(cells).unwrap();
+        let errors = REFERENCE.map(|row| press.error(row, 1e-10).unwrap().0);
+        let count = press.body.rest.len() as f64;
         println!("{count} graded nodes: {errors:.4?}");
         let largest = errors
             .into_iter()
@@ -409,13 +405,13 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
                 continue;
             }
         };
-        let found = press.press(HERTZ.0, HERTZ.1);
-        let error = found.force / hertz_quarter_force() - 1.0;
+        let found = press.press(HERTZ.0, HERTZ.1, 1e-8).unwrap();
+        let error = found.force / (0.25 * hertz_force(SOFT, HERTZ.0, HERTZ.1)) - 1.0;
         println!(
             "{} nodes, Hertz, {fine} cells in 1.5 contact radii: {error:.4}",
-            press.node_count()
+            press.body.rest.len()
         );
-        hertz.push((press.node_count() as f64, 100.0 * error));
+        hertz.push((press.body.rest.len() as f64, 100.0 * error));
     }
     curves.push(Curve::new("quarter of a large block, Hertz", hertz));
     let (title, x) = (
@@ -439,11 +435,11 @@ fn hertz(charts: &mut Vec<(&'static str, Chart)>) {
     let middle = |k: usize| ends[k] - 0.075;
     for (name, fine) in [("8 cells in 1.5 contact radii", 8), ("10 cells", 10)] {
         let (mut press, size) = quarter(fine, 8).unwrap();
-        press.press(HERTZ.0, HERTZ.1);
-        let rings = press.rings(&ends);
+        press.press(HERTZ.0, HERTZ.1, 1e-8).unwrap();
+        let rings = press.rings(hertz_radius(), hertz_pressure(), &ends);
         println!(
             "{name}, block of {size:.0} contact radii: contact radius {:.3} of Hertz's; mean pressures on rings, Hertz's beside",
-            contact_radius(press.points())
+            moment_radius(press.points())
         );
         for (k, ring) in rings.iter().enumerate() {
             println!(

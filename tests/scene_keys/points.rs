@@ -54,7 +54,7 @@ fn a_column_of_points_hangs_as_one_of_tetrahedra() {
         assert!(solved.report.converged, "{:?}", solved.report);
         let ratio = sag(&world) / meshed;
         println!("{points}: {ratio} of the sag of tetrahedra");
-        // 1.066 on the lattice: points bend and stretch a little too far (`phyxel study beam`).
+        // 1.066 on the lattice: points bend and stretch a little too far (`benches beam`).
         assert!((ratio - 1.0).abs() < 0.1, "{points}: {ratio}");
     }
 }

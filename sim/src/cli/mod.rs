@@ -7,7 +7,6 @@ mod run;
 mod sample;
 mod scenes;
 mod source;
-mod study;
 mod sweep;
 
 use std::io::{self, Write};
@@ -18,7 +17,6 @@ use clap::{Args, Parser, Subcommand};
 use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::scene::{Place, SceneError};
-use crate::study::StudyError;
 use crate::sweep::{CaseError, CollectError, PlanError, PoolError};
 use crate::world::WorldError;
 
@@ -47,8 +45,6 @@ enum Command {
     Live(live::LiveArguments),
     /// Run many cases of a scene, each by a process of its own, and put their results into tables.
     Sweep(sweep::SweepArguments),
-    /// Measure error and time; write tables, plots and one page.
-    Study(study::StudyArguments),
 }
 
 /// Changes of a scene's values.
@@ -105,8 +101,6 @@ enum CliError {
     #[error(transparent)]
     Server(#[from] phyxel_live::ServerError),
     #[error(transparent)]
-    Study(Box<StudyError>),
-    #[error(transparent)]
     Plan(#[from] PlanError),
     #[error("{place}: {error}")]
     Planned { place: Place, error: Box<CliError> },
@@ -144,12 +138,6 @@ impl From<crate::live::SessionError> for CliError {
     }
 }
 
-impl From<StudyError> for CliError {
-    fn from(error: StudyError) -> Self {
-        Self::Study(Box::new(error))
-    }
-}
-
 /// A text for a terminal: what a file may hold of control characters is shown and not obeyed.
 fn printable(text: &str) -> String {
     let shown = |c: char| c == '\n' || !c.is_control();
@@ -177,7 +165,6 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "live")]
         Some(Command::Live(arguments)) => live::live(&arguments),
         Some(Command::Sweep(arguments)) => sweep::sweep(&arguments),
-        Some(Command::Study(arguments)) => study::study(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

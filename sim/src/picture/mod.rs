@@ -3,10 +3,12 @@
 mod camera;
 pub(crate) mod coloring;
 mod reach;
-pub(crate) mod sampling;
+mod sampling;
 mod style;
 mod surfels;
 mod tool;
+
+pub use sampling::surfels_on_solid;
 
 use std::io::Cursor;
 use std::sync::Arc;

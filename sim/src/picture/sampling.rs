@@ -9,8 +9,17 @@ use crate::scene::SurfelSpacing;
 /// Even samples that each surfel is chosen from, where surfels follow curvature.
 const CHOICE: usize = 8;
 
-/// About `count` surfels of a solid's surface.
-pub(crate) fn surfels(solid: &Solid, mesh: &Mesh, count: usize, spacing: SurfelSpacing) -> Surfels {
+/// About `count` surfels on the surface of a solid, `mesh` being that surface: even, or closer where it
+/// curves (`phyxel_splat::follow_curvature`). Positions (m), outward unit normals, areas (m²).
+///
+/// The number found is near `count` and rarely equal to it.
+#[must_use]
+pub fn surfels_on_solid(
+    solid: &Solid,
+    mesh: &Mesh,
+    count: usize,
+    spacing: SurfelSpacing,
+) -> Surfels {
     let SurfelSpacing::Curvature { range } = spacing else {
         return sample_surfels(mesh, count, Some(solid));
     };

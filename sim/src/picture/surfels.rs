@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_discretize::{Surfels, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
 
-use super::sampling;
+use super::sampling::surfels_on_solid;
 use crate::scene::{PointFile, SurfelSpacing, SurfelTarget};
 use crate::world::{Body, BodyProblem, World};
 
@@ -44,7 +44,7 @@ pub(super) fn spread(
         SurfelTarget::Count(count) => count as usize,
         SurfelTarget::Density(density) => rounded(density * surface.area()),
     };
-    Ok(sampling::surfels(&body.solid, &surface, count, spacing))
+    Ok(surfels_on_solid(&body.solid, &surface, count, spacing))
 }
 
 /// The points of a file where the body at `position` (m) has them, with areas by how near their

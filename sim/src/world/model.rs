@@ -21,7 +21,7 @@ use crate::scene::{self, Form, Method, Model};
 const FLAT: f64 = 1e-3;
 
 /// Nearest nodes that become neighbours, both ways, where no tetrahedra tell: with 14 a beam of 3,968
-/// points bends 4.8 % too far, with 18 6.0 % (`phyxel study beam`).
+/// points bends 4.8 % too far, with 18 6.0 % (`benches beam`).
 const NEAREST: usize = 14;
 
 /// What a body is made of, before it moves.

@@ -8,7 +8,6 @@
 mod cases;
 mod program;
 mod reports;
-mod studies;
 mod sweeps;
 
 use program::Sandbox;

@@ -14,7 +14,6 @@ pub(super) fn file_cases() -> Vec<Case> {
             &[],
             &["scenes", "kidney"],
         ),
-        given("unknown study", &[], &["study", "gradients"]),
         given("missing scene", &[], &["run", "scene.ron"]),
         given(
             "neither scene nor mesh",

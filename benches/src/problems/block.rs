@@ -1,0 +1,240 @@
+//! Bodies of tetrahedra on which problems with a known answer are set.
+
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{
+    boundary_triangles, nodal_boundary_vectors, nodal_volumes, space_filling_order,
+    tetrahedra_edges, tetrahedron_volume,
+};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_mls::{
+    ConservativeSettings, ConservativeStencils, NearestSettings, Neighborhoods,
+    inverse_square_weights, k_nearest,
+};
+
+use super::model::Solid;
+use crate::StudyError;
+
+/// Ways from a cell's first corner to its last along the three axes: one tetrahedron each.
+const WAYS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [0, 2, 1],
+    [1, 0, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [2, 1, 0],
+];
+
+/// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), as six tetrahedra a
+/// cell, mirrored from cell to cell so that no diagonal is preferred. Nodes run along x first.
+pub fn lattice(cells: [u32; 3], map: impl Fn(DVec3) -> DVec3) -> (Vec<DVec3>, Vec<[u32; 4]>) {
+    let n = cells.map(|c| c + 1);
+    let size = DVec3::from_array(cells.map(f64::from));
+    let mut nodes = Vec::new();
+    for k in 0..n[2] {
+        for j in 0..n[1] {
+            for i in 0..n[0] {
+                nodes.push(map(DVec3::from_array([i, j, k].map(f64::from)) / size));
+            }
+        }
+    }
+    let mut tetrahedra = Vec::new();
+    for k in 0..cells[2] {
+        for j in 0..cells[1] {
+            for i in 0..cells[0] {
+                let corner = |s: [u32; 3]| {
+                    let [a, b, c] = [i + (s[0] ^ i & 1), j + (s[1] ^ j & 1), k + (s[2] ^ k & 1)];
+                    a + n[0] * (b + n[1] * c)
+                };
+                for way in WAYS {
+                    let mut at = [0; 3];
+                    let mut t = [corner(at), 0, 0, 0];
+                    for (slot, axis) in t[1..].iter_mut().zip(way) {
+                        at[axis] = 1;
+                        *slot = corner(at);
+                    }
+                    if tetrahedron_volume(t.map(|v| nodes[v as usize])) < 0.0 {
+                        t.swap(2, 3);
+                    }
+                    tetrahedra.push(t);
+                }
+            }
+        }
+    }
+    (nodes, tetrahedra)
+}
+
+/// Nodes of tetrahedra with volumes, boundary vectors and conservative stencils.
+#[derive(Debug, Clone)]
+pub struct Block {
+    /// Rest positions (m).
+    pub rest: Vec<DVec3>,
+    /// Tetrahedra.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// Surface triangles, anticlockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Nodal volumes (m³).
+    pub volumes: Vec<f64>,
+    /// Nodal boundary vectors (m²).
+    pub boundary: Vec<DVec3>,
+    /// Who is coupled with whom: the edges of the tetrahedra.
+    pub graph: Neighborhoods,
+    /// Conservative stencils.
+    pub stencils: ConservativeStencils,
+}
+
+impl Block {
+    /// A body of positively oriented tetrahedra, its nodes in the order given.
+    ///
+    /// # Errors
+    /// [`StudyError`] if there are no stencils on these nodes.
+    pub fn new(rest: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Result<Self, StudyError> {
+        let volumes = nodal_volumes(&rest, &tetrahedra);
+        let triangles = boundary_triangles(&tetrahedra, |_| true);
+        let boundary = nodal_boundary_vectors(&rest, &triangles);
+        let (offsets, indices) = tetrahedra_edges(rest.len(), &tetrahedra);
+        let graph = Neighborhoods::from_graph(offsets, indices)?;
+        let stencils = conservative(&rest, &volumes, &boundary, &graph)?;
+        Ok(Self {
+            rest,
+            tetrahedra,
+            triangles,
+            volumes,
+            boundary,
+            graph,
+            stencils,
+        })
+    }
+
+    /// The same body with its nodes along a space-filling curve, as a simulation has them.
+    ///
+    /// # Errors
+    /// As [`Block::new`].
+    pub fn ordered(nodes: &[DVec3], tetrahedra: &[[u32; 4]]) -> Result<Self, StudyError> {
+        let order = space_filling_order(nodes);
+        let mut place = vec![0_u32; nodes.len()];
+        let olds = order.apply(&(0..nodes.len()).collect::<Vec<_>>());
+        for (new, old) in (0_u32..).zip(olds) {
+            place[old] = new;
+        }
+        let tetrahedra = tetrahedra.iter().map(|t| t.map(|v| place[v as usize]));
+        Self::new(order.apply(nodes), tetrahedra.collect())
+    }
+
+    /// The same nodes, each coupled with its `k` nearest, in both directions.
+    ///
+    /// # Errors
+    /// As [`Block::new`].
+    pub fn with_nearest(mut self, k: usize) -> Result<Self, StudyError> {
+        let settings = NearestSettings {
+            nearest: k,
+            limit: Some(k),
+            ..NearestSettings::default()
+        };
+        self.graph = k_nearest(&self.rest, &settings)?
+            .neighborhoods
+            .symmetrized()?;
+        self.stencils = conservative(&self.rest, &self.volumes, &self.boundary, &self.graph)?;
+        Ok(self)
+    }
+
+    /// Nodes that pass a test of their place at rest.
+    pub fn nodes(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
+        nodes_where(&self.rest, chosen)
+    }
+
+    /// Nodal forces (N) of a traction (Pa) on the triangles whose corners all pass a test.
+    pub fn traction(&self, on: impl Fn(DVec3) -> bool, traction: DVec3) -> Vec<DVec3> {
+        let mut forces = vec![DVec3::ZERO; self.rest.len()];
+        for face in &self.triangles {
+            let [p, q, r] = face.map(|v| self.rest[v as usize]);
+            if on(p) && on(q) && on(r) {
+                for v in face {
+                    forces[*v as usize] += traction * (q - p).cross(r - p).length() / 6.0;
+                }
+            }
+        }
+        forces
+    }
+
+    /// Nodal forces (N) of a force per volume (N/m³).
+    #[must_use]
+    pub fn weight(&self, force: DVec3) -> Vec<DVec3> {
+        self.volumes.iter().map(|v| force * *v).collect()
+    }
+
+    /// The elastic model of one material on `stencils`: the body's own, or those of a cut.
+    ///
+    /// # Errors
+    /// [`StudyError`] if the model does not take the stencils.
+    pub fn elastic(
+        &self,
+        stencils: &ConservativeStencils,
+        material: Material,
+        settings: &Settings,
+    ) -> Result<Elastic, StudyError> {
+        let stencils = Stencils {
+            offsets: self.graph.offsets(),
+            indices: self.graph.indices(),
+            weights: &stencils.weights,
+            matrices: &stencils.matrices,
+            scales: &stencils.scales,
+            multipliers: &stencils.multipliers,
+        };
+        let nodes = Nodes {
+            rest_positions: &self.rest,
+            volumes: &self.volumes,
+        };
+        let materials = Materials::Uniform(material);
+        Ok(Elastic::new(&stencils, &nodes, &materials, settings)?)
+    }
+
+    /// Diagonal blocks (N/m) of the stiffness at rest: `Σ_i V_i ((λ + μ) g gᵀ + μ |g|² I)` and the
+    /// part of the pair penalty that acts on single nodes.
+    pub(crate) fn diagonal_blocks(&self, solid: Solid, control: f64) -> Vec<DMat3> {
+        let (mu, lambda) = solid.lame();
+        let part = |g: DVec3| {
+            DMat3::from_cols(g * g.x, g * g.y, g * g.z) * (lambda + mu)
+                + DMat3::from_diagonal(DVec3::splat(mu * g.length_squared()))
+        };
+        let (graph, stencils) = (&self.graph, &self.stencils);
+        let mut blocks = vec![DMat3::ZERO; self.rest.len()];
+        for (i, x) in self.rest.iter().enumerate() {
+            blocks[i] += part(stencils.self_gradients[i]) * self.volumes[i];
+            let row = || graph.pairs(i).zip(graph.row(i));
+            let spread: f64 = row()
+                .map(|(p, &j)| stencils.weights[p] * x.distance_squared(self.rest[j as usize]))
+                .sum();
+            for (p, &j) in row() {
+                blocks[j as usize] += part(stencils.pair_gradients[p]) * self.volumes[i];
+                let c = control * mu * self.volumes[i] / spread * stencils.weights[p];
+                let c = DMat3::from_diagonal(DVec3::splat(c));
+                blocks[i] += c;
+                blocks[j as usize] += c;
+            }
+        }
+        blocks
+    }
+}
+
+fn conservative(
+    rest: &[DVec3],
+    volumes: &[f64],
+    boundary: &[DVec3],
+    graph: &Neighborhoods,
+) -> Result<ConservativeStencils, StudyError> {
+    let weights = inverse_square_weights(rest, graph);
+    let settings = ConservativeSettings::default();
+    let made = ConservativeStencils::new(rest, volumes, boundary, graph, weights, &settings)?;
+    if made.report.residual < 1e-9 {
+        Ok(made)
+    } else {
+        Err(StudyError::NotSolved {
+            residual: made.report.residual,
+        })
+    }
+}
+
+pub(crate) fn nodes_where(rest: &[DVec3], chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
+    let with = (0_u32..).zip(rest).filter(|(_, x)| chosen(**x));
+    with.map(|(node, _)| node).collect()
+}

@@ -1,0 +1,404 @@
+//! Boxes of tetrahedra cut by one of the forms, and linear statics on them.
+
+use std::time::Instant;
+
+use glam::{DMat3, DMat4, DVec3, DVec4};
+use phyxel_elastic::{Elastic, Material, Settings};
+use phyxel_enrich::{
+    CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings, PairFactors,
+    Rule, grid_pair_factors, triangle_enrichment,
+};
+use phyxel_mls::{ConservativeStencils, StrokeReport, normal_projector};
+
+use super::{POISSON, YOUNG};
+use crate::StudyError;
+use crate::problems::block::{Block, lattice};
+use crate::problems::model::small_displacements;
+use crate::problems::noise::noisy;
+
+/// How a cut weakens pairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// One of the rules of `phyxel-enrich`; the default is the detour.
+    Rule(Rule),
+    /// The detour, and then the rows near the cut solved anew ([`CutBody::finish`]).
+    Finished,
+    /// The dissertation's grid, Aras 2014, eqs (45)–(48).
+    Grid(GridForm),
+    /// Mean of both directions of the product over the strip's pieces, Aras 2014, eq. (38).
+    Pieces,
+}
+
+impl Form {
+    /// The default.
+    pub const DETOUR: Self = Self::Rule(Rule::Detour);
+
+    /// All forms that are compared.
+    pub const ALL: [Self; 8] = [
+        Self::DETOUR,
+        Self::Finished,
+        Self::Rule(Rule::Visibility),
+        Self::Rule(Rule::Transparency {
+            kappa: 0.5,
+            exponent: 2.0,
+        }),
+        Self::Grid(GridForm::OneSided),
+        Self::Grid(GridForm::OneSidedMean),
+        Self::Grid(GridForm::Product),
+        Self::Pieces,
+    ];
+
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rule(Rule::Detour) => "detour (default)",
+            Self::Finished => "detour, finished",
+            Self::Rule(Rule::Visibility) => "visibility",
+            Self::Rule(Rule::Transparency { .. }) => "transparency",
+            Self::Grid(GridForm::Product) => "grid, product of phi",
+            Self::Grid(GridForm::OneSided) => "grid, one-sided",
+            Self::Grid(GridForm::OneSidedMean) => "grid, one-sided mean",
+            Self::Pieces => "product over pieces",
+        }
+    }
+}
+
+/// A box of tetrahedra that is to be cut.
+#[derive(Debug, Clone)]
+pub struct Plate {
+    /// Nodes and stencils.
+    pub block: Block,
+    /// Size of a cell (m).
+    pub spacing: f64,
+    /// Lowest corner (m).
+    pub low: DVec3,
+    /// Highest corner (m).
+    pub high: DVec3,
+}
+
+impl Plate {
+    /// `cells` cells from `low` to `high` (m); nodes moved by up to `jitter` of a cell, those on the
+    /// sides not at all, those on top and bottom within them, the same in both layers of a slab of
+    /// one cell.
+    ///
+    /// # Errors
+    /// [`StudyError`] if there are no stencils on these nodes.
+    pub fn new(cells: [u32; 3], low: DVec3, high: DVec3, jitter: f64) -> Result<Self, StudyError> {
+        let size = (high - low) / DVec3::from_array(cells.map(f64::from));
+        let (mut nodes, tetrahedra) = lattice(cells, |s| low + (high - low) * s);
+        let n = cells.map(|c| c + 1);
+        let mut state = 0;
+        for (index, x) in (0_u32..).zip(&mut nodes) {
+            let at = [index % n[0], index / n[0] % n[1], index / (n[0] * n[1])];
+            if index % (n[0] * n[1]) == 0 {
+                state = if cells[2] == 1 {
+                    5
+                } else {
+                    5 + u64::from(at[2])
+                };
+            }
+            let inside = |axis: usize| at[axis] > 0 && at[axis] < cells[axis];
+            let mut shift = noisy(&mut state, jitter);
+            shift.z *= f64::from(u8::from(inside(2)));
+            if inside(0) && inside(1) {
+                *x += shift * size;
+            }
+        }
+        Ok(Self {
+            block: Block::new(nodes, tetrahedra)?,
+            spacing: size.max_element(),
+            low,
+            high,
+        })
+    }
+
+    /// Whether a point is in the box.
+    #[must_use]
+    pub fn inside(&self, p: DVec3) -> bool {
+        p.cmpge(self.low).all() && p.cmple(self.high).all()
+    }
+
+    /// Its nodes and pairs, as factors read them.
+    fn coupled(&self) -> Graph<'_> {
+        Graph::trusted(
+            &self.block.rest,
+            self.block.graph.offsets(),
+            self.block.graph.indices(),
+        )
+    }
+
+    /// No cut yet, for cuts of this box.
+    #[must_use]
+    pub fn cuts(&self) -> Cuts {
+        Cuts::new(&CutSettings::for_spacing(self.spacing))
+    }
+
+    /// Nodal forces (N) of a tension of 1 Pa on the two sides of the box across an axis.
+    #[must_use]
+    pub fn tension(&self, axis: DVec3) -> Vec<DVec3> {
+        let edge = 1e-9 * self.spacing;
+        let (top, bottom) = (self.high.dot(axis) - edge, self.low.dot(axis) + edge);
+        let mut forces = self.block.traction(|p| p.dot(axis) > top, axis);
+        let below = self.block.traction(|p| p.dot(axis) < bottom, -axis);
+        for (f, g) in forces.iter_mut().zip(below) {
+            *f += g;
+        }
+        forces
+    }
+}
+
+/// A cut box.
+#[derive(Debug)]
+pub struct CutBody<'a> {
+    /// The box.
+    pub body: &'a Plate,
+    /// Its stencils after the cut.
+    pub stencils: ConservativeStencils,
+    /// Factors on the pairs.
+    pub factors: Vec<f64>,
+    /// Nodes with a factor below 1, rising.
+    pub touched: Vec<u32>,
+    /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
+    pub seconds: [f64; 3],
+    pairs: PairFactors,
+}
+
+impl<'a> CutBody<'a> {
+    /// Cuts a box. `blades` are the captures of the same cut for the grid. `None` if the form
+    /// refuses the cut, or the elastic model the form, as its weights must be the same both ways.
+    ///
+    /// # Errors
+    /// [`StudyError`] if rows cannot be rebuilt.
+    pub fn new(
+        body: &'a Plate,
+        cuts: &Cuts,
+        blades: &[[DVec3; 2]],
+        form: Form,
+    ) -> Result<Option<Self>, StudyError> {
+        let (x, graph) = (&body.block.rest, &body.block.graph);
+        let coupled = body.coupled();
+        let rule = if let Form::Rule(rule) = form {
+            rule
+        } else {
+            Rule::Detour
+        };
+        let settings = FactorSettings {
+            rule,
+            ..FactorSettings::default()
+        };
+        let begin = Instant::now();
+        let mut pairs = PairFactors::new(&coupled, &settings);
+        let reach: Vec<f64> = match form {
+            Form::Rule(_) | Form::Finished => Vec::new(),
+            _ => (0..x.len())
+                .map(|node| settings.reach.of(&coupled, node))
+                .collect(),
+        };
+        let start = Instant::now();
+        let factors = match form {
+            Form::Rule(_) | Form::Finished => {
+                pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &|p| {
+                    body.inside(p)
+                });
+                pairs.to_vec()
+            }
+            Form::Grid(grid_form) => {
+                let settings = GridSettings::for_spacing(body.spacing);
+                let Ok(grid) = EnrichmentGrid::from_blades(blades, &settings) else {
+                    return Ok(None);
+                };
+                grid_pair_factors(&[grid], &coupled, &reach, grid_form)
+            }
+            Form::Pieces => piece_products(body, cuts, &reach),
+        };
+        let middle = Instant::now();
+        let mut touched = Vec::new();
+        for (i, node) in (0..x.len()).zip(0_u32..) {
+            for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
+                let row = graph.row(j as usize);
+                let place = row.partition_point(|&other| other < node);
+                let back = graph.pairs(j as usize).start + place;
+                if factors[pair].to_bits() != factors[back].to_bits() {
+                    return Ok(None);
+                }
+            }
+            if graph.pairs(i).any(|pair| factors[pair] < 1.0) {
+                touched.push(node);
+            }
+        }
+        let mut stencils = body.block.stencils.clone();
+        let rows = Instant::now();
+        stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
+        let mut cut = Self {
+            body,
+            stencils,
+            factors,
+            touched,
+            seconds: [0.0; 3],
+            pairs,
+        };
+        if form == Form::Finished {
+            cut.finish(cuts);
+        }
+        // Of the set-up, the forms other than rules use the coupling distances only.
+        cut.seconds = [
+            (start - begin).as_secs_f64(),
+            (middle - start).as_secs_f64(),
+            rows.elapsed().as_secs_f64(),
+        ];
+        Ok(Some(cut))
+    }
+
+    /// Restores the constraint on the faces of a finished cut.
+    pub fn finish(&mut self, cuts: &Cuts) -> StrokeReport {
+        let block = &self.body.block;
+        let mut near = self.touched.clone();
+        for &i in &self.touched {
+            near.extend_from_slice(block.graph.row(i as usize));
+        }
+        near.sort_unstable();
+        near.dedup();
+        let (offsets, normals) = self.pairs.normals_near(&self.body.coupled(), cuts, &near);
+        let projectors: Vec<DMat3> = offsets
+            .windows(2)
+            .map(|w| normal_projector(&normals[w[0] as usize..w[1] as usize]))
+            .collect();
+        self.stencils
+            .finish_stroke(&block.rest, &block.graph, &near, &projectors)
+    }
+
+    /// The elastic model of the cut body.
+    ///
+    /// # Errors
+    /// [`StudyError`] if the model does not take the rows.
+    pub fn elastic(&self) -> Result<Elastic, StudyError> {
+        let material = Material::neo_hookean(YOUNG, POISSON);
+        self.body
+            .block
+            .elastic(&self.stencils, material, &Settings::default())
+    }
+
+    /// Displacements (m) under nodal forces (N), see [`small_displacements`].
+    ///
+    /// # Errors
+    /// [`StudyError`] if they are not found.
+    pub fn solve(
+        &self,
+        forces: &[DVec3],
+        mask: impl Fn(DVec3) -> DVec3,
+    ) -> Result<Vec<DVec3>, StudyError> {
+        small_displacements(&mut self.elastic()?, &self.body.block.rest, forces, mask)
+    }
+
+    /// Displacement gradients at the nodes.
+    #[must_use]
+    pub fn gradients(&self, u: &[DVec3]) -> Vec<DMat3> {
+        let graph = &self.body.block.graph;
+        (0..u.len())
+            .map(|i| {
+                let mut sum = DMat3::ZERO;
+                for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
+                    let du = u[j as usize] - u[i];
+                    let g = self.stencils.pair_gradients[pair];
+                    sum += DMat3::from_cols(du * g.x, du * g.y, du * g.z);
+                }
+                sum
+            })
+            .collect()
+    }
+
+    /// Opening (m) of the cut along `normal` at a point of its face: both sides by the nearest nodes
+    /// that look at it from that side, each with its own gradient.
+    #[must_use]
+    pub fn opening(
+        &self,
+        cuts: &Cuts,
+        u: &[DVec3],
+        gradients: &[DMat3],
+        at: DVec3,
+        normal: DVec3,
+    ) -> f64 {
+        let (x, spacing) = (&self.body.block.rest, self.body.spacing);
+        let side = |sign: f64| -> f64 {
+            let from = at + sign * 1e-6 * spacing * normal;
+            let (mut best, mut nearest) = (f64::INFINITY, 0);
+            for (i, x) in x.iter().enumerate() {
+                let d = x.distance(at);
+                if d < best && d < 3.0 * spacing && !cuts.crosses(from, *x) {
+                    (best, nearest) = (d, i);
+                }
+            }
+            let value = u[nearest] + gradients[nearest] * (at - x[nearest]);
+            value.dot(normal)
+        };
+        side(1.0) - side(-1.0)
+    }
+
+    /// Opening (m) of the cut along `normal` at a point of its face, of the displacement as a field:
+    /// linear moving least squares on either side over the nodes within a number of spacings that the
+    /// cut does not hide. Not a number where too few nodes see the point.
+    #[must_use]
+    pub fn field_opening(
+        &self,
+        cuts: &Cuts,
+        u: &[DVec3],
+        at: DVec3,
+        normal: DVec3,
+        spacings: f64,
+    ) -> f64 {
+        let (dx, radius) = (self.body.spacing, spacings * self.body.spacing);
+        let side = |sign: f64| -> f64 {
+            let from = at + sign * 1e-6 * dx * normal;
+            let (mut moment, mut sum) = (DMat4::ZERO, DVec4::ZERO);
+            for (x, u) in self.body.block.rest.iter().zip(u) {
+                let q = x.distance(from) / radius;
+                if q < 1.0 && !cuts.crosses(from, *x) {
+                    let basis = ((*x - at) / dx).extend(1.0);
+                    let weighted = (1.0 - q * q).powi(3) * basis;
+                    moment += DMat4::from_cols(
+                        weighted * basis.x,
+                        weighted * basis.y,
+                        weighted * basis.z,
+                        weighted * basis.w,
+                    );
+                    sum += weighted * u.dot(normal);
+                }
+            }
+            if moment.determinant() > 1e-6 {
+                (moment.inverse() * sum).w
+            } else {
+                f64::NAN
+            }
+        };
+        side(1.0) - side(-1.0)
+    }
+}
+
+/// Product over the strip's pieces, each with its own frame, within the coupling distance.
+fn piece_products(body: &Plate, cuts: &Cuts, reach: &[f64]) -> Vec<f64> {
+    let (x, graph) = (&body.block.rest, &body.block.graph);
+    let mut factors = vec![1.0; graph.pair_count()];
+    for t in (0..cuts.triangle_count()).step_by(2) {
+        let triangle = cuts.triangle(t);
+        let middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+        let values: Vec<Option<f64>> = x
+            .iter()
+            .zip(reach)
+            .map(|(x, h)| {
+                let near = x.distance(middle) < *h + 10.0 * body.spacing;
+                near.then(|| triangle_enrichment(triangle, *x))
+            })
+            .collect();
+        for i in 0..x.len() {
+            for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
+                let j = j as usize;
+                if let (Some(a), Some(b)) = (values[i], values[j]) {
+                    let (a, b) = if i < j { (a, b) } else { (b, a) };
+                    factors[pair] *= 0.25 * (2.0 + (a.signum() * b + b.signum() * a));
+                }
+            }
+        }
+    }
+    factors
+}

@@ -1,0 +1,388 @@
+//! A rigid sphere pressed into a block, and what theory says of it.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use phyxel_integrate::{
+    Contact, ContactPoint, ContactSettings, ContactSurface, NewtonSettings, Pose, Pressed, Shape,
+    StaticLoad, StaticReport, Supports, penalty, solve_static,
+};
+
+use super::block::lattice;
+use super::model::{ElasticBody, Solid};
+use crate::StudyError;
+
+/// Tissue of unit stiffness: forces scale with Young's modulus.
+pub const SOFT: Solid = Solid {
+    youngs_modulus: 1.0,
+    poissons_ratio: 0.3,
+    density: 1.0,
+};
+
+/// Finite element forces (N) for radius and depth (m) at E = 1 Pa: 2 m cube, sides and bottom fixed,
+/// second order elements, 37,975 nodes, small strain, tolerance 0.2 %.
+pub const BLOCK_REFERENCE: [(f64, f64, f64); 3] = [
+    (1.0, 0.05, 0.019_176_5),
+    (1.0, 0.1, 0.058_265_6),
+    (0.5, 0.05, 0.012_810_1),
+];
+
+/// References are at small strain. Depth times this and radius over this leave the contact radius and
+/// the ratio to Hertz as they are and make the strain small.
+pub const SMALL: f64 = 0.01;
+
+/// Force (N) of a sphere on a half-space (Hertz 1882; Aras 2014, eqs (65) and (66) with a rigid
+/// sphere).
+#[must_use]
+pub fn hertz_force(solid: Solid, radius: f64, depth: f64) -> f64 {
+    let modulus = solid.youngs_modulus / (1.0 - solid.poissons_ratio * solid.poissons_ratio);
+    4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5)
+}
+
+/// Half-space force of a sphere over that of Hertz's paraboloid (Sneddon 1965:
+/// d = a/2 ln((r+a)/(r-a)), F = E* ((r² + a²)/2 ln((r+a)/(r-a)) - a r)).
+#[must_use]
+pub fn sphere_over_paraboloid(radius: f64, depth: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 0.999 * radius);
+    for _ in 0..60 {
+        let a = 0.5 * (low + high);
+        let logarithm = ((radius + a) / (radius - a)).ln();
+        if 0.5 * a * logarithm < depth {
+            low = a;
+        } else {
+            high = a;
+        }
+    }
+    let logarithm = ((radius + low) / (radius - low)).ln();
+    let force = 0.5 * (radius * radius + low * low) * logarithm - low * radius;
+    force / (4.0 / 3.0 * radius.sqrt() * depth.powf(1.5))
+}
+
+/// Force (N) of the finite elements at small strain, where a sphere is a paraboloid.
+#[must_use]
+pub fn block_force((radius, depth, force): (f64, f64, f64)) -> f64 {
+    force / sphere_over_paraboloid(radius, depth)
+}
+
+/// A body with held nodes whose top a sphere is pressed into.
+#[derive(Debug)]
+pub struct Press {
+    /// The body.
+    pub body: ElasticBody,
+    supports: Supports,
+    contact: Contact,
+}
+
+/// What a sphere found.
+#[derive(Debug)]
+pub struct Pressing {
+    /// Force (N) on the sphere.
+    pub force: f64,
+    /// Radius (m) of a disc as large as the part of the surface in contact.
+    pub contact_radius: f64,
+    /// Of the solver.
+    pub report: StaticReport,
+}
+
+impl Press {
+    /// The 2 m cube of [`BLOCK_REFERENCE`] from its body: sides and bottom held, contact by six
+    /// points a triangle of the top (at z = 0). `spacing` (m) sets the penalty.
+    ///
+    /// # Errors
+    /// [`StudyError`] if there is no surface to press.
+    pub fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
+        let edge = 1e-9;
+        let held = body.nodes(|x| x.x.abs().max(x.y.abs()) > 1.0 - edge || x.z < edge - 2.0);
+        let supports = Supports::fixed(body.rest.len(), &held);
+        let top = body.faces(|x| x.z > -edge);
+        Self::on(body, supports, &top, spacing)
+    }
+
+    /// A quarter of a block between two symmetry planes, far sides and bottom held: `lines` (m), rising
+    /// from 0, are where its nodes lie along each axis. Contact within `reach` (m) of the corner, by six
+    /// points a triangle; `spacing` (m) sets the penalty.
+    ///
+    /// # Errors
+    /// [`StudyError`] if there is no surface to press.
+    pub fn quarter(lines: &[f64], reach: f64, spacing: f64) -> Result<Self, StudyError> {
+        let end = lines.last().copied().unwrap_or_default();
+        let cells = u32::try_from(lines.len().saturating_sub(1)).unwrap_or(u32::MAX);
+        let line = |s: f64| {
+            let at = s * f64::from(cells);
+            let away = |cell: u32| (f64::from(cell) - at).abs();
+            let nearest = lines.iter().zip(0..=cells);
+            nearest
+                .min_by(|p, q| away(p.1).total_cmp(&away(q.1)))
+                .map_or(0.0, |(x, _)| *x)
+        };
+        let (nodes, tetrahedra) = lattice([cells; 3], |s| {
+            DVec3::new(line(s.x), line(s.y), -line(1.0 - s.z))
+        });
+        let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
+        let edge = 1e-9 * reach;
+        let mut supports = Supports::free(body.rest.len());
+        for node in body.nodes(|x| x.x < edge) {
+            supports.slide(node, DVec3::X);
+        }
+        for node in body.nodes(|x| x.y < edge) {
+            supports.slide(node, DVec3::Y);
+        }
+        for node in body.nodes(|x| x.x.max(x.y).max(-x.z) > end - edge) {
+            supports.fix(node);
+        }
+        let near = body.faces(|x| x.z > -edge && x.x < reach && x.y < reach);
+        Self::on(body, supports, &near, spacing)
+    }
+
+    /// Where it touches, after [`Press::press`].
+    #[must_use]
+    pub fn points(&self) -> &[ContactPoint] {
+        self.contact.points()
+    }
+
+    fn on(
+        body: ElasticBody,
+        supports: Supports,
+        top: &[[u32; 3]],
+        spacing: f64,
+    ) -> Result<Self, StudyError> {
+        let surface = ContactSurface::from_triangles(top, &body.rest, 6)?;
+        let settings = ContactSettings::new(penalty(SOFT.youngs_modulus, spacing));
+        Ok(Self {
+            body,
+            supports,
+            contact: Contact::new(surface, settings),
+        })
+    }
+
+    /// Presses a sphere of `radius` to `depth` (m); unbalanced forces fall to `tolerance`.
+    ///
+    /// # Errors
+    /// [`StudyError`] if no equilibrium is found.
+    pub fn press(
+        &mut self,
+        radius: f64,
+        depth: f64,
+        tolerance: f64,
+    ) -> Result<Pressing, StudyError> {
+        let pose = Pose::at(DVec3::Z * (radius - depth));
+        let mut x = self.body.rest.clone();
+        let shape = Shape::Sphere { radius };
+        let mut law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
+        let settings = NewtonSettings {
+            tolerance,
+            ..NewtonSettings::default()
+        };
+        let load = StaticLoad::default();
+        let report = solve_static(&mut law, &mut x, &self.supports, &load, &settings)?;
+        let sum = law.tool_forces[0];
+        Ok(Pressing {
+            force: sum.force.z,
+            contact_radius: (sum.area / PI).sqrt(),
+            report,
+        })
+    }
+
+    /// Force over that of finite elements less one, for one row of [`BLOCK_REFERENCE`], made small by
+    /// [`SMALL`]; and what was found.
+    ///
+    /// # Errors
+    /// As [`Press::press`].
+    pub fn error(
+        &mut self,
+        row: (f64, f64, f64),
+        tolerance: f64,
+    ) -> Result<(f64, Pressing), StudyError> {
+        let found = self.press(row.0 / SMALL, row.1 * SMALL, tolerance)?;
+        Ok((found.force / (block_force(row) * SMALL) - 1.0, found))
+    }
+}
+
+/// The 2 m cube of [`BLOCK_REFERENCE`] on a regular lattice.
+///
+/// # Errors
+/// As [`Press::cube`].
+pub fn cube(cells: u32) -> Result<Press, StudyError> {
+    let (nodes, tetrahedra) = cube_lattice(cells);
+    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
+    Press::cube(body, 2.0 / f64::from(cells))
+}
+
+/// The same with nodes drawn towards the middle of the top.
+///
+/// # Errors
+/// As [`Press::cube`].
+pub fn graded(cells: [u32; 3]) -> Result<Press, StudyError> {
+    let (nodes, tetrahedra) = graded_lattice(cells);
+    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
+    Press::cube(body, 0.45 * 2.0 / f64::from(cells[0]))
+}
+
+/// Radius and depth (m) of the comparison with Hertz; the contact radius is a hundredth of the radius.
+pub const HERTZ: (f64, f64) = (10.0, 0.001);
+
+/// Hertz's contact radius (m) of [`HERTZ`].
+#[must_use]
+pub fn hertz_radius() -> f64 {
+    (HERTZ.0 * HERTZ.1).sqrt()
+}
+
+/// A quarter of a block for [`HERTZ`]: `fine` cells over 1.5 contact radii, then `coarse` ones that grow
+/// by 1.8 each. Also gives the block's size in contact radii.
+///
+/// # Errors
+/// As [`Press::quarter`].
+pub fn quarter(fine: u32, coarse: u32) -> Result<(Press, f64), StudyError> {
+    let a = hertz_radius();
+    let mut h = 1.5 * a / f64::from(fine);
+    let spacing = h;
+    let mut lines = vec![0.0];
+    let mut end = 0.0;
+    for cell in 0..fine + coarse {
+        if cell >= fine {
+            h *= 1.8;
+        }
+        end += h;
+        lines.push(end);
+    }
+    Ok((Press::quarter(&lines, 3.0 * a, spacing)?, end / a))
+}
+
+/// Hertz's largest pressure (Pa) of [`HERTZ`] on [`SOFT`].
+#[must_use]
+pub fn hertz_pressure() -> f64 {
+    let (radius, depth) = HERTZ;
+    2.0 / PI / (1.0 - SOFT.poissons_ratio.powi(2)) * (depth / radius).sqrt()
+}
+
+/// Contact radius over Hertz's of [`HERTZ`], from the second moment of the pressure: `∫ p r² / ∫ p =
+/// 2/5 a²` for Hertz's profile.
+#[must_use]
+pub fn moment_radius(points: &[ContactPoint]) -> f64 {
+    let (mut moment, mut force) = (0.0, 0.0);
+    for point in points {
+        moment += point.area * point.pressure * point.position.truncate().length_squared();
+        force += point.area * point.pressure;
+    }
+    (2.5 * moment / force).sqrt() / hertz_radius()
+}
+
+/// Nodes and tetrahedra of the 2 m cube, `cells` along each side.
+#[must_use]
+pub fn cube_lattice(cells: u32) -> (Vec<DVec3>, Vec<[u32; 4]>) {
+    let low = DVec3::new(-1.0, -1.0, -2.0);
+    lattice([cells; 3], |s| low + 2.0 * s)
+}
+
+/// The same with nodes drawn towards the middle of the top, `s -> 0.45 s + 0.55 s³` along each axis.
+#[must_use]
+pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
+    let grade = |s: f64| 0.45 * s + 0.55 * s * s * s;
+    lattice(cells, |s| {
+        let across = |s: f64| grade(2.0 * s - 1.0);
+        DVec3::new(across(s.x), across(s.y), -2.0 * grade(1.0 - s.z))
+    })
+}
+
+/// Mean pressure in rings round the middle of a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ring {
+    /// Inner and outer radius over Hertz's contact radius.
+    pub radii: [f64; 2],
+    /// Mean pressure over Hertz's largest.
+    pub pressure: f64,
+    /// The same of Hertz's profile `sqrt(1 - (r/a)²)`.
+    pub expected: f64,
+}
+
+/// A sphere on a quarter of a block of some 40 contact radii, between two symmetry planes.
+#[derive(Debug)]
+pub struct HalfSpace {
+    /// Nodes.
+    pub nodes: usize,
+    /// Size of the block over Hertz's contact radius.
+    pub size: f64,
+    /// Force over Hertz's.
+    pub force: f64,
+    /// Contact radius over Hertz's.
+    pub contact_radius: f64,
+    /// Pressures.
+    pub rings: Vec<Ring>,
+    /// Products with the stiffness that the solver needed.
+    pub products: usize,
+}
+
+/// Presses a sphere on a body so large that it is nearly a half-space: as many cells along an axis
+/// in the contact as outside of it, those outside growing; `cells` of them in all, even.
+///
+/// # Errors
+/// [`StudyError`] if no equilibrium is found.
+pub fn half_space(cells: u32) -> Result<HalfSpace, StudyError> {
+    let (radius, depth): (f64, f64) = (10.0, 0.0025);
+    let a = (radius * depth).sqrt();
+    // Half of the cells over 1.44 contact radii, then as many that grow until 46.
+    let half = cells / 2;
+    let fine = 1.44 * a / f64::from(half);
+    let outside = |growth: f64| {
+        let widths = (1..=half).map(|k| fine * growth.powf(f64::from(k)));
+        widths.sum::<f64>()
+    };
+    let (mut low, mut high) = (1.0, 20.0);
+    for _ in 0..60 {
+        let growth = 0.5 * (low + high);
+        if outside(growth) < 44.0 * a {
+            low = growth;
+        } else {
+            high = growth;
+        }
+    }
+    let mut lines = vec![0.0];
+    let (mut width, mut end) = (fine, 0.0);
+    for cell in 0..cells {
+        if cell >= half {
+            width *= low;
+        }
+        end += width;
+        lines.push(end);
+    }
+    let mut press = Press::quarter(&lines, 3.0 * a, fine)?;
+    let found = press.press(radius, depth, 1e-10)?;
+    let largest = 2.0 / PI / (1.0 - SOFT.poissons_ratio.powi(2)) * (depth / radius).sqrt();
+    let rings = press.rings(a, largest, &[0.3, 0.55, 0.8, 1.0, 1.25]);
+    Ok(HalfSpace {
+        nodes: press.body.rest.len(),
+        size: end / a,
+        // A quarter of the force and of the area.
+        force: 4.0 * found.force / hertz_force(SOFT, radius, depth),
+        contact_radius: 2.0 * found.contact_radius / a,
+        rings,
+        products: found.report.steps[0].linear_iterations,
+    })
+}
+
+impl Press {
+    /// Mean pressures, as within a triangle the pressure follows the gap between chord and sphere, of a
+    /// quarter of the contact in rings that end at `ends` times Hertz's contact radius `a` (m);
+    /// `largest` is Hertz's largest pressure (Pa). Points out of contact count with none.
+    #[must_use]
+    pub fn rings(&self, a: f64, largest: f64, ends: &[f64]) -> Vec<Ring> {
+        let ring = |inner: f64, outer: f64| {
+            let points = self.contact.points().iter().filter(|point| {
+                let r = point.position.truncate().length() / a;
+                r >= inner && r < outer
+            });
+            let force: f64 = points.map(|p| p.area * p.pressure).sum();
+            // The integral of sqrt(1 - r²) over a quarter of the ring.
+            let part = |r: f64| -(1.0 - r.min(1.0).powi(2)).powf(1.5) * PI / 6.0;
+            let area = 0.25 * PI * (outer * outer - inner * inner);
+            Ring {
+                radii: [inner, outer],
+                pressure: force / (largest * area * a * a),
+                expected: (part(outer) - part(inner)) / area,
+            }
+        };
+        let inner = std::iter::once(&0.0).chain(ends);
+        let pairs = inner.zip(ends);
+        pairs.map(|(inner, outer)| ring(*inner, *outer)).collect()
+    }
+}

@@ -1,0 +1,287 @@
+//! Elastic models of bodies for studies: the default and the dissertation's.
+
+use std::sync::OnceLock;
+
+use glam::{DMat3, DVec3};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_integrate::{
+    Coupling, Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue,
+};
+use phyxel_mls::{
+    GradientStencils, Kernel, NearestSettings, Neighborhoods, dissertation_masses, k_nearest,
+    kernel_weights,
+};
+
+use super::block::{Block, lattice, nodes_where};
+use crate::StudyError;
+
+/// The elastic model as the static solver wants it.
+pub(crate) struct Law<'a>(pub(crate) &'a mut Elastic);
+
+impl ForceLaw for Law<'_> {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.0.forces_into(positions, forces)
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        self.0.tangent_product_into(vector, product);
+    }
+}
+
+/// Young's modulus (Pa), Poisson's ratio, density (kg/m³).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solid {
+    /// Young's modulus (Pa).
+    pub youngs_modulus: f64,
+    /// Poisson's ratio.
+    pub poissons_ratio: f64,
+    /// Density (kg/m³).
+    pub density: f64,
+}
+
+impl Solid {
+    /// Shear modulus and first Lamé parameter (Pa).
+    #[must_use]
+    pub fn lame(self) -> (f64, f64) {
+        let mu = self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio));
+        let lambda = 2.0 * mu * self.poissons_ratio / (1.0 - 2.0 * self.poissons_ratio);
+        (mu, lambda)
+    }
+}
+
+/// An elastic body ready to be moved, by the default model or by the dissertation's.
+#[derive(Debug, Clone)]
+pub struct ElasticBody {
+    /// Rest positions (m).
+    pub rest: Vec<DVec3>,
+    /// Nodal masses (kg).
+    pub masses: Vec<f64>,
+    /// Surface triangles, anticlockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Forces.
+    pub elastic: Elastic,
+    blocks: Option<Vec<DMat3>>,
+    graph: Option<Neighborhoods>,
+    /// Two rings of the graph, made when a solver first asks.
+    coupling: OnceLock<Coupling>,
+}
+
+impl ElasticBody {
+    /// The default model, neo-Hookean with zero-energy control `control`; nodes are put in
+    /// space-filling order.
+    ///
+    /// # Errors
+    /// As [`Block::new`].
+    pub fn new(
+        nodes: &[DVec3],
+        tetrahedra: &[[u32; 4]],
+        solid: Solid,
+        control: f64,
+    ) -> Result<Self, StudyError> {
+        Self::on(Block::ordered(nodes, tetrahedra)?, solid, control)
+    }
+
+    /// As [`ElasticBody::new`], of a body that is there.
+    ///
+    /// # Errors
+    /// [`StudyError`] if the model does not take the stencils.
+    pub fn on(block: Block, solid: Solid, control: f64) -> Result<Self, StudyError> {
+        let material = Material::neo_hookean(solid.youngs_modulus, solid.poissons_ratio);
+        let settings = Settings {
+            zero_energy_control: control,
+            ..Settings::default()
+        };
+        let elastic = block.elastic(&block.stencils, material, &settings)?;
+        let blocks = block.diagonal_blocks(solid, control);
+        Ok(Self {
+            masses: block.volumes.iter().map(|v| v * solid.density).collect(),
+            rest: block.rest,
+            triangles: block.triangles,
+            elastic,
+            blocks: Some(blocks),
+            graph: Some(block.graph),
+            coupling: OnceLock::new(),
+        })
+    }
+
+    /// A box from `low` to `high` of `cells`.
+    ///
+    /// # Errors
+    /// As [`Block::new`].
+    pub fn block(
+        cells: [u32; 3],
+        low: DVec3,
+        high: DVec3,
+        solid: Solid,
+        control: f64,
+    ) -> Result<Self, StudyError> {
+        let (nodes, tetrahedra) = lattice(cells, |s| low + (high - low) * s);
+        Self::new(&nodes, &tetrahedra, solid, control)
+    }
+
+    /// The dissertation's model on the same nodes: see [`dissertation`].
+    ///
+    /// # Errors
+    /// As [`Block::new`].
+    pub fn dissertation(
+        nodes: &[DVec3],
+        tetrahedra: &[[u32; 4]],
+        solid: Solid,
+    ) -> Result<Self, StudyError> {
+        let block = Block::ordered(nodes, tetrahedra)?;
+        let material = Material::saint_venant_kirchhoff(solid.youngs_modulus, solid.poissons_ratio);
+        let (elastic, masses) = dissertation(&block.rest, material, solid.density)?;
+        Ok(Self {
+            masses,
+            rest: block.rest,
+            triangles: block.triangles,
+            elastic,
+            blocks: None,
+            graph: None,
+            coupling: OnceLock::new(),
+        })
+    }
+
+    /// Nodes that pass a test of their place at rest.
+    pub fn nodes(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
+        nodes_where(&self.rest, chosen)
+    }
+
+    /// Surface triangles whose corners all pass a test of their place at rest.
+    pub fn faces(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<[u32; 3]> {
+        let inside = |t: &&[u32; 3]| t.iter().all(|v| chosen(self.rest[*v as usize]));
+        self.triangles.iter().filter(inside).copied().collect()
+    }
+
+    /// Largest eigenvalue at rest, and the step it allows.
+    ///
+    /// # Errors
+    /// [`StudyError::Eigenvalue`] if there is none.
+    pub fn eigenvalue(
+        &mut self,
+        supports: &Supports,
+        settings: &EigenvalueSettings,
+    ) -> Result<Eigenvalue, StudyError> {
+        let Self {
+            rest,
+            masses,
+            elastic,
+            ..
+        } = self;
+        elastic.forces_into(rest, &mut vec![DVec3::ZERO; rest.len()]);
+        let product = |v: &[DVec3], out: &mut [DVec3]| elastic.tangent_product_into(v, out);
+        let found = largest_eigenvalue(masses, supports, product, &mut Vec::new(), settings)?;
+        Ok(found)
+    }
+}
+
+impl ForceLaw for ElasticBody {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.elastic.forces_into(positions, forces)
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        self.elastic.tangent_product_into(vector, product);
+    }
+
+    fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
+        match &self.blocks {
+            Some(known) => blocks.copy_from_slice(known),
+            None => return false,
+        }
+        true
+    }
+
+    fn coupling(&self) -> Option<&Coupling> {
+        let graph = self.graph.as_ref()?;
+        let rings = || Coupling::two_rings(graph.offsets(), graph.indices());
+        Some(self.coupling.get_or_init(rings))
+    }
+}
+
+/// The dissertation's own mechanics, for comparison: 16 nearest nodes, plain moving least squares
+/// (Aras 2014, eqs. (25)–(27)), volumes of eqs. (17) and (18), no control of zero-energy modes; the
+/// model and the nodal masses (kg).
+///
+/// # Errors
+/// [`StudyError`] if the nodes are no cloud of three dimensions.
+pub fn dissertation(
+    rest: &[DVec3],
+    material: Material,
+    density: f64,
+) -> Result<(Elastic, Vec<f64>), StudyError> {
+    let near = k_nearest(rest, &NearestSettings::default())?;
+    let graph = &near.neighborhoods;
+    let weights = kernel_weights(Kernel::Polynomial, rest, &near.support_radii, graph);
+    let rows = GradientStencils::new(rest, graph, weights, 1e-3)?;
+    let masses = dissertation_masses(
+        rest,
+        graph,
+        &near.mean_distances,
+        &near.support_radii,
+        density,
+    );
+    let stencils = Stencils {
+        offsets: graph.offsets(),
+        indices: graph.indices(),
+        weights: &rows.weights,
+        matrices: &rows.moment_inverses,
+        scales: &[],
+        multipliers: &[],
+    };
+    let nodes = Nodes {
+        rest_positions: rest,
+        volumes: &masses.volumes,
+    };
+    let settings = Settings {
+        zero_energy_control: 0.0,
+        ..Settings::default()
+    };
+    let elastic = Elastic::new(&stencils, &nodes, &Materials::Uniform(material), &settings)?;
+    Ok((elastic, masses.masses))
+}
+
+/// Displacements (m) of small strain under nodal forces (N) by conjugate gradients to 1e-10;
+/// components whose mask is 0 are held.
+///
+/// # Errors
+/// [`StudyError::NotSolved`].
+pub fn small_displacements(
+    elastic: &mut Elastic,
+    rest: &[DVec3],
+    forces: &[DVec3],
+    mask: impl Fn(DVec3) -> DVec3,
+) -> Result<Vec<DVec3>, StudyError> {
+    let n = rest.len();
+    elastic.forces_into(rest, &mut vec![DVec3::ZERO; n]);
+    let mask: Vec<DVec3> = rest.iter().map(|&x| mask(x)).collect();
+    let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    let mut u = vec![DVec3::ZERO; n];
+    let mut r: Vec<DVec3> = forces.iter().zip(&mask).map(|(f, m)| *f * *m).collect();
+    let mut p = r.clone();
+    let mut product = vec![DVec3::ZERO; n];
+    let mut rr = dot(&r, &r);
+    let end = rr * 1e-20;
+    for _ in 0..8000 {
+        if rr <= end {
+            return Ok(u);
+        }
+        elastic.tangent_product_into(&p, &mut product);
+        for (q, m) in product.iter_mut().zip(&mask) {
+            *q *= *m;
+        }
+        let step = rr / dot(&p, &product);
+        for i in 0..n {
+            u[i] += step * p[i];
+            r[i] -= step * product[i];
+        }
+        let next = dot(&r, &r);
+        for i in 0..n {
+            p[i] = r[i] + next / rr * p[i];
+        }
+        rr = next;
+    }
+    Err(StudyError::NotSolved {
+        residual: (rr / end).sqrt() * 1e-10,
+    })
+}

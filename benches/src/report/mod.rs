@@ -1,0 +1,318 @@
+//! What a study reports: tables, plots and a few words; how they are written.
+
+mod clock;
+mod page;
+mod plot;
+
+use std::fmt;
+
+use phyxel_splat::Frame;
+use serde::{Serialize, Serializer};
+
+pub(crate) use clock::{machine, median_time};
+pub(crate) use page::html;
+pub(crate) use plot::draw;
+
+/// The answer of a study.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Report {
+    /// What was done and what it means, a paragraph each.
+    pub words: Vec<String>,
+    /// The numbers.
+    pub tables: Vec<Table>,
+    /// The numbers as plots.
+    pub plots: Vec<Plot>,
+    /// What is to be seen.
+    pub pictures: Vec<Picture>,
+}
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Picture {
+    /// Part of the file name.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: String,
+    /// Its pixels.
+    #[serde(skip)]
+    pub frame: Frame,
+}
+
+impl Picture {
+    /// Name of its file.
+    pub(crate) fn file(&self, study: &str) -> String {
+        format!("{study}-{}.png", self.name)
+    }
+}
+
+/// A table of numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Table {
+    /// Part of the file name.
+    pub name: &'static str,
+    /// Title.
+    pub title: String,
+    /// Columns.
+    pub columns: Vec<Column>,
+    /// Rows, as long as the columns.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// A column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Column {
+    /// What it holds.
+    pub name: &'static str,
+    /// Unit, `1` for pure numbers, empty for words.
+    pub unit: &'static str,
+}
+
+/// One entry of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// A word.
+    Word(String),
+    /// A count.
+    Count(usize),
+    /// A measured or computed number.
+    Number(f64),
+    /// Nothing, where the column does not apply.
+    Nothing,
+}
+
+impl Serialize for Cell {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Word(word) => serializer.serialize_str(word),
+            Self::Count(count) => serializer.serialize_u64(*count as u64),
+            Self::Number(number) => serializer.serialize_f64(*number),
+            Self::Nothing => serializer.serialize_none(),
+        }
+    }
+}
+
+impl Cell {
+    /// A number with all its digits, anything else as it is shown.
+    fn in_full(&self) -> String {
+        match self {
+            Self::Number(number) => format!("{number:e}"),
+            other => other.to_string(),
+        }
+    }
+
+    /// The number or count, if it is one.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Count(count) => Some(*count as f64),
+            Self::Number(number) => Some(*number),
+            Self::Word(_) | Self::Nothing => None,
+        }
+    }
+
+    /// The word, or nothing if it is none.
+    #[must_use]
+    pub fn word(&self) -> &str {
+        match self {
+            Self::Word(word) => word,
+            Self::Count(_) | Self::Number(_) | Self::Nothing => "",
+        }
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Word(word) => f.pad(word),
+            Self::Count(count) => f.pad(&count.to_string()),
+            Self::Number(number) => f.pad(&significant(*number)),
+            Self::Nothing => f.pad(""),
+        }
+    }
+}
+
+/// Three significant digits, without an exponent where that is short.
+fn significant(number: f64) -> String {
+    let size = number.abs();
+    if !(1e-3..1e5).contains(&size) && size > 0.0 {
+        format!("{number:.2e}")
+    } else if size >= 100.0 {
+        format!("{number:.0}")
+    } else if size >= 10.0 {
+        format!("{number:.1}")
+    } else if size >= 1.0 {
+        format!("{number:.2}")
+    } else if size >= 0.1 {
+        format!("{number:.3}")
+    } else if size >= 0.01 {
+        format!("{number:.4}")
+    } else if size > 0.0 {
+        format!("{number:.5}")
+    } else {
+        "0".to_owned()
+    }
+}
+
+impl Table {
+    /// The table as CSV with a header of `name (unit)`; numbers in full.
+    ///
+    /// # Panics
+    /// If a row is not as long as the columns.
+    #[must_use]
+    pub fn to_csv(&self) -> Vec<u8> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let mut add = |record: Vec<String>| {
+            writer
+                .write_record(record)
+                .expect("rows are as long as the columns, and memory takes all");
+        };
+        add(self.columns.iter().map(Column::heading).collect());
+        for row in &self.rows {
+            add(row.iter().map(Cell::in_full).collect());
+        }
+        writer.into_inner().expect("memory takes all")
+    }
+
+    /// The place of the column called `name`.
+    ///
+    /// # Panics
+    /// If there is no such column.
+    #[must_use]
+    pub fn column(&self, name: &str) -> usize {
+        let at = self.columns.iter().position(|column| column.name == name);
+        at.unwrap_or_else(|| panic!("table '{}' has no column '{name}'", self.name))
+    }
+}
+
+impl Column {
+    /// Name and unit.
+    #[must_use]
+    pub fn heading(&self) -> String {
+        if self.unit.is_empty() {
+            self.name.to_owned()
+        } else {
+            format!("{} ({})", self.name, self.unit)
+        }
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let widths: Vec<usize> = self
+            .columns
+            .iter()
+            .enumerate()
+            .map(|(at, column)| {
+                let cells = self.rows.iter().map(|row| row[at].to_string());
+                let widest = cells.map(|cell| cell.chars().count()).max();
+                widest.unwrap_or(0).max(column.heading().chars().count())
+            })
+            .collect();
+        writeln!(f, "{}", self.title)?;
+        for (column, &width) in self.columns.iter().zip(&widths) {
+            write!(f, "  {:>width$}", column.heading())?;
+        }
+        writeln!(f)?;
+        for row in &self.rows {
+            for (cell, &width) in row.iter().zip(&widths) {
+                write!(f, "  {cell:>width$}")?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// A plot of lines.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plot {
+    /// Part of the file name.
+    pub name: &'static str,
+    /// Title.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Lines.
+    pub series: Vec<Series>,
+}
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Axis {
+    /// What it shows, with its unit.
+    pub label: String,
+    /// How it is divided.
+    pub scale: Scale,
+}
+
+/// How an axis is divided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By powers of ten.
+    Logarithmic,
+}
+
+/// A line of a plot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// Points.
+    pub points: Vec<(f64, f64)>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_line_up_and_keep_all_digits_in_csv() {
+        let table = Table {
+            name: "t",
+            title: "T".to_owned(),
+            columns: vec![
+                Column {
+                    name: "method",
+                    unit: "",
+                },
+                Column {
+                    name: "error",
+                    unit: "1",
+                },
+            ],
+            rows: vec![
+                vec![Cell::Word("a, b".to_owned()), Cell::Number(0.1 + 0.2)],
+                vec![Cell::Word("c".to_owned()), Cell::Nothing],
+            ],
+        };
+        assert_eq!(
+            String::from_utf8(table.to_csv()).unwrap(),
+            "method,error (1)\n\"a, b\",3.0000000000000004e-1\nc,\n"
+        );
+        let lines: Vec<String> = table.to_string().lines().map(str::to_owned).collect();
+        assert_eq!(lines[1].len(), lines[2].len(), "{lines:?}");
+        assert_eq!(lines[2], "    a, b      0.300");
+    }
+
+    #[test]
+    fn numbers_keep_three_digits() {
+        for (number, text) in [
+            (0.0, "0"),
+            (1.234e-7, "1.23e-7"),
+            (0.001_234, "0.00123"),
+            (0.0123, "0.0123"),
+            (0.5, "0.500"),
+            (12.34, "12.3"),
+            (1234.4, "1234"),
+            (-3.0, "-3.00"),
+            (2.5e6, "2.50e6"),
+        ] {
+            assert_eq!(significant(number), text);
+        }
+    }
+}

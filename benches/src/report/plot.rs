@@ -1,0 +1,172 @@
+//! Plots as SVG.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged};
+use plotters::prelude::*;
+
+use super::{Plot, Scale};
+use crate::StudyError;
+
+const SIZE: (u32, u32) = (720, HEIGHT);
+const HEIGHT: u32 = 500;
+
+/// So that a power of ten at the end of an axis is inside it.
+const EDGE: f64 = 1e-6;
+/// Height of a line of the legend, which stands below the plot in two columns (pixels).
+const LEGEND_LINE: i32 = 20;
+
+/// Colours that stay apart for the colour-blind (Okabe and Ito 2008), black first.
+const COLORS: [RGBColor; 8] = [
+    RGBColor(0, 0, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(120, 120, 120),
+];
+
+/// Draws a plot.
+pub(crate) fn draw(plot: &Plot) -> Result<String, StudyError> {
+    let (x, y) = (
+        range(plot, plot.x.scale, |p| p.0),
+        range(plot, plot.y.scale, |p| p.1),
+    );
+    match (plot.x.scale, plot.y.scale) {
+        (Scale::Linear, Scale::Linear) => chart(plot, x, y),
+        (Scale::Linear, Scale::Logarithmic) => chart(plot, x, y.log_scale()),
+        (Scale::Logarithmic, Scale::Linear) => chart(plot, x.log_scale(), y),
+        (Scale::Logarithmic, Scale::Logarithmic) => chart(plot, x.log_scale(), y.log_scale()),
+    }
+}
+
+/// What an axis must show, with a margin.
+fn range(plot: &Plot, scale: Scale, coordinate: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
+    let values = plot.series.iter().flat_map(|series| &series.points);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for value in values.map(coordinate).filter(|value| value.is_finite()) {
+        if scale == Scale::Linear || value > 0.0 {
+            low = low.min(value);
+            high = high.max(value);
+        }
+    }
+    if low > high {
+        (low, high) = (1.0, 10.0);
+    }
+    match scale {
+        Scale::Linear => {
+            let margin = if high > low { 0.06 * (high - low) } else { 0.5 };
+            low - margin..high + margin
+        }
+        Scale::Logarithmic => {
+            let factor = (high / low).powf(0.06).max(1.2);
+            (low, high) = (low / factor, high * factor);
+            // Powers of ten carry the labels: two of them at least, the nearer ones first.
+            while high.log10().floor() - low.log10().ceil() < 1.0 {
+                let (below, above) = (low.log10(), high.log10());
+                if below - (below.ceil() - 1.0) < (above.floor() + 1.0) - above {
+                    low = 10_f64.powf(below.ceil() - 1.0) * (1.0 - EDGE);
+                } else {
+                    high = 10_f64.powf(above.floor() + 1.0) * (1.0 + EDGE);
+                }
+            }
+            low..high
+        }
+    }
+}
+
+fn chart<X, Y>(plot: &Plot, x: X, y: Y) -> Result<String, StudyError>
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    let error = |reason: String| StudyError::Plot {
+        plot: plot.title.clone(),
+        reason,
+    };
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        root.fill(&WHITE).map_err(|e| error(e.to_string()))?;
+        let lines = i32::try_from(plot.series.len().div_ceil(2)).unwrap_or(1);
+        let (area, legend) = root.split_vertically(HEIGHT.cast_signed() - LEGEND_LINE * lines - 10);
+        for ((index, series), row) in plot.series.iter().enumerate().zip(0..) {
+            let color = COLORS[index % COLORS.len()];
+            let (x, y) = (84 + (row % 2) * 310, 6 + (row / 2) * LEGEND_LINE);
+            let line = PathElement::new([(x, y), (x + 22, y)], color.stroke_width(2));
+            let name = Text::new(series.name.as_str(), (x + 30, y - 6), ("sans-serif", 13));
+            legend.draw(&line).map_err(|e| error(e.to_string()))?;
+            legend.draw(&name).map_err(|e| error(e.to_string()))?;
+        }
+        let mut chart = ChartBuilder::on(&area)
+            .caption(&plot.title, ("sans-serif", 18))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(74)
+            .build_cartesian_2d(x, y)
+            .map_err(|e| error(e.to_string()))?;
+        chart
+            .configure_mesh()
+            .x_desc(&plot.x.label)
+            .y_desc(&plot.y.label)
+            .x_label_formatter(&|value| tick(plot.x.scale, *value))
+            .y_label_formatter(&|value| tick(plot.y.scale, *value))
+            .light_line_style(RGBColor(238, 238, 238))
+            .bold_line_style(RGBColor(205, 205, 205))
+            // Finer ones crowd where decades have no room for labels.
+            .max_light_lines(1)
+            .label_style(("sans-serif", 13))
+            .axis_desc_style(("sans-serif", 14))
+            .draw()
+            .map_err(|e| error(e.to_string()))?;
+        for (index, series) in plot.series.iter().enumerate() {
+            let color = COLORS[index % COLORS.len()];
+            let shown = |point: &&(f64, f64)| {
+                point.0.is_finite()
+                    && point.1.is_finite()
+                    && (plot.x.scale == Scale::Linear || point.0 > 0.0)
+                    && (plot.y.scale == Scale::Linear || point.1 > 0.0)
+            };
+            let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
+            chart
+                .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
+                .map_err(|e| error(e.to_string()))?;
+            chart
+                .draw_series(
+                    points
+                        .into_iter()
+                        .map(|point| Circle::new(point, 3, color.filled())),
+                )
+                .map_err(|e| error(e.to_string()))?;
+        }
+        root.present().map_err(|e| error(e.to_string()))?;
+    }
+    Ok(text)
+}
+
+/// Label of a tick; on a logarithmic axis 1, 2 and 5 of each decade have one, the rest no room.
+fn tick(scale: Scale, value: f64) -> String {
+    let size = value.abs();
+    if scale == Scale::Logarithmic {
+        let digit = (size / 10_f64.powf((size.log10() + 1e-9).floor())).round();
+        if ![1.0, 2.0, 5.0]
+            .iter()
+            .any(|kept| (digit - kept).abs() < 0.1)
+        {
+            return String::new();
+        }
+    }
+    if scale == Scale::Linear && size < 1e-12 {
+        "0".to_owned()
+    } else if size > 0.0 && !(0.01..1e4).contains(&size) {
+        format!("{value:.0e}")
+    } else {
+        let text = format!("{value:.3}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+}

@@ -1,0 +1,258 @@
+//! Cutting: what an update costs, how far a slit body is off, and the dissertation's chapter 6 again.
+
+use super::hanging;
+use crate::problems::cracks::{Form, gravity_slit};
+use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::{Effort, StudyError};
+use phyxel::phases::Phase;
+use phyxel::scene::{Override, Scene};
+use phyxel::world::World;
+
+/// Time (s) in which the timed blade passes: short, so that few steps are taken besides.
+const PASSING: f64 = 0.02;
+
+pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
+    let (updates, by_triangles, by_nodes) = updates(effort)?;
+    let (slits, slit_errors) = slits(effort)?;
+    let bodies = hanging::measure(effort)?;
+    let plot = |name, title: &str, x: &str, y: &str, series| Plot {
+        name,
+        title: title.to_owned(),
+        x: log(x),
+        y: log(y),
+        series,
+    };
+    let plots = vec![
+        plot(
+            "triangles",
+            "Time of a blade update against the triangles of the cut",
+            "triangles of the finished cut",
+            "median time of an update (ms)",
+            by_triangles,
+        ),
+        plot(
+            "nodes",
+            "Time of a blade update against the body's nodes",
+            "nodes",
+            "time of an update (ms)",
+            by_nodes,
+        ),
+        plot(
+            "slit",
+            "Slit beam under its weight: error against nodes",
+            "nodes",
+            "error (%)",
+            slit_errors,
+        ),
+        hanging::plot(&bodies),
+    ];
+    Ok(Report {
+        pictures: Vec::new(),
+        words: vec![
+            "Updates: the embedded block (7 x 7 x 21 cm) is cut through by a level blade, in as \
+             many captures as give the triangles; an update maps the edge, spans the new piece, finds \
+             the crossed pairs, rebuilds rows of stencils and stiffness and the stable step. The \
+             latency is from the update's begin to the end of the step after it."
+                .to_owned(),
+            "Slit beam: clamped ends, slit from below to half its height, plane strain, against finite \
+             elements with a real slit."
+                .to_owned(),
+            hanging::words(),
+        ],
+        tables: vec![hanging::table(&bodies), updates, slits],
+        plots,
+    })
+}
+
+fn log(label: &str) -> Axis {
+    Axis {
+        label: label.to_owned(),
+        scale: Scale::Logarithmic,
+    }
+}
+
+pub(crate) fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
+    let column = |&(name, unit)| Column { name, unit };
+    names.iter().map(column).collect()
+}
+
+/// What the updates of one cut cost (ms).
+struct Updates {
+    nodes: usize,
+    triangles: usize,
+    captures: usize,
+    severed: usize,
+    median: f64,
+    worst: f64,
+    latency: f64,
+}
+
+type Measured = (Table, Vec<Series>, Vec<Series>);
+
+fn updates(effort: Effort) -> Result<Measured, StudyError> {
+    let (nodes, captures): (&[u32], &[u32]) = match effort {
+        Effort::Full => (&[1_408, 6_000, 25_000, 100_000], &[5, 10, 20, 40, 80]),
+        Effort::Quick => (&[500, 1_408], &[4, 12]),
+    };
+    let (mut rows, mut by_triangles) = (Vec::new(), Vec::new());
+    let (mut medians, mut latencies) = (Vec::new(), Vec::new());
+    for &nodes in nodes {
+        let mut points = Vec::new();
+        for (index, &captures) in captures.iter().enumerate() {
+            // The largest body once: its captures cost what those of the others do.
+            if nodes > 50_000 && index != 2 {
+                continue;
+            }
+            let found = update(nodes, captures)?;
+            rows.push(vec![
+                Cell::Count(found.nodes),
+                Cell::Count(found.captures),
+                Cell::Count(found.triangles),
+                Cell::Count(found.severed),
+                Cell::Number(found.median),
+                Cell::Number(found.worst),
+                Cell::Number(found.latency),
+            ]);
+            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+            let (nodes, triangles) = (found.nodes as f64, found.triangles as f64);
+            points.push((triangles, found.median));
+            if index == captures_shown(effort) {
+                medians.push((nodes, found.median));
+                latencies.push((nodes, found.latency));
+            }
+        }
+        by_triangles.push(Series {
+            name: format!("{nodes} nodes"),
+            points,
+        });
+    }
+    let by_nodes = vec![
+        Series {
+            name: "update, median".to_owned(),
+            points: medians,
+        },
+        Series {
+            name: "update and the step after it, median".to_owned(),
+            points: latencies,
+        },
+    ];
+    let table = Table {
+        name: "updates",
+        title: "Time of blade updates".to_owned(),
+        columns: columns(&[
+            ("nodes", "1"),
+            ("captures", "1"),
+            ("triangles", "1"),
+            ("severed pairs", "1"),
+            ("median", "ms"),
+            ("worst", "ms"),
+            ("latency, median", "ms"),
+        ]),
+        rows,
+    };
+    Ok((table, by_triangles, by_nodes))
+}
+
+/// Index of the number of captures that the plot over nodes shows.
+fn captures_shown(effort: Effort) -> usize {
+    match effort {
+        Effort::Full => 2,
+        Effort::Quick => 1,
+    }
+}
+
+/// The embedded block of about `nodes` nodes, cut half through in `captures` pieces.
+fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
+    // From outside to the block's far side.
+    let distance = 0.095 / f64::from(captures);
+    let overrides = [
+        Override::parse(&format!("bodies[0].sampling.target=Nodes({nodes})"))?,
+        Override::parse("integration.settle=None")?,
+        Override::parse("gravity=None")?,
+        Override::parse(&format!(
+            "cuts=[(edge: [(0, -0.06, 0), (0, 0.06, 0)], path: [(time: 0, position: (-0.06, 0, \
+             0.0213)), (time: {PASSING}, position: (0.035, 0, 0.0213))], capture: \
+             Distance({distance}))]"
+        ))?,
+    ];
+    let mut world = World::new(Scene::embedded("block", &overrides)?)?;
+    let mut times = Vec::new();
+    let mut changed = 0;
+    while world.scene_time().is_some_and(|now| now <= PASSING) {
+        let before = world.phases().of(Phase::Cut).seconds;
+        world.step()?;
+        let after = world.phases().of(Phase::Cut).seconds;
+        // Captures that change nothing, outside the body, do not count.
+        let count = world.latencies().len();
+        if count > changed {
+            times.push(1e3 * (after - before));
+        }
+        changed = count;
+    }
+    let mut latencies = world.latencies().to_vec();
+    let member = &world.members()[0];
+    let cutting = member.cutting.as_ref();
+    let worst = times.iter().copied().fold(0.0, f64::max);
+    Ok(Updates {
+        nodes: member.body.rest.len(),
+        triangles: cutting.map_or(0, |cutting| cutting.cuts().triangle_count()),
+        captures: cutting.map_or(0, |cutting| cutting.counts().0),
+        severed: cutting.map_or(0, phyxel::world::Cutting::severed_pairs),
+        median: middle(&mut times),
+        worst,
+        latency: middle(&mut latencies),
+    })
+}
+
+/// Median; 0 of nothing.
+pub(crate) fn middle(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The slit beam by the default rule.
+fn slits(effort: Effort) -> Result<(Table, Vec<Series>), StudyError> {
+    let cells: &[u32] = match effort {
+        Effort::Full => &[16, 32, 64, 128],
+        Effort::Quick => &[16, 32],
+    };
+    let mut rows = Vec::new();
+    let (mut sags, mut mouths) = (Vec::new(), Vec::new());
+    for &cells in cells {
+        let Some(found) = gravity_slit(cells, Form::DETOUR)? else {
+            continue;
+        };
+        let [sag, mouth] = [found.first, found.second].map(|ratio| 100.0 * (ratio - 1.0));
+        rows.push(vec![
+            Cell::Count(found.nodes),
+            Cell::Number(0.25 * f64::from(cells) / 2.0),
+            Cell::Number(sag),
+            Cell::Number(mouth),
+            Cell::Number(1e3 * (found.seconds[1] + found.seconds[2])),
+        ]);
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let nodes = found.nodes as f64;
+        sags.push((nodes, sag.abs()));
+        mouths.push((nodes, mouth.abs()));
+    }
+    let series = |name: &str, points| Series {
+        name: name.to_owned(),
+        points,
+    };
+    let table = Table {
+        name: "slit",
+        title: "Slit beam under its weight, against finite elements".to_owned(),
+        columns: columns(&[
+            ("nodes", "1"),
+            ("slit", "spacings"),
+            ("growth of the sag", "%"),
+            ("mouth", "%"),
+            ("factors and rows", "ms"),
+        ]),
+        rows,
+    };
+    Ok((
+        table,
+        vec![series("growth of the sag", sags), series("mouth", mouths)],
+    ))
+}

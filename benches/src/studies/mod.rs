@@ -1,0 +1,167 @@
+//! Studies: error beside time, reproduced by one command each.
+//!
+//! A study answers one question with tables and plots. Running one writes every table as CSV, every
+//! plot as SVG, and one HTML page with all of them and the machine.
+
+mod beam;
+mod crack;
+mod cut;
+mod gradient;
+mod hanging;
+mod hertz;
+mod nearest;
+mod splat;
+mod stretch;
+mod time;
+
+use std::path::PathBuf;
+
+use phyxel::output::OutputFolder;
+use serde::Serialize;
+
+use crate::StudyError;
+use crate::report::{Report, draw, html, machine};
+
+/// How much is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Effort {
+    /// Everything that the page shows.
+    Full,
+    /// The small sizes only: the same code in seconds.
+    Quick,
+}
+
+/// A study.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Study {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Title of the page.
+    pub title: &'static str,
+    /// What the study asks, in one line.
+    pub question: &'static str,
+    #[serde(skip)]
+    run: fn(Effort) -> Result<Report, StudyError>,
+}
+
+/// Every study.
+pub const STUDIES: &[Study] = &[
+    Study {
+        name: "gradient",
+        title: "Gradients on scattered nodes",
+        question: "how far off is the gradient of a smooth field, and what does it cost?",
+        run: gradient::run,
+    },
+    Study {
+        name: "beam",
+        title: "A cantilever under a load at its end",
+        question: "how far off is the deflection, and what does a simulated second cost?",
+        run: beam::run,
+    },
+    Study {
+        name: "stretch",
+        title: "A cube stretched with free sides",
+        question: "how far off is the stress of each material, and what does its solution cost?",
+        run: stretch::run,
+    },
+    Study {
+        name: "hertz",
+        title: "A sphere pressed into a block",
+        question: "how far off is the force of a tool, against half-space theory and finite elements?",
+        run: hertz::run,
+    },
+    Study {
+        name: "crack",
+        title: "Cracks with a known answer",
+        question: "how far off are stress intensity and opening of a cut, and what does it cost?",
+        run: crack::run,
+    },
+    Study {
+        name: "cut",
+        title: "Cutting, and the dissertation's chapter 6 again",
+        question: "what does a blade update cost, and how fast do the dissertation's bodies run?",
+        run: cut::run,
+    },
+    Study {
+        name: "splat",
+        title: "Surfaces drawn as splats",
+        question: "how far is a picture of splats from the exact one, and what does it cost?",
+        run: splat::run,
+    },
+    Study {
+        name: "time",
+        title: "Time of a step",
+        question: "what does a step cost as the body grows?",
+        run: time::run,
+    },
+];
+
+/// What a study found.
+#[derive(Debug, Clone, Serialize)]
+pub struct Findings {
+    /// The study.
+    pub study: Study,
+    /// How much was computed.
+    pub effort: Effort,
+    /// The machine, in a line.
+    pub machine: String,
+    /// Wall time of the study (s).
+    pub seconds: f64,
+    /// Tables, plots and words.
+    pub report: Report,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+impl Study {
+    /// The study `name`, if there is one.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        STUDIES.iter().find(|study| study.name == name)
+    }
+
+    /// Runs the study and writes its tables, plots and pictures into `folder`.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn run(&self, folder: &OutputFolder, effort: Effort) -> Result<Findings, StudyError> {
+        let start = std::time::Instant::now();
+        let report = (self.run)(effort)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let mut files = Vec::new();
+        for table in &report.tables {
+            let name = format!("{}-{}.csv", self.name, table.name);
+            folder.write(&name, &table.to_csv())?;
+            files.push(folder.path().join(name));
+        }
+        for plot in &report.plots {
+            let name = format!("{}-{}.svg", self.name, plot.name);
+            folder.write(&name, draw(plot)?.as_bytes())?;
+            files.push(folder.path().join(name));
+        }
+        for picture in &report.pictures {
+            let name = picture.file(self.name);
+            let mut png = Vec::new();
+            picture.frame.write_png(&mut png)?;
+            folder.write(&name, &png)?;
+            files.push(folder.path().join(name));
+        }
+        Ok(Findings {
+            study: *self,
+            effort,
+            machine: machine(),
+            seconds,
+            report,
+            files,
+        })
+    }
+}
+
+/// Writes the page `index.html` of some findings into `folder`; returns its place.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn write_page(folder: &OutputFolder, findings: &[Findings]) -> Result<PathBuf, StudyError> {
+    folder.write("index.html", html(findings)?.as_bytes())?;
+    Ok(folder.path().join("index.html"))
+}

@@ -1,0 +1,129 @@
+//! Radii that follow curvature against one radius, at equal number and overdraw.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use phyxel_discretize::{Bounds, Shape, Solid, Surfels, surface_mesh};
+use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
+
+use super::exact::{Difference, Exact, mean_square};
+use super::{at_rest, plain_renderer};
+use crate::report::{Cell, Column, Table};
+use crate::{Effort, StudyError};
+use phyxel::picture::surfels_on_solid;
+use phyxel::scene::SurfelSpacing;
+
+/// The widest spacing of surfels over the narrowest.
+const RANGE: f64 = 3.0;
+/// Length of the edges of the meshes that are sampled (m).
+const EDGE: f64 = 0.03;
+
+/// Bodies about 2 m large: one whose curvature is the same everywhere, and others.
+fn bodies() -> Vec<(&'static str, Solid)> {
+    let ellipsoid = |semi_axes: DVec3| {
+        let shape = Shape::Ellipsoid { semi_axes };
+        Solid::implicit(shape.bounds(), move |p| shape.value(p))
+    };
+    let round = |half: DVec3, edge: f64| {
+        let bounds = Bounds {
+            min: -half,
+            max: half,
+        };
+        Solid::implicit(bounds, move |p| {
+            let q = p.abs() - (half - edge);
+            q.max(DVec3::ZERO).length() + q.max_element().min(0.0) - edge
+        })
+    };
+    vec![
+        ("ball", ellipsoid(DVec3::ONE)),
+        ("ellipsoid 4:1:1", ellipsoid(DVec3::new(1.0, 0.25, 0.25))),
+        ("ellipsoid 4:4:1", ellipsoid(DVec3::new(1.0, 1.0, 0.25))),
+        ("rounded box", round(DVec3::new(0.8, 0.6, 0.7), 0.1)),
+        ("rounded plate", round(DVec3::new(0.9, 0.7, 0.1), 0.1)),
+    ]
+}
+
+/// Surfels of even density, and as many that follow curvature.
+fn surfels(solid: &Solid, count: usize) -> Result<[Surfels; 2], StudyError> {
+    let mesh = surface_mesh(solid, EDGE)?;
+    let even = surfels_on_solid(solid, &mesh, count, SurfelSpacing::Even);
+    let following = SurfelSpacing::Curvature { range: RANGE };
+    let following = surfels_on_solid(solid, &mesh, even.positions.len(), following);
+    Ok([even, following])
+}
+
+pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
+    let (counts, width, height): (&[usize], u32, u32) = match effort {
+        Effort::Full => (&[1_000, 3_000, 10_000, 30_000], 640, 480),
+        Effort::Quick => (&[1_000, 10_000], 320, 240),
+    };
+    let mut rows = Vec::new();
+    for (body, solid) in bodies() {
+        let bounds = solid.bounds();
+        let view = DVec3::new(-0.5, 0.8, -0.7);
+        let aspect = f64::from(width) / f64::from(height);
+        let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
+        let exact = Exact::of(&solid, &camera, width as usize, height as usize);
+        let drawn = |surfels: &Surfels, radius| -> Result<Difference, StudyError> {
+            let tissue = at_rest(surfels, radius)?;
+            let splats = Splats::at_rest(tissue.surfels());
+            let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
+            let mut renderer = plain_renderer(width, height);
+            let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
+            Ok(exact.compare(&frame, &camera))
+        };
+        for &count in counts {
+            let [even, following] = surfels(&solid, count)?;
+            let n = following.positions.len();
+            let all: Vec<u32> = (0..).take(n).collect();
+            let radii = covering_radii(&following.positions, &following.normals, &all);
+            let square = mean_square(&radii);
+            let one = drawn(&even, RadiusRule::Constant(square.sqrt()))?;
+            let adaptive = drawn(&following, RadiusRule::Covering)?;
+            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+            let disks = PI * square * n as f64;
+            rows.push(vec![
+                Cell::Word(body.to_owned()),
+                Cell::Count(n),
+                Cell::Number(disks / even.areas.iter().sum::<f64>()),
+                Cell::Count(one.holes),
+                Cell::Count(adaptive.holes),
+                Cell::Number(100.0 * one.outline),
+                Cell::Number(100.0 * adaptive.outline),
+                Cell::Number(1e3 * one.depth),
+                Cell::Number(1e3 * adaptive.depth),
+                Cell::Number(one.depth / adaptive.depth),
+                Cell::Number(one.normal),
+                Cell::Number(adaptive.normal),
+                Cell::Number(one.normal / adaptive.normal),
+            ]);
+        }
+    }
+    let column = |(name, unit)| Column { name, unit };
+    Ok(Table {
+        name: "adaptive",
+        title: format!(
+            "Surfels and radii that follow curvature (spacing as its cube root, up to {RANGE}:1) \
+             against as many even surfels of one radius, at equal overdraw: errors of both, and how \
+             many times smaller they become"
+        ),
+        columns: [
+            ("body", ""),
+            ("surfels", "1"),
+            ("overdraw", "1"),
+            ("one: holes", "pixels"),
+            ("following: holes", "pixels"),
+            ("one: outline", "%"),
+            ("following: outline", "%"),
+            ("one: depth", "mm"),
+            ("following: depth", "mm"),
+            ("depth gain", "1"),
+            ("one: normal", "degrees"),
+            ("following: normal", "degrees"),
+            ("normal gain", "1"),
+        ]
+        .map(column)
+        .to_vec(),
+        rows,
+    })
+}

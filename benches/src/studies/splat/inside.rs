@@ -1,0 +1,123 @@
+//! The dissertation's inside test beside the default.
+
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{Bounds, Shape, Solid, sample_surfels, surface_mesh};
+use phyxel_splat::{Tissue, TissueSettings};
+
+use crate::problems::noise::noisy;
+use crate::report::median_time;
+use crate::report::{Cell, Column, Table};
+use crate::{Effort, StudyError};
+
+/// Solids with the longest edge of their surface mesh (m).
+fn bodies() -> Vec<(&'static str, Solid, f64)> {
+    let cuboid = |half_extents: DVec3| {
+        let shape = Shape::Box { half_extents };
+        Solid::implicit(shape.bounds(), move |p| shape.value(p))
+    };
+    let ball = Shape::Ellipsoid {
+        semi_axes: DVec3::ONE,
+    };
+    let liver = Shape::Liver;
+    vec![
+        (
+            "ball",
+            Solid::implicit(ball.bounds(), move |p| ball.value(p)),
+            0.06,
+        ),
+        ("box", cuboid(DVec3::new(0.8, 0.6, 0.7)), 0.06),
+        (
+            "plate, 1/50 thick",
+            cuboid(DVec3::new(1.0, 1.0, 0.02)),
+            0.03,
+        ),
+        (
+            "liver",
+            Solid::implicit(liver.bounds(), move |p| liver.value(p)),
+            0.004,
+        ),
+    ]
+}
+
+/// Points on three oblique planes through a solid's middle, in its bounds and a little outside.
+fn points(bounds: Bounds, count: usize) -> Vec<DVec3> {
+    let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.55 * bounds.size());
+    let mut state = 7;
+    (0..count)
+        .map(|k| {
+            let turn = DMat3::from_axis_angle(DVec3::ONE.normalize(), 0.4 + 2.1 * (k % 3) as f64);
+            let mut at = noisy(&mut state, 1.0);
+            at[k % 3] = 0.0;
+            middle + (turn * at).clamp(DVec3::NEG_ONE, DVec3::ONE) * half
+        })
+        .collect()
+}
+
+pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
+    let (surfels, count) = match effort {
+        Effort::Full => (10_000, 20_000),
+        Effort::Quick => (2_000, 2_000),
+    };
+    let mut rows = Vec::new();
+    for (name, solid, edge) in bodies() {
+        let mesh = surface_mesh(&solid, edge)?;
+        let samples = sample_surfels(&mesh, surfels, Some(&solid));
+        let tissue = Tissue::new(
+            &samples.positions,
+            &samples.normals,
+            &samples.areas,
+            &[DVec3::ZERO],
+            &TissueSettings::default(),
+        )?;
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let spacing = (mesh.area() / samples.positions.len() as f64).sqrt();
+        let points = points(solid.bounds(), count);
+        let near: Vec<bool> = points
+            .iter()
+            .map(|&x| solid.signed_distance(x).abs() < spacing)
+            .collect();
+        let (given, time) = median_time(3, || test(&points, |x| solid.contains(x)));
+        let (two, two_time) = median_time(3, || test(&points, |x| tissue.is_behind_surfels(x)));
+        let wrong: Vec<bool> = given.iter().zip(&two).map(|(a, b)| a != b).collect();
+        let share = |of: &dyn Fn(usize) -> bool| {
+            let chosen: Vec<usize> = (0..points.len()).filter(|&k| of(k)).collect();
+            let bad = chosen.iter().filter(|&&k| wrong[k]).count();
+            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+            Cell::Number(100.0 * bad as f64 / chosen.len().max(1) as f64)
+        };
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let each = 1e6 / points.len() as f64;
+        rows.push(vec![
+            Cell::Word(name.to_owned()),
+            Cell::Count(samples.positions.len()),
+            share(&|_| true),
+            share(&|k| near[k]),
+            share(&|k| !near[k]),
+            Cell::Number(each * two_time),
+            Cell::Number(each * time),
+        ]);
+    }
+    let column = |(name, unit)| Column { name, unit };
+    Ok(Table {
+        name: "inside",
+        title: "Points of cuts that the dissertation's inside test (two nearest surfels, fig. 65) \
+                misjudges against the default (the solid's own); near: within a spacing of the surface"
+            .to_owned(),
+        columns: [
+            ("body", ""),
+            ("surfels", "1"),
+            ("wrong", "%"),
+            ("wrong near", "%"),
+            ("wrong far", "%"),
+            ("two nearest", "us a point"),
+            ("default", "us a point"),
+        ]
+        .map(column)
+        .to_vec(),
+        rows,
+    })
+}
+
+fn test(points: &[DVec3], inside: impl Fn(DVec3) -> bool) -> Vec<bool> {
+    points.iter().map(|&x| inside(x)).collect()
+}

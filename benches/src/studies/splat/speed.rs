@@ -1,0 +1,113 @@
+//! Time of every stage of a frame, as the surfels become more.
+
+use glam::{DMat3, DVec3};
+use phyxel_splat::{
+    Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture, covering_radii,
+};
+
+use crate::report::median_time;
+use crate::report::{Cell, Column, Table};
+use crate::{Effort, StudyError};
+
+/// Radius of the ball (m).
+const RADIUS: f64 = 0.1;
+/// Nodes along an edge of the cube round the ball, and their distance (m).
+const NODES: u32 = 20;
+const SPACING: f64 = 0.01;
+
+/// Positions, normals and areas.
+type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
+
+/// Evenly spread samples of the ball, on a golden spiral.
+fn ball(count: u32) -> Samples {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let area = 4.0 * std::f64::consts::PI * RADIUS * RADIUS / f64::from(count);
+    let mut samples = Samples::default();
+    for i in 0..count {
+        let y = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(count);
+        let (sine, cosine) = (golden * f64::from(i)).sin_cos();
+        let ring = (1.0 - y * y).sqrt();
+        let out = DVec3::new(ring * cosine, y, ring * sine);
+        samples.0.push(out * RADIUS);
+        samples.1.push(out);
+        samples.2.push(area);
+    }
+    samples
+}
+
+pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
+    let counts: &[u32] = match effort {
+        Effort::Full => &[10_000, 100_000, 1_000_000],
+        Effort::Quick => &[10_000],
+    };
+    let middle = 0.5 * f64::from(NODES - 1);
+    let nodes: Vec<DVec3> = (0..NODES.pow(3))
+        .map(|i| {
+            let at = [i % NODES, i / NODES % NODES, i / NODES.pow(2)].map(f64::from);
+            (DVec3::from_array(at) - middle) * SPACING
+        })
+        .collect();
+    let turn = DMat3::from_rotation_x(0.1);
+    let moved: Vec<DVec3> = nodes.iter().map(|&x| turn * x).collect();
+    let gradients = vec![turn; nodes.len()];
+    let texture = TissueTexture::liver(2.0 * RADIUS);
+    let half = DVec3::splat(RADIUS);
+    let view = DVec3::new(-0.3, -0.5, -1.0);
+    let camera = Camera::framing(-half, half, view, DVec3::Y, 16.0 / 9.0);
+    let mut rows = Vec::new();
+    for &count in counts {
+        let times = if count > 100_000 { 3 } else { 9 };
+        let (x, n, areas) = ball(count);
+        let all: Vec<u32> = (0..count).collect();
+        let (_, radii) = median_time(times, || covering_radii(&x, &n, &all));
+        let settings = TissueSettings::default();
+        let (tissue, set_up) = median_time(1, || Tissue::new(&x, &n, &areas, &nodes, &settings));
+        let tissue = tissue?;
+        let mut splats = Splats::default();
+        tissue.carry_into(&moved, &gradients, &mut splats);
+        let ((), carry) = median_time(times, || tissue.carry_into(&moved, &gradients, &mut splats));
+        let colors = texture.colors(tissue.surfels());
+        let mut row = vec![
+            Cell::Count(count as usize),
+            Cell::Number(1e3 * radii),
+            Cell::Number(1e3 * set_up),
+            Cell::Number(1e3 * carry),
+        ];
+        for samples in [1, 2] {
+            let mut renderer = Renderer::new(RenderSettings {
+                samples,
+                surfaces: texture.surfaces(),
+                ..RenderSettings::default()
+            });
+            let view = tissue.view(&splats, &colors);
+            renderer.draw(&view, &[], &camera);
+            let (_, draw) = median_time(times, || renderer.draw(&view, &[], &camera));
+            row.extend([
+                Cell::Number(1e3 * draw),
+                Cell::Number(1.0 / draw),
+                Cell::Number(1e-6 * f64::from(count) / draw),
+            ]);
+        }
+        rows.push(row);
+    }
+    let column = |(name, unit)| Column { name, unit };
+    Ok(Table {
+        name: "speed",
+        title: "Stages of a picture: one sample a pixel, and four as by default".to_owned(),
+        columns: [
+            ("surfels", "1"),
+            ("radii", "ms"),
+            ("set up", "ms"),
+            ("carry", "ms"),
+            ("picture", "ms"),
+            ("rate", "1/s"),
+            ("splats", "million/s"),
+            ("2x2 picture", "ms"),
+            ("2x2 rate", "1/s"),
+            ("2x2 splats", "million/s"),
+        ]
+        .map(column)
+        .to_vec(),
+        rows,
+    })
+}

@@ -1,0 +1,101 @@
+//! What a step costs as the body grows.
+
+use std::time::Instant;
+
+use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::{Effort, StudyError};
+use phyxel::scene::{Override, Scene};
+use phyxel::world::World;
+
+/// Batches of steps of which the median is taken, and steps in each.
+const BATCHES: usize = 5;
+const STEPS: u32 = 10;
+
+pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
+    let sizes: &[u32] = match effort {
+        Effort::Full => &[500, 1_408, 3_000, 6_000, 12_000, 25_000, 50_000],
+        Effort::Quick => &[300, 1_408],
+    };
+    let (mut rows, mut setup, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+    for &size in sizes {
+        let overrides = [
+            Override::parse(&format!("bodies[0].sampling.target=Nodes({size})"))?,
+            Override::parse("integration.settle=None")?,
+            Override::parse("cuts=[]")?,
+        ];
+        let scene = Scene::embedded("block", &overrides)?;
+        let start = Instant::now();
+        let mut world = World::new(scene)?;
+        let built = start.elapsed().as_secs_f64();
+        let mut batches = Vec::with_capacity(BATCHES);
+        for batch in 0..=BATCHES {
+            let start = Instant::now();
+            for _ in 0..STEPS {
+                world.step()?;
+            }
+            // The first batch warms up.
+            if batch > 0 {
+                batches.push(start.elapsed().as_secs_f64() / f64::from(STEPS));
+            }
+        }
+        batches.sort_by(f64::total_cmp);
+        let seconds = batches[BATCHES / 2];
+        let spread = (batches[BATCHES - 1] - batches[0]) / seconds;
+        let body = &world.members()[0].body;
+        let (nodes, pairs) = (body.rest.len(), body.neighborhoods.pair_count());
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let (nodes_f, pairs_f) = (nodes as f64, pairs as f64);
+        rows.push(vec![
+            Cell::Count(nodes),
+            Cell::Number(pairs_f / nodes_f),
+            Cell::Number(built),
+            Cell::Number(1e3 * seconds),
+            Cell::Number(100.0 * spread),
+            Cell::Number(1e9 * seconds / pairs_f),
+            Cell::Number(1e3 * world.step_size()),
+            Cell::Number(world.step_size() / seconds),
+        ]);
+        setup.push((nodes_f, 1e3 * built));
+        steps.push((nodes_f, 1e3 * seconds));
+    }
+    let column = |name, unit| Column { name, unit };
+    let axis = |label: &str| Axis {
+        label: label.to_owned(),
+        scale: Scale::Logarithmic,
+    };
+    let series = |name: &str, points| Series {
+        name: name.to_owned(),
+        points,
+    };
+    Ok(Report {
+        pictures: Vec::new(),
+        words: vec![format!(
+            "The embedded scene `block` (E 10 kPa, nu 0.4, 1000 kg/m^3) uncut and without pictures, at \
+             several numbers of nodes. The step is half the largest stable one. Times of a step are \
+             medians of {BATCHES} batches of {STEPS} steps with the range of the batches beside them; \
+             all threads."
+        )],
+        tables: vec![Table {
+            name: "step",
+            title: "Cost of a step".to_owned(),
+            columns: vec![
+                column("nodes", "1"),
+                column("neighbours", "1"),
+                column("set-up", "s"),
+                column("time of a step", "ms"),
+                column("range", "%"),
+                column("time of a pair", "ns"),
+                column("step", "ms simulated"),
+                column("speed", "simulated s per s"),
+            ],
+            rows,
+        }],
+        plots: vec![Plot {
+            name: "nodes",
+            title: "Time of a step and of the set-up against nodes".to_owned(),
+            x: axis("nodes"),
+            y: axis("time (ms)"),
+            series: vec![series("step", steps), series("set-up", setup)],
+        }],
+    })
+}
