@@ -7,13 +7,17 @@ pub use {
     phyxel_integrate as integrate, phyxel_mls as mls, phyxel_splat as splat,
 };
 
+#[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "live")]
 pub mod live;
+#[cfg(feature = "cli")]
 pub mod output;
 pub mod phases;
 pub mod picture;
+#[cfg(feature = "cli")]
 pub mod run;
 pub mod scene;
+#[cfg(feature = "cli")]
 pub mod sweep;
 pub mod world;

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::RepairSettings;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
@@ -12,7 +11,8 @@ use super::method::{CutRule, Method, Precision};
 use super::path_text;
 
 /// A deformable body.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Name by which supports and cuts refer to the body; unique in the scene.
@@ -22,7 +22,7 @@ pub struct Body {
     pub shape: Shape,
     /// Translation (m) of the shape in the rest frame.
     #[serde(default)]
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// How finely the body is filled with nodes.
     #[serde(default)]
@@ -94,7 +94,8 @@ impl Body {
 }
 
 /// What a body occupies at rest, before `position` moves it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Shape {
     /// The built-in liver-like organ of someone who stands: right lobe at -x, left lobe at +x, front
@@ -106,22 +107,22 @@ pub enum Shape {
     /// An axis-aligned box centred at the origin.
     Box {
         /// Full edge lengths (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         size: DVec3,
     },
     /// An axis-aligned ellipsoid centred at the origin.
     Ellipsoid {
         /// Half axes (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         radii: DVec3,
     },
     /// A cylinder with round ends.
     Capsule {
         /// First end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         from: DVec3,
         /// Second end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         to: DVec3,
         /// Radius (m).
         radius: f64,
@@ -129,10 +130,10 @@ pub enum Shape {
     /// A hollow cylinder with flat ends.
     Tube {
         /// First end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         from: DVec3,
         /// Second end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         to: DVec3,
         /// Radius of the hollow (m).
         inner_radius: f64,
@@ -143,7 +144,7 @@ pub enum Shape {
     Mesh {
         /// Mesh file; a relative path starts at the scene file's folder.
         #[serde(with = "path_text")]
-        #[schemars(with = "String")]
+        #[cfg_attr(feature = "cli", schemars(with = "String"))]
         file: PathBuf,
         /// Metres per unit of the file.
         #[serde(default = "Shape::default_scale")]
@@ -192,7 +193,8 @@ impl Shape {
 }
 
 /// A signed coordinate direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Axis {
     /// +x
     X,
@@ -227,7 +229,8 @@ impl Axis {
 }
 
 /// How finely a body is filled with nodes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Sampling {
     /// What is asked for: a distance between nodes or a number of nodes.
@@ -243,7 +246,8 @@ pub struct Sampling {
 }
 
 /// Where the nodes of a body come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Form {
     /// Vertices of tetrahedra that fill the body; those that share an edge are neighbours.
     #[default]
@@ -254,14 +258,15 @@ pub enum Form {
 }
 
 /// A place with smaller distances between nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Refinement {
     /// One end of the axis (m), at rest.
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub from: DVec3,
     /// The other end (m); the same point for a ball.
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub to: DVec3,
     /// Distance from the axis (m) up to which the factor holds.
     pub radius: f64,
@@ -282,7 +287,8 @@ impl Default for Sampling {
 }
 
 /// The fineness that a sampling aims at.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Target {
     /// Distance between neighbouring nodes (m).
     Spacing(f64),
@@ -291,7 +297,8 @@ pub enum Target {
 }
 
 /// Surface points of a body and their colours.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Surfels {
     /// How many surfels cover the body's surface; of no account with `points`.
@@ -325,12 +332,13 @@ pub struct Surfels {
 }
 
 /// Points with normals on a body's surface, without triangles.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
     /// Text file with `x y z nx ny nz` in each line; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
-    #[schemars(with = "String")]
+    #[cfg_attr(feature = "cli", schemars(with = "String"))]
     pub file: PathBuf,
     /// Metres per unit of the file.
     #[serde(default = "Shape::default_scale")]
@@ -341,12 +349,13 @@ pub struct PointFile {
 }
 
 /// An image laid on a body from the six sides of a box, by the place at rest.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Image {
     /// PNG file; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
-    #[schemars(with = "String")]
+    #[cfg_attr(feature = "cli", schemars(with = "String"))]
     pub file: PathBuf,
     /// Width (m) of the image on the body; it repeats.
     pub size: f64,
@@ -374,7 +383,8 @@ impl Default for Surfels {
 }
 
 /// How the weight of a node that carries a surfel falls with its distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum SurfelWeights {
     /// To 0 a little beyond the farthest, so that a node on its way out fades.
     #[default]
@@ -384,7 +394,8 @@ pub enum SurfelWeights {
 }
 
 /// How many surfels cover a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum SurfelTarget {
     /// This body's share of a number on all bodies that say so, by the square of its size: all of it if
     /// the body is the only one.
@@ -396,7 +407,8 @@ pub enum SurfelTarget {
 }
 
 /// How far the surfels of a surface lie from each other.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum SurfelSpacing {
     /// Equally far everywhere.
@@ -418,7 +430,8 @@ impl SurfelSpacing {
 }
 
 /// Radii of the surfels on a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum SurfelRadius {
     /// As small as leaves no hole between neighbours.
@@ -447,7 +460,8 @@ impl SurfelRadius {
 }
 
 /// What a surfel's neighbourhood says of detail.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum SurfelMeasure {
     /// Mean distance to the neighbours, eq. (52).
     Density,
@@ -458,7 +472,8 @@ pub enum SurfelMeasure {
 }
 
 /// How it is decided whether a sample of a cut lies in the body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum InsideTest {
     /// By the body's own shape.
     #[default]

@@ -1,13 +1,13 @@
 //! What acts on the bodies: supports, gravity and cuts.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::path::{Key, pose_at};
 
 /// Nodes that are held or moved as a scripted path says.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Support {
     /// Name of the body; every body where not given.
@@ -43,31 +43,32 @@ impl Support {
 }
 
 /// A part of space in rest coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Region {
     /// The points on the side of a plane that its normal points to.
     HalfSpace {
         /// A point of the plane (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         point: DVec3,
         /// Normal of the plane, of any length above zero.
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         normal: DVec3,
     },
     /// An axis-aligned box.
     Box {
         /// Corner with the smallest coordinates (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         min: DVec3,
         /// Corner with the largest coordinates (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         max: DVec3,
     },
     /// A ball.
     Sphere {
         /// Centre (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         center: DVec3,
         /// Radius (m).
         radius: f64,
@@ -90,7 +91,8 @@ impl Region {
 }
 
 /// How supported nodes move.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Motion {
     /// They stay where they rest.
@@ -104,11 +106,12 @@ pub enum Motion {
 }
 
 /// Uniform gravity.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Gravity {
     /// Acceleration (m/s^2).
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub acceleration: DVec3,
     /// Time (s) over which gravity grows from nothing to its full size at the start of the run.
     pub ramp: f64,
@@ -126,7 +129,8 @@ impl Default for Gravity {
 /// A stroke of a blade: the surface that its edge sweeps through the world is cut open.
 ///
 /// The stroke starts at the path's first key and ends at its last.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Cut {
     /// Name in reports; unique among the cuts.
@@ -136,7 +140,7 @@ pub struct Cut {
     #[serde(default)]
     pub body: Option<String>,
     /// Points (m) of the blade's edge in the blade's own frame, at least two.
-    #[schemars(with = "Vec<[f64; 3]>")]
+    #[cfg_attr(feature = "cli", schemars(with = "Vec<[f64; 3]>"))]
     pub edge: Vec<DVec3>,
     /// How the blade moves through the world, at least two keys.
     pub path: Vec<Key>,
@@ -242,7 +246,8 @@ impl Cut {
 }
 
 /// When the edge of a moving blade is taken up.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Capture {
     /// Times per second (1/s).
     Rate(f64),

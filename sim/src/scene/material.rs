@@ -1,13 +1,13 @@
 //! What bodies are made of.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::event::Region;
 
 /// A hyperelastic material.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Material {
     /// Strain energy.
@@ -48,7 +48,8 @@ impl Default for Material {
 }
 
 /// Strain energy of a material.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Model {
     /// Stable neo-Hookean solid, whose energy and stiffness stay finite where a node is squeezed flat or
@@ -67,11 +68,12 @@ pub enum Model {
 
 /// Fibres that stiffen exponentially when stretched and carry nothing when slack (Holzapfel, Gasser and
 /// Ogden 2000).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Fiber {
     /// Direction at rest, of any length above zero.
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub direction: DVec3,
     /// `k1` (Pa), a quarter of the stiffness along the fibres at small stretch.
     pub stiffness: f64,
@@ -90,7 +92,8 @@ impl Fiber {
 }
 
 /// One term of a Prony series: stress beyond that of the long term, which fades.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Relaxation {
     /// Stiffness of the term over that of the long term.
@@ -100,7 +103,8 @@ pub struct Relaxation {
 }
 
 /// Where changes of volume are resisted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Dilatation {
     /// At each node by itself.
     #[default]
@@ -111,7 +115,8 @@ pub enum Dilatation {
 }
 
 /// A part of a body of another stiffness.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Inclusion {
     /// Part of space, in rest coordinates, whose nodes belong to it.

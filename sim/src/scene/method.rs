@@ -1,10 +1,10 @@
 //! How a body's nodes are coupled, and how cuts weaken that.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How nodes are coupled.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Method {
     /// Neighbours along the edges of tetrahedra, gradients that keep momentum and pass the patch test,
@@ -46,7 +46,8 @@ impl Method {
 }
 
 /// How a cut weakens the pairs that it crosses.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum CutRule {
     /// By the shortest way round the cut.
@@ -103,7 +104,8 @@ impl Default for CutRule {
 }
 
 /// How pairs are stored; positions, stresses, energies and forces are of 64 bits either way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Precision {
     /// 64 bits.
     #[default]

@@ -8,6 +8,7 @@ mod body;
 mod embedded;
 mod error;
 mod event;
+#[cfg(feature = "cli")]
 mod keys;
 mod locate;
 mod material;
@@ -24,7 +25,6 @@ mod validate;
 #[cfg(test)]
 mod tests;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
@@ -34,6 +34,7 @@ pub use body::{
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
+#[cfg(feature = "cli")]
 pub use keys::key_reference;
 pub(crate) use locate::{KeyPath, Node, Segment, line_column};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
@@ -52,7 +53,8 @@ pub use tool::{Release, Tool, ToolShape};
 pub const VERSION: u32 = 1;
 
 /// A scene: bodies, what acts on them, how time passes and what is written down.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Version of the format; 1.

@@ -1,25 +1,25 @@
 //! Paths in time: how tools, blades and driven regions move.
 
 use glam::{DQuat, DVec3};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One key of a path: where something is at a time.
 ///
 /// Between two keys the position is interpolated linearly and the rotation along the shorter arc;
 /// before the first and after the last key the pose stays at that key.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Key {
     /// Scene time (s), counted from the end of settling; keys are in increasing order.
     pub time: f64,
     /// Translation (m) of the thing that moves.
     #[serde(default)]
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation vector (degrees): direction is the axis, length the angle; applied before the translation.
     #[serde(default)]
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub rotation: DVec3,
 }
 

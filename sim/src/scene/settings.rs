@@ -1,11 +1,11 @@
 //! How a scene is integrated, watched and drawn.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Time stepping.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Integration {
     /// Simulated time (s) after settling.
@@ -30,7 +30,8 @@ impl Default for Integration {
 }
 
 /// How one step follows another.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Scheme {
     /// Explicit, second order, at the stable step (velocity Verlet, central differences).
@@ -80,7 +81,8 @@ impl Scheme {
 }
 
 /// Coming to rest before scene time 0, so that the first cut meets tissue that hangs still.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Settle {
     /// How rest is reached.
@@ -105,7 +107,8 @@ impl Default for Settle {
 }
 
 /// How bodies come to rest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Rest {
     /// By damped motion, while gravity grows.
     #[default]
@@ -116,7 +119,8 @@ pub enum Rest {
 }
 
 /// What is written down while the scene runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Observe {
     /// Rows of `history.csv` per simulated second (1/s).
@@ -147,7 +151,8 @@ impl Default for Observe {
 }
 
 /// Frames drawn while the scene runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Pictures {
     /// Width of a frame (pixels).
@@ -190,7 +195,8 @@ impl Default for Pictures {
 }
 
 /// Colours (sRGB, 0 to 1) behind the bodies, even from one to the other.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Backdrop {
     /// At the upper border.
@@ -200,7 +206,8 @@ pub struct Backdrop {
 }
 
 /// What colours the surfaces; a quantity gets a legend.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Coloring {
     /// The colours and images of the bodies' surfels.
@@ -224,7 +231,8 @@ pub enum Coloring {
 }
 
 /// How surfels are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum DrawMode {
     /// Blended disks, lit per pixel.
     #[default]
@@ -238,7 +246,8 @@ pub enum DrawMode {
 }
 
 /// Where the camera stands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum View {
     /// Looks at the middle of the bodies, from a direction, so that they fill the frame.
@@ -259,10 +268,10 @@ pub enum View {
     /// Stands at a place.
     Explicit {
         /// Place of the eye (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         eye: DVec3,
         /// Place looked at (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         target: DVec3,
         /// Vertical field of view (degrees).
         #[serde(default = "View::default_field_of_view")]

@@ -156,6 +156,7 @@ fn damaged_text_gives_one_line_with_a_place() {
     assert!(failed > LIVER.len(), "only {failed} failures");
 }
 
+#[cfg(feature = "cli")]
 #[test]
 fn the_key_page_is_in_step_with_the_types() {
     let page = key_reference();

@@ -1,7 +1,6 @@
 //! Rigid tools: shape, way through the world, and how they touch.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::path::Key;
@@ -9,7 +8,8 @@ use super::path::Key;
 /// A rigid tool that touches the bodies.
 ///
 /// It is in the world from the first step on: while the bodies settle it stands at its first key.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Tool {
     /// Name in reports; unique among the tools.
@@ -54,14 +54,15 @@ impl Tool {
 }
 
 /// What moves a tool that no path moves, beside the contact; it does not turn.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Release {
     /// Mass (kg); the scene's gravity acts on it.
     pub mass: f64,
     /// Constant force (N), as of a hand.
     #[serde(default)]
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub force: DVec3,
     /// Mass-proportional damping (1/s).
     #[serde(default)]
@@ -69,7 +70,8 @@ pub struct Release {
 }
 
 /// What a tool occupies in its own frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum ToolShape {
     /// A ball centred at the tool's origin.
@@ -80,16 +82,16 @@ pub enum ToolShape {
     /// A half-space through the tool's origin; its normal points away from the solid side.
     Plane {
         /// Outward normal, of any length above zero.
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         normal: DVec3,
     },
     /// A cylinder with round ends.
     Capsule {
         /// First end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         from: DVec3,
         /// Second end of the axis (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         to: DVec3,
         /// Radius (m).
         radius: f64,
@@ -97,7 +99,7 @@ pub enum ToolShape {
     /// A box centred at the tool's origin, its edges along the tool's axes.
     Box {
         /// Full edge lengths (m).
-        #[schemars(with = "[f64; 3]")]
+        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
         size: DVec3,
     },
 }
