@@ -58,6 +58,7 @@ impl Audit {
 
 /// The balance is off by more than the settings allow; the motion goes on.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Warning {
     /// Time (s).
     pub time: f64,

@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Likely cause of a motion that diverges.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Cause {
     /// The step is above the critical one that the caller stated.

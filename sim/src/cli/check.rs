@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::time::Instant;
 
 use clap::Args;
+use phyxel_discretize::Bounds;
 use serde::Serialize;
 
 use super::source::Source;
@@ -52,6 +53,11 @@ struct BodyCosts {
     nodes: usize,
     pairs: usize,
     tetrahedra: usize,
+    /// Nodes that supports hold or drive.
+    held: usize,
+    /// Corners of the box round the nodes (m).
+    low: [f64; 3],
+    high: [f64; 3],
     spacing: f64,
     volume: f64,
     mass: f64,
@@ -122,11 +128,15 @@ fn costs(scene: &Scene) -> Result<Costs, WorldError> {
 
 fn body_costs(member: &Member) -> BodyCosts {
     let body = &member.body;
+    let bounds = Bounds::of(body.rest.iter().copied());
     BodyCosts {
         name: body.name.clone(),
         nodes: body.rest.len(),
         pairs: body.neighborhoods.pair_count(),
         tetrahedra: body.tetrahedra.len(),
+        held: body.motion.supports().entries().len(),
+        low: bounds.min.to_array(),
+        high: bounds.max.to_array(),
         spacing: body.spacing,
         volume: body.volumes.iter().sum(),
         mass: body.masses.iter().sum(),
@@ -184,6 +194,15 @@ fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
             body.tetrahedra,
             1e3 * body.volume,
             body.mass
+        )?;
+        let corner = |[x, y, z]: [f64; 3]| format!("({x:.4}, {y:.4}, {z:.4})");
+        writeln!(
+            out,
+            "  {}: lies from {} to {} m; supports hold {} nodes",
+            body.name,
+            corner(body.low),
+            corner(body.high),
+            body.held
         )?;
     }
     print_parts(out, &costs.parts)?;

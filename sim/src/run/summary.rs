@@ -456,6 +456,16 @@ fn doubts(Member { body, cutting, .. }: &Member) -> Vec<String> {
             body.smallest_ratio
         ));
     }
+    if let Some(doubt) = &body.doubt {
+        doubts.push(format!(
+            "body '{name}': energies were off by {:+.1} % of what moved, {:.4} s after its first step, most \
+             of it at node {}: {}",
+            100.0 * doubt.relative,
+            doubt.time,
+            doubt.node,
+            doubt.cause
+        ));
+    }
     let added = cutting
         .as_ref()
         .map_or(0.0, |c| c.energy().largest_addition);

@@ -79,6 +79,8 @@ pub struct Body {
     pub(super) indicator: f64,
     /// Smallest `det F` of nodes that carry strain energy, over all steps.
     pub smallest_ratio: f64,
+    /// The first time that its energy balance was off for many steps on end, if it was.
+    pub doubt: Option<phyxel_integrate::Warning>,
     /// Checksum of the rest positions.
     pub(super) fingerprint: u32,
     /// Share of the critical step that is taken.
@@ -220,6 +222,7 @@ impl Body {
             eigenvector,
             indicator: 0.0,
             smallest_ratio: f64::INFINITY,
+            doubt: None,
             leveled,
             eigenvalue,
             step_factor: scene.integration.step_factor,
@@ -408,6 +411,7 @@ impl Body {
         self.smallest_ratio = self
             .smallest_ratio
             .min(self.elastic.smallest_volume_ratio());
+        self.doubt = self.doubt.or_else(|| self.motion.take_warning());
         if self.is_viscous() {
             let start = Instant::now();
             self.elastic.end_viscous_step();

@@ -43,6 +43,7 @@ pub(super) struct BodyState {
     eigenvector: Vec<DVec3>,
     indicator: f64,
     smallest_ratio: f64,
+    doubt: Option<phyxel_integrate::Warning>,
     growth: Option<f64>,
     cut_energy: Option<CutEnergy>,
     /// What viscous materials remember, and the energy (J) they took up.
@@ -83,6 +84,7 @@ impl Member {
             eigenvector: body.eigenvector.clone(),
             indicator: body.indicator,
             smallest_ratio: body.smallest_ratio,
+            doubt: body.doubt,
             growth: cutting.as_ref().map(Cutting::growth),
             cut_energy: cutting.as_ref().map(Cutting::energy),
             history: body.elastic.viscous_history().to_vec(),
@@ -105,6 +107,7 @@ impl Member {
         body.elastic.set_bond_offsets(&state.bond_offsets);
         body.indicator = state.indicator;
         body.smallest_ratio = state.smallest_ratio;
+        body.doubt = state.doubt;
         let viscous = (&*state.history, state.relaxed);
         body.grip = state.grip;
         body.restore(state.motion, state.estimates, state.eigenvector, viscous);
