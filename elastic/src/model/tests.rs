@@ -6,6 +6,7 @@ mod hard;
 mod machine;
 mod options;
 mod oracle;
+mod properties;
 
 use super::*;
 use crate::fiber::Fiber;

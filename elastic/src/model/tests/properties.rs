@@ -1,0 +1,193 @@
+//! What holds for every law, state and row: `P = ∂W/∂F`, objectivity, symmetric tangents, momenta.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::law::double_dot;
+
+/// Any law with any constants (Pa) that a scene may ask for.
+fn any_material() -> impl Strategy<Value = Material> {
+    let constants = (1e2..1e5_f64, 0.0..0.49_f64, 0.0..1.0_f64);
+    (0..5_u8, constants).prop_map(|(law, (young, ratio, share))| match law {
+        0 => Material::neo_hookean(young, ratio),
+        1 => Material::stable_neo_hookean(young, ratio),
+        2 => Material::saint_venant_kirchhoff(young, ratio),
+        3 => Material::mooney_rivlin(young, ratio, share),
+        _ => Material::neo_hookean(young, ratio).with_volume_constant(share * young),
+    })
+}
+
+fn any_vector(half: f64) -> impl Strategy<Value = DVec3> {
+    let component = || -half..half;
+    (component(), component(), component()).prop_map(DVec3::from)
+}
+
+fn any_matrix(half: f64) -> impl Strategy<Value = DMat3> {
+    let column = || any_vector(half);
+    (column(), column(), column()).prop_map(|(x, y, z)| DMat3::from_cols(x, y, z))
+}
+
+fn any_rotation() -> impl Strategy<Value = DMat3> {
+    (any_vector(1.0), -3.0..3.0_f64).prop_map(|(axis, angle)| {
+        let axis = axis.try_normalize().unwrap_or(DVec3::X);
+        DMat3::from_quat(DQuat::from_axis_angle(axis, angle))
+    })
+}
+
+/// A jittered block whose rows are any that are linearly consistent: every pair weighs 0.05 to 1 times as
+/// much as before, multipliers and scales are any, and `B_i` follows from them.
+fn any_rows() -> impl Strategy<Value = (Block, u64)> {
+    let cells = (2..4_usize, 2..4_usize, 2..4_usize);
+    (cells, any::<u64>()).prop_map(|((a, b, c), seed)| {
+        let mut block = Block::new([a, b, c], DVec3::new(0.4, 0.35, 0.3), 0.2, seed);
+        let mut random = Random::new(seed);
+        let n = block.node_count();
+        for i in 0..n {
+            for p in block.row(i) {
+                let j = block.indices[p] as usize;
+                if j < i {
+                    continue;
+                }
+                let back = block.row(j);
+                let at = block.indices[back.clone()].iter().position(|k| *k as usize == i);
+                let back = back.start + at.expect("the graph is symmetric");
+                #[allow(clippy::cast_possible_truncation, reason = "weights have the digits of an f32")]
+                let weight = f64::from((block.weights[p] * random.range(0.05, 1.0)) as f32);
+                (block.weights[p], block.weights[back]) = (weight, weight);
+            }
+        }
+        for i in 0..n {
+            block.multipliers[i] = random.vector(0.1);
+            block.scales[i] = random.range(-0.3, 0.3);
+        }
+        for i in 0..n {
+            let (mut moments, mut mixed) = (DMat3::ZERO, DMat3::ZERO);
+            for p in block.row(i) {
+                let j = block.indices[p] as usize;
+                let (x, weight) = (block.offset(i, p), block.weights[p]);
+                let along = block.multipliers[j] - block.multipliers[i];
+                moments += outer(x, x) * weight;
+                mixed += outer(x, along) * weight;
+            }
+            let rest = DMat3::IDENTITY - mixed * block.scales[i];
+            block.matrices[i] = (moments.inverse() * rest).transpose();
+        }
+        (block, seed)
+    })
+}
+
+/// `a bᵀ`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// `P : D = dW(F + t D)/dt`, and the change of `P` likewise, at any state, inverted ones too.
+    #[test]
+    fn stress_and_tangent_are_derivatives_of_every_law(
+        material in any_material(),
+        f in any_matrix(0.9),
+        d in any_matrix(1.0),
+    ) {
+        let f = DMat3::IDENTITY + f;
+        let step = 1e-6;
+        let (ahead, behind) = (f + d * step, f - d * step);
+        let (energy, stress) = material.energy_and_stress(f);
+        let slope = double_dot(stress, d);
+        let found = (material.energy_and_stress(ahead).0 - material.energy_and_stress(behind).0) / (2.0 * step);
+        // What round-off of the energies becomes over the step, and the next term of the expansion: the
+        // moduli near an inverted state are some hundred times those at rest.
+        let modulus = material.modulus_bound();
+        let bound = 1e-15 * (energy.abs() + modulus) / step + 1e-7 * modulus;
+        prop_assert!((found - slope).abs() < bound, "{found} for {slope}");
+        let change = material.stress_change(f, d);
+        let found = (material.energy_and_stress(ahead).1 - material.energy_and_stress(behind).1) * (0.5 / step);
+        let off = found - change;
+        let off = double_dot(off, off).sqrt();
+        let size = double_dot(stress, stress).sqrt() + modulus;
+        prop_assert!(off < 1e-15 * size / step + 2e-3 * modulus, "{off} of {size}");
+    }
+
+    /// `W(RF) = W(F)`, `P(RF) = R P(F)`, and `A : DP = D : DP(A)`.
+    #[test]
+    fn every_law_is_objective_and_its_tangent_symmetric(
+        material in any_material(),
+        f in any_matrix(0.9),
+        (a, b) in (any_matrix(1.0), any_matrix(1.0)),
+        rotation in any_rotation(),
+    ) {
+        let f = DMat3::IDENTITY + f;
+        let (energy, stress) = material.energy_and_stress(f);
+        let (turned, turned_stress) = material.energy_and_stress(rotation * f);
+        let modulus = material.modulus_bound();
+        prop_assert!((turned - energy).abs() < 1e-11 * (energy.abs() + modulus), "{turned} for {energy}");
+        let size = double_dot(stress, stress).sqrt() + modulus;
+        let off = turned_stress - rotation * stress;
+        prop_assert!(double_dot(off, off).sqrt() < 1e-10 * size, "{off} of {size}");
+        let (there, back) = (
+            double_dot(a, material.stress_change(f, b)),
+            double_dot(b, material.stress_change(f, a)),
+        );
+        let changes = material.stress_change(f, a);
+        let scale = double_dot(changes, changes).sqrt() + modulus;
+        prop_assert!((there - back).abs() < 1e-11 * scale, "{there} for {back}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Of any rows: forces are minus the slope of the energy, the tangent is symmetric and theirs, and no
+    /// body drags or turns itself.
+    #[test]
+    fn bodies_of_any_rows_keep_what_must_be_kept(
+        (block, seed) in any_rows(),
+        material in any_material(),
+        control in prop_oneof![Just(0.0), 0.01..0.5_f64],
+        rotation in any_rotation(),
+    ) {
+        let mut body = model(&block, material, control);
+        let n = block.node_count();
+        let x = shaken(&block, 0.01, seed);
+        let mut random = Random::new(!seed);
+        let (u, v): (Vec<DVec3>, Vec<DVec3>) =
+            (0..n).map(|_| (random.vector(1.0), random.vector(1.0))).unzip();
+        let mut evaluate = |x: &[DVec3]| {
+            let mut f = vec![DVec3::ZERO; n];
+            let energy = body.forces_into(x, &mut f);
+            (energy, f)
+        };
+        let step = 1e-6;
+        let (ahead, behind) = (evaluate(&moved(&x, &u, step)), evaluate(&moved(&x, &u, -step)));
+        let turned: Vec<DVec3> = x.iter().map(|x| rotation * *x + DVec3::new(3.0, -2.0, 1.0)).collect();
+        let (turned_energy, turned_forces) = evaluate(&turned);
+        let (energy, f) = evaluate(&x);
+        let size = dot(&f, &f).sqrt();
+
+        let slope = (ahead.0 - behind.0) / (2.0 * step);
+        let moves = dot(&u, &u).sqrt();
+        prop_assert!((slope + dot(&f, &u)).abs() < 1e-5 * size * moves, "{slope} for {}", -dot(&f, &u));
+
+        prop_assert!((turned_energy - energy).abs() < 1e-9 * energy.abs(), "{turned_energy} for {energy}");
+        for (turned, f) in turned_forces.iter().zip(&f) {
+            prop_assert!(turned.distance(rotation * *f) < 1e-8 * size, "{turned} for {f}");
+        }
+
+        let sum: DVec3 = f.iter().sum();
+        let torque: DVec3 = x.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+        prop_assert!(sum.length() < 1e-12 * size * (n as f64).sqrt(), "{sum} of {size}");
+        prop_assert!(torque.length() < 1e-11 * size * (n as f64).sqrt(), "{torque} of {size}");
+
+        let (mut ku, mut kv) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
+        body.tangent_product_into(&u, &mut ku);
+        body.tangent_product_into(&v, &mut kv);
+        let stiff = dot(&ku, &ku).sqrt() * moves;
+        prop_assert!((dot(&ku, &v) - dot(&kv, &u)).abs() < 1e-11 * stiff, "of {stiff}");
+        let change: Vec<DVec3> =
+            ahead.1.iter().zip(&behind.1).map(|(a, b)| (*b - *a) / (2.0 * step)).collect();
+        let off: f64 = change.iter().zip(&ku).map(|(a, b)| (*a - *b).length_squared()).sum();
+        prop_assert!(off.sqrt() < 1e-5 * stiff, "{} of {stiff}", off.sqrt());
+    }
+}
