@@ -1,14 +1,16 @@
 //! Accuracy of `phyxel-elastic` on stencils of `phyxel-mls`, against finite elements and closed
 //! forms. `cargo test -p tests --test workspace elastic_accuracy -- --nocapture` prints the tables.
 
-mod beam;
 mod bending;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{SampleSettings, Shape, Solid, Target, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Law, Material, Precision, Settings, Stencils};
 
-use beam::{Tetrahedra, ask, beam, body, cantilever, dissertation, on, tip_error};
+use benches::problems::cantilever as beam;
+use benches::problems::cantilever::{
+    Tetrahedra, ask, beam, body, cantilever, dissertation, on, tip_error,
+};
 use testkit::block::Block;
 use testkit::statics::{Request, solve};
 use testkit::tol::{assert_below, assert_within};

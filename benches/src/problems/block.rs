@@ -234,6 +234,22 @@ fn conservative(
     }
 }
 
+/// Conservative stencils of a jittered block on a graph, with inverse square weights.
+///
+/// # Errors
+/// [`StudyError`] if there are none.
+pub fn jittered_stencils(
+    block: &testkit::kuhn::Block,
+    graph: &Neighborhoods,
+    settings: &ConservativeSettings,
+) -> Result<ConservativeStencils, StudyError> {
+    let weights = inverse_square_weights(&block.positions, graph);
+    let (positions, volumes) = (&block.positions, &block.volumes);
+    let boundary = &block.boundary_vectors;
+    let made = ConservativeStencils::new(positions, volumes, boundary, graph, weights, settings)?;
+    Ok(made)
+}
+
 pub(crate) fn nodes_where(rest: &[DVec3], chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
     let with = (0_u32..).zip(rest).filter(|(_, x)| chosen(**x));
     with.map(|(node, _)| node).collect()

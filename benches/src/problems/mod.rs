@@ -3,6 +3,7 @@
 //! Studies tabulate errors on them, tests assert bounds, benches time them.
 
 pub mod block;
+pub mod cantilever;
 pub mod cracks;
 pub mod indentation;
 pub mod model;

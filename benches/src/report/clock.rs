@@ -21,6 +21,16 @@ pub(crate) fn median_time<T>(times: usize, mut work: impl FnMut() -> T) -> (T, f
     (result, seconds[times / 2])
 }
 
+/// Median of some timings.
+///
+/// # Panics
+/// If there are none.
+#[must_use]
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
 /// Threads in use, the processor where the system names it, and version, in a line.
 pub(crate) fn machine() -> String {
     let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

@@ -1,15 +1,21 @@
 //! What a study reports: tables, plots and a few words; how they are written.
 
 mod clock;
+mod file;
 mod page;
 mod plot;
 
 use std::fmt;
+use std::path::Path;
 
 use phyxel_splat::Frame;
 use serde::{Serialize, Serializer};
 
+use crate::StudyError;
+
+pub use clock::median;
 pub(crate) use clock::{machine, median_time};
+pub use file::{folder_of, write_csv};
 pub(crate) use page::html;
 pub(crate) use plot::draw;
 
@@ -260,10 +266,66 @@ pub enum Scale {
 /// A line of a plot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
+    /// Whether its points are shown without a line through them.
+    #[serde(skip)]
+    pub dots: bool,
     /// Name in the legend.
     pub name: String,
     /// Points.
     pub points: Vec<(f64, f64)>,
+}
+
+impl Plot {
+    /// A plot of lines; `axes` and `scales` of the horizontal and of the vertical axis.
+    #[must_use]
+    pub fn new(
+        name: &'static str,
+        title: &str,
+        axes: [&str; 2],
+        scales: [Scale; 2],
+        series: Vec<Series>,
+    ) -> Self {
+        let axis = |k: usize| Axis {
+            label: axes[k].to_owned(),
+            scale: scales[k],
+        };
+        Self {
+            name,
+            title: title.to_owned(),
+            x: axis(0),
+            y: axis(1),
+            series,
+        }
+    }
+
+    /// Writes it as `NAME.svg` into `folder`.
+    ///
+    /// # Errors
+    /// [`StudyError::Plot`] if it cannot be drawn, [`StudyError::Folder`] if it cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
+        let path = folder.join(format!("{}.svg", self.name));
+        let text = draw(self)?;
+        std::fs::write(&path, text).map_err(|source| StudyError::Folder { path, source })
+    }
+}
+
+impl Series {
+    /// A line through points.
+    pub fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            dots: false,
+            name: name.into(),
+            points,
+        }
+    }
+
+    /// Points without a line.
+    pub fn dots(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            dots: true,
+            ..Self::line(name, points)
+        }
+    }
 }
 
 #[cfg(test)]

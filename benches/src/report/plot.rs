@@ -133,9 +133,11 @@ where
                     && (plot.y.scale == Scale::Linear || point.1 > 0.0)
             };
             let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
-            chart
-                .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
-                .map_err(|e| error(e.to_string()))?;
+            if !series.dots {
+                chart
+                    .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
+                    .map_err(|e| error(e.to_string()))?;
+            }
             chart
                 .draw_series(
                     points

@@ -66,10 +66,12 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             costs.push((cost, 100.0 * measured.error.abs()));
         }
         by_spacing.push(Series {
+            dots: false,
             name: name.clone(),
             points: errors,
         });
         by_cost.push(Series {
+            dots: false,
             name,
             points: costs,
         });

@@ -70,6 +70,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             if cells == 20 && form != Form::Pieces {
                 let places = places.iter().zip(&runs).filter(|(place, _)| place[1] < 0.3);
                 by_place.push(Series {
+                    dots: false,
                     name: name.clone(),
                     points: places.map(|(place, run)| (place[0], run.first)).collect(),
                 });
@@ -82,6 +83,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         ] {
             if !points.is_empty() {
                 plot.push(Series {
+                    dots: false,
                     name: name.clone(),
                     points,
                 });

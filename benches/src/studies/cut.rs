@@ -122,16 +122,19 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
             }
         }
         by_triangles.push(Series {
+            dots: false,
             name: format!("{nodes} nodes"),
             points,
         });
     }
     let by_nodes = vec![
         Series {
+            dots: false,
             name: "update, median".to_owned(),
             points: medians,
         },
         Series {
+            dots: false,
             name: "update and the step after it, median".to_owned(),
             points: latencies,
         },
@@ -236,6 +239,7 @@ fn slits(effort: Effort) -> Result<(Table, Vec<Series>), StudyError> {
         mouths.push((nodes, mouth.abs()));
     }
     let series = |name: &str, points| Series {
+        dots: false,
         name: name.to_owned(),
         points,
     };

@@ -166,6 +166,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 
 fn series(method: Method, points: Vec<(f64, f64)>) -> Series {
     Series {
+        dots: false,
         name: method.name().to_owned(),
         points,
     }

@@ -331,6 +331,7 @@ pub(crate) fn plot(states: &[State]) -> Plot {
         match series.last_mut() {
             Some(last) if last.name == found.body => last.points.push(point),
             _ => series.push(Series {
+                dots: false,
                 name: found.body.to_owned(),
                 points: vec![point],
             }),
@@ -338,6 +339,7 @@ pub(crate) fn plot(states: &[State]) -> Plot {
     }
     for (name, then) in ["block", "block, 436 nodes", "liver"].iter().zip(THEN) {
         series.push(Series {
+            dots: false,
             name: format!("2014: {name}"),
             points: vec![(1.0, then), (3.0, then)],
         });

@@ -103,6 +103,7 @@ fn linear(label: &str) -> Axis {
 
 fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
     Series {
+        dots: false,
         name: name.to_owned(),
         points,
     }

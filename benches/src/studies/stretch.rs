@@ -315,6 +315,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                                         last.points.push((l, found.stress));
                                     }
                                     _ => stresses.push(Series {
+                                        dots: false,
                                         name: named.to_owned(),
                                         points: vec![(l, found.stress)],
                                     }),
@@ -335,6 +336,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 }
             }
             by_ratio.push(Series {
+                dots: false,
                 name,
                 points: errors,
             });

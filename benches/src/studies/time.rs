@@ -64,6 +64,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         scale: Scale::Logarithmic,
     };
     let series = |name: &str, points| Series {
+        dots: false,
         name: name.to_owned(),
         points,
     };

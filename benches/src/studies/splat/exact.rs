@@ -244,6 +244,7 @@ pub(crate) fn mean_square(radii: &[f64]) -> f64 {
 
 fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
     Series {
+        dots: false,
         name: name.to_owned(),
         points,
     }

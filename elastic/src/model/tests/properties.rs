@@ -49,9 +49,14 @@ fn any_rows() -> impl Strategy<Value = (Block, u64)> {
                     continue;
                 }
                 let back = block.row(j);
-                let at = block.indices[back.clone()].iter().position(|k| *k as usize == i);
+                let at = block.indices[back.clone()]
+                    .iter()
+                    .position(|k| *k as usize == i);
                 let back = back.start + at.expect("the graph is symmetric");
-                #[allow(clippy::cast_possible_truncation, reason = "weights have the digits of an f32")]
+                #[allow(
+                    clippy::cast_possible_truncation,
+                    reason = "weights have the digits of an f32"
+                )]
                 let weight = f64::from((block.weights[p] * random.range(0.05, 1.0)) as f32);
                 (block.weights[p], block.weights[back]) = (weight, weight);
             }

@@ -1,14 +1,14 @@
 //! Table 1 of Aras 2014: error of moving least squares at the nodes for support radii 1 to 7 and two
 //! bases, random data on equidistant nodes.
 //!
-//! `cargo run --release -p phyxel-mls --example table1`
+//! `cargo run --release -p benches --example table1`
 #![allow(clippy::print_stdout, reason = "prints its table")]
 
+use benches::StudyError;
+use benches::report::{folder_of, write_csv};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::Random;
-
-mod study;
 
 /// Root mean square error at the nodes; `None` where a moment matrix is singular.
 fn error(order: Order, radius: f64, data: &[f64]) -> Option<f64> {
@@ -38,7 +38,7 @@ fn error(order: Order, radius: f64, data: &[f64]) -> Option<f64> {
     Some((sum / f64::from(count)).sqrt())
 }
 
-fn main() {
+fn main() -> Result<(), StudyError> {
     let mut random = Random::new(2014);
     let data: Vec<f64> = (0..21).map(|_| random.unit()).collect();
     let text = |value: Option<f64>| value.map_or("singular".into(), |v| format!("{v:.6}"));
@@ -48,10 +48,11 @@ fn main() {
     for radius in 1..=7_u32 {
         let cells = [Order::Linear, Order::Quadratic].map(|o| error(o, f64::from(radius), &data));
         println!("{radius:>8} {:>12} {:>12}", text(cells[0]), text(cells[1]));
-        rows.push(vec![radius.to_string(), text(cells[0]), text(cells[1])]);
+        rows.push([radius.to_string(), text(cells[0]), text(cells[1])]);
         table.push(cells);
     }
-    study::write_csv("table1.csv", "radius,linear,quadratic", &rows);
+    let file = folder_of("mls")?.join("table1.csv");
+    write_csv(&file, ["radius", "linear", "quadratic"], &rows)?;
 
     // The pattern of the table: its three singular cells, growth with the radius, quadratic below.
     for (place, cells) in table.iter().enumerate() {
@@ -77,4 +78,5 @@ fn main() {
             }
         }
     }
+    Ok(())
 }

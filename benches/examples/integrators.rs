@@ -3,7 +3,7 @@
 //! precision of every integrator, factor against conjugate gradients, force over indentation,
 //! convergence in nodes, Hertz's pressure.
 //!
-//! `cargo run --release -p tests --example integrate_study -- FOLDER`, or parts of it by name behind the
+//! `cargo run --release -p benches --example integrators -- FOLDER`, or parts of it by name behind the
 //! folder: `speed`, `work`, `factor`, `force`, `nodes`, `hertz`. Without a folder it only prints.
 #![allow(clippy::print_stdout, reason = "a study prints")]
 #![allow(
@@ -13,15 +13,12 @@
     reason = "a study stops where a test would fail"
 )]
 
-#[path = "integrate_study/chart.rs"]
-mod chart;
-
 use benches::problems::indentation::{
     BLOCK_REFERENCE as REFERENCE, HERTZ, SMALL, SOFT, cube, graded, hertz_force, hertz_pressure,
     hertz_radius, moment_radius, quarter, sphere_over_paraboloid,
 };
 use benches::problems::model::{ElasticBody as Body, Solid};
-use chart::{Chart, Curve};
+use benches::report::{Plot, Scale, Series};
 use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
@@ -159,7 +156,7 @@ fn timed(mut run: impl FnMut() -> Motion) -> (f64, Motion) {
 }
 
 /// Error at 0.4 s of a plucked cantilever against the finest run, and the time it took.
-fn work(charts: &mut Vec<(&'static str, Chart)>) {
+fn work(charts: &mut Vec<Plot>) {
     let solid = Solid {
         youngs_modulus: 1e4,
         ..SOLID
@@ -208,8 +205,8 @@ fn work(charts: &mut Vec<(&'static str, Chart)>) {
             points.push((time, error));
             by_step.push((share, error));
         }
-        curves.push(Curve::new(name, points));
-        steps.push(Curve::new(name, by_step));
+        curves.push(Series::line(name, points));
+        steps.push(Series::line(name, by_step));
     }
     for (name, scheme) in [
         ("Newmark", ImplicitScheme::Newmark),
@@ -236,21 +233,24 @@ fn work(charts: &mut Vec<(&'static str, Chart)>) {
             points.push((time, error));
             by_step.push((share, error));
         }
-        curves.push(Curve::new(name, points));
-        steps.push(Curve::new(name, by_step));
+        curves.push(Series::line(name, points));
+        steps.push(Series::line(name, by_step));
     }
     let y = "error over the largest displacement";
-    let chart = Chart::new(
+    charts.push(Plot::new(
+        "work_precision",
         "Work and precision of a plucked beam",
         ["time (ms)", y],
-        [true; 2],
+        [Scale::Logarithmic; 2],
         curves,
-    );
-    charts.push(("work_precision", chart));
+    ));
     let title = "Convergence in time on that beam";
-    charts.push((
+    charts.push(Plot::new(
         "time_steps",
-        Chart::new(title, ["step over the critical step", y], [true; 2], steps),
+        title,
+        ["step over the critical step", y],
+        [Scale::Logarithmic; 2],
+        steps,
     ));
 }
 
@@ -325,15 +325,15 @@ fn factor() {
 }
 
 /// Force over indentation of the 2 m cube, small strain, beside Hertz and finite elements.
-fn force(charts: &mut Vec<(&'static str, Chart)>) {
+fn force(charts: &mut Vec<Plot>) {
     println!("nodes, indentation over radius, force over E r²");
     let depths = [
         0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1,
     ];
     let hertz = |d: f64| 4.0 / 3.0 / 0.91 * d.powf(1.5);
     let mut curves = vec![
-        Curve::new("Hertz, half space", depths.map(|d| (d, hertz(d))).to_vec()),
-        Curve::dots(
+        Series::line("Hertz, half space", depths.map(|d| (d, hertz(d))).to_vec()),
+        Series::dots(
             "finite elements",
             REFERENCE[..2].iter().map(|(_, d, f)| (*d, *f)).collect(),
         ),
@@ -350,21 +350,24 @@ fn force(charts: &mut Vec<(&'static str, Chart)>) {
             points.push((depth, force));
             println!("{name}, {depth}, {force:.5}");
         }
-        curves.push(Curve::new(name, points));
+        curves.push(Series::line(name, points));
     }
     let title = "Sphere of 1 m in a 2 m cube, sides and bottom fixed";
     let (x, y) = ("indentation (m)", "force over Young's modulus (m²)");
-    charts.push((
+    charts.push(Plot::new(
         "force_indentation",
-        Chart::new(title, [x, y], [false; 2], curves),
+        title,
+        [x, y],
+        [Scale::Linear; 2],
+        curves,
     ));
 }
 
 /// Error of the force against nodes: block and Hertz.
-fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
-    let mut curves: Vec<Curve> = REFERENCE
+fn nodes(charts: &mut Vec<Plot>) {
+    let mut curves: Vec<Series> = REFERENCE
         .iter()
-        .map(|(r, d, _)| Curve::new(&format!("regular, r {r} m, d {d} m"), Vec::new()))
+        .map(|(r, d, _)| Series::line(format!("regular, r {r} m, d {d} m"), Vec::new()))
         .collect();
     for cells in [9, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 22] {
         let mut press = cube(cells).unwrap();
@@ -395,7 +398,7 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
             .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         worst.push((count, 100.0 * largest));
     }
-    curves.push(Curve::new("graded, worst of the three", worst));
+    curves.push(Series::line("graded, worst of the three", worst));
     let mut hertz = Vec::new();
     for (fine, coarse) in [(3, 9), (4, 9), (5, 8), (6, 8), (8, 8), (10, 8)] {
         let mut press = match quarter(fine, coarse) {
@@ -413,22 +416,25 @@ fn nodes(charts: &mut Vec<(&'static str, Chart)>) {
         );
         hertz.push((press.body.rest.len() as f64, 100.0 * error));
     }
-    curves.push(Curve::new("quarter of a large block, Hertz", hertz));
+    curves.push(Series::line("quarter of a large block, Hertz", hertz));
     let (title, x) = (
         "Indentation force against finite elements and Hertz",
         "nodes",
     );
-    charts.push((
+    charts.push(Plot::new(
         "nodes",
-        Chart::new(title, [x, "error (%)"], [true, false], curves),
+        title,
+        [x, "error (%)"],
+        [Scale::Logarithmic, Scale::Linear],
+        curves,
     ));
 }
 
 /// Pressure over the radius beside Hertz's.
-fn hertz(charts: &mut Vec<(&'static str, Chart)>) {
+fn hertz(charts: &mut Vec<Plot>) {
     let ends: Vec<f64> = (1..=8).map(|k| 0.15 * f64::from(k)).collect();
     let profile = (0..=100).map(|k| f64::from(k) / 100.0);
-    let mut curves = vec![Curve::new(
+    let mut curves = vec![Series::line(
         "Hertz",
         profile.map(|r| (r, (1.0 - r * r).sqrt())).collect(),
     )];
@@ -453,15 +459,18 @@ fn hertz(charts: &mut Vec<(&'static str, Chart)>) {
             .iter()
             .enumerate()
             .map(|(k, ring)| (middle(k), ring.pressure));
-        curves.push(Curve::dots(name, points.collect()));
+        curves.push(Series::dots(name, points.collect()));
     }
     let (x, y) = (
         "radius over Hertz's contact radius",
         "pressure over Hertz's largest",
     );
-    charts.push((
+    charts.push(Plot::new(
         "hertz_pressure",
-        Chart::new("Mean pressure on rings", [x, y], [false; 2], curves),
+        "Mean pressure on rings",
+        [x, y],
+        [Scale::Linear; 2],
+        curves,
     ));
 }
 
@@ -491,10 +500,9 @@ fn main() {
     }
     if let Some(folder) = folder {
         std::fs::create_dir_all(&folder).unwrap();
-        for (name, chart) in charts {
-            let file = folder.join(format!("{name}.svg"));
-            std::fs::write(&file, chart.svg()).unwrap();
-            println!("{}", file.display());
+        for chart in charts {
+            chart.write(&folder).unwrap();
+            println!("{}", folder.join(format!("{}.svg", chart.name)).display());
         }
     }
 }

@@ -1,16 +1,14 @@
 //! Iterations and accuracy of the conservative stencils on clouds of several kinds.
 //!
-//! `cargo run --release -p phyxel-mls --example conservative_solve`
+//! `cargo run --release -p benches --example conservative_solve`
 #![allow(clippy::print_stdout, reason = "prints its table")]
 
 use std::time::Instant;
 
+use benches::problems::block::jittered_stencils;
 use glam::DMat3;
 use phyxel_mls::{ConservativeSettings, Neighborhoods, gradient_sum, widen_deficient_rows};
-use study::block_stencils;
 use testkit::kuhn::{graded, kuhn_block, organ};
-
-mod study;
 
 fn main() {
     println!(
@@ -44,7 +42,7 @@ fn main() {
                     coarse_space,
                     ..Default::default()
                 };
-                block_stencils(&block, &graph, &settings)
+                jittered_stencils(&block, &graph, &settings)
             };
             let start = Instant::now();
             let stencils = build(true);

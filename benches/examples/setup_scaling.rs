@@ -2,7 +2,7 @@
 //! rstar alone, on the same points, threads and run; and the conservative set-up on the edges of a
 //! jittered block of about as many nodes, solve included.
 //!
-//! `cargo run --release -p phyxel-mls --example setup_scaling` (add a folder and `1000000` for the
+//! `cargo run --release -p benches --example setup_scaling` (add a folder and `1000000` for the
 //! largest size)
 #![allow(
     clippy::print_stdout,
@@ -13,6 +13,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use benches::StudyError;
+use benches::problems::block::jittered_stencils;
+use benches::report::{Plot, Scale, Series, folder_of, median, write_csv};
 use glam::DVec3;
 use phyxel_mls::{
     ConservativeSettings, GradientStencils, Kernel, NearestSettings, Neighborhoods, SolveReport,
@@ -21,11 +24,8 @@ use phyxel_mls::{
 use rayon::prelude::*;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
-use study::{Line, block_stencils, median, write_csv, write_plot};
 use testkit::cloud::uniform;
 use testkit::kuhn::kuhn_block;
-
-mod study;
 
 /// Points of the unit cube in the order of a space-filling (Morton) curve.
 fn ordered(count: usize) -> Vec<DVec3> {
@@ -84,11 +84,11 @@ fn conservative(count: usize) -> (f64, usize, SolveReport) {
     let graph =
         Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone()).expect("edges");
     let (seconds, stencils) =
-        time(|| block_stencils(&block, &graph, &ConservativeSettings::default()));
+        time(|| jittered_stencils(&block, &graph, &ConservativeSettings::default()));
     (seconds, block.positions.len(), stencils.report)
 }
 
-fn main() {
+fn main() -> Result<(), StudyError> {
     let largest = std::env::args()
         .nth(2)
         .map_or(100_000, |n| n.parse().expect("a number of nodes"));
@@ -153,7 +153,7 @@ fn main() {
         );
         assert!(report.converged, "{report:?}");
         solved.push((nodes as f64, milliseconds));
-        rows.push(vec![
+        rows.push([
             count.to_string(),
             parts[0].to_string(),
             sum.to_string(),
@@ -168,21 +168,19 @@ fn main() {
             );
         }
     }
-    write_csv(
-        "setup_scaling.csv",
-        "nodes,rstar_ms,setup_ms,conservative_ms",
-        &rows,
-    );
-    let lines = [
-        Line::new("rstar alone, 16 nearest", theirs),
-        Line::new("search, weights, stencils", ours),
-        Line::new("conservative, on given edges", solved),
+    let folder = folder_of("mls")?;
+    let header = ["nodes", "rstar_ms", "setup_ms", "conservative_ms"];
+    write_csv(&folder.join("setup_scaling.csv"), header, &rows)?;
+    let lines = vec![
+        Series::line("rstar alone, 16 nearest", theirs),
+        Series::line("search, weights, stencils", ours),
+        Series::line("conservative, on given edges", solved),
     ];
-    write_plot(
-        "setup_scaling.svg",
+    Plot(
+        &folder.join("setup_scaling.svg"),
         "Set-up time, two threads",
         ["nodes", "set-up (ms)"],
-        true,
-        &lines,
-    );
+        [Scale::Logarithmic; 2],
+        lines,
+    )
 }

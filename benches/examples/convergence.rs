@@ -1,15 +1,14 @@
 //! Error of value and gradient against the node spacing for the three orders of basis.
 //!
-//! `cargo run --release -p phyxel-mls --example convergence`
+//! `cargo run --release -p benches --example convergence`
 #![allow(clippy::print_stdout, reason = "prints its table")]
 
+use benches::StudyError;
+use benches::report::{Plot, Scale, Series, folder_of, write_csv};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
-use study::{Line, write_csv, write_plot};
 use testkit::cloud::{Random, lattice};
 use testkit::derivative::observed_order;
-
-mod study;
 
 fn field(x: DVec3) -> f64 {
     (3.0 * x.x).sin() * (2.0 * x.y).cos() + (x.z * x.x).exp()
@@ -66,7 +65,7 @@ fn errors(order: Order, cells: u32) -> (f64, f64) {
     (mean(value_sum), mean(slope_sum))
 }
 
-fn main() {
+fn main() -> Result<(), StudyError> {
     let sizes = [8, 12, 16, 24, 32];
     let mut lines = Vec::new();
     let mut rows = Vec::new();
@@ -97,8 +96,8 @@ fn main() {
                 text(orders.map(|o| o.0)),
                 text(orders.map(|o| o.1))
             );
-            rows.push(vec![
-                name.into(),
+            rows.push([
+                name.to_owned(),
                 cells.to_string(),
                 format!("{value:e}"),
                 format!("{slope:e}"),
@@ -116,15 +115,17 @@ fn main() {
             overall[0] > least[0] && overall[1] > least[1],
             "{name}: orders {overall:?}"
         );
-        lines.push(Line::new(format!("value, {name}"), values));
-        lines.push(Line::new(format!("gradient, {name}"), slopes));
+        lines.push(Series::line(format!("value, {name}"), values));
+        lines.push(Series::line(format!("gradient, {name}"), slopes));
     }
-    write_csv("convergence.csv", "basis,cells,value,gradient", &rows);
-    write_plot(
-        "convergence.svg",
+    let folder = folder_of("mls")?;
+    let header = ["basis", "cells", "value", "gradient"];
+    write_csv(&folder.join("convergence.csv"), header, &rows)?;
+    Plot(
+        &folder.join("convergence.svg"),
         "Error against spacing",
         ["h", "rms error"],
-        true,
-        &lines,
-    );
+        [Scale::Logarithmic; 2],
+        lines,
+    )
 }

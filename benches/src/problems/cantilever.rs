@@ -1,6 +1,5 @@
 //! Bodies to compare on one beam: conservative stencils, the dissertation's own mode, linear
-//! tetrahedra; and the error of the beam's tip.
-#![allow(dead_code, reason = "tests and the study take what they need each")]
+//! tetrahedra; and the error of the beam's tip, against quadratic finite elements.
 
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
@@ -11,23 +10,36 @@ use testkit::block::Block;
 use testkit::statics::{Equilibrium, Request, solve};
 
 /// Whether a coordinate lies on a face of the box.
-pub(crate) fn on(coordinate: f64, face: f64) -> bool {
+#[must_use]
+pub fn on(coordinate: f64, face: f64) -> bool {
     (coordinate - face).abs() < 1e-12
 }
 
 /// A body on the edges of the block's tetrahedra with stencils of `phyxel-mls`.
-pub(crate) fn body(block: &Block, material: Material, settings: &Settings) -> Elastic {
+///
+/// # Panics
+/// If the block is not sound.
+#[must_use]
+pub fn body(block: &Block, material: Material, settings: &Settings) -> Elastic {
     on_graph(block, &edges(block), material, settings)
 }
 
 /// Edges of the block's tetrahedra.
-pub(crate) fn edges(block: &Block) -> Neighborhoods {
+///
+/// # Panics
+/// If the block has no edges.
+#[must_use]
+pub fn edges(block: &Block) -> Neighborhoods {
     Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges of tetrahedra")
 }
 
 /// Conservative stencils of `phyxel-mls` on a graph.
-pub(crate) fn rows(block: &Block, graph: &Neighborhoods) -> ConservativeStencils {
+///
+/// # Panics
+/// If the block has no conservative stencils.
+#[must_use]
+pub fn rows(block: &Block, graph: &Neighborhoods) -> ConservativeStencils {
     let weights = inverse_square_weights(&block.positions, graph);
     let rows = ConservativeStencils::new(
         &block.positions,
@@ -43,7 +55,11 @@ pub(crate) fn rows(block: &Block, graph: &Neighborhoods) -> ConservativeStencils
 }
 
 /// The same on any symmetric graph.
-pub(crate) fn on_graph(
+///
+/// # Panics
+/// If the graph is not symmetric.
+#[must_use]
+pub fn on_graph(
     block: &Block,
     graph: &Neighborhoods,
     material: Material,
@@ -66,12 +82,17 @@ pub(crate) fn on_graph(
 }
 
 /// The dissertation's own mechanics.
-pub(crate) fn dissertation(block: &Block, material: Material) -> Elastic {
-    let model = benches::problems::model::dissertation(&block.positions, material, 1.0);
+///
+/// # Panics
+/// If the nodes are no cloud of three dimensions.
+#[must_use]
+pub fn dissertation(block: &Block, material: Material) -> Elastic {
+    let model = super::model::dissertation(&block.positions, material, 1.0);
     model.expect("a sound cloud").0
 }
 
-pub(crate) fn ask(body: &mut Elastic) -> impl FnMut(Request<'_>) -> f64 + '_ {
+/// A body as the static solver of the test kit asks for it.
+pub fn ask(body: &mut Elastic) -> impl FnMut(Request<'_>) -> f64 + '_ {
     |request| match request {
         Request::Forces(x, f) => body.forces_into(x, f),
         Request::Product(v, kv) => {
@@ -82,7 +103,8 @@ pub(crate) fn ask(body: &mut Elastic) -> impl FnMut(Request<'_>) -> f64 + '_ {
 }
 
 /// Linear tetrahedra, one point each: the reference every book has.
-pub(crate) struct Tetrahedra<'a> {
+#[derive(Debug)]
+pub struct Tetrahedra<'a> {
     block: &'a Block,
     material: Material,
     /// Shape gradients, volume and present `F` per element.
@@ -90,7 +112,9 @@ pub(crate) struct Tetrahedra<'a> {
 }
 
 impl<'a> Tetrahedra<'a> {
-    pub(crate) fn new(block: &'a Block, material: Material) -> Self {
+    /// The block's tetrahedra with one material.
+    #[must_use]
+    pub fn new(block: &'a Block, material: Material) -> Self {
         let elements = block
             .tetrahedra
             .iter()
@@ -123,7 +147,8 @@ impl<'a> Tetrahedra<'a> {
         sum
     }
 
-    pub(crate) fn answer(&mut self, request: Request<'_>) -> f64 {
+    /// Forces or the product with the tangent.
+    pub fn answer(&mut self, request: Request<'_>) -> f64 {
         let mut energy = 0.0;
         match request {
             Request::Forces(x, f) => {
@@ -152,12 +177,14 @@ impl<'a> Tetrahedra<'a> {
     }
 }
 
-pub(crate) fn beam(cells: [usize; 3], jitter: f64) -> Block {
+/// The beam: 1 m long, 0.2 m high and wide.
+#[must_use]
+pub fn beam(cells: [usize; 3], jitter: f64) -> Block {
     Block::new(cells, DVec3::new(1.0, 0.2, 0.2), jitter, 4)
 }
 
 /// Clamp at x = 0, a total force `pull` spread over the face x = 1.
-pub(crate) fn cantilever(
+pub fn cantilever(
     block: &Block,
     pull: DVec3,
     tolerance: f64,
@@ -179,7 +206,8 @@ pub(crate) fn cantilever(
 }
 
 /// Area of the face x = 1 that belongs to each node.
-pub(crate) fn tip_areas(block: &Block) -> Vec<f64> {
+#[must_use]
+pub fn tip_areas(block: &Block) -> Vec<f64> {
     let mut areas = vec![0.0; block.node_count()];
     for t in &block.triangles {
         let [a, b, c] = t.map(|v| block.positions[v as usize]);
@@ -194,7 +222,10 @@ pub(crate) fn tip_areas(block: &Block) -> Vec<f64> {
 
 /// Error in per cent of the small-strain tip deflection; references: hex27 finite elements, three
 /// meshes extrapolated (tolerances 0.05, 0.15 and 0.5 %).
-pub(crate) fn tip_error(
+///
+/// # Panics
+/// If no equilibrium is found.
+pub fn tip_error(
     block: &Block,
     nu: f64,
     tolerance: f64,

@@ -1,14 +1,13 @@
 //! Figures 5 to 7 of Aras 2014: SPH against moving least squares on constant and quadratic data.
 //!
-//! `cargo run --release -p phyxel-mls --example figures5to7`
+//! `cargo run --release -p benches --example figures5to7`
 #![allow(clippy::print_stdout, reason = "prints its table")]
 
+use benches::StudyError;
+use benches::report::{Plot, Scale, Series, folder_of};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch, sph_value};
-use study::{Line, write_plot};
 use testkit::cloud::Random;
-
-mod study;
 
 /// Nodes on a line with the length each stands for.
 struct Nodes {
@@ -82,13 +81,15 @@ fn deviation(curve: &[(f64, f64)], exact: impl Fn(f64) -> f64) -> f64 {
         .fold(0.0, |most, &(x, y)| most.max((y - exact(x)).abs()))
 }
 
-fn dots(nodes: &Nodes, data: &[f64]) -> Line {
+fn dots(nodes: &Nodes, data: &[f64]) -> Series {
     let points = nodes.at.iter().zip(data).map(|(x, &u)| (x.x, u)).collect();
-    Line::marks("data", points)
+    Series::dots("data", points)
 }
 
-fn main() {
+fn main() -> Result<(), StudyError> {
+    let folder = folder_of("mls")?;
     let axes = ["x (node distances)", "u"];
+    let scales = [Scale::Linear; 2];
     let even = nodes(0.0);
     let ones = vec![1.0; even.at.len()];
 
@@ -99,20 +100,14 @@ fn main() {
         let error = deviation(&sph, |_| 1.0);
         println!("fig. 5  SPH, constant, radius {radius}: {error:.3e}");
         assert!(error > 0.05, "SPH does not reproduce a constant");
-        lines.push(Line::new(format!("SPH, radius {radius}"), sph));
+        lines.push(Series::line(format!("SPH, radius {radius}"), sph));
     }
     let mls = curve(&even, 2.5, Some(Order::Linear), &ones);
     let error = deviation(&mls, |_| 1.0);
     println!("fig. 5  MLS, constant, radius 2.5: {error:.3e}");
     assert!(error < 1e-12, "moving least squares does");
-    lines.push(Line::new("MLS, linear", mls));
-    write_plot(
-        "figure5.svg",
-        "Constant data, even nodes",
-        axes,
-        false,
-        &lines,
-    );
+    lines.push(Series::line("MLS, linear", mls));
+    Plot::new("figure5", "Constant data, even nodes", axes, scales, lines).write(&folder)?;
 
     let mut lines = Vec::new();
     let mut last = 0.0;
@@ -137,15 +132,16 @@ fn main() {
             deviation(&mls, |_| 1.0) < 1e-12,
             "moving least squares does not notice"
         );
-        lines.push(Line::new(format!("SPH, nodes moved by {jitter}"), sph));
+        lines.push(Series::line(format!("SPH, nodes moved by {jitter}"), sph));
     }
-    write_plot(
-        "figure6.svg",
+    Plot::new(
+        "figure6",
         "Constant data, uneven nodes",
         axes,
-        false,
-        &lines,
-    );
+        scales,
+        lines,
+    )
+    .write(&folder)?;
 
     let squares: Vec<f64> = even.at.iter().map(|x| x.x * x.x).collect();
     let linear = curve(&even, 5.0, Some(Order::Linear), &squares);
@@ -157,10 +153,10 @@ fn main() {
     );
     assert!(errors[0] > 0.1, "a linear basis does not reproduce x²");
     assert!(errors[1] < 400.0 * 1e-12, "a quadratic one does");
-    let lines = [
+    let lines = vec![
         dots(&even, &squares),
-        Line::new("linear basis", linear),
-        Line::new("quadratic basis", quadratic),
+        Series::line("linear basis", linear),
+        Series::line("quadratic basis", quadratic),
     ];
-    write_plot("figure7.svg", "y = x², radius 5", axes, false, &lines);
+    Plot::new("figure7", "y = x², radius 5", axes, scales, lines).write(&folder)
 }

@@ -4,20 +4,18 @@
 //! holds y. The table shows how far the nodal forces are from that: `keep` after `update_rows`, `projn`
 //! after `finish_stroke`, and `g0`, the stencils without correction.
 //!
-//! `cargo run --release -p phyxel-mls --example cut_update`
+//! `cargo run --release -p benches --example cut_update`
 #![allow(clippy::print_stdout, reason = "prints its table")]
 
 use std::time::Instant;
 
+use benches::problems::block::jittered_stencils;
 use glam::{DMat3, DVec3};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, GradientStencils, Neighborhoods,
     inverse_square_weights, normal_projector,
 };
-use study::block_stencils;
 use testkit::kuhn::{Block, kuhn_block};
-
-mod study;
 
 /// Factors and touched nodes of a cut in the plane `x = at`, down to `y = front`.
 fn cut(block: &Block, graph: &Neighborhoods, at: f64, front: f64) -> (Vec<f64>, Vec<u32>) {
@@ -66,7 +64,7 @@ fn main() {
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges are a graph");
     let setup = Instant::now();
-    let whole = block_stencils(&block, &graph, &ConservativeSettings::default());
+    let whole = jittered_stencils(&block, &graph, &ConservativeSettings::default());
     let setup = setup.elapsed().as_secs_f64() * 1e3;
     println!(
         "{} nodes, {} pairs, set-up {setup:.0} ms",

@@ -1,7 +1,7 @@
 //! Gradient error at the nodes against set-up time and time per evaluation: kernels, bases, support
 //! sizes, and storage in f64 and f32.
 //!
-//! `cargo run --release -p phyxel-mls --example speed_error`
+//! `cargo run --release -p benches --example speed_error`
 #![allow(
     clippy::print_stdout,
     clippy::cast_precision_loss,
@@ -11,15 +11,15 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use benches::StudyError;
+use benches::problems::block::jittered_stencils;
+use benches::report::{Plot, Scale, Series, folder_of, median, write_csv};
 use glam::{DVec3, Vec3};
 use phyxel_mls::{
     Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, Kernel,
     NearestSettings, Neighborhoods, Order, ShapeScratch, k_nearest, kernel_weights,
 };
-use study::{Line, Shape, Style, block_stencils, median, write_csv, write_plot};
 use testkit::kuhn::{Block, kuhn_block};
-
-mod study;
 
 fn field(x: DVec3) -> f64 {
     (3.0 * x.x).sin() * (2.0 * x.y).cos() + (x.z * x.x).exp()
@@ -158,7 +158,7 @@ fn conservative(block: &Block) -> Made {
     let start = Instant::now();
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges are a graph");
-    let made = block_stencils(block, &graph, &ConservativeSettings::default());
+    let made = jittered_stencils(block, &graph, &ConservativeSettings::default());
     Made {
         graph,
         gradients: made.pair_gradients,
@@ -166,7 +166,7 @@ fn conservative(block: &Block) -> Made {
     }
 }
 
-/// Nearest neighbours and scale of the radius; marks grow in this order.
+/// Nearest neighbours and scale of the radius.
 const SUPPORTS: [(usize, f64); 4] = [(16, 1.3), (16, 1.5), (16, 2.0), (32, 1.5)];
 
 /// One stencil to be measured: what it is, on which kernel and support.
@@ -187,28 +187,10 @@ impl Case {
         format!("{}, {}, {support}", self.basis, self.kernel.name())
     }
 
-    fn line(&self, points: Vec<(f64, f64)>, sizes: Vec<i32>, stored: bool) -> Line {
-        let shape = match self.kernel {
-            Kernel::Polynomial => Shape::Circle,
-            Kernel::CubicSpline => Shape::Triangle,
-            Kernel::WendlandC2 => Shape::Square,
-            Kernel::InverseSquare => Shape::Cross,
-        };
-        let bases = ["eqs 25-27", "linear", "quadratic", "conservative"];
+    fn series(&self, points: Vec<(f64, f64)>, stored: bool) -> Series {
         let storage = if stored { ", f32" } else { "" };
-        Line {
-            style: if stored {
-                Style::Outlines(shape)
-            } else {
-                Style::Marks(shape)
-            },
-            colour: bases.iter().position(|basis| *basis == self.basis),
-            sizes,
-            ..Line::new(
-                format!("{}, {}{storage}", self.basis, self.kernel.name()),
-                points,
-            )
-        }
+        let name = format!("{}, {}{storage}", self.basis, self.kernel.name());
+        Series::dots(name, points)
     }
 }
 
@@ -251,7 +233,7 @@ fn cases(block: &Block) -> Vec<Case> {
     cases
 }
 
-fn main() {
+fn main() -> Result<(), StudyError> {
     let block = kuhn_block([17; 3], 1.0 / 17.0, 0.2, 1);
     println!("{} nodes, single evaluation thread", block.positions.len());
     println!(
@@ -265,7 +247,6 @@ fn main() {
     let mut best = [("linear", f64::INFINITY), ("quadratic", f64::INFINITY)];
     for group in cases.chunk_by(|a, b| (a.basis, a.kernel) == (b.basis, b.kernel)) {
         let (mut setup, mut step, mut narrow) = (Vec::new(), Vec::new(), Vec::new());
-        let mut sizes = Vec::new();
         for case in group {
             let (name, made) = (case.name(), &case.made);
             let [(error, time), (stored_error, stored_time)] = evaluate(&block, made);
@@ -275,8 +256,8 @@ fn main() {
                 "{name:<42} {pairs:>9.1} {:>9.2} {time:>9.1} {error:>9.2e} {stored_time:>9.1} {change:>10.1e}",
                 made.setup * 1e3
             );
-            rows.push(vec![
-                name.replace(", ", " / "),
+            rows.push([
+                name.clone(),
                 pairs.to_string(),
                 made.setup.to_string(),
                 time.to_string(),
@@ -286,7 +267,6 @@ fn main() {
             setup.push((made.setup * 1e3, error));
             step.push((time, error));
             narrow.push((stored_time, stored_error));
-            sizes.push([3, 4, 6, 8][case.support.unwrap_or(2)]);
             for best in &mut best {
                 if best.0 == case.basis {
                     best.1 = best.1.min(error);
@@ -297,25 +277,31 @@ fn main() {
                 "{name}: error {error}, f32 storage adds {change}"
             );
         }
-        setups.push(group[0].line(setup, sizes.clone(), false));
-        steps.push(group[0].line(step, sizes.clone(), false));
-        steps.push(group[0].line(narrow, sizes, true));
+        setups.push(group[0].series(setup, false));
+        steps.push(group[0].series(step, false));
+        steps.push(group[0].series(narrow, true));
     }
     assert!(
         best[1].1 < 0.5 * best[0].1,
         "the quadratic basis is the more accurate one: {best:?}"
     );
-    write_csv(
-        "speed_error.csv",
-        "stencil,pairs_per_node,setup_s,ns_per_node,error,ns_per_node_f32",
-        &rows,
-    );
-    let title = "Gradient, 5,832 nodes; marks grow: 16 x 1.3, 16 x 1.5, 16 x 2, 32 x 1.5";
+    let folder = folder_of("mls")?;
+    let header = [
+        "stencil",
+        "pairs_per_node",
+        "setup_s",
+        "ns_per_node",
+        "error",
+        "ns_per_node_f32",
+    ];
+    write_csv(&folder.join("speed_error.csv"), header, &rows)?;
+    let title = "Gradient, 5,832 nodes; supports 16 x 1.3, 16 x 1.5, 16 x 2, 32 x 1.5";
     for (file, axis, lines) in [
-        ("speed_error_setup.svg", "set-up (ms)", setups),
-        ("speed_error_step.svg", "evaluation (ns per node)", steps),
+        ("speed_error_setup", "set-up (ms)", setups),
+        ("speed_error_step", "evaluation (ns per node)", steps),
     ] {
         let axes = [axis, "relative rms error"];
-        write_plot(file, title, axes, true, &lines);
+        Plot::new(file, title, axes, [Scale::Logarithmic; 2], lines).write(&folder)?;
     }
+    Ok(())
 }

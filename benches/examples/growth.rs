@@ -1,6 +1,6 @@
 //! Time and memory against the number of nodes, from 1e3 to 1e6, as a table and a plot.
 //!
-//! `cargo run --release -p phyxel-discretize --example growth -- growth.svg [FILE]`; the built-in liver
+//! `cargo run --release -p benches --example growth -- FOLDER [FILE]`; the built-in liver
 //! where no mesh file is given. Each time is the best of three (of one from 300,000 nodes on), search
 //! for the spacing included.
 #![allow(
@@ -11,21 +11,17 @@
 
 use std::time::Instant;
 
+use benches::report::{Plot, Scale, Series};
 use phyxel_discretize::{
     Grading, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target, read_mesh, repair,
     sample_points, sample_tetrahedra,
 };
-use plotters::prelude::*;
-
-/// Nodes and seconds of one way of sampling.
-struct Curve {
-    name: &'static str,
-    points: Vec<(f64, f64)>,
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let out = arguments.next().ok_or("name the SVG file to write")?;
+    let out = arguments
+        .next()
+        .ok_or("name the folder to write growth.svg into")?;
     let solid = match arguments.next() {
         None => Solid::from(Shape::Liver),
         Some(file) => {
@@ -45,10 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("| nodes | way | time (s) | peak memory so far (MB) |\n|---:|---|---:|---:|");
     let mut curves = Vec::new();
     for (name, grading, points) in ways {
-        let mut curve = Curve {
-            name,
-            points: Vec::new(),
-        };
+        let mut points_of = Vec::new();
         for wanted in [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000] {
             let settings = SampleSettings {
                 target: Target::NodeCount(wanted),
@@ -70,13 +63,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 best = best.min(start.elapsed().as_secs_f64());
             }
             println!("| {nodes} | {name} | {best:.3} | {} |", peak_memory());
-            curve.points.push((nodes as f64, best));
+            points_of.push((nodes as f64, best));
         }
-        println!("slope of {name}: {:.2}\n", slope(&curve.points));
-        curves.push(curve);
+        println!("slope of {name}: {:.2}\n", slope(&points_of));
+        curves.push((name, points_of));
     }
-    plot(&out, &curves)?;
-    let steepest = curves.iter().map(|c| slope(&c.points)).fold(0.0, f64::max);
+    let steepest = curves.iter().map(|c| slope(&c.1)).fold(0.0, f64::max);
+    let series = curves.into_iter().map(|(name, points)| {
+        let name = format!("{name} (slope {:.2})", slope(&points));
+        Series::line(name, points)
+    });
+    Plot::new(
+        "growth",
+        "Time against the number of nodes",
+        ["nodes", "seconds"],
+        [Scale::Logarithmic; 2],
+        series.collect(),
+    )
+    .write(out.as_ref())?;
     assert!(steepest < 1.3, "time grows faster than the number of nodes");
     Ok(())
 }
@@ -97,48 +101,4 @@ fn peak_memory() -> String {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
     let kilobytes = line.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
     kilobytes.map_or_else(|| "?".to_owned(), |k| (k / 1024).to_string())
-}
-
-fn plot(out: &str, curves: &[Curve]) -> Result<(), Box<dyn std::error::Error>> {
-    let slowest = curves.iter().flat_map(|c| &c.points);
-    let slowest = slowest.map(|p| p.1).fold(1.0, f64::max);
-    let root = SVGBackend::new(out, (720, 480)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption("Time against the number of nodes", ("sans-serif", 20))
-        .margin(12)
-        .x_label_area_size(44)
-        .y_label_area_size(60)
-        .build_cartesian_2d(
-            (800.0..1.3e6).log_scale(),
-            (0.01..4.0 * slowest).log_scale(),
-        )?;
-    chart
-        .configure_mesh()
-        .x_desc("nodes")
-        .y_desc("seconds")
-        .x_label_formatter(&|x| format!("{x:e}"))
-        .y_label_formatter(&|y| format!("{y}"))
-        .draw()?;
-    let colors = [RED, BLUE, RGBColor(0, 130, 60)];
-    for (curve, color) in curves.iter().zip(colors) {
-        let label = format!("{} (slope {:.2})", curve.name, slope(&curve.points));
-        chart
-            .draw_series(LineSeries::new(curve.points.iter().copied(), &color))?
-            .label(label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color));
-        let dots = curve
-            .points
-            .iter()
-            .map(|p| Circle::new(*p, 3, color.filled()));
-        chart.draw_series(dots)?;
-    }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .border_style(BLACK)
-        .background_style(WHITE)
-        .draw()?;
-    root.present()?;
-    Ok(())
 }

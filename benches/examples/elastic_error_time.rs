@@ -14,19 +14,17 @@
 
 use std::time::Instant;
 
+use benches::StudyError;
+use benches::problems::cantilever as beam;
+use benches::report::{Plot, Scale, Series, folder_of, write_csv};
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Material, Precision, Settings};
 use phyxel_mls::{NearestSettings, Neighborhoods, k_nearest, within_radius};
-use study::{Line, write_csv, write_plot};
 use testkit::block::Block;
 use testkit::cloud::Random;
 use testkit::statics::Request;
 
-#[path = "../elastic_accuracy/beam.rs"]
-mod beam;
 #[path = "../../mls/examples/study/mod.rs"]
-mod study;
-
 const NU: f64 = 0.3;
 
 /// First period of a slender beam with E = 1 and unit density: `2 pi / 1.8751² sqrt(rho A L⁴ / E I)`.
@@ -107,13 +105,13 @@ struct Group {
     solutions: Vec<(f64, f64)>,
 }
 
-fn main() {
+fn main() -> Result<(), StudyError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    pool.expect("one thread").install(study);
+    pool.expect("one thread").install(study)
 }
 
-fn study() {
-    let mut rows: Vec<Vec<String>> = Vec::new();
+fn study() -> Result<(), StudyError> {
+    let mut rows: Vec<[String; 8]> = Vec::new();
     let mut groups: Vec<Group> = Vec::new();
     println!(
         "{:<9} {:<12} {:<24} {:<5} {:<16} {:>8} {:>9} {:>12}",
@@ -126,13 +124,9 @@ fn study() {
             outcome.error, outcome.step, outcome.solution
         );
         let numbers = [outcome.error, outcome.step, outcome.solution];
-        rows.push(
-            names
-                .iter()
-                .map(ToString::to_string)
-                .chain(numbers.iter().map(ToString::to_string))
-                .collect(),
-        );
+        let [a, b, c] = numbers.map(|number| number.to_string());
+        let [cloud, rule, material, precision, stabilisation] = names.map(str::to_owned);
+        rows.push([cloud, rule, material, precision, stabilisation, a, b, c]);
         let (a, b) = (
             (outcome.step, outcome.error.abs()),
             (outcome.solution, outcome.error.abs()),
@@ -207,20 +201,27 @@ fn study() {
         default_error < 3.0 && paper_error > 50.0,
         "default {default_error} %, dissertation {paper_error} %"
     );
-    write_csv(
-        "elastic_error_time.csv",
-        "cloud,rule,material,storage,stabilisation,error_percent,ms_per_step,ms_per_period",
-        &rows,
-    );
+    let folder = folder_of("elastic")?;
+    let header = [
+        "cloud",
+        "rule",
+        "material",
+        "storage",
+        "stabilisation",
+        "error_percent",
+        "ms_per_step",
+        "ms_per_period",
+    ];
+    write_csv(&folder.join("elastic_error_time.csv"), header, &rows)?;
     for (file, axis, second) in [
-        ("elastic_error_step.svg", "a force evaluation (ms)", false),
+        ("elastic_error_step", "a force evaluation (ms)", false),
         (
-            "elastic_error_solution.svg",
+            "elastic_error_solution",
             "one period of bending, explicit (ms)",
             true,
         ),
     ] {
-        let lines: Vec<Line> = groups
+        let lines: Vec<Series> = groups
             .iter()
             .map(|group| {
                 let points = if second {
@@ -228,15 +229,17 @@ fn study() {
                 } else {
                     &group.steps
                 };
-                Line::marks(&group.name, points.clone())
+                Series::dots(&group.name, points.clone())
             })
             .collect();
-        write_plot(
+        Plot::new(
             file,
             "Tip of a cantilever, 525 nodes, nu 0.3, one thread",
             [axis, "|error| of the tip (%)"],
-            true,
-            &lines,
-        );
+            [Scale::Logarithmic; 2],
+            lines,
+        )
+        .write(&folder)?;
     }
+    Ok(())
 }
