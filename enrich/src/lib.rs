@@ -10,7 +10,6 @@ mod graph;
 mod grid;
 mod index;
 mod joint;
-mod node_grid;
 mod obstacle;
 mod pieces;
 mod planar;
@@ -24,7 +23,7 @@ pub use comparators::{
 };
 pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::{CutError, GraphError};
-pub use face::{FaceAreas, NearestCut};
+pub use face::NearestCut;
 pub use factors::{FactorSettings, PairFactors, Touched};
 pub use glam;
 pub use graph::{Graph, Reach, Rows};

@@ -1,9 +1,8 @@
-//! Static equilibrium: Newton with load steps, and dynamic relaxation without a tangent.
+//! Static equilibrium: Newton with load steps.
 
 use crate::law::ForceLaw;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
 use crate::supports::Supports;
-use crate::vector::norm;
 use glam::DVec3;
 
 /// What acts on a body at rest.
@@ -134,125 +133,6 @@ pub fn solve_static(
         })
         .collect();
     Ok(report)
-}
-
-/// How to relax.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct RelaxSettings {
-    /// Stops when the norm of the unbalanced forces is below this share of the largest of: loads,
-    /// forces on supports, unbalanced forces at the start.
-    pub tolerance: f64,
-    /// Force evaluations at most.
-    pub evaluations: usize,
-}
-
-impl Default for RelaxSettings {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-6,
-            evaluations: 100_000,
-        }
-    }
-}
-
-/// What a relaxation took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RelaxReport {
-    /// Force evaluations.
-    pub evaluations: usize,
-    /// Norm of the unbalanced forces (N) at the end.
-    pub residual: f64,
-    /// What it is relative to (N).
-    pub scale: f64,
-    /// Energy (J) that the force law states.
-    pub energy: f64,
-}
-
-/// Moves `positions` (m) to static equilibrium with forces alone: explicit motion from rest whose
-/// velocities are set to zero at each peak of the kinetic energy (kinetic damping: Cundall 1976; Barnes
-/// 1999, doi:10.1260/0266351991494722).
-///
-/// * `masses` -- any positive masses; those that make all nodes equally fast converge best.
-/// * `step` -- below the critical one of these masses (s).
-///
-/// # Errors
-/// [`SolveError::NotFinite`], [`SolveError::TooManyIterations`], [`SolveError::BadStep`].
-///
-/// # Panics
-/// If slices are not for the same number of nodes.
-pub fn relax(
-    mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
-    positions: &mut [DVec3],
-    masses: &[f64],
-    supports: &Supports,
-    loads: &[DVec3],
-    step: f64,
-    settings: &RelaxSettings,
-) -> Result<RelaxReport, SolveError> {
-    let n = positions.len();
-    assert_eq!(masses.len(), n, "one mass per node");
-    assert_eq!(supports.node_count(), n, "supports for every node");
-    assert!(
-        loads.is_empty() || loads.len() == n,
-        "one load per node, or none"
-    );
-    if !(step.is_finite() && step > 0.0) {
-        return Err(SolveError::BadStep { step });
-    }
-    let mut velocities = vec![DVec3::ZERO; n];
-    let mut f = vec![DVec3::ZERO; n];
-    let mut scale = norm(loads);
-    let mut before = 0.0;
-    let mut at_peak = positions.to_vec();
-    for evaluations in 1..=settings.evaluations {
-        let energy = forces(positions, &mut f);
-        if let Some(node) = f.iter().position(|f| !f.is_finite()) {
-            return Err(SolveError::NotFinite { node });
-        }
-        for (f, load) in f.iter_mut().zip(loads) {
-            *f += *load;
-        }
-        let whole = norm(&f);
-        supports.project(&mut f);
-        let residual = norm(&f);
-        // What is not on free directions is carried by the supports.
-        scale = scale.max((whole * whole - residual * residual).max(0.0).sqrt());
-        if evaluations == 1 {
-            scale = scale.max(residual);
-        }
-        if residual <= settings.tolerance * scale || scale == 0.0 {
-            return Ok(RelaxReport {
-                evaluations,
-                residual,
-                scale,
-                energy,
-            });
-        }
-        let mut kinetic = 0.0;
-        for (((v, f), m), x) in velocities.iter_mut().zip(&f).zip(masses).zip(&*positions) {
-            debug_assert!(x.is_finite(), "positions stay finite");
-            *v += *f * (step / m);
-            kinetic += 0.5 * m * v.length_squared();
-        }
-        if kinetic < before {
-            // The peak lay a step ago: back there, and from rest.
-            positions.copy_from_slice(&at_peak);
-            velocities.fill(DVec3::ZERO);
-            before = 0.0;
-            continue;
-        }
-        before = kinetic;
-        at_peak.copy_from_slice(positions);
-        for (x, v) in positions.iter_mut().zip(&velocities) {
-            *x += *v * step;
-        }
-    }
-    Err(SolveError::TooManyIterations {
-        iterations: settings.evaluations,
-        relative: norm(&f) / scale,
-        node: 0,
-    })
 }
 
 #[cfg(test)]

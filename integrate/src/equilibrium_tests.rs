@@ -44,40 +44,6 @@ fn newton_converges_quadratically_to_round_off() {
 }
 
 #[test]
-fn relaxation_agrees_with_newton() {
-    let (mut network, rest, supports, loads) = hung();
-    let mut x = rest.clone();
-    let load = StaticLoad {
-        forces: &loads,
-        steps: 4,
-        ..StaticLoad::default()
-    };
-    let report = solve_static(
-        &mut network,
-        &mut x,
-        &supports,
-        &load,
-        &NewtonSettings::default(),
-    )
-    .unwrap();
-    assert_eq!(report.steps.len(), 4, "load steps");
-    let mut y = rest;
-    let settings = RelaxSettings {
-        tolerance: 1e-9,
-        ..RelaxSettings::default()
-    };
-    let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
-    let relaxed = relax(law, &mut y, &[1.0; 20], &supports, &loads, 0.05, &settings).unwrap();
-    for (x, y) in x.iter().zip(&y) {
-        assert!((*x - *y).length() < 1e-7, "{x} {y}");
-    }
-    assert!(
-        (relaxed.energy - report.energy).abs() < 1e-7 * report.energy,
-        "energy"
-    );
-}
-
-#[test]
 fn driven_supports_stretch_a_chain_evenly() {
     let mut chain = Chain::new(9, 3.0, 1.0);
     let rest = chain.rest.clone();
@@ -135,19 +101,6 @@ fn errors_say_what_is_missing() {
     };
     let error = solve_static(&mut network, &mut x, &free, &load, &settings).unwrap_err();
     assert!(error.to_string().contains("supports"), "{error}");
-    let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
-    let mut y = uniform(4, 1.0, 2);
-    let settings = RelaxSettings {
-        evaluations: 20,
-        ..RelaxSettings::default()
-    };
-    let error = relax(law, &mut y, &[1.0; 4], &free, &loads, 0.1, &settings);
-    assert!(
-        matches!(error, Err(SolveError::TooManyIterations { .. })),
-        "{error:?}"
-    );
-    let error = relax(law, &mut y, &[1.0; 4], &free, &loads, 0.0, &settings);
-    assert_eq!(error, Err(SolveError::BadStep { step: 0.0 }), "step");
 }
 
 /// A chain long enough that conjugate gradients need many iterations.

@@ -97,7 +97,7 @@ impl Motion {
         clippy::float_cmp,
         reason = "the same frame is one whose end has the same bits"
     )]
-    pub fn frame_step(
+    pub(crate) fn frame_step(
         &mut self,
         end: f64,
         largest: f64,

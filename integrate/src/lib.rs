@@ -37,7 +37,7 @@ pub use coupling::Coupling;
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
 };
-pub use equilibrium::{RelaxReport, RelaxSettings, StaticLoad, StaticReport, relax, solve_static};
+pub use equilibrium::{StaticLoad, StaticReport, solve_static};
 pub use error::{Cause, MotionError, StepError};
 pub use explicit::Applied;
 pub use glam;

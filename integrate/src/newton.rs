@@ -100,7 +100,7 @@ pub enum SolveError {
     /// No shorter step lowers the energy or the residual.
     #[error(
         "no descent at relative residual {relative:.2e} (largest at node {node}): \
-             the body may buckle or slide freely; add supports or damping, or relax dynamically"
+             the body may buckle or slide freely; add supports, or let it come to rest by damped motion"
     )]
     NoDescent {
         /// Unbalanced over scale.

@@ -197,31 +197,6 @@ fn cut_through_an_edge_and_a_vertex_of_the_node_lattice() {
 }
 
 #[test]
-fn face_areas_are_opposite_and_sum_to_the_cut_inside_the_body() {
-    let cloud = cloud();
-    let cuts = cut(
-        &vec![vec![blade(0.503, -0.3), blade(0.503, 0.6)]],
-        &settings(&cloud),
-    );
-    let areas = cuts.face_areas(&cloud.x, &inside, 3.0 / 12.0, 6);
-    testkit::tol::assert_within("area", areas.area, 0.6, 0.02);
-    assert_eq!(areas.lost, 0.0);
-    let (mut upper, mut lower) = (DVec3::ZERO, DVec3::ZERO);
-    for (x, vector) in cloud.x.iter().zip(&areas.vectors) {
-        // Nodes of the upper face look down on it: out of their half of the body is -y.
-        if x.y > 0.503 {
-            assert!(vector.y <= 0.0);
-            upper += *vector;
-        } else {
-            assert!(vector.y >= 0.0);
-            lower += *vector;
-        }
-    }
-    testkit::tol::assert_within("faces", (upper + lower).length(), 0.0, 1e-12);
-    testkit::tol::assert_within("upper", upper.distance(-areas.area * DVec3::Y), 0.0, 1e-12);
-}
-
-#[test]
 fn threads_do_not_change_a_bit() {
     let cloud = cloud();
     let cuts = cut(
