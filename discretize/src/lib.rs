@@ -44,14 +44,15 @@ pub use intersections::self_intersections;
 pub use mesh::{Bounds, Mesh};
 pub use octree::{Leaf, Octree};
 pub use order::{NodeOrder, space_filling_order};
-pub use points::{PointReport, PointSampling, sample_points};
+pub use points::{PointReport, PointSampling, estimate_point_nodes, sample_points};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{
     Format, MeshFile, Place, ReadError, ReadErrorKind, parse_mesh, read_mesh, read_point_cloud,
 };
 pub use repair::{MeshReport, RepairSettings, repair};
 pub use sampling::{
-    SampleSettings, Sampling, SamplingReport, Target, sample_tetrahedra, surface_mesh,
+    SampleSettings, Sampling, SamplingReport, Target, estimate_tetrahedra_nodes, sample_tetrahedra,
+    surface_mesh,
 };
 pub use solid::{LevelSet, Shape, Solid};
 pub use sums::{

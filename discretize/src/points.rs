@@ -90,6 +90,13 @@ impl fmt::Display for PointReport {
     }
 }
 
+/// About how many nodes [`sample_points`] makes in a volume (m³) at one spacing (m): one in each cube of it;
+/// more with nodes on the surface.
+#[must_use]
+pub fn estimate_point_nodes(volume: f64, spacing: f64) -> f64 {
+    volume / (spacing * spacing * spacing)
+}
+
 /// Samples a body with the centres of cubic cells, and with surface points a cell apart if
 /// `on_surface` is set (nodes that all lie inside cost ten times the error in bending).
 ///

@@ -160,6 +160,13 @@ impl fmt::Display for SamplingReport {
     }
 }
 
+/// About how many nodes [`sample_tetrahedra`] makes in a volume (m³) at one spacing (m): 1.57 in each cube
+/// of it, as a body-centred lattice whose mean edge is the spacing has; more on a thin body's surface.
+#[must_use]
+pub fn estimate_tetrahedra_nodes(volume: f64, spacing: f64) -> f64 {
+    1.57 * volume / (spacing * spacing * spacing)
+}
+
 /// Samples a body with tetrahedra whose corners are the nodes; nodes lie on the surface and inside.
 ///
 /// Isosurface stuffing (Labelle & Shewchuk 2007) on a body-centred cubic lattice or, where the

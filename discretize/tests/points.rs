@@ -11,7 +11,8 @@ use common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, sh
 use glam::DVec3;
 use phyxel_discretize::{
     Grading, PointSampling, Refinement, SampleError, SampleSettings, Shape, Solid, Target,
-    parse_mesh, read_mesh, repair, sample_points, surface_mesh,
+    estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points,
+    sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
 use testkit::tol::{assert_below, assert_relative};
@@ -187,5 +188,37 @@ proptest! {
         check("blob", &s);
         blob.check_none_outside(&s.positions);
         assert_eq!(s, on_threads(2, run), "threads");
+    }
+}
+
+/// The counts told before sampling are those made, but for the surface's share.
+#[test]
+fn estimates_are_near_what_is_made() {
+    let ball = Solid::from(Shape::Ellipsoid {
+        semi_axes: DVec3::splat(0.1),
+    });
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
+    for spacing in [0.016, 0.01] {
+        let settings = SampleSettings {
+            target: Target::Spacing(spacing),
+            ..SampleSettings::default()
+        };
+        let tetrahedra = sample_tetrahedra(&ball, &settings).unwrap().positions.len() as f64;
+        let points = sample_points(&ball, &settings, false)
+            .unwrap()
+            .positions
+            .len() as f64;
+        // Nodes on the surface stand for half a cell: 6 spacings across and more.
+        let least = 1.0..1.0 + 6.0 * spacing / 0.1;
+        let over = tetrahedra / estimate_tetrahedra_nodes(volume, spacing);
+        assert!(
+            least.contains(&over),
+            "{tetrahedra} nodes, {over} of the estimate"
+        );
+        let over = points / estimate_point_nodes(volume, spacing);
+        assert!(
+            (0.8..1.25).contains(&over),
+            "{points} points, {over} of the estimate"
+        );
     }
 }

@@ -49,10 +49,62 @@ impl Splats {
         }
         out
     }
+
+    /// Mean curvature (1/m) of the carried surface at one splat, positive where it bulges: half the
+    /// trace of the second fundamental form in the metric of the disk's axes.
+    ///
+    /// As good as the normals' change over a disk: a few percent on a smooth surface, nothing across a
+    /// crease. Not finite for a disk without area.
+    ///
+    /// # Panics
+    /// If there is no such splat.
+    #[must_use]
+    pub fn mean_curvature(&self, splat: usize) -> f64 {
+        let (u, v) = (self.axes_u[splat], self.axes_v[splat]);
+        let (a, b) = (self.bends_u[splat], self.bends_v[splat]);
+        let [uu, uv, vv] = [u.dot(u), u.dot(v), v.dot(v)];
+        let determinant = uu * vv - uv * uv;
+        0.5 * (a.dot(u) * vv - (a.dot(v) + b.dot(u)) * uv + b.dot(v) * uu) / determinant
+    }
 }
 
 /// Change of the rest normal per metre along the two tangents.
 #[inline]
 pub(crate) fn bends(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
     [t0 * shape.x + t1 * shape.y, t0 * shape.y + t1 * shape.z]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat3, DVec3};
+
+    use super::*;
+    use crate::{Tissue, TissueSettings};
+
+    #[test]
+    fn curvature_of_a_swollen_ball_is_its_new_radius() {
+        // A golden spiral on a ball of 0.1 m, one node.
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        for i in 0..2_000 {
+            let y = 1.0 - (f64::from(i) + 0.5) / 1_000.0;
+            let ring = (1.0 - y * y).sqrt();
+            let (sine, cosine) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
+            let out = DVec3::new(ring * cosine, y, ring * sine);
+            positions.push(0.1 * out);
+            normals.push(out);
+        }
+        let areas = vec![4.0 * std::f64::consts::PI * 0.01 / 2_000.0; 2_000];
+        let settings = TissueSettings::default();
+        let tissue = Tissue::new(&positions, &normals, &areas, &[DVec3::ZERO], &settings);
+        let mut splats = Splats::default();
+        let doubled = [DMat3::IDENTITY * 2.0];
+        tissue
+            .expect("it binds")
+            .carry_into(&[DVec3::ZERO], &doubled, &mut splats);
+        for i in 0..2_000 {
+            let found = splats.mean_curvature(i);
+            // 1 / 0.2 m; the least squares over eight neighbours are 2 % off at worst.
+            assert!((found - 5.0).abs() < 0.1, "{found} at {i}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Surfaces coloured by a quantity.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::Vec3;
+use phyxel_elastic::von_mises_stress;
 use phyxel_splat::{Binding, ColorScale, Splats, Surfels, Tissue};
 use rayon::prelude::*;
 
@@ -31,7 +32,7 @@ pub(super) fn colors(
     let stress: Vec<f64> = match coloring {
         Coloring::Stress { .. } => (0..body.rest.len())
             .into_par_iter()
-            .map(|node| von_mises(body.elastic.cauchy_stress(node)))
+            .map(|node| von_mises_stress(body.elastic.cauchy_stress(node)))
             .collect(),
         _ => Vec::new(),
     };
@@ -42,7 +43,7 @@ pub(super) fn colors(
                 Coloring::Tissue => f64::NAN,
                 Coloring::Displacement { .. } => 1e3 * moved(surfels, splats, i),
                 Coloring::Stress { .. } => 1e-3 * of_nodes(&stress, tissue.binding(), i),
-                Coloring::Curvature { .. } => mean_curvature(splats, i),
+                Coloring::Curvature { .. } => splats.mean_curvature(i),
             })
         })
         .collect_into_vec(colors);
@@ -59,27 +60,10 @@ fn of_nodes(values: &[f64], binding: &Binding, i: usize) -> f64 {
     pairs.map(|(&node, w)| w * values[node as usize]).sum()
 }
 
-/// Mean curvature (1/m) of the carried surface, positive where it bulges: half the trace of the
-/// second fundamental form in the metric of the disk's axes.
-fn mean_curvature(splats: &Splats, i: usize) -> f64 {
-    let (u, v) = (splats.axes_u[i], splats.axes_v[i]);
-    let (a, b) = (splats.bends_u[i], splats.bends_v[i]);
-    let [uu, uv, vv] = [u.dot(u), u.dot(v), v.dot(v)];
-    let determinant = uu * vv - uv * uv;
-    0.5 * (a.dot(u) * vv - (a.dot(v) + b.dot(u)) * uv + b.dot(v) * uu) / determinant
-}
-
-/// Equivalent stress `sqrt(3/2 s:s)` of a Cauchy stress with the deviator `s` (Pa).
-pub(crate) fn von_mises(stress: DMat3) -> f64 {
-    let pressure = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
-    let deviator = stress - DMat3::from_diagonal(DVec3::splat(pressure));
-    let squares: f64 = deviator.to_cols_array().iter().map(|s| s * s).sum();
-    (1.5 * squares).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{DMat3, DVec3};
     use phyxel_splat::TissueSettings;
 
     /// A golden spiral on a ball of 0.1 m, one node.
@@ -99,18 +83,6 @@ mod tests {
     }
 
     #[test]
-    fn curvature_of_a_swollen_ball_is_its_new_radius() {
-        let tissue = ball();
-        let mut splats = Splats::default();
-        tissue.carry_into(&[DVec3::ZERO], &[DMat3::IDENTITY * 2.0], &mut splats);
-        for i in 0..2_000 {
-            let found = mean_curvature(&splats, i);
-            // 1 / 0.2 m; the least squares over eight neighbours are 2 % off at worst.
-            assert!((found - 5.0).abs() < 0.1, "{found} at {i}");
-        }
-    }
-
-    #[test]
     fn displacement_is_that_of_the_surfels() {
         let tissue = ball();
         let mut splats = Splats::default();
@@ -118,12 +90,5 @@ mod tests {
         for i in 0..2_000 {
             assert!((moved(tissue.surfels(), &splats, i) - 1.0).abs() < 1e-12);
         }
-    }
-
-    #[test]
-    fn equivalent_stress_of_tension_is_the_tension() {
-        let tension = DMat3::from_diagonal(DVec3::new(3.0, 0.0, 0.0));
-        assert!((von_mises(tension) - 3.0).abs() < 1e-14);
-        assert!(von_mises(DMat3::IDENTITY * 7.0) < 1e-14);
     }
 }

@@ -1,7 +1,7 @@
 //! Pictures of the world: surfels on the bodies, new skin in cuts, tools and blades.
 
 mod camera;
-pub(crate) mod coloring;
+mod coloring;
 mod reach;
 mod sampling;
 mod style;

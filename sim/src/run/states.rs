@@ -2,11 +2,11 @@
 //! rate.
 
 use phyxel_discretize::{Field, Surfels, ply_surfels, vtk_points, vtk_tetrahedra};
+use phyxel_elastic::von_mises_stress;
 use serde::{Deserialize, Serialize};
 
 use crate::output::{OutputError, OutputFolder};
 use crate::picture::Painter;
-use crate::picture::coloring::von_mises;
 use crate::world::{Body, World};
 
 /// Name of the folder of periodic states.
@@ -127,7 +127,7 @@ fn write(
 
 fn vtk(body: &Body) -> Vec<u8> {
     let stress: Vec<f64> = (0..body.rest.len())
-        .map(|node| von_mises(body.elastic.cauchy_stress(node)))
+        .map(|node| von_mises_stress(body.elastic.cauchy_stress(node)))
         .collect();
     let fields = [
         ("rest_position_m", Field::Vectors(&body.rest)),

@@ -28,7 +28,7 @@ use glam::DVec3;
 pub use body::Body;
 pub use cutting::{Capture, CutEnergy, Cutting, Moment};
 pub use error::{BodyProblem, WorldError};
-pub use factors::{Factors, Grids};
+pub use factors::Factors;
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError};
 pub use parts::Part;

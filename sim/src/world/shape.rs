@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
     Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Shape as Primitive,
-    Solid, Target, read_mesh, repair, sample_points, sample_tetrahedra,
+    Solid, Target, estimate_point_nodes, estimate_tetrahedra_nodes, read_mesh, repair,
+    sample_points, sample_tetrahedra,
 };
 
 use super::error::{BodyProblem, WorldError};
@@ -194,13 +195,11 @@ fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), Bo
         .map(phyxel_discretize::Mesh::volume)
         .or_else(|| body.shape.rough_volume())
         .unwrap_or(0.0);
-    // A body-centred lattice whose mean edge is the spacing has 1.57 nodes in a spacing cubed.
-    let density = match wish.form {
-        Form::Tetrahedra => 1.57,
-        Form::Points => 1.0,
+    let estimate = match wish.form {
+        Form::Tetrahedra => estimate_tetrahedra_nodes(volume, spacing),
+        Form::Points => estimate_point_nodes(volume, spacing),
     };
     let limit = wish.limit;
-    let estimate = density * volume / (spacing * spacing * spacing);
     if estimate > f64::from(limit) {
         return Err(BodyProblem::TooManyNodes {
             spacing,
