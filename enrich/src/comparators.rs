@@ -1,103 +1,15 @@
-//! Fields of a cut to compare with, and the closed-form solid angle.
+//! What exists to be compared with: the dissertation's enrichment grids (Aras 2014, chapter 3 and section
+//! 5.6), its fields and their product, closed-form angles, and cuts in the plane. No default uses any of it.
 
-use std::f64::consts::TAU;
+mod fields;
+mod grid;
+mod grid_factors;
+mod planar;
 
-use glam::{DVec2, DVec3};
-
-use crate::cuts::Cuts;
-use crate::face::nearest_on_triangle;
-
-/// Enrichment by one plane segment in its own frame: `φ = s / d2` (Aras 2014, eqs. (34)–(37)).
-///
-/// 1 to the left of the segment, −1 to the right, smooth round its ends; 1 on the segment itself.
-///
-/// # Examples
-/// ```
-/// use glam::DVec2;
-/// let phi = phyxel_enrich::segment_enrichment([DVec2::ZERO, DVec2::X], DVec2::new(1.3, 0.4));
-/// assert!((phi - 0.8).abs() < 1e-15);
-/// ```
-#[must_use]
-pub fn segment_enrichment(segment: [DVec2; 2], point: DVec2) -> f64 {
-    let [a, b] = segment;
-    let length = a.distance(b);
-    if length <= 0.0 {
-        return 1.0;
-    }
-    let along = (b - a) / length;
-    let (t, s) = (along.dot(point - a), along.perp_dot(point - a));
-    let d_s = (t - 0.5 * length).abs() - 0.5 * length; // eq. (35)
-    let d_1 = 0.5 * (d_s + d_s.abs()); // eq. (36)
-    ratio(s, d_1)
-}
-
-/// Enrichment by one triangle in its own frame: `φ = s / d3` (Aras 2014, eqs. (47)–(48)).
-#[must_use]
-pub fn triangle_enrichment(triangle: [DVec3; 3], point: DVec3) -> f64 {
-    let [p, q, r] = triangle;
-    let normal = (q - p).cross(r - p).normalize_or_zero();
-    let s = normal.dot(point - p);
-    let projected = point - s * normal;
-    ratio(
-        s,
-        nearest_on_triangle(triangle, projected).distance(projected),
-    )
-}
-
-fn ratio(s: f64, d_plus: f64) -> f64 {
-    let d = d_plus.hypot(s);
-    if d > 0.0 { s / d } else { 1.0 }
-}
-
-/// Product of `(1 + φ_l) / 2` over consecutive segments (Aras 2014, eq. (38)), the way that the
-/// dissertation's fig. 23 shows to be wrong: it falls with every subdivision of the cut.
-#[must_use]
-pub fn product_of_segments(polyline: &[DVec2], point: DVec2) -> f64 {
-    polyline
-        .windows(2)
-        .map(|w| 0.5 * (1.0 + segment_enrichment([w[0], w[1]], point)))
-        .product()
-}
-
-/// Signed solid angle of a triangle (sr), positive on the side that its normal points to; 0 at its
-/// corners (Van Oosterom and Strackee 1983).
-#[must_use]
-pub fn triangle_solid_angle(triangle: [DVec3; 3], point: DVec3) -> f64 {
-    let [a, b, c] = triangle.map(|v| v - point);
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let numerator = a.dot(b.cross(c));
-    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    // The triple product is positive where the normal points away from the point.
-    -2.0 * numerator.atan2(denominator)
-}
-
-/// Angle under which a polyline is seen (rad), positive to its left; the plane's solid angle.
-#[must_use]
-pub fn polyline_angle(polyline: &[DVec2], point: DVec2) -> f64 {
-    polyline
-        .windows(2)
-        .map(|w| {
-            let (a, b) = (w[0] - point, w[1] - point);
-            a.perp_dot(b).atan2(a.dot(b))
-        })
-        .sum()
-}
-
-impl Cuts {
-    /// Signed solid angle of the whole cut (sr): jumps by 4π across it, harmonic elsewhere.
-    ///
-    /// Its half sign is a cheap side label near the middle of a cut; it is not a weight (see the
-    /// crate's page). Work in proportion to the number of triangles.
-    #[must_use]
-    pub fn solid_angle(&self, point: DVec3) -> f64 {
-        (0..self.triangle_count())
-            .map(|t| triangle_solid_angle(self.triangle(t), point))
-            .sum()
-    }
-
-    /// Solid angle as an enrichment, `Ω / 2π`: about ±1 beside the cut, 0 far from it.
-    #[must_use]
-    pub fn angle_enrichment(&self, point: DVec3) -> f64 {
-        self.solid_angle(point) / TAU
-    }
-}
+pub use fields::{
+    polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,
+    triangle_solid_angle,
+};
+pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
+pub use grid_factors::GridFactors;
+pub use planar::PlanarCuts;

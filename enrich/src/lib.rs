@@ -7,20 +7,18 @@ mod face;
 mod factors;
 mod forest;
 mod graph;
-mod grid;
-mod grid_factors;
 mod index;
 mod joint;
 mod obstacle;
 mod pieces;
-mod planar;
 mod predicate;
 mod rule;
 mod way;
 
 pub use comparators::{
-    polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,
-    triangle_solid_angle,
+    Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, PlanarCuts,
+    grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
+    triangle_enrichment, triangle_solid_angle,
 };
 pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::{CutError, GraphError};
@@ -28,12 +26,9 @@ pub use face::NearestCut;
 pub use factors::{FactorSettings, PairFactors, Touched};
 pub use glam;
 pub use graph::{Graph, Reach, Rows};
-pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
-pub use grid_factors::GridFactors;
 pub use index::Bounds;
 pub use obstacle::{Bend, Obstacle};
 pub use pieces::{Pieces, connected_pieces, nodes_in_small_pieces};
-pub use planar::PlanarCuts;
 pub use rule::{Rule, Scratch};
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::grid::{EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 use crate::graph::Graph;
-use crate::grid::{EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 
 /// The dissertation's enrichment grids and what they make of the pairs (Aras 2014, eqs. (39)-(48),
 /// (64)): a grid for each stroke, built anew with each edge of its blade. For comparison with
