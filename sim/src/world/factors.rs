@@ -12,7 +12,7 @@ use super::error::BodyProblem;
 use crate::scene::CutRule;
 
 /// Factors of either kind.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Factors {
     /// Pair by pair, where a cut crosses it.
     Pairs(PairFactors),
@@ -21,7 +21,7 @@ pub enum Factors {
 }
 
 /// The dissertation's enrichment grids and what they make of the pairs.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Grids {
     settings: GridSettings,
     radii: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct Grids {
 }
 
 /// Where a stroke's blade was.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Blades {
     stroke: usize,
     /// Ends of the edge at each capture, in material coordinates (m).
