@@ -237,8 +237,13 @@ impl Solid {
                     area: 2.0 * size.dot(DVec3::new(size.y, size.z, size.x)),
                 }
             }
-            Kind::Implicit(_) => *self.grid_measures.get_or_init(|| measures_by_grid(self)),
+            Kind::Implicit(_) => self.grid_measures(),
         }
+    }
+
+    /// Volume and area by a grid's points in the box, told once: it takes 1e5 looks at the body.
+    pub(crate) fn grid_measures(&self) -> Measures {
+        *self.grid_measures.get_or_init(|| measures_by_grid(self))
     }
 
     /// Whether `p` is inside.

@@ -225,10 +225,10 @@ fn shells_that_add_nothing_are_dropped_and_told() {
     }
 }
 
-/// A tube whose section turns over on its way round: a Klein bottle.
-#[test]
-fn a_surface_of_one_side_is_named() {
-    let (around, across) = (40_u32, 21_u32);
+/// A tube whose section, an eight, turns over on its way round: a Klein bottle of `across` corners to the
+/// section. Its sheets pass through each other along a circle, at corners if there is an even number.
+fn klein_bottle(across: u32) -> Mesh {
+    let around = 40_u32;
     let angle = |k: u32, n: u32| std::f64::consts::TAU * f64::from(k) / f64::from(n);
     let vertices = (0..around).flat_map(|i| {
         (0..across).map(move |j| {
@@ -248,12 +248,33 @@ fn a_surface_of_one_side_is_named() {
         let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
         [[a, b, c], [a, c, d]]
     });
-    let mesh = Mesh {
+    Mesh {
         vertices: vertices.collect(),
         triangles: triangles.collect(),
-    };
-    let error = repair(&mesh, &RepairSettings::default()).unwrap_err();
-    assert!(matches!(error, RepairError::OneSided { .. }), "{error}");
+    }
+}
+
+/// Also where every triangle has corners of its own, as in an STL file, and they are welded.
+#[test]
+fn a_surface_of_one_side_is_named() {
+    for across in [21, 22] {
+        let mesh = klein_bottle(across);
+        let soup = Mesh {
+            vertices: (0..mesh.triangles.len())
+                .flat_map(|t| mesh.corners(t))
+                .collect(),
+            triangles: (0..u32::try_from(mesh.triangles.len()).unwrap())
+                .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
+                .collect(),
+        };
+        for mesh in [mesh, soup] {
+            let error = repair(&mesh, &RepairSettings::default()).unwrap_err();
+            assert!(
+                matches!(error, RepairError::OneSided { .. }),
+                "{across}: {error}"
+            );
+        }
+    }
 }
 
 /// A cuboid, turned about two axes.
@@ -264,6 +285,52 @@ fn cuboid(size: DVec3, angle: f64) -> Mesh {
         .iter_mut()
         .for_each(|v| *v = turn * (*v * size));
     mesh
+}
+
+/// An L of a thick and a thin arm, turned about two axes: its thickness in the mean is neither's.
+#[test]
+fn the_number_of_nodes_that_is_advised_for_a_body_of_two_thicknesses_works() {
+    let floor = [
+        [0.0, 0.0],
+        [1.0, 0.0],
+        [1.0, 0.015],
+        [0.06, 0.015],
+        [0.06, 1.0],
+        [0.0, 1.0],
+    ];
+    let corner = |z: f64| floor.map(|[x, y]| DVec3::new(x, y, z));
+    let fan = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+    let mut triangles: Vec<[u32; 3]> = (0..6_u32)
+        .flat_map(|k| fan([k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]))
+        .collect();
+    for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]] {
+        triangles.push([a, c, b]);
+        triangles.push([a + 6, b + 6, c + 6]);
+    }
+    let turn = glam::DMat3::from_rotation_x(0.4) * glam::DMat3::from_rotation_z(0.6);
+    let mesh = Mesh {
+        vertices: [corner(0.0), corner(0.7)]
+            .concat()
+            .into_iter()
+            .map(|v| turn * v)
+            .collect(),
+        triangles,
+    };
+    let solid = Solid::from_mesh(repair(&mesh, &RepairSettings::default()).unwrap().0);
+    let at = |nodes| SampleSettings {
+        target: Target::NodeCount(nodes),
+        ..SampleSettings::default()
+    };
+    let refused = sample_tetrahedra(&solid, &at(400)).unwrap_err();
+    let SampleError::Thin { advice, .. } = refused else {
+        panic!("{refused}");
+    };
+    let found = sample_tetrahedra(&solid, &at(advice)).unwrap();
+    let error = found.report.volume_error.unwrap();
+    assert!(
+        error.abs() < 0.15,
+        "volume off by {error} with {advice} nodes"
+    );
 }
 
 /// Too few nodes for a plate, a needle or a body with a spike are refused at once, with a number that

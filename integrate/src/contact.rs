@@ -134,6 +134,35 @@ impl Contact {
         }
     }
 
+    /// Whether it can be one with a body of so many nodes: lists as long as its surface, indices within
+    /// the body, finite numbers. One that comes from a file may not be.
+    #[must_use]
+    pub fn is_sound(&self, node_count: usize) -> bool {
+        let points = self.surface.point_count();
+        let fits = |length: usize| length == 0 || length == points;
+        let numbers = self.multipliers.iter().chain(&self.limits);
+        let settings = &self.settings;
+        self.surface.is_sound(node_count)
+            && fits(self.multipliers.len())
+            && fits(self.anchors.len())
+            && fits(self.limits.len())
+            && (settings.friction == 0.0 || self.anchors.len() == points)
+            && self
+                .sticking
+                .iter()
+                .all(|&point| (point as usize) < self.anchors.len())
+            && numbers.copied().all(f64::is_finite)
+            && self
+                .anchors
+                .iter()
+                .flatten()
+                .all(|anchor| anchor.is_finite())
+            && settings.penalty.is_finite()
+            && settings.penalty > 0.0
+            && settings.friction.is_finite()
+            && settings.friction >= 0.0
+    }
+
     /// The surface.
     #[must_use]
     pub fn surface(&self) -> &ContactSurface {

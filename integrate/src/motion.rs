@@ -438,6 +438,40 @@ impl Motion {
         self.warning = None;
     }
 
+    /// Whether a state is one of this motion: as many nodes, and every number finite. One that comes from
+    /// a file may not be.
+    #[must_use]
+    pub fn fits(&self, state: &State) -> bool {
+        let n = self.node_count();
+        let audit = &state.audit;
+        let energies = [
+            audit.kinetic,
+            audit.elastic,
+            audit.load_work,
+            audit.applied_work,
+            audit.support_work,
+            audit.dissipated,
+            audit.booked,
+            audit.initial,
+        ];
+        let frame = state.frame.is_none_or(|frame| {
+            frame.start.is_finite() && frame.end.is_finite() && frame.done <= frame.steps
+        });
+        let whole = [&state.positions, &state.velocities];
+        let maybe = [&state.forces, &state.applied, &state.viscous];
+        frame
+            && whole.iter().all(|list| list.len() == n)
+            && maybe.iter().all(|list| list.is_empty() || list.len() == n)
+            && whole
+                .iter()
+                .chain(&maybe)
+                .all(|list| list.iter().all(|x| x.is_finite()))
+            && energies.iter().all(|energy| energy.is_finite())
+            && audit.momentum.is_finite()
+            && state.time.is_finite()
+            && state.load_origin.is_finite()
+    }
+
     /// Forces of the supports on the body (N), with the index of their node: what holds the node
     /// where it is, or drives it along its path, against all other forces on it; a driven node's own
     /// inertia is left out. As of the last evaluation of the forces.

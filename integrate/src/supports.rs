@@ -59,10 +59,11 @@ impl Supports {
         supports
     }
 
-    /// Heap bytes of the entries and of the table that finds them by node.
+    /// Heap bytes of the entries, their paths and the table that finds them by node.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.entry) + size_of_val(&*self.supports) + size_of_val(&*self.paths)
+        let keys: usize = self.paths.iter().map(Path::bytes).sum();
+        keys + size_of_val(&*self.entry) + size_of_val(&*self.supports) + size_of_val(&*self.paths)
     }
 
     /// Number of nodes, free or not.
@@ -176,7 +177,7 @@ impl Supports {
     /// Position (m) and velocity (m/s) of a driven node; only their held parts count.
     pub(crate) fn target(&self, support: &Support, time: f64) -> Option<(DVec3, DVec3)> {
         let path = self.paths.get(support.path? as usize)?;
-        let (displacement, velocity) = path.at(time);
+        let (displacement, velocity) = path.of(support.origin, time);
         Some((support.origin + displacement, velocity))
     }
 

@@ -92,6 +92,34 @@ impl ContactSurface {
         Ok(surface.numbered())
     }
 
+    /// Whether its indices lie within a body of so many nodes and its numbers are finite, as those of a
+    /// surface read from a file may not.
+    pub(crate) fn is_sound(&self, node_count: usize) -> bool {
+        let below = |list: &[u32], end: usize| list.iter().all(|&index| (index as usize) < end);
+        let mut points = 0;
+        let groups = self.groups.iter().all(|group| {
+            let [first, end] = group.nodes.map(|node| node as usize);
+            let [begin, last] = group.points.map(|point| point as usize);
+            let follows = begin == points && begin <= last && first <= end;
+            points = last;
+            follows
+                && end <= self.nodes.len()
+                && (last - begin)
+                    .checked_mul(end - first)
+                    .and_then(|weights| weights.checked_add(group.weights as usize))
+                    .is_some_and(|weights| weights <= self.weights.len())
+        });
+        groups
+            && points == self.areas.len()
+            && below(&self.members, node_count)
+            && below(&self.nodes, self.members.len())
+            && self
+                .areas
+                .iter()
+                .chain(&self.weights)
+                .all(|x| x.is_finite())
+    }
+
     /// Nodes with their tributary areas (m²): a third of the adjacent triangles' each. Softer than
     /// triangles by 3 to 17 % in force at some thousand nodes, and cheaper.
     ///

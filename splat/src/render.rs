@@ -193,7 +193,7 @@ impl Renderer {
         frame
     }
 
-    fn surface(&self, material: u8) -> &Surface {
+    fn surface(&self, material: u16) -> &Surface {
         let surfaces = &self.settings.surfaces;
         surfaces.get(usize::from(material)).unwrap_or(&self.plain)
     }

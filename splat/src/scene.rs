@@ -129,7 +129,7 @@ pub struct SplatView<'a> {
     /// Linear colour per splat.
     pub colors: &'a [Vec3],
     /// Material id per splat, an index into [`crate::RenderSettings::surfaces`].
-    pub materials: &'a [u8],
+    pub materials: &'a [u16],
     /// Rest positions (m): the texture coordinates of relief and images.
     pub texture_points: &'a [DVec3],
     /// Rest normals: how texture coordinates vary over a disk; empty: they are constant over each.

@@ -20,7 +20,7 @@ pub struct Surfels {
     /// curvature, positive where the surface bulges outwards.
     pub shapes: Vec<DVec3>,
     /// Material id, an index into the surfaces that the renderer knows.
-    pub materials: Vec<u8>,
+    pub materials: Vec<u16>,
 }
 
 impl Surfels {
@@ -92,7 +92,7 @@ impl Surfels {
     }
 
     /// Appends one flat surfel; `normal` is taken as it is.
-    pub fn push(&mut self, position: DVec3, normal: DVec3, area: f64, radius: f64, material: u8) {
+    pub fn push(&mut self, position: DVec3, normal: DVec3, area: f64, radius: f64, material: u16) {
         self.positions.push(position);
         self.normals.push(normal);
         self.areas.push(area);

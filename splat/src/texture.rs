@@ -7,9 +7,9 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Material id of the outer surface.
-pub const CAPSULE: u8 = 0;
+pub const CAPSULE: u16 = 0;
 /// Material id of new skin in a cut.
-pub const PARENCHYMA: u8 = 1;
+pub const PARENCHYMA: u16 = 1;
 
 /// Colours of an organ's outside and inside.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ impl TissueTexture {
 
     /// Linear colour at a rest point.
     #[must_use]
-    pub fn color(&self, at: DVec3, material: u8) -> Vec3 {
+    pub fn color(&self, at: DVec3, material: u16) -> Vec3 {
         let p = (at / self.patch).as_vec3();
         if material == CAPSULE {
             let broad = 0.5 + 0.9 * fractal_noise(p, 3);

@@ -8,7 +8,7 @@ use crate::graph::Graph;
 /// The dissertation's enrichment grids and what they make of the pairs (Aras 2014, eqs. (39)-(48),
 /// (64)): a grid for each stroke, built anew with each edge of its blade. For comparison with
 /// [`crate::PairFactors`]; takes the two ends of an edge alone.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct GridFactors {
     settings: GridSettings,
     radii: Vec<f64>,
@@ -18,7 +18,7 @@ pub struct GridFactors {
 }
 
 /// Where a stroke's blade was.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Blades {
     stroke: usize,
     /// Ends of the edge at each capture (m).

@@ -1,22 +1,20 @@
 //! A session shown to clients: what they ask for is done, what moves is sent, at the pace of the clock.
 
+mod control;
+mod events;
+mod send;
+
 use std::path::PathBuf;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
-use glam::{DQuat, DVec3};
-use phyxel_live::{
-    ClientId, Control, Event, Hand, MAX_CLIENTS, Phase, Server, To, Told, encode_force,
-    encode_nodes, encode_state,
-};
+use phyxel_live::{ClientId, MAX_CLIENTS, Server, To, Told};
 
-use super::hands::resampled;
 use super::session::{Session, SessionError};
-use super::skin::{Skins, plain};
+use super::skin::Skins;
 use super::sources::Sources;
-use super::told::{bodies_of, scene_of, stats_of, tool_states};
 use crate::output::{Interrupt, OutputFolder};
-use crate::scene::{Pose, Scene};
+use crate::scene::Scene;
 
 /// Length of a tick: events are taken and a state is offered between two.
 const TICK: Duration = Duration::from_millis(4);
@@ -32,8 +30,6 @@ const SLEEP: Duration = Duration::from_millis(500);
 const STATS: Duration = Duration::from_millis(200);
 /// Steps in a row that must succeed after a loss; another loss before them stops the clock.
 const SOUND_STEPS: u64 = 200;
-/// Largest picture (pixels to a side) that a client may ask for.
-const LARGEST_PICTURE: u32 = 4096;
 
 /// How a session is served.
 #[derive(Debug, Clone)]
@@ -72,6 +68,7 @@ pub fn serve(
         seen: [0; MAX_CLIENTS],
         owners: Owners::default(),
         fresh: false,
+        hurried: false,
         clock: Clock::default(),
         lost_at: None,
         told: Instant::now(),
@@ -139,6 +136,8 @@ struct Show {
     owners: Owners,
     /// Whether there is a state that no client was offered.
     fresh: bool,
+    /// Whether a hand moved since the last step: it is answered before the tick is over.
+    hurried: bool,
     clock: Clock,
     /// Steps taken when a step was lost last.
     lost_at: Option<u64>,
@@ -162,12 +161,15 @@ impl Show {
         } else {
             TICK
         };
-        let until = Instant::now() + patience;
+        let mut until = Instant::now() + patience;
         for _ in 0..MOST_EVENTS {
             let left = until.saturating_duration_since(Instant::now());
             match self.server.events().recv_timeout(left) {
                 Ok((client, event)) => {
                     self.take(client, event);
+                    if self.hurried {
+                        until = Instant::now();
+                    }
                     if !self.is_moving() {
                         return false;
                     }
@@ -200,9 +202,17 @@ impl Show {
         }
         if self.playing && self.is_moving() {
             let target = self.target();
-            while self.playing && self.session.world().time() < target && begun.elapsed() < LONGEST
-            {
+            while self.playing && begun.elapsed() < LONGEST {
+                // A hand is answered by a step of its own, but a flood of them does not hurry time.
+                let ahead = self.session.world().time() - target;
+                if ahead >= 0.0 && !(self.hurried && ahead < TICK.as_secs_f64()) {
+                    break;
+                }
                 self.step();
+                let answers = std::mem::take(&mut self.hurried);
+                if answers && self.server.wants_state() {
+                    self.send_state();
+                }
             }
             let behind = self.target() - self.session.world().time();
             if behind > BEHIND {
@@ -246,17 +256,12 @@ impl Show {
         let again = self
             .lost_at
             .is_some_and(|before| steps < before + SOUND_STEPS);
-        let back = if again {
-            self.session.reset()
-        } else {
-            self.session.recover()
-        };
-        if again || back.is_err() {
+        if again {
+            self.session.reset();
             self.playing = false;
             self.steps_left = 0;
-        }
-        if let Err(error) = back {
-            self.complain(To::All, &error.to_string());
+        } else {
+            self.session.recover();
         }
         self.lost_at = Some(self.session.world().steps());
         self.begin_epoch();
@@ -270,382 +275,5 @@ impl Show {
     fn complain(&self, to: To, text: &str) {
         let text = text.to_owned();
         self.server.tell(to, &Told::Note { bad: true, text });
-    }
-
-    fn update_skins(&mut self, to: To) {
-        let bodies = self.session.world().members().len();
-        let painter = self.session.painter();
-        for message in self.skins.changes(self.epoch, painter, bodies) {
-            self.server.send(to, message);
-        }
-    }
-
-    /// Everything anew: another world is shown.
-    fn begin_epoch(&mut self) {
-        self.epoch += 1;
-        self.server.forget_states();
-        self.owners = Owners::default();
-        self.skins = Skins::default();
-        let bodies = self.session.world().members().len();
-        // What clients know begins with this; they get it by `introduce`.
-        self.skins
-            .changes(self.epoch, self.session.painter(), bodies);
-        self.clock.origin = None;
-        self.clock.last = None;
-        self.introduce(To::All);
-    }
-
-    /// Sends all that a client needs to know.
-    fn introduce(&mut self, to: To) {
-        let world = self.session.world();
-        let scene = scene_of(self.epoch, &self.session, &self.base, &self.sources);
-        self.server.tell(to, &Told::Scene(Box::new(scene)));
-        for (index, member) in world.members().iter().enumerate() {
-            let rest = plain(&member.body.rest);
-            self.server.send(to, encode_nodes(self.epoch, index, &rest));
-        }
-        for message in self.skins.whole(self.epoch, self.session.painter()) {
-            self.server.send(to, message);
-        }
-        self.fresh = true;
-        self.send_stats();
-    }
-
-    fn send_state(&mut self) {
-        self.number = self.number.wrapping_add(1);
-        self.fresh = false;
-        let world = self.session.world();
-        let tools = tool_states(world);
-        let bodies = bodies_of(world);
-        let bodies: Vec<_> = bodies.iter().map(super::told::Moved::view).collect();
-        let (mut energies, mut scale) = ([0.0; 3], 0.0);
-        for member in world.members() {
-            let audit = member.body.motion.audit();
-            energies[0] += audit.kinetic;
-            energies[1] += audit.elastic;
-            energies[2] += audit.balance();
-            scale += audit.scale();
-        }
-        energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
-        let blade = plain(self.session.blade());
-        let state = encode_state(
-            self.epoch,
-            &phyxel_live::State {
-                number: self.number,
-                step: world.steps(),
-                time: world.time(),
-                step_size: world.step_size(),
-                seen: self.seen,
-                energies,
-                grip: world.grip_force().unwrap_or(DVec3::ZERO).to_array(),
-                tools: &tools,
-                blade: &blade,
-                bodies: &bodies,
-            },
-        );
-        let count = tools.len();
-        for (hand, samples) in self.session.forces().drain().into_iter().enumerate() {
-            let idle = samples
-                .iter()
-                .all(|sample| sample.force.iter().all(|x| *x == 0.0));
-            if !idle {
-                let hand = if hand == count {
-                    phyxel_live::GRIP
-                } else {
-                    u32::try_from(hand).unwrap_or(phyxel_live::GRIP)
-                };
-                self.server
-                    .send(To::All, encode_force(self.epoch, hand, &samples));
-            }
-        }
-        self.server.put_state(self.number, state);
-    }
-
-    fn send_stats(&mut self) {
-        self.told = Instant::now();
-        let time = self.session.world().time();
-        let mut stats = stats_of(&self.session, self.skins.len());
-        stats.playing = self.playing;
-        stats.slipped = self.clock.slipped;
-        let (spent, steps) = std::mem::take(&mut self.clock.stepping);
-        stats.step_ms = 1e3 * spent.as_secs_f64() / f64::from(steps.max(1));
-        if let Some((wall, before)) = self.clock.last {
-            stats.real_time = (time - before).max(0.0) / wall.elapsed().as_secs_f64().max(1e-3);
-        }
-        self.clock.last = Some((Instant::now(), time));
-        self.server.tell(To::All, &Told::Stats(Box::new(stats)));
-    }
-
-    /// Does what a client did or asked for.
-    fn take(&mut self, client: ClientId, event: Event) {
-        match event {
-            Event::Joined => {
-                self.heard[client] = 0;
-                self.seen[client] = 0;
-                self.introduce(To::One(client));
-            }
-            Event::Left => self.leave(client),
-            Event::Hand(sequence, hand) => {
-                self.heard[client] = sequence;
-                self.hand(client, hand);
-            }
-            Event::Control(control) => {
-                if let Err(error) = self.control(client, control) {
-                    self.complain(To::One(client), &error.to_string());
-                }
-            }
-            Event::Mesh(extension, content) => self.take_mesh(client, &extension, &content),
-            Event::Ready => {}
-        }
-        if self.fresh && !self.is_moving() && self.server.wants_state() {
-            self.send_state();
-        }
-    }
-
-    fn leave(&mut self, client: ClientId) {
-        if self.owners.blade == Some(client) {
-            self.owners.blade = None;
-            self.session.end_stroke();
-        }
-        if self.owners.grip == Some(client) {
-            self.owners.grip = None;
-            self.session.let_go();
-        }
-        let (own, others): (Vec<_>, Vec<_>) = self
-            .owners
-            .tools
-            .iter()
-            .partition(|(_, owner)| *owner == client);
-        self.owners.tools = others;
-        for (tool, _) in own {
-            self.session.put_tool(tool, None);
-        }
-    }
-
-    fn hand(&mut self, client: ClientId, hand: Hand) {
-        match hand {
-            Hand::Pose {
-                tool,
-                phase,
-                position,
-                rotation,
-            } => {
-                let pose = Pose {
-                    rotation: DQuat::from_array(rotation).normalize(),
-                    position: DVec3::from_array(position),
-                };
-                if tool >= self.session.world().scene().tools.len() {
-                    return self.complain(To::One(client), &format!("there is no tool {tool}"));
-                }
-                self.owners.tools.retain(|(led, _)| *led != tool);
-                if phase == Phase::End {
-                    return self.session.put_tool(tool, None);
-                }
-                self.owners.tools.push((tool, client));
-                match phase {
-                    Phase::Begin => self.session.put_tool(tool, Some(pose)),
-                    _ => self.session.lead_tool(tool, pose),
-                }
-            }
-            Hand::Edge { phase, points } => {
-                let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
-                if self.owners.blade.is_some_and(|owner| owner != client) {
-                    if phase == Phase::Begin {
-                        self.complain(To::One(client), "someone else is cutting");
-                    }
-                    return;
-                }
-                match phase {
-                    Phase::Begin => {
-                        self.owners.blade = Some(client);
-                        // A straight edge of two points may bend later.
-                        self.session
-                            .begin_stroke(resampled(&points, points.len().max(2)));
-                    }
-                    _ if self.owners.blade.is_none() => {}
-                    Phase::Move => self.session.lead_stroke(&points),
-                    Phase::End => {
-                        if points.len() >= 2 {
-                            self.session.lead_stroke(&points);
-                        }
-                        self.session.end_stroke();
-                        self.owners.blade = None;
-                    }
-                }
-            }
-            Hand::Grip {
-                phase,
-                position,
-                radius,
-            } => {
-                if self.owners.grip.is_some_and(|owner| owner != client) {
-                    if phase == Phase::Begin {
-                        self.complain(To::One(client), "someone else holds the tissue");
-                    }
-                    return;
-                }
-                let point = DVec3::from_array(position);
-                match phase {
-                    Phase::Begin => {
-                        self.owners.grip = Some(client);
-                        self.session.grip(point, radius);
-                    }
-                    Phase::Move => self.session.pull(point),
-                    Phase::End => {
-                        self.owners.grip = None;
-                        self.session.let_go();
-                    }
-                }
-            }
-        }
-    }
-
-    fn control(&mut self, client: ClientId, control: Control) -> Result<(), SessionError> {
-        match control {
-            Control::Play => self.playing = true,
-            Control::Pause => self.playing = false,
-            Control::Step { steps } => {
-                self.playing = false;
-                self.steps_left = self.steps_left.saturating_add(steps.min(100_000));
-            }
-            Control::Reset => {
-                self.session.reset()?;
-                self.begin_epoch();
-            }
-            Control::Undo => {
-                if self.session.undo()? {
-                    self.begin_epoch();
-                } else {
-                    self.note(To::One(client), "there is no stroke to undo");
-                }
-            }
-            Control::Save => {
-                let files = self.session.save(&self.folder)?;
-                let folder = self.folder.path().display().to_string();
-                self.server.tell(To::All, &Told::Saved { folder, files });
-            }
-            picture @ Control::Picture { .. } => self.picture(client, &picture),
-            Control::Scene { name } => {
-                let scene = self.sources.scene(&name)?;
-                self.show(scene)?;
-            }
-            Control::Set {
-                gravity,
-                damping,
-                stiffness,
-            } => self.set(client, gravity, damping, stiffness)?,
-            Control::Invite => match self.server.url() {
-                Ok(url) => self.server.tell(To::One(client), &Told::Invite { url }),
-                Err(error) => self.complain(To::One(client), &error.to_string()),
-            },
-            _ => {}
-        }
-        self.send_stats();
-        Ok(())
-    }
-
-    /// Shows another scene.
-    fn show(&mut self, scene: Scene) -> Result<(), SessionError> {
-        self.session = Session::new(&scene)?;
-        self.base = scene;
-        self.lost_at = None;
-        self.clock.slipped = 0.0;
-        self.begin_epoch();
-        Ok(())
-    }
-
-    fn set(
-        &mut self,
-        client: ClientId,
-        gravity: Option<f64>,
-        damping: Option<f64>,
-        stiffness: Option<f64>,
-    ) -> Result<(), SessionError> {
-        let within = |value: Option<f64>, low: f64, high: f64| {
-            value.filter(|value| (low..=high).contains(value))
-        };
-        let asked = [gravity, damping, stiffness];
-        let taken = [
-            within(gravity, -100.0, 100.0),
-            within(damping, 0.0, 1000.0),
-            within(stiffness, 10.0, 1e9),
-        ];
-        if asked != taken {
-            self.complain(
-                To::One(client),
-                "a value is out of its range and left as it was",
-            );
-        }
-        if let Some(gravity) = taken[0] {
-            let scene = self.base.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
-            let down = scene.try_normalize().unwrap_or(DVec3::NEG_Z);
-            self.session.set_gravity(down * gravity);
-        }
-        if let Some(damping) = taken[1] {
-            self.session.set_damping(damping);
-        }
-        if let Some(stiffness) = taken[2] {
-            let mut scene = self.base.clone();
-            for body in &mut scene.bodies {
-                body.material.youngs_modulus = stiffness;
-            }
-            self.show(scene)?;
-        }
-        Ok(())
-    }
-
-    /// Writes a picture as the renderer of runs draws it.
-    fn picture(&mut self, client: ClientId, asked: &Control) {
-        let camera = super::told::camera_of(asked);
-        let Some((camera, [width, height])) = camera else {
-            return self.complain(To::One(client), "there is no such camera");
-        };
-        if !(1..=LARGEST_PICTURE).contains(&width) || !(1..=LARGEST_PICTURE).contains(&height) {
-            let text = format!("pictures have 1 to {LARGEST_PICTURE} pixels to a side");
-            return self.complain(To::One(client), &text);
-        }
-        let (painter, world) = self.session.drawing();
-        let (_, _, samples) = painter.view();
-        painter.look(camera, [width, height], samples);
-        painter.carry(world);
-        let frame = painter.draw(world);
-        self.saves += 1;
-        let name = format!("picture-{:03}.png", self.saves);
-        let mut bytes = Vec::new();
-        let written = frame
-            .write_png(&mut bytes)
-            .map_err(|error| error.to_string());
-        let written = written.and_then(|()| {
-            self.folder
-                .write(&name, &bytes)
-                .map_err(|error| error.to_string())
-        });
-        match written {
-            Ok(()) => {
-                let folder = self.folder.path().display().to_string();
-                let files = vec![name];
-                self.server.tell(To::All, &Told::Saved { folder, files });
-            }
-            Err(error) => self.complain(To::One(client), &error),
-        }
-    }
-
-    /// Shows a mesh that someone dropped on the page; it is kept in the output folder.
-    fn take_mesh(&mut self, client: ClientId, extension: &str, content: &[u8]) {
-        self.saves += 1;
-        let name = format!("mesh-{:03}.{extension}", self.saves);
-        let shown = self
-            .folder
-            .write(&name, content)
-            .map_err(|error| error.to_string())
-            .and_then(|()| self.sources.take_mesh(&self.folder.path().join(&name)))
-            .and_then(|(scene, note)| {
-                self.show(scene).map_err(|error| error.to_string())?;
-                Ok(note)
-            });
-        match shown {
-            Ok(note) => self.note(To::All, &note),
-            Err(error) => self.complain(To::One(client), &error),
-        }
     }
 }

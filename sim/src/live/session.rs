@@ -412,55 +412,37 @@ impl Session {
     /// The state between two steps.
     fn checkpoint(&self) -> Checkpoint {
         Checkpoint {
-            world: self.world.state(),
+            world: self.world.clone(),
+            surfaces: self.painter.surfaces(),
             recorded: self.record.len(),
             leads: self.leads.clone(),
             strokes: self.strokes,
         }
     }
 
-    /// Goes back to before the last stroke; `false` if there is none.
-    ///
-    /// # Errors
-    /// [`SessionError`] if the world cannot be built again.
-    pub fn undo(&mut self) -> Result<bool, SessionError> {
-        match self.ring.pop() {
-            Some(checkpoint) => self.restore(checkpoint).map(|()| true),
-            None => Ok(false),
-        }
+    /// Goes back to before the last stroke; `false` if there is none, or it is too long ago.
+    pub fn undo(&mut self) -> bool {
+        let before = self.ring.pop();
+        before.map(|before| self.restore(before)).is_some()
     }
 
     /// Goes back to the start: after settling, or at its beginning while it lasts.
-    ///
-    /// # Errors
-    /// As [`Session::undo`].
-    pub fn reset(&mut self) -> Result<(), SessionError> {
-        match self.ring.reset() {
-            Some(checkpoint) => self.restore(checkpoint),
-            None => Ok(()),
+    pub fn reset(&mut self) {
+        if let Some(start) = self.ring.reset() {
+            self.restore(start);
         }
     }
 
     /// Goes back to the newest good state, after a step was lost.
-    ///
-    /// # Errors
-    /// As [`Session::undo`].
-    pub fn recover(&mut self) -> Result<(), SessionError> {
-        match self.ring.last_good() {
-            Some(checkpoint) => self.restore(checkpoint),
-            None => Ok(()),
+    pub fn recover(&mut self) {
+        if let Some(good) = self.ring.last_good() {
+            self.restore(good);
         }
     }
 
-    fn restore(&mut self, checkpoint: Checkpoint) -> Result<(), SessionError> {
-        let (mut world, mut painter) = Self::build(self.world.scene())?;
-        world.restore(checkpoint.world, |world, pieces| {
-            painter.grow(world, pieces)
-        })?;
-        let (camera, size, samples) = self.painter.view();
-        painter.look(camera, size, samples);
-        self.world = world;
-        self.painter = painter;
+    fn restore(&mut self, checkpoint: Checkpoint) {
+        self.world = checkpoint.world;
+        self.painter.set_surfaces(checkpoint.surfaces);
         self.record.truncate(checkpoint.recorded);
         self.leads = checkpoint.leads;
         self.strokes = checkpoint.strokes;
@@ -472,7 +454,6 @@ impl Session {
             self.pending.push(Action::LetGo);
         }
         self.forces.restart(self.world.time());
-        Ok(())
     }
 
     /// Writes the recording (`scene.ron` and `input.csv`: `phyxel run scene.ron --replay input.csv` repeats

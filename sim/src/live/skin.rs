@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use phyxel_live::{ClipOf, Surfel, encode_clips, encode_skin, put_surfel, surfel_numbers};
-use phyxel_splat::{Clip, Tissue};
+use phyxel_splat::{CAPSULE, Clip, Tissue};
 
 use crate::picture::Painter;
 
@@ -105,7 +105,8 @@ fn numbers_of(tissue: &Tissue, colors: &[Vec3], each: usize) -> Vec<f32> {
                 position: surfels.positions[surfel].to_array(),
                 radius: surfels.radii[surfel],
                 normal: surfels.normals[surfel].to_array(),
-                material: surfels.materials[surfel],
+                // A body of its own has the two of `phyxel_splat`: capsule and parenchyma.
+                material: u8::from(surfels.materials[surfel] != CAPSULE),
                 shape: surfels.shapes[surfel].to_array(),
                 color: color.to_array(),
                 nodes,

@@ -2,21 +2,33 @@
 
 use std::collections::VecDeque;
 
-use crate::world::WorldState;
-
 use super::hands::PoseLead;
+use crate::picture::Surfaces;
+use crate::world::World;
 
-/// Strokes that can be undone. One is about 1 MB for a liver of 6,000 nodes.
+/// Strokes that can be undone, and what they may take together: a copy of a liver of 6,000 nodes and 30,000
+/// surfels has some 20 MB. The newest is kept whatever it takes.
 const MOST: usize = 16;
+const MOST_BYTES: usize = 256 << 20;
 
-/// A session between two steps.
+/// A session between two steps: copies, so that going back takes as long after a hundred strokes as after
+/// one, and gives the same bits.
 #[derive(Debug, Clone)]
 pub(super) struct Checkpoint {
-    pub(super) world: WorldState,
+    pub(super) world: World,
+    pub(super) surfaces: Surfaces,
     /// Inputs recorded before.
     pub(super) recorded: usize,
     pub(super) leads: Vec<PoseLead>,
     pub(super) strokes: usize,
+}
+
+impl Checkpoint {
+    fn bytes(&self) -> usize {
+        let parts = self.world.parts();
+        let model: usize = parts.iter().map(|part| part.bytes).sum();
+        model + self.surfaces.bytes()
+    }
 }
 
 /// The start, and the state before each of the last strokes.
@@ -32,12 +44,15 @@ impl Ring {
         self.start = Some(checkpoint);
     }
 
-    /// Adds the state before a stroke; the oldest gives way.
+    /// Adds the state before a stroke; the oldest give way.
     pub(super) fn push(&mut self, checkpoint: Checkpoint) {
-        if self.strokes.len() == MOST {
-            self.strokes.pop_front();
-        }
         self.strokes.push_back(checkpoint);
+        let sizes = self.strokes.iter().map(Checkpoint::bytes);
+        let mut bytes: usize = sizes.sum();
+        while self.strokes.len() > MOST || (self.strokes.len() > 1 && bytes > MOST_BYTES) {
+            let oldest = self.strokes.pop_front();
+            bytes -= oldest.map_or(0, |oldest| oldest.bytes());
+        }
     }
 
     /// How many strokes can be undone.

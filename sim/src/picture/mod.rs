@@ -26,13 +26,25 @@ use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 const DEPTH: f32 = 0.25;
 
 /// The surface of one body.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Skin {
     tissue: Tissue,
     texture: TissueTexture,
     surfaces: Vec<Surface>,
     colors: Vec<Vec3>,
     splats: Splats,
+}
+
+/// The surfaces of all bodies as cuts have left them, to be gone back to.
+#[derive(Debug, Clone)]
+pub struct Surfaces(Vec<Skin>);
+
+impl Surfaces {
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        bytes_of(&self.0)
+    }
 }
 
 /// How surfaces are covered and drawn, beside what a scene says of them.
@@ -193,24 +205,18 @@ impl Painter {
     /// Heap bytes of the surfels, as they are and as they are drawn.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let skins = self.skins.iter();
-        skins
-            .map(|skin| {
-                let (surfels, splats) = (skin.tissue.surfels(), &skin.splats);
-                size_of_val(&*surfels.positions)
-                    + size_of_val(&*surfels.normals)
-                    + size_of_val(&*surfels.areas)
-                    + size_of_val(&*surfels.radii)
-                    + size_of_val(&*surfels.shapes)
-                    + size_of_val(&*splats.positions)
-                    + size_of_val(&*splats.axes_u)
-                    + size_of_val(&*splats.axes_v)
-                    + size_of_val(&*splats.normals)
-                    + size_of_val(&*splats.bends_u)
-                    + size_of_val(&*splats.bends_v)
-                    + size_of_val(&*skin.colors)
-            })
-            .sum()
+        bytes_of(&self.skins)
+    }
+
+    /// A copy of the surfaces.
+    #[must_use]
+    pub fn surfaces(&self) -> Surfaces {
+        Surfaces(self.skins.clone())
+    }
+
+    /// Goes back to surfaces that [`Painter::surfaces`] gave.
+    pub fn set_surfaces(&mut self, surfaces: Surfaces) {
+        self.skins = surfaces.0;
     }
 
     /// Number of frames drawn.
@@ -302,6 +308,25 @@ impl Painter {
     }
 }
 
+fn bytes_of(skins: &[Skin]) -> usize {
+    let bytes = skins.iter().map(|skin| {
+        let (surfels, splats) = (skin.tissue.surfels(), &skin.splats);
+        size_of_val(&*surfels.positions)
+            + size_of_val(&*surfels.normals)
+            + size_of_val(&*surfels.areas)
+            + size_of_val(&*surfels.radii)
+            + size_of_val(&*surfels.shapes)
+            + size_of_val(&*splats.positions)
+            + size_of_val(&*splats.axes_u)
+            + size_of_val(&*splats.axes_v)
+            + size_of_val(&*splats.normals)
+            + size_of_val(&*splats.bends_u)
+            + size_of_val(&*splats.bends_v)
+            + size_of_val(&*skin.colors)
+    });
+    bytes.sum()
+}
+
 impl Skin {
     fn new(
         member: &Member,
@@ -374,7 +399,7 @@ impl Skin {
 struct Merged {
     splats: Splats,
     colors: Vec<Vec3>,
-    materials: Vec<u8>,
+    materials: Vec<u16>,
     texture_points: Vec<glam::DVec3>,
     texture_normals: Vec<glam::DVec3>,
     clips: Vec<Option<Box<Clip>>>,
@@ -385,19 +410,22 @@ struct Merged {
 impl Merged {
     fn of(skins: &[Skin]) -> Self {
         let mut all = Self::default();
-        let mut first_material = 0;
+        let mut first_material = 0_u16;
         for skin in skins {
             let view = skin.view();
             all.splats.extend(view.splats);
             all.colors.extend(view.colors);
-            let shifted = view.materials.iter().map(|m| first_material + m);
+            // A scene has at most as many bodies as there are ids for.
+            let shifted = view.materials.iter();
+            let shifted = shifted.map(|m| first_material.saturating_add(*m));
             all.materials.extend(shifted);
             all.texture_points.extend(view.texture_points);
             all.texture_normals.extend(view.texture_normals);
             all.clips.extend_from_slice(view.clips);
             all.radii.extend(view.radii);
             all.inside = all.inside.or(view.inside);
-            first_material += u8::try_from(skin.surfaces.len()).unwrap_or(0);
+            let own = u16::try_from(skin.surfaces.len()).unwrap_or(u16::MAX);
+            first_material = first_material.saturating_add(own);
         }
         all
     }

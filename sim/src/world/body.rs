@@ -35,7 +35,7 @@ const LOCAL_PRODUCTS: usize = 12;
 const SLOWEST_FALL: f64 = 0.8;
 
 /// A body, its model and its motion.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Body {
     /// Name in the scene.
     pub name: String,

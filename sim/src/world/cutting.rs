@@ -26,7 +26,7 @@ const ESTIMATE_PRODUCTS: usize = 16;
 const MAP_SUPPORT: f64 = 2.0;
 
 /// What one body needs once a blade has touched it; a body that no blade touches has none.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Cutting {
     cuts: Cuts,
     factors: Factors,
@@ -42,7 +42,7 @@ pub struct Cutting {
     updates: usize,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Stroke {
     cut: usize,
     id: usize,

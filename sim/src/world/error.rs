@@ -138,6 +138,9 @@ pub enum BodyProblem {
          scene from its start"
     )]
     OtherBody,
+    /// A kept state cannot be one of this scene.
+    #[error("the kept state is damaged: {0} do not fit; run the scene from its start")]
+    Damaged(&'static str),
 }
 
 impl BodyProblem {

@@ -11,7 +11,7 @@ use super::error::BodyProblem;
 use crate::scene::CutRule;
 
 /// Factors of either kind.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Factors {
     /// Pair by pair, where a cut crosses it.
     Pairs(PairFactors),

@@ -51,6 +51,18 @@ struct Held {
 }
 
 impl Grip {
+    /// Whether it can be one of a body of so many nodes.
+    pub(super) fn is_sound(&self, node_count: usize) -> bool {
+        let vectors = [self.by, self.velocity, self.force];
+        vectors.iter().all(|vector| vector.is_finite())
+            && self.held.iter().all(|held| {
+                (held.node as usize) < node_count
+                    && held.from.is_finite()
+                    && held.stiffness.is_finite()
+                    && held.damping.is_finite()
+            })
+    }
+
     /// Holds the nodes within `radius` (m) of a point, the nearer the firmer: stiffness falls off as
     /// `(1 - d²/r²)²`. `None` if there is none.
     fn new(body: &Body, point: DVec3, radius: f64, modulus: f64, step: f64) -> Option<Self> {

@@ -52,6 +52,37 @@ pub(super) struct Kept {
     taken: Vec<(f64, Vec<Pose>)>,
 }
 
+impl Kept {
+    #[cfg(test)]
+    pub(super) fn with_body(self, body: BodyState) -> Self {
+        Self {
+            bodies: vec![body],
+            ..self
+        }
+    }
+
+    /// Whether it can be one of these bodies with so many tools.
+    pub(super) fn is_sound(&self, members: &[Member], poses: usize) -> bool {
+        let mut places = self
+            .taken
+            .iter()
+            .map(|(_, poses)| poses)
+            .chain([&self.poses]);
+        self.bodies.len() == members.len()
+            && self.gravity.is_none_or(DVec3::is_finite)
+            && places.all(|places| places.len() == poses)
+            && self
+                .taken
+                .iter()
+                .all(|(step, _)| step.is_finite() && *step > 0.0)
+            && self
+                .bodies
+                .iter()
+                .zip(members)
+                .all(|(body, member)| body.fits(member))
+    }
+}
+
 /// What was done again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Retaken {

@@ -143,7 +143,7 @@ struct Due {
 }
 
 /// Where actions come from.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Source {
     /// The scene's paths.
     Scene {
@@ -156,7 +156,7 @@ enum Source {
 }
 
 /// Hands, and a record of what they did if one is asked for.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Hands {
     source: Source,
     /// Where each tool is that a path or someone leads.
@@ -337,6 +337,17 @@ impl Hands {
             poses: self.poses.clone(),
             record: self.record.clone(),
         }
+    }
+
+    /// Whether a kept state has as many poses as there are tools, and inputs that the scene knows.
+    pub(super) fn fits(&self, state: &HandsState, scene: &Scene) -> bool {
+        let given = state.given.iter().flatten();
+        let inputs = given.chain(state.record.iter().flatten());
+        state.poses.len() == self.poses.len()
+            && (state.poses.iter()).all(|p| p.position.is_finite() && p.rotation.is_finite())
+            && inputs
+                .enumerate()
+                .all(|(k, input)| input.check(scene, k).is_ok())
     }
 
     pub(super) fn restore(&mut self, state: HandsState) {

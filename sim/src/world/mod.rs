@@ -49,7 +49,7 @@ use tool::Touch;
 const EQUILIBRIUM_PRODUCTS: usize = 16;
 
 /// A body with the blades that have touched it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Member {
     /// The body.
     pub body: Body,
@@ -69,7 +69,7 @@ pub struct CutPiece {
 }
 
 /// Bodies and the clock of one scene.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct World {
     scene: Scene,
     members: Vec<Member>,

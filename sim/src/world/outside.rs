@@ -18,7 +18,7 @@ const LOOKED_AT: usize = 6;
 const SAME_FACE: f64 = 0.5;
 
 /// Nodes on the surface of a body without tetrahedra, each with the area (m²) nearest to it.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Cover {
     nodes: Vec<u32>,
     areas: Vec<f64>,

@@ -20,7 +20,7 @@ const AT_REST: f64 = 1e-6;
 const LOAD_STEPS: u32 = 4;
 
 /// What takes a body's steps.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum Stepper {
     Explicit,
     Implicit { solver: Box<Implicit>, step: f64 },

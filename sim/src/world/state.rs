@@ -66,6 +66,42 @@ impl BodyState {
     pub(super) fn audit(&self) -> &phyxel_integrate::Audit {
         &self.motion.audit
     }
+
+    /// Whether this can be a state of a body with the cuts that it has now: lists of its lengths, indices
+    /// within it, finite numbers.
+    pub(super) fn fits(&self, member: &Member) -> bool {
+        let body = &member.body;
+        let n = body.rest.len();
+        let cut = self.cut_energy.unwrap_or_default();
+        let numbers = [
+            self.indicator,
+            self.relaxed,
+            self.growth.unwrap_or(1.0),
+            cut.released,
+            cut.added,
+            cut.largest_addition,
+            cut.decay,
+        ];
+        let lists = numbers.iter().chain(self.history.iter().flatten());
+        let lists = lists.chain(self.offsets.iter().flatten());
+        body.motion.fits(&self.motion)
+            && self
+                .estimates
+                .iter()
+                .all(|value| value.is_finite() && *value >= 0.0)
+            && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
+            && self.eigenvector.iter().all(|x| x.is_finite())
+            && !self.smallest_ratio.is_nan()
+            && lists.chain(&self.bond_offsets).all(|x| x.is_finite())
+            && self.history.len() == body.elastic.viscous_history().len()
+            && self.offset_nodes.len() == self.offsets.len()
+            && self.offset_nodes.iter().all(|&node| (node as usize) < n)
+            && self.bond_offsets.len() == body.elastic.bond_offsets().len()
+            && self.touches.len() == member.touches.len()
+            && (self.touches.iter().zip(&member.touches))
+                .all(|(kept, built)| kept.is_sound(n, built))
+            && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
+    }
 }
 
 impl Member {
@@ -161,8 +197,9 @@ impl World {
     /// as the first run saw them, with the world's cuts as they were then.
     ///
     /// # Errors
-    /// [`WorldError`] with [`BodyProblem::OtherBody`] if a body is not built as it was, and whatever
-    /// taking up an edge or `grown` returns.
+    /// [`WorldError`] with [`BodyProblem::OtherBody`] if a body is not built as it was, with
+    /// [`BodyProblem::Damaged`] if the state has a number or a length that it cannot have, and whatever
+    /// taking up an edge or `grown` returns. The world is then good for nothing.
     pub fn restore<F>(&mut self, state: WorldState, mut grown: F) -> Result<(), WorldError>
     where
         F: FnMut(&Self, &[CutPiece]) -> Result<(), WorldError>,
@@ -182,6 +219,7 @@ impl World {
         if let (Some(start), None) = (state.origin, self.origin) {
             self.start_scene_at(start)?;
         }
+        self.check_numbers(&state)?;
         self.set_gravity(state.gravity)?;
         for (member, kept) in self.members.iter_mut().zip(state.bodies) {
             member.set_state(kept);
@@ -197,7 +235,42 @@ impl World {
         Ok(())
     }
 
+    /// What can be told before the cuts are taken up.
     fn check(&self, state: &WorldState) -> Result<(), WorldError> {
+        let finite = |value: Option<f64>| value.is_none_or(f64::is_finite);
+        let members = self.members.len();
+        let cuts = state.incisions.iter().all(|incision| {
+            incision.member < members
+                && incision.cut < self.scene.cuts.len()
+                && incision.edge.iter().all(|x| x.is_finite())
+        });
+        let adjusted = state.adjusted;
+        let sound = [
+            (state.bodies.len() == members, "its bodies"),
+            (cuts, "its edges of blades"),
+            (
+                finite(state.origin) && finite(adjusted.damping),
+                "its times or rates",
+            ),
+            (
+                [state.gravity, adjusted.gravity]
+                    .iter()
+                    .flatten()
+                    .all(|g| g.is_finite()),
+                "its values of gravity",
+            ),
+            (
+                state.caution.is_finite() && state.caution >= 1.0,
+                "its shortened steps",
+            ),
+            (
+                self.hands.fits(&state.hands, &self.scene),
+                "its tools and inputs",
+            ),
+        ];
+        if let Some((_, what)) = sound.iter().find(|(sound, _)| !sound) {
+            return Err(self.damaged(0, what));
+        }
         for (index, Member { body, .. }) in self.members.iter().enumerate() {
             let kept = state.bodies.get(index);
             if kept.is_none_or(|kept| kept.fingerprint != body.fingerprint) {
@@ -208,6 +281,29 @@ impl World {
             }
         }
         Ok(())
+    }
+
+    /// What a body with its cuts has to say of its state.
+    fn check_numbers(&self, state: &WorldState) -> Result<(), WorldError> {
+        for (index, (member, kept)) in self.members.iter().zip(&state.bodies).enumerate() {
+            if !kept.fits(member) {
+                return Err(self.damaged(index, "numbers of its nodes"));
+            }
+        }
+        let tools = self.hands.poses().len();
+        let kept = state.kept.as_ref();
+        if kept.is_some_and(|kept| !kept.is_sound(&self.members, tools)) {
+            return Err(self.damaged(0, "numbers of the state to return to"));
+        }
+        Ok(())
+    }
+
+    fn damaged(&self, body: usize, what: &'static str) -> WorldError {
+        let body = self.members.get(body);
+        WorldError {
+            body: body.map_or_else(String::new, |member| member.body.name.clone()),
+            problem: BodyProblem::Damaged(what),
+        }
     }
 
     fn take_up(&mut self, incision: &Incision) -> Result<(), WorldError> {
@@ -242,4 +338,81 @@ pub(super) fn fingerprint(rest: &[DVec3]) -> u32 {
         }
     }
     hasher.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Override, Scene};
+
+    /// A block with a cut, a tool and viscosity.
+    fn world() -> World {
+        let changes = [
+            "bodies[0].sampling.target=Nodes(182)",
+            "bodies[0].material.viscosity=[(ratio: 0.5, time: 0.01)]",
+            "integration.settle=None",
+        ];
+        let changes = changes.map(|text| Override::parse(text).unwrap());
+        World::new(Scene::embedded("press", &changes).unwrap()).unwrap()
+    }
+
+    type Damage = fn(&mut WorldState);
+
+    #[test]
+    fn a_damaged_state_is_refused_and_a_sound_one_goes_on_to_the_bit() {
+        let mut whole = world();
+        for _ in 0..60 {
+            whole.step().unwrap();
+        }
+        let state = whole.state();
+        let mut again = world();
+        again.restore(state.clone(), |_, _| Ok(())).unwrap();
+        for _ in 0..60 {
+            whole.step().unwrap();
+            again.step().unwrap();
+        }
+        let places = |world: &World| world.members[0].body.motion.positions().to_vec();
+        assert_eq!(places(&whole), places(&again));
+
+        let damages: [(&str, Damage); 14] = [
+            ("a position", |s| {
+                s.bodies[0].motion.positions[3].x = f64::NAN
+            }),
+            ("positions", |s| s.bodies[0].motion.positions.truncate(9)),
+            ("forces", |s| s.bodies[0].motion.forces.truncate(9)),
+            ("an energy", |s| {
+                s.bodies[0].motion.audit.elastic = f64::INFINITY
+            }),
+            ("a time", |s| s.bodies[0].motion.time = f64::NAN),
+            ("estimates", |s| s.bodies[0].estimates[0] = f64::NAN),
+            ("a vector", |s| s.bodies[0].eigenvector.truncate(3)),
+            ("history", |s| s.bodies[0].history.clear()),
+            ("offsets", |s| s.bodies[0].offset_nodes.push(1 << 30)),
+            ("bonds", |s| s.bodies[0].bond_offsets.push(0.0)),
+            ("touches", |s| s.bodies[0].touches.clear()),
+            ("bodies", |s| s.bodies.clear()),
+            ("steps", |s| s.caution = 0.0),
+            ("gravity", |s| s.gravity = Some(DVec3::NAN)),
+        ];
+        for (what, damage) in damages {
+            let mut broken = state.clone();
+            damage(&mut broken);
+            let refused = world().restore(broken, |_, _| Ok(())).unwrap_err();
+            assert!(
+                matches!(refused.problem, BodyProblem::Damaged(_)),
+                "{what}: {refused}"
+            );
+            if let Some(kept) = state.kept.clone() {
+                let mut broken = state.clone();
+                let mut body = state.clone();
+                damage(&mut body);
+                if let Some(body) = body.bodies.pop() {
+                    broken.kept = Some(kept.with_body(body));
+                    let result = world().restore(broken, |_, _| Ok(()));
+                    let same = ["steps", "gravity"].contains(&what);
+                    assert_eq!(result.is_ok(), same, "kept: {what}");
+                }
+            }
+        }
+    }
 }

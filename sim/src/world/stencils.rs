@@ -7,7 +7,7 @@ use phyxel_mls::{
 };
 
 /// Stencils of either method.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Stencils {
     /// Conservative and consistent ones.
     Conservative(Box<ConservativeStencils>),

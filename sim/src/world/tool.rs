@@ -56,6 +56,17 @@ impl ToolForce {
 }
 
 impl Touch {
+    /// Whether it can be one of a body of so many nodes in the place of another.
+    pub(super) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
+        let hand = &self.hand;
+        self.tool == built.tool
+            && hand.pose.position.is_finite()
+            && hand.pose.rotation.is_finite()
+            && hand.velocity.is_finite()
+            && hand.angular_velocity.is_finite()
+            && self.contact.is_sound(node_count)
+    }
+
     /// The contact of a tool at `pose` with an uncut body.
     pub(super) fn new(
         body: &Body,

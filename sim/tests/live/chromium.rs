@@ -95,6 +95,8 @@ impl Chromium {
         let size =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         browser.ask("Emulation.setDeviceMetricsOverride", &size);
+        let fingers = json!({ "enabled": true, "maxTouchPoints": 2 });
+        browser.ask("Emulation.setTouchEmulationEnabled", &fingers);
         browser
     }
 
@@ -150,6 +152,25 @@ impl Chromium {
             "type": kind, "x": x, "y": y, "button": "left", "buttons": pressed, "clickCount": 1,
         });
         self.ask("Input.dispatchMouseEvent", &event);
+    }
+
+    /// A pointer event as from a pen's tip, pressed by 0 to 1.
+    pub(crate) fn pen(&mut self, kind: &str, [x, y]: [f64; 2], force: f64) {
+        let pressed = i32::from(kind != "mouseReleased");
+        let event = json!({
+            "type": kind, "x": x, "y": y, "button": "left", "buttons": pressed, "clickCount": 1,
+            "pointerType": "pen", "force": force,
+        });
+        self.ask("Input.dispatchMouseEvent", &event);
+    }
+
+    /// Fingers on the screen, each at a place.
+    pub(crate) fn touch(&mut self, kind: &str, places: &[[f64; 2]]) {
+        let points = places.iter().enumerate();
+        let points = points.map(|(id, [x, y])| json!({ "x": x, "y": y, "id": id }));
+        let points: Vec<Value> = points.collect();
+        let event = json!({ "type": kind, "touchPoints": points });
+        self.ask("Input.dispatchTouchEvent", &event);
     }
 
     pub(crate) fn key(&mut self, key: &str) {

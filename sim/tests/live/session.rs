@@ -107,7 +107,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
         }
         if let Err(error) = session.step() {
             eprintln!("{:.3} s: {error}", session.world().time());
-            session.recover().unwrap();
+            session.recover();
             lost += 1;
             assert!(lost < 10, "too many steps are lost");
         }
@@ -193,16 +193,67 @@ fn undo_brings_the_bits_back_and_so_does_a_reset() {
     assert!(session.severed_pairs() > 0);
     assert_eq!(session.strokes(), (1, 1));
     assert!(session.painter().surfel_counts().1 > 0, "new skin");
-    assert!(session.undo().unwrap());
+    assert!(session.undo());
     assert_eq!((session.world().steps(), positions(&session)), before);
     assert_eq!(
         (session.severed_pairs(), session.record().len()),
         (0, recorded)
     );
     assert_eq!(session.strokes(), (0, 0));
-    assert!(!session.undo().unwrap());
-    session.reset().unwrap();
+    assert!(!session.undo());
+    session.reset();
     assert_eq!((session.world().steps(), positions(&session)), start);
+}
+
+/// The bits come back after each of several strokes, and taking steps again from there gives the bits that
+/// they gave before; as many strokes as the ring keeps, and no more.
+#[test]
+fn strokes_are_undone_one_by_one() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let state = |session: &Session| {
+        let surfels = session.painter().tissue(0).surfels();
+        let sums = surfels
+            .positions
+            .iter()
+            .map(|x| x.to_array().map(f64::to_bits));
+        (
+            session.world().steps(),
+            positions(session),
+            session.severed_pairs(),
+            session.record().to_vec(),
+            sums.collect::<Vec<_>>(),
+        )
+    };
+    let stroke = |session: &mut Session, k: i32| {
+        let x = low.x + (0.2 + 0.03 * f64::from(k)) * (high.x - low.x);
+        let edge = |y: f64| vec![DVec3::new(x, y, high.z + 0.02), DVec3::new(x, y, low.z)];
+        session.begin_stroke(edge(low.y - 0.01));
+        session.lead_stroke(&edge(low.y + 0.03));
+        session.end_stroke();
+        for _ in 0..120 {
+            session.step().unwrap();
+        }
+    };
+    for k in 0..18 {
+        before.push(state(&session));
+        stroke(&mut session, k);
+        after.push(state(&session));
+    }
+    assert!(session.severed_pairs() > 0);
+    for k in (2..18_usize).rev() {
+        assert!(session.undo());
+        assert!(state(&session) == before[k], "before stroke {k}");
+        if k % 5 == 2 {
+            stroke(&mut session, i32::try_from(k).unwrap());
+            assert!(state(&session) == after[k], "stroke {k} again");
+            assert!(session.undo());
+        }
+    }
+    assert!(!session.undo(), "older ones have given way");
 }
 
 #[test]

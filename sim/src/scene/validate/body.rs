@@ -154,7 +154,9 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
             (FEWEST_NODES..=limit).contains(&count),
             target,
             format_args!("Nodes({count})"),
-            format_args!("it must be from {FEWEST_NODES} to the limit, {limit} nodes"),
+            format_args!(
+                "it must be from {FEWEST_NODES} to {limit} nodes; for more raise {path}.limit"
+            ),
         ),
         Target::Spacing(spacing) => {
             require(

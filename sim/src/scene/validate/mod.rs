@@ -35,6 +35,12 @@ pub(super) fn validate(scene: &Scene) -> Check {
         "empty",
         "a scene needs one body at least, such as (shape: Liver(width: 0.166))",
     )?;
+    require(
+        scene.bodies.len() <= MOST_BODIES,
+        "bodies",
+        format_args!("a list of {}", scene.bodies.len()),
+        format_args!("a scene may have {MOST_BODIES} at most"),
+    )?;
     for (index, item) in scene.bodies.iter().enumerate() {
         body(&format!("bodies[{index}]"), item)?;
     }
@@ -78,6 +84,8 @@ pub(super) fn validate(scene: &Scene) -> Check {
     Ok(())
 }
 
+/// Most bodies: pictures number two surfaces of each in 16 bits.
+const MOST_BODIES: usize = 32_767;
 /// Most rows of `history.csv` and of `tools.csv`.
 const MOST_ROWS: f64 = 1e7;
 /// Most frames of a run.

@@ -1,0 +1,116 @@
+//! What clients are sent: scenes and surfaces once, then what changes.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use phyxel_live::{To, Told, encode_force, encode_nodes, encode_state};
+
+use super::{Owners, Show};
+use crate::live::skin::{Skins, plain};
+use crate::live::told::{bodies_of, scene_of, stats_of, tool_states};
+
+impl Show {
+    pub(super) fn update_skins(&mut self, to: To) {
+        let bodies = self.session.world().members().len();
+        let painter = self.session.painter();
+        for message in self.skins.changes(self.epoch, painter, bodies) {
+            self.server.send(to, message);
+        }
+    }
+
+    /// Everything anew: another world is shown.
+    pub(super) fn begin_epoch(&mut self) {
+        self.epoch += 1;
+        self.server.forget_states();
+        self.owners = Owners::default();
+        self.skins = Skins::default();
+        let bodies = self.session.world().members().len();
+        // What clients know begins with this; they get it by `introduce`.
+        self.skins
+            .changes(self.epoch, self.session.painter(), bodies);
+        self.clock.origin = None;
+        self.clock.last = None;
+        self.introduce(To::All);
+    }
+
+    /// Sends all that a client needs to know.
+    pub(super) fn introduce(&mut self, to: To) {
+        let world = self.session.world();
+        let scene = scene_of(self.epoch, &self.session, &self.base, &self.sources);
+        self.server.tell(to, &Told::Scene(Box::new(scene)));
+        for (index, member) in world.members().iter().enumerate() {
+            let rest = plain(&member.body.rest);
+            self.server.send(to, encode_nodes(self.epoch, index, &rest));
+        }
+        for message in self.skins.whole(self.epoch, self.session.painter()) {
+            self.server.send(to, message);
+        }
+        self.fresh = true;
+        self.send_stats();
+    }
+
+    pub(super) fn send_state(&mut self) {
+        self.number = self.number.wrapping_add(1);
+        self.fresh = false;
+        let world = self.session.world();
+        let tools = tool_states(world);
+        let bodies = bodies_of(world);
+        let bodies: Vec<_> = bodies.iter().map(crate::live::told::Moved::view).collect();
+        let (mut energies, mut scale) = ([0.0; 3], 0.0);
+        for member in world.members() {
+            let audit = member.body.motion.audit();
+            energies[0] += audit.kinetic;
+            energies[1] += audit.elastic;
+            energies[2] += audit.balance();
+            scale += audit.scale();
+        }
+        energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
+        let blade = plain(self.session.blade());
+        let state = encode_state(
+            self.epoch,
+            &phyxel_live::State {
+                number: self.number,
+                step: world.steps(),
+                time: world.time(),
+                step_size: world.step_size(),
+                seen: self.seen,
+                energies,
+                grip: world.grip_force().unwrap_or(DVec3::ZERO).to_array(),
+                tools: &tools,
+                blade: &blade,
+                bodies: &bodies,
+            },
+        );
+        let count = tools.len();
+        for (hand, samples) in self.session.forces().drain().into_iter().enumerate() {
+            let idle = samples
+                .iter()
+                .all(|sample| sample.force.iter().all(|x| *x == 0.0));
+            if !idle {
+                let hand = if hand == count {
+                    phyxel_live::GRIP
+                } else {
+                    u32::try_from(hand).unwrap_or(phyxel_live::GRIP)
+                };
+                self.server
+                    .send(To::All, encode_force(self.epoch, hand, &samples));
+            }
+        }
+        self.server.put_state(self.number, state);
+    }
+
+    pub(super) fn send_stats(&mut self) {
+        self.told = Instant::now();
+        let time = self.session.world().time();
+        let mut stats = stats_of(&self.session, self.skins.len());
+        stats.playing = self.playing;
+        stats.slipped = self.clock.slipped;
+        let (spent, steps) = std::mem::take(&mut self.clock.stepping);
+        stats.step_ms = 1e3 * spent.as_secs_f64() / f64::from(steps.max(1));
+        if let Some((wall, before)) = self.clock.last {
+            stats.real_time = (time - before).max(0.0) / wall.elapsed().as_secs_f64().max(1e-3);
+        }
+        self.clock.last = Some((Instant::now(), time));
+        self.server.tell(To::All, &Told::Stats(Box::new(stats)));
+    }
+}
