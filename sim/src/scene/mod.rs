@@ -20,6 +20,7 @@ mod settings;
 mod suggest;
 mod tool;
 mod validate;
+mod wanted;
 
 #[cfg(test)]
 mod tests;
@@ -34,7 +35,7 @@ pub use body::{
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
-pub use keys::key_reference;
+pub use keys::{key_reference, schema};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
