@@ -13,6 +13,7 @@ const LARGEST_EXPONENT: f64 = 20.0;
 /// `I4 = a·C a` (Holzapfel, Gasser and Ogden 2000; dispersion `kappa` of Gasser, Ogden and
 /// Holzapfel 2006), with `<E>` the positive part.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fiber {
     /// Unit direction `a` in the rest state.
     pub direction: DVec3,

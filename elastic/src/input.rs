@@ -59,6 +59,7 @@ pub enum Materials<'a> {
 
 /// Options of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// `alpha` of the penalty against zero-energy modes, in units of the shear modulus; 0 turns it
     /// off. 0.1 serves beams, contact and cracks alike; 0.3 is visibly stiff, 0.05 soft.
@@ -73,6 +74,7 @@ pub struct Settings {
 
 /// What of the processor is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Instructions {
     /// The widest vectors that it has; where it can (x86 with AVX2, 64-bit Arm) a product and a sum are
     /// rounded once. The same bits for any number of threads and on all machines that can.
@@ -86,6 +88,7 @@ pub enum Instructions {
 /// Storage of constants and of what the two passes hand on. Positions, sums, stresses, energies and
 /// forces are f64 either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Precision {
     /// f64.
     #[default]
@@ -98,6 +101,7 @@ pub enum Precision {
 
 /// Where a change of volume is resisted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Dilatation {
     /// At each node by itself.
     #[default]

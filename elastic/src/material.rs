@@ -9,6 +9,7 @@ use crate::viscosity::PronyTerm;
 
 /// The law that gives the energy density `W(F)` (Pa = J/m³).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Law {
     /// `W = mu/2 (F:F - 3) - mu ln J + lambda/2 (ln J)²`.
@@ -50,6 +51,7 @@ pub enum Law {
 
 /// A material: a law and what is added to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Material {
     /// The strain-energy law.

@@ -6,6 +6,7 @@ use crate::material::{MAX_PRONY_TERMS, Material};
 
 /// One term: an overstress `ratio · S` that relaxes with `relaxation_time`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PronyTerm {
     /// `beta`, stiffness relative to the long-term law; 0 for no term.
     pub ratio: f64,

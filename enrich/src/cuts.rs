@@ -12,6 +12,7 @@ use crate::predicate::{normal_signs, segment_crosses_triangle};
 
 /// Lengths that a cut needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CutSettings {
     /// A new point this near to a vertex becomes that vertex, and one this near to a face of an earlier
     /// piece goes a little through that face (m). Closes the gap between two strokes and lets a blade that

@@ -13,6 +13,7 @@ use crate::rule::{Rule, Scratch};
 
 /// How far nodes are coupled, and by what rule a cut weakens a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorSettings {
     /// Coupling distance. Twice the mean length of a node's pairs was found best for edges of
     /// tetrahedra and of triangles (1.8 and 2.2 move the opening of an edge crack by about 1 %).

@@ -218,6 +218,7 @@ impl Rows {
 
 /// Coupling distance of a node; that of a pair is the mean of its two nodes'.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reach {
     /// This multiple of the mean length of the node's pairs.
     Neighbors(f64),

@@ -9,6 +9,7 @@ use crate::way::{OFFSET, WayScratch, detour};
 /// How the factor of a crossed pair is found. A pair that is not crossed has the factor 1 in all of
 /// them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Rule {
     /// Shortest way round the cut with one bend, `f = W(L/h) / W(r/h)`; the diffraction method
     /// (Organ, Fleming, Terry, Belytschko 1996) with exponent 1, for any shape in the plane and in

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// Number of space dimensions a basis spans; points are `DVec3` with the unused components 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Dimension {
     /// Functions of x.
     One,
@@ -36,6 +37,7 @@ impl Dimension {
 
 /// Order of a complete polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
     /// `[1]`: Shepard's method.
     Constant,
@@ -47,6 +49,7 @@ pub enum Order {
 
 /// Basis `p(x)` of a moving-least-squares approximation.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Basis {
     /// Complete polynomials.
     Polynomial {

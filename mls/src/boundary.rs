@@ -12,6 +12,7 @@ use crate::shape::{Approximation, ShapeScratch};
 
 /// How [`boundary_vectors`] spreads the surface over the nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BoundarySettings {
     /// Support radius tried first (m); about twice the node spacing.
     pub radius: f64,

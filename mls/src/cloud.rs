@@ -14,6 +14,7 @@ const QUERIES_PER_TASK: usize = 64;
 
 /// How far the nodes of a [`Cloud`] are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Support {
     /// Of each node, `scale` times the mean distance to its `nearest` nearest nodes.
     Nearest {
@@ -28,6 +29,7 @@ pub enum Support {
 
 /// What a [`Cloud`] approximates with.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CloudSettings {
     /// Functions that come back exactly; their dimension says which coordinates count.
     pub basis: Basis,

@@ -32,6 +32,7 @@ pub use stroke::{StrokeReport, normal_projector};
 
 /// How the stencils are built.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ConservativeSettings {
     /// Eigenvalues of a moment matrix below `rank_tolerance · λ_max` count as zero.
     pub rank_tolerance: f64,
@@ -76,6 +77,7 @@ impl ConservativeSettings {
 
 /// Outcome of the solve for μ.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolveReport {
     /// Iterations made.
     pub iterations: usize,
@@ -95,6 +97,7 @@ pub struct SolveReport {
 /// Arrays on pairs follow the pairs of the [`Neighborhoods`] that built them. They are read freely;
 /// changing them by hand breaks what [`ConservativeStencils::update_rows`] relies on.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ConservativeStencils {
     /// `g_ij` (1/m), shape `(pairs)`.
     pub pair_gradients: Vec<DVec3>,

@@ -13,9 +13,28 @@ use crate::parallel::{ROWS_PER_TASK, to_u32};
 /// sorted, without repetition and without the node itself. A *pair* is a position in `indices`;
 /// data on pairs are plain slices of that length. A symmetric graph holds `(i, j)` and `(j, i)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Unchecked"))]
 pub struct Neighborhoods {
     offsets: Vec<u32>,
     indices: Vec<u32>,
+}
+
+/// A graph as it is read, before it is one.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Unchecked {
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Unchecked> for Neighborhoods {
+    type Error = GraphError;
+
+    fn try_from(read: Unchecked) -> Result<Self, GraphError> {
+        Self::from_graph(read.offsets, read.indices)
+    }
 }
 
 impl Neighborhoods {

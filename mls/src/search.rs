@@ -224,6 +224,7 @@ impl BallTree {
 
 /// How [`k_nearest`] chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NearestSettings {
     /// Number of nearest nodes k whose mean distance sets the support radius.
     pub nearest: usize,
@@ -246,6 +247,7 @@ impl Default for NearestSettings {
 
 /// Neighbourhoods from the k nearest nodes, with what the search measured on the way.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct KNearest {
     /// Neighbours within the support radius, at most the limit. Not symmetric in general.
     pub neighborhoods: Neighborhoods,

@@ -13,6 +13,7 @@ use crate::weights::inverse_square_weights;
 
 /// What the neighbours of a node span.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StencilRank {
     /// Number of independent directions: 3 full, 2 coplanar, 1 collinear, 0 no usable neighbour.
     pub rank: u8,
@@ -30,6 +31,7 @@ pub struct StencilRank {
 /// [`crate::ConservativeStencils`] unless the dissertation's own form is wanted; these also take
 /// neighbourhoods that are not symmetric.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GradientStencils {
     /// `g_ij` (1/m), shape `(pairs)`.
     pub pair_gradients: Vec<DVec3>,

@@ -240,3 +240,21 @@ fn mooney_rivlin_meets_the_incompressible_closed_form() {
         assert_within("pull", pull, closed, 1e-4 * closed.abs());
     }
 }
+
+/// A material of every part, and settings, come back as they were written.
+#[cfg(feature = "serde")]
+#[test]
+fn materials_and_settings_survive_being_written() {
+    let material = Material::mooney_rivlin(5e3, 0.45, 0.3)
+        .with_volume_constant(7.0)
+        .with_prony(&[PronyTerm {
+            ratio: 0.4,
+            relaxation_time: 0.1,
+        }]);
+    let settings = crate::Settings {
+        precision: crate::Precision::Single,
+        ..crate::Settings::default()
+    };
+    let text = ron::to_string(&(material, settings)).unwrap();
+    assert_eq!(ron::from_str(&text), Ok((material, settings)));
+}

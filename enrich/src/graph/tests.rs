@@ -153,3 +153,20 @@ fn crossed_pairs_are_those_below_one() {
     assert!(expected.len() == factors.crossed_count() && expected.len() > 6);
     assert_eq!(factors.crossed(&graph).collect::<Vec<_>>(), expected);
 }
+
+#[cfg(feature = "serde")]
+#[test]
+fn settings_survive_being_written() {
+    let settings = FactorSettings {
+        reach: Reach::Length(0.01),
+        rule: Rule::Transparency {
+            kappa: 1.0,
+            exponent: 2.0,
+        },
+    };
+    let text = ron::to_string(&(settings, CutSettings::for_spacing(0.01))).unwrap();
+    assert_eq!(
+        ron::from_str(&text),
+        Ok((settings, CutSettings::for_spacing(0.01)))
+    );
+}

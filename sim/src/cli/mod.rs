@@ -53,7 +53,7 @@ struct Overrides {
     /// Set one value of the scene; may be given several times.
     ///
     /// The value is RON, the path runs from the top of the scene:
-    /// `--set bodies[0].material.youngs_modulus=3e3`
+    /// `--set 'bodies[0].material.youngs_modulus=3e3'`
     #[arg(long = "set", value_name = "PATH.TO.KEY=VALUE")]
     set: Vec<String>,
 }

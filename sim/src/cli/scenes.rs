@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use clap::Args;
 
 use super::CliError;
-use crate::scene::{EMBEDDED, Scene, key_reference};
+use crate::scene::{EMBEDDED, Scene, key_reference, schema};
 
 #[derive(Debug, Args)]
 pub(super) struct ScenesArguments {
@@ -14,6 +14,9 @@ pub(super) struct ScenesArguments {
     /// Print the reference of all keys of a scene file as Markdown.
     #[arg(long, conflicts_with = "name")]
     keys: bool,
+    /// Print the JSON Schema of a scene file, for editors.
+    #[arg(long, conflicts_with_all = ["name", "keys"])]
+    schema: bool,
 }
 
 /// Lists the embedded scenes or prints one.
@@ -21,6 +24,10 @@ pub(super) fn scenes(arguments: &ScenesArguments) -> Result<(), CliError> {
     let mut out = io::stdout().lock();
     if arguments.keys {
         out.write_all(key_reference().as_bytes())?;
+        return Ok(());
+    }
+    if arguments.schema {
+        writeln!(out, "{:#}", schema())?;
         return Ok(());
     }
     let Some(name) = &arguments.name else {

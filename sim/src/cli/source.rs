@@ -17,7 +17,7 @@ const MESH_EXTENSIONS: [&str; 6] = ["obj", "stl", "ply", "off", "vtk", "msh"];
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SourceError {
     #[error(
-        "{}: neither a scene (.ron) nor a mesh ({})",
+        "{}: neither a scene (.ron, .json) nor a mesh ({})",
         file.display(),
         MESH_EXTENSIONS.map(|extension| format!(".{extension}")).join(", ")
     )]
@@ -47,7 +47,7 @@ impl Source {
             .extension()
             .map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
-            Some("ron") => Ok(Self::File(path.to_owned())),
+            Some("ron" | "json") => Ok(Self::File(path.to_owned())),
             Some(extension) if MESH_EXTENSIONS.contains(&extension) => {
                 Ok(Self::Mesh(path.to_owned()))
             }
@@ -137,12 +137,12 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
     let note = match unit {
         UnitGuess::Metres => format!("{}: taken to be in metres", file.display()),
         UnitGuess::Millimetres => format!(
-            "{}: taken to be in millimetres; to change it: --set bodies[0].shape.scale=..",
+            "{}: taken to be in millimetres; to change it: --set 'bodies[0].shape.scale=..'",
             file.display()
         ),
         UnitGuess::Scaled { scale, longest } => format!(
             "{}: {:.4} units long, which no organ is in metres: scaled by {scale:.4e} to {longest} m; \
-             to change it: --set bodies[0].shape.scale=..",
+             to change it: --set 'bodies[0].shape.scale=..'",
             file.display(),
             longest / scale
         ),

@@ -28,6 +28,11 @@ pub const EMBEDDED: &[Embedded] = &[
         summary: "a probe presses a liver from the front, slides along it and lets go",
         text: include_str!("../../scenes/press.ron"),
     },
+    Embedded {
+        name: "minimal",
+        summary: "the least that shows something: a beam bends by its weight; start your own from it",
+        text: include_str!("../../scenes/minimal.ron"),
+    },
 ];
 
 /// The embedded scene `name`.

@@ -50,6 +50,9 @@ pub enum SceneError {
         /// What it must be, or what to do.
         must: String,
     },
+    /// Several values are out of range or do not fit the rest.
+    #[error("{} values are not as they must be: {}", .0.len(), Joined(.0))]
+    Values(Vec<SceneError>),
     /// An override cannot be applied.
     #[error("--set {text}: {problem}")]
     Override {
@@ -63,8 +66,13 @@ pub enum SceneError {
 impl SceneError {
     /// The error without line and column, for a text that the reader does not have.
     pub(crate) fn without_position(mut self) -> Self {
-        if let Self::Format { place, .. } | Self::Value { place, .. } = &mut self {
-            place.position = None;
+        match &mut self {
+            Self::Format { place, .. } | Self::Value { place, .. } => place.position = None,
+            Self::Values(faults) => {
+                let all = std::mem::take(faults).into_iter();
+                faults.extend(all.map(Self::without_position));
+            }
+            _ => {}
         }
         self
     }
@@ -113,6 +121,22 @@ pub enum FormatProblem {
         key: &'static str,
         /// Path or type that has it twice.
         owner: String,
+    },
+    /// A value of another type.
+    #[error("{path} is {found}; it must be {must}")]
+    Type {
+        /// Key path of the value.
+        path: String,
+        /// The value.
+        found: String,
+        /// What it must be.
+        must: String,
+    },
+    /// Not JSON, or not what the format asks for; JSON's reader tells it in its own words.
+    #[error("{problem}")]
+    Json {
+        /// What it said.
+        problem: String,
     },
     /// Not RON, or a value of another type.
     #[error("{}{}", lower_first(&error.to_string()), In(.owner))]
@@ -181,6 +205,18 @@ impl fmt::Display for Place {
         f.write_str(&self.origin)?;
         if let Some((line, column)) = self.position {
             write!(f, ":{line}:{column}")?;
+        }
+        Ok(())
+    }
+}
+
+struct Joined<'a>(&'a [SceneError]);
+
+impl fmt::Display for Joined<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, error) in self.0.iter().enumerate() {
+            let before = if at == 0 { "" } else { "; and " };
+            write!(f, "{before}{error}")?;
         }
         Ok(())
     }

@@ -12,13 +12,14 @@ use super::Scene;
 /// Made from the types that read the scene, so it cannot say what they do not.
 #[must_use]
 pub fn key_reference() -> String {
-    let schema = schemars::schema_for!(Scene).to_value();
+    let schema = schema();
     let empty = Map::new();
     let definitions = schema
         .get("$defs")
         .and_then(Value::as_object)
         .unwrap_or(&empty);
     let mut page = String::from(INTRODUCTION);
+    everyday(&mut page, definitions);
     let mut sections = vec!["Scene".to_owned()];
     let mut next = 0;
     while let Some(name) = sections.get(next).cloned() {
@@ -42,18 +43,80 @@ pub fn key_reference() -> String {
     page
 }
 
+/// The JSON Schema of a scene: what editors complete the keys of a `.json` scene from.
+#[must_use]
+pub fn schema() -> Value {
+    schemars::schema_for!(Scene).to_value()
+}
+
 const INTRODUCTION: &str = "\
 # Scene files
 
-A scene is a RON file: `(key: value, ..)` for a group, `[a, b]` for a list, `Name(..)` for a choice,
+A scene is a RON file (or, named `.json`, a JSON file with the same keys, whose schema
+`phyxel scenes --schema` prints for editors): `(key: value, ..)` for a group, `[a, b]` for a list, `Name(..)` for a choice,
 `//` for a comment. Units are SI: metres, seconds, kilograms, pascals; angles are degrees; points and
 directions are `(x, y, z)` with z up. Unknown keys are refused. A key with a default may be left out; a
 key that may be `None` is switched off by it. Relative paths start at the scene file's folder. Any value
-can be set on the command line, such as `--set bodies[0].material.density=1000`.
+can be set on the command line, such as `--set 'bodies[0].material.density=1000'`.
 
-The embedded scenes are written to be started from: `phyxel scenes liver > my.ron`.
-This page is what `phyxel scenes --keys` prints.
+The embedded scenes are written to be started from: `phyxel scenes minimal > my.ron`.
+This page is what `phyxel scenes --keys` prints: first the keys of every day, then all of them. What is
+there to compare with, and should not be chosen for itself, says so.
+
+## Keys of every day
+
+| key | value | default | meaning |
+|---|---|---|---|
 ";
+
+/// What most scenes are made of: where a key stands, and the type that has it.
+const EVERYDAY: [(&str, &str, &str); 25] = [
+    ("bodies[]", "Body", "name"),
+    ("bodies[]", "Body", "shape"),
+    ("bodies[]", "Body", "position"),
+    ("bodies[].sampling", "Sampling", "target"),
+    ("bodies[].material", "Material", "youngs_modulus"),
+    ("bodies[].material", "Material", "poissons_ratio"),
+    ("bodies[].material", "Material", "density"),
+    ("bodies[]", "Body", "damping"),
+    ("bodies[].surfels", "Surfels", "color"),
+    ("supports[]", "Support", "region"),
+    ("supports[]", "Support", "motion"),
+    ("gravity", "Gravity", "acceleration"),
+    ("tools[]", "Tool", "shape"),
+    ("tools[]", "Tool", "path"),
+    ("tools[]", "Tool", "friction"),
+    ("cuts[]", "Cut", "edge"),
+    ("cuts[]", "Cut", "path"),
+    ("path[]", "Key", "time"),
+    ("path[]", "Key", "position"),
+    ("path[]", "Key", "rotation"),
+    ("integration", "Integration", "duration"),
+    ("integration", "Integration", "settle"),
+    ("observe", "Observe", "state_rate"),
+    ("pictures", "Pictures", "view"),
+    ("pictures", "Pictures", "color"),
+];
+
+/// Keys whose other choices are there to compare with.
+const COMPARISON: [(&str, &str); 7] = [
+    ("Body", "method"),
+    ("Body", "cut_rule"),
+    ("Material", "volume_constant"),
+    ("Surfels", "weights"),
+    ("Surfels", "radius"),
+    ("Surfels", "inside"),
+    ("Pictures", "mode"),
+];
+
+/// Rows of the keys of every day.
+fn everyday(page: &mut String, definitions: &Map<String, Value>) {
+    for (place, name, key) in EVERYDAY {
+        let definition = &definitions[name];
+        let content = &definition["properties"][key];
+        key_row(page, definition, name, key, content, &format!("{place}."));
+    }
+}
 
 fn section(page: &mut String, name: &str, definition: &Value) {
     let mut paragraphs = text(definition).split("\n\n");
@@ -85,7 +148,7 @@ fn section(page: &mut String, name: &str, definition: &Value) {
             page,
             "\n| key | value | default | meaning |\n|---|---|---|---|\n",
         );
-        key_rows(page, definition, "");
+        key_rows(page, definition, name, "");
     }
 }
 
@@ -104,7 +167,7 @@ fn choice_rows(page: &mut String, choice: &Value) {
                 page,
                 format_args!("| `{name}(..)` | | | {} |\n", one_line(choice)),
             );
-            key_rows(page, content, "· ");
+            key_rows(page, content, "", "· ");
         } else {
             push(
                 page,
@@ -118,29 +181,44 @@ fn choice_rows(page: &mut String, choice: &Value) {
     }
 }
 
-fn key_rows(page: &mut String, definition: &Value, indent: &str) {
-    let required: Vec<&str> = definition
-        .get("required")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str)
-        .collect();
+fn key_rows(page: &mut String, definition: &Value, name: &str, indent: &str) {
     for (key, content) in properties(definition) {
-        let default = if required.contains(&key.as_str()) {
-            "required".to_owned()
-        } else {
-            default_of(content)
-        };
-        push(
-            page,
-            format_args!(
-                "| {indent}`{key}` | {} | {default} | {} |\n",
-                value_of(content),
-                one_line(content)
-            ),
-        );
+        key_row(page, definition, name, key, content, indent);
     }
+}
+
+/// The row of a key of the type `name`; `before` stands before the key, in its quotes where it is a path.
+fn key_row(
+    page: &mut String,
+    definition: &Value,
+    name: &str,
+    key: &str,
+    content: &Value,
+    before: &str,
+) {
+    let required = definition.get("required").and_then(Value::as_array);
+    let default = if required.is_some_and(|keys| keys.iter().any(|one| one == key)) {
+        "required".to_owned()
+    } else {
+        default_of(content)
+    };
+    let shown = match before.strip_suffix('.') {
+        Some(path) => format!("`{path}.{key}`"),
+        None => format!("{before}`{key}`"),
+    };
+    let tier = if COMPARISON.contains(&(name, key)) {
+        " Other choices are there to compare with."
+    } else {
+        ""
+    };
+    push(
+        page,
+        format_args!(
+            "| {shown} | {} | {default} | {}{tier} |\n",
+            value_of(content),
+            one_line(content)
+        ),
+    );
 }
 
 fn properties(definition: &Value) -> impl Iterator<Item = (&String, &Value)> {

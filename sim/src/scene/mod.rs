@@ -21,6 +21,7 @@ mod settings;
 mod suggest;
 mod tool;
 mod validate;
+mod wanted;
 
 #[cfg(test)]
 mod tests;
@@ -35,7 +36,7 @@ pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 #[cfg(feature = "cli")]
-pub use keys::key_reference;
+pub use keys::{key_reference, schema};
 pub(crate) use locate::{KeyPath, Node, Segment, line_column};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};

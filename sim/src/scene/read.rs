@@ -13,6 +13,7 @@ use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
 use super::locate::{Content, KeyPath, Node, Segment, byte_at, line_column};
 use super::suggest::nearest;
 use super::validate::{Fault, validate};
+use super::wanted::wanted_at;
 use super::{Scene, Shape};
 
 /// A change of one value of a scene: `path.to.key=value`.
@@ -145,7 +146,7 @@ impl fmt::Display for Override {
 }
 
 impl Scene {
-    /// Reads the scene file `file`, applies `overrides` in order and validates the result.
+    /// Reads the scene file `file`, in RON or, with the extension `json`, in JSON, applies `overrides` in order and validates the result.
     ///
     /// Relative paths in the scene start at the file's folder.
     ///
@@ -158,7 +159,15 @@ impl Scene {
             source,
         })?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
-        Self::from_text(&text, &file.display().to_string(), &folder, overrides)
+        let origin = file.display().to_string();
+        if file
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
+        {
+            let scene = parse_json(&text);
+            return Self::finished(scene, &text, &origin, &folder, overrides);
+        }
+        Self::from_text(&text, &origin, &folder, overrides)
     }
 
     /// The embedded scene `name` with `overrides`, validated.
@@ -187,7 +196,18 @@ impl Scene {
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = parse(text).map_err(|(position, problem)| SceneError::Format {
+        Self::finished(parse(text), text, origin, folder, overrides)
+    }
+
+    /// Applies overrides to what was read, resolves its paths and validates it.
+    fn finished(
+        read: Result<Self, Misread>,
+        text: &str,
+        origin: &str,
+        folder: &Path,
+        overrides: &[Override],
+    ) -> Result<Self, SceneError> {
+        let mut scene = read.map_err(|(position, problem)| SceneError::Format {
             place: Place {
                 origin: origin.to_owned(),
                 position: Some(position),
@@ -219,7 +239,8 @@ impl Scene {
                 points.file = resolve(folder, &points.file);
             }
         }
-        validate(&scene).map_err(|fault| located(fault, text, origin, overrides))?;
+        let faults = validate(&scene);
+        told(faults, |fault| located(fault, text, origin, overrides))?;
         Ok(scene)
     }
 
@@ -228,9 +249,10 @@ impl Scene {
     /// [`Scene::load`] and its like have done so, and [`crate::world::World::new`] does.
     ///
     /// # Errors
-    /// [`SceneError::Value`] with the key path of the first value that is not as it must be.
+    /// [`SceneError::Value`] with the key path of the value that is not as it must be,
+    /// [`SceneError::Values`] for several.
     pub fn validate(&self) -> Result<(), SceneError> {
-        validate(self).map_err(|fault| SceneError::Value {
+        told(validate(self), |fault| SceneError::Value {
             place: Place {
                 origin: format!("scene '{}'", self.name),
                 position: None,
@@ -268,16 +290,45 @@ fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
+/// Line and column at which a text departs from the format, and how.
+type Misread = ((usize, usize), FormatProblem);
+
+/// All faults as one error.
+fn told(faults: Vec<Fault>, tell: impl FnMut(Fault) -> SceneError) -> Result<(), SceneError> {
+    let mut errors: Vec<SceneError> = faults.into_iter().map(tell).collect();
+    match (errors.pop(), errors.is_empty()) {
+        (None, _) => Ok(()),
+        (Some(error), true) => Err(error),
+        (Some(error), false) => {
+            errors.push(error);
+            Err(SceneError::Values(errors))
+        }
+    }
+}
+
+/// Reads a scene in JSON without validating it.
+fn parse_json(text: &str) -> Result<Scene, Misread> {
+    serde_json::from_str(text).map_err(|error| {
+        let told = error.to_string();
+        // The place is told before the problem.
+        let problem = told
+            .rsplit_once(" at line ")
+            .map_or(&*told, |(problem, _)| problem);
+        let problem = problem.to_owned();
+        (
+            (error.line(), error.column()),
+            FormatProblem::Json { problem },
+        )
+    })
+}
+
 /// Reads a scene without validating it; the error has line and column.
-fn parse(text: &str) -> Result<Scene, ((usize, usize), FormatProblem)> {
+fn parse(text: &str) -> Result<Scene, Misread> {
     parse_ron(text, "the scene")
 }
 
 /// Reads a text in the dialect of scenes; the error has line and column, and calls the text `whole`.
-pub(crate) fn parse_ron<T: DeserializeOwned>(
-    text: &str,
-    whole: &str,
-) -> Result<T, ((usize, usize), FormatProblem)> {
+pub(crate) fn parse_ron<T: DeserializeOwned>(text: &str, whole: &str) -> Result<T, Misread> {
     options().from_str(text).map_err(|error| {
         let tree = Node::read(text);
         let end = byte_at(text, error.span.end.line, error.span.end.col);
@@ -333,13 +384,23 @@ pub(crate) fn parse_ron<T: DeserializeOwned>(
                     owner: owner_or(&outer),
                 },
             ),
-            error => (
-                start,
-                FormatProblem::Ron {
-                    error,
-                    owner: owner.unwrap_or_default(),
-                },
-            ),
+            error => match tree.as_ref().and_then(|tree| wanted_at(text, tree, start)) {
+                Some(wanted) => (
+                    wanted.start,
+                    FormatProblem::Type {
+                        path: wanted.path,
+                        found: wanted.found,
+                        must: wanted.must,
+                    },
+                ),
+                None => (
+                    start,
+                    FormatProblem::Ron {
+                        error,
+                        owner: owner.unwrap_or_default(),
+                    },
+                ),
+            },
         };
         (line_column(text, byte), problem)
     })

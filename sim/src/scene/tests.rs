@@ -362,3 +362,146 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
         assert!(scene.pictures.is_some(), "{name}");
     }
 }
+
+/// Every key that the page puts first exists, with its meaning.
+#[test]
+fn the_keys_of_every_day_stand_first() {
+    let page = key_reference();
+    let rows = page
+        .lines()
+        .skip_while(|line| *line != "## Keys of every day");
+    let rows: Vec<&str> = rows.skip(4).take_while(|line| !line.is_empty()).collect();
+    assert_eq!(rows.len(), 25);
+    for row in rows {
+        let cells: Vec<&str> = row.split(" | ").collect();
+        assert!(
+            cells.len() == 4 && cells[1].len() > 2 && cells[3].len() > 9,
+            "{row}"
+        );
+    }
+    assert_eq!(
+        page.matches("Other choices are there to compare with.")
+            .count(),
+        7
+    );
+}
+
+/// The schema knows the keys that the reader knows, and a scene in JSON is the scene in RON.
+#[test]
+fn a_scene_in_json_is_that_in_ron() {
+    let scene = read(LIVER).expect("the scene is valid");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.JSON");
+    let text = serde_json::to_string_pretty(&scene).expect("JSON says it");
+    std::fs::write(&file, &text).expect("it is written");
+    assert_eq!(Scene::load(&file, &[]).expect("it is read"), scene);
+    let change = Override::parse("integration.duration=1.5").expect("an override");
+    let changed = Scene::load(&file, &[change]).expect("it is changed");
+    assert!((changed.integration.duration - 1.5).abs() < f64::EPSILON);
+    std::fs::write(&file, text.replace("\"density\"", "\"mass\"")).expect("it is written");
+    let error = Scene::load(&file, &[])
+        .expect_err("an unknown key")
+        .to_string();
+    assert!(
+        error.contains("scene.JSON:") && error.contains("unknown field `mass`"),
+        "{error}"
+    );
+    assert!(
+        !error.contains("at line"),
+        "the place is told once: {error}"
+    );
+
+    let schema = schema();
+    let keys = schema["$defs"]["Body"]["properties"]
+        .as_object()
+        .expect("keys");
+    let written = serde_json::to_value(&scene.bodies[0]).expect("a body");
+    let written = written.as_object().expect("keys");
+    assert!(written.keys().eq(keys.keys()), "{keys:?}");
+}
+
+/// Types are told in the format's words, with the value and its place.
+#[test]
+fn a_value_of_another_type_is_told_what_it_must_be() {
+    let told = |body: &str, rest: &str| {
+        let text = format!("(version: 1, bodies: [(shape: Liver(width: 0.1), {body})], {rest})");
+        read(&text).expect_err("another type").to_string()
+    };
+    let cases = [
+        (
+            "sampling: (target: Nodes(6000.5))",
+            "",
+            "bodies[0].sampling.target is 6000.5; it must be a whole number of 0 or more",
+        ),
+        (
+            "sampling: (target: Nodes(-5))",
+            "",
+            "bodies[0].sampling.target is -5; it must be a whole number of 0 or more",
+        ),
+        (
+            "material: (density: \"heavy\")",
+            "",
+            "bodies[0].material.density is \"heavy\"; it must be a number",
+        ),
+        ("material: (density: 1000 kg)", "", "expected"),
+        (
+            "name: 7",
+            "",
+            "bodies[0].name is 7; it must be a text in quotes",
+        ),
+        (
+            "position: 5",
+            "",
+            "bodies[0].position is 5; it must be three numbers",
+        ),
+        (
+            "position: (0, a, 0)",
+            "",
+            "bodies[0].position[1] is a; it must be a number",
+        ),
+        (
+            "surfels: (clip: 1)",
+            "",
+            "bodies[0].surfels.clip is 1; it must be true or false",
+        ),
+        ("", "supports: 3", "supports is 3; it must be a list"),
+        (
+            "",
+            "pictures: (width: 96.5)",
+            "pictures.width is 96.5; it must be a whole number",
+        ),
+        (
+            "",
+            "pictures: (view: Around(zoom: big))",
+            "pictures.view.zoom is big; it must be a number",
+        ),
+    ];
+    for (body, rest, expected) in cases {
+        let error = told(body, rest);
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// A scene with several bad values is told all of them; one with one as before.
+#[test]
+fn all_values_that_are_wrong_are_told_at_once() {
+    let text = "(version: 1, bodies: [(shape: Liver(width: -1)), (name: \"b\", shape: Liver(width: 1), damping: -3)],
+        integration: (duration: -1))";
+    let error = read(text).expect_err("three values");
+    let told = error.to_string();
+    assert!(
+        told.starts_with("3 values are not as they must be: test.ron:1:"),
+        "{told}"
+    );
+    assert_eq!(
+        (told.lines().count(), told.matches("; and ").count()),
+        (1, 2)
+    );
+    for path in [
+        "bodies[0].shape.width is -1",
+        "bodies[1].damping is -3",
+        "integration.duration is -1",
+    ] {
+        assert!(told.contains(path), "{told}");
+    }
+}

@@ -300,7 +300,7 @@ impl World {
 
     fn damaged(&self, body: usize, what: &'static str) -> WorldError {
         let body = self.members.get(body);
-        WorldError {
+        WorldError::Body {
             body: body.map_or_else(String::new, |member| member.body.name.clone()),
             problem: BodyProblem::Damaged(what),
         }
@@ -399,7 +399,13 @@ mod tests {
             damage(&mut broken);
             let refused = world().restore(broken, |_, _| Ok(())).unwrap_err();
             assert!(
-                matches!(refused.problem, BodyProblem::Damaged(_)),
+                matches!(
+                    &refused,
+                    WorldError::Body {
+                        problem: BodyProblem::Damaged(_),
+                        ..
+                    }
+                ),
                 "{what}: {refused}"
             );
             if let Some(kept) = state.kept.clone() {

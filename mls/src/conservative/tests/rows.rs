@@ -193,3 +193,24 @@ fn factors_give_the_stencils() {
     assert!(check(&s) > 0, "some row is deficient");
     assert_eq!(s.ranks[40].rank, 1);
 }
+
+/// What a set-up cost can be kept: read back it is the same, and goes on as the same.
+#[cfg(feature = "serde")]
+#[test]
+fn stencils_and_graph_survive_being_written() {
+    let block = block([4; 3], 1.0, 0.2, 3);
+    let (graph, mut stencils) = build(&block);
+    let text = ron::to_string(&(&graph, &stencils)).unwrap();
+    let (kept_graph, mut kept): (Neighborhoods, ConservativeStencils) =
+        ron::from_str(&text).unwrap();
+    assert_eq!((&kept_graph, &kept), (&graph, &stencils));
+    let factor = |pair: usize| if pair % 3 == 0 { 0.5 } else { 1.0 };
+    for s in [&mut stencils, &mut kept] {
+        s.update_rows(&block.positions, &graph, factor, &[1, 7, 8])
+            .unwrap();
+    }
+    assert_eq!(kept, stencils);
+    let broken = text.replacen("offsets:[0,", "offsets:[1,", 1);
+    let error = ron::from_str::<(Neighborhoods, ConservativeStencils)>(&broken).unwrap_err();
+    assert!(error.to_string().contains("breaks the CSR rule"), "{error}");
+}

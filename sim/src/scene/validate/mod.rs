@@ -14,8 +14,50 @@ use body::body;
 use check::{Check, color, finite, not_negative, positive, require, triple};
 use event::{cut, support, tool};
 
-/// Checks every value of a scene.
-pub(super) fn validate(scene: &Scene) -> Check {
+/// Checks every value of a scene: the first fault of each of its parts, in the order of the file.
+pub(super) fn validate(scene: &Scene) -> Vec<Fault> {
+    let mut checks = vec![whole(scene)];
+    for (index, item) in scene.bodies.iter().enumerate() {
+        checks.push(body(&format!("bodies[{index}]"), item));
+    }
+    let names = scene.bodies.iter().map(|body| body.name.as_str());
+    checks.push(unique("bodies", names));
+    for (index, item) in scene.supports.iter().enumerate() {
+        checks.push(support(&format!("supports[{index}]"), item, &scene.bodies));
+    }
+    if let Some(gravity) = &scene.gravity {
+        checks.push(finite("gravity.acceleration", gravity.acceleration));
+        checks.push(not_negative("gravity.ramp", gravity.ramp, " (s)"));
+    }
+    for (index, item) in scene.tools.iter().enumerate() {
+        checks.push(tool(&format!("tools[{index}]"), item, &scene.bodies));
+    }
+    checks.push(unique(
+        "tools",
+        scene.tools.iter().map(|tool| tool.name.as_str()),
+    ));
+    for (index, item) in scene.cuts.iter().enumerate() {
+        checks.push(cut(&format!("cuts[{index}]"), item, scene));
+    }
+    checks.push(unique(
+        "cuts",
+        scene.cuts.iter().map(|cut| cut.name.as_str()),
+    ));
+    let time = integration(&scene.integration);
+    let lasting = time.is_ok();
+    checks.extend([time, stepping(scene)]);
+    if lasting {
+        // What a rate makes depends on the duration.
+        checks.push(observe(scene));
+        if let Some(settings) = &scene.pictures {
+            let rate = || limited("pictures.rate", settings.rate, MOST_FRAMES, scene, "frames");
+            checks.push(pictures(settings).and_then(|()| rate()));
+        }
+    }
+    checks.into_iter().filter_map(Check::err).collect()
+}
+
+fn whole(scene: &Scene) -> Check {
     require(
         scene.version == VERSION,
         "version",
@@ -40,28 +82,10 @@ pub(super) fn validate(scene: &Scene) -> Check {
         "bodies",
         format_args!("a list of {}", scene.bodies.len()),
         format_args!("a scene may have {MOST_BODIES} at most"),
-    )?;
-    for (index, item) in scene.bodies.iter().enumerate() {
-        body(&format!("bodies[{index}]"), item)?;
-    }
-    unique("bodies", scene.bodies.iter().map(|body| body.name.as_str()))?;
-    for (index, item) in scene.supports.iter().enumerate() {
-        support(&format!("supports[{index}]"), item, &scene.bodies)?;
-    }
-    if let Some(gravity) = &scene.gravity {
-        finite("gravity.acceleration", gravity.acceleration)?;
-        not_negative("gravity.ramp", gravity.ramp, " (s)")?;
-    }
-    for (index, item) in scene.tools.iter().enumerate() {
-        tool(&format!("tools[{index}]"), item, &scene.bodies)?;
-    }
-    unique("tools", scene.tools.iter().map(|tool| tool.name.as_str()))?;
-    for (index, item) in scene.cuts.iter().enumerate() {
-        cut(&format!("cuts[{index}]"), item, scene)?;
-    }
-    unique("cuts", scene.cuts.iter().map(|cut| cut.name.as_str()))?;
-    integration(&scene.integration)?;
-    stepping(scene)?;
+    )
+}
+
+fn observe(scene: &Scene) -> Check {
     let rate = scene.observe.history_rate;
     positive("observe.history_rate", rate, " (1/s)")?;
     limited("observe.history_rate", rate, MOST_ROWS, scene, "rows")?;
@@ -76,10 +100,6 @@ pub(super) fn validate(scene: &Scene) -> Check {
     }
     if let Some(period) = scene.observe.checkpoint {
         positive("observe.checkpoint", period, " (s)")?;
-    }
-    if let Some(settings) = &scene.pictures {
-        pictures(settings)?;
-        limited("pictures.rate", settings.rate, MOST_FRAMES, scene, "frames")?;
     }
     Ok(())
 }

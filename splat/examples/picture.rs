@@ -1,0 +1,73 @@
+//! Points and normals to a lit picture: the one at the top of the README.
+//!
+//! `cargo run --release -p phyxel-splat --example picture -- splat/knot.png`. Fails if the surface has a hole.
+
+#![allow(clippy::print_stdout, reason = "it says what it drew")]
+
+use std::f64::consts::TAU;
+use std::fs::File;
+
+use phyxel_splat::glam::{DVec3, Vec3};
+use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
+
+/// Points on a tube round a trefoil knot, with their normals and colours.
+fn knot(along: u32, round: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<Vec3>) {
+    let centre = |t: f64| {
+        let (sin, cos) = (2.0 * t).sin_cos();
+        DVec3::new(t.sin() + 2.0 * sin, t.cos() - 2.0 * cos, -(3.0 * t).sin())
+    };
+    let (mut points, mut normals, mut colors) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..along {
+        // Every other ring is turned by half a step, so that the points lie like bees' cells.
+        let t = TAU * f64::from(i) / f64::from(along);
+        let ahead = (centre(t + 1e-4) - centre(t - 1e-4)).normalize();
+        let out = (centre(t) * DVec3::new(1.0, 1.0, 0.0)).normalize();
+        let side = ahead.cross(out).normalize();
+        let up = side.cross(ahead);
+        for k in 0..round {
+            let (sin, cos) =
+                (TAU * (f64::from(k) + 0.5 * f64::from(i % 2)) / f64::from(round)).sin_cos();
+            let normal = side * cos + up * sin;
+            points.push(centre(t) + normal * 0.55);
+            normals.push(normal);
+            let hue = t + TAU * f64::from(k) / f64::from(round);
+            let share = |shift: f64| 0.5 + 0.5 * (hue + shift).cos();
+            colors.push(
+                DVec3::new(
+                    0.08 + 0.5 * share(0.0),
+                    0.05 + 0.16 * share(2.1),
+                    0.06 + 0.3 * share(4.2),
+                )
+                .as_vec3(),
+            );
+        }
+    }
+    (points, normals, colors)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let file = std::env::args().nth(1).ok_or("name the file to write")?;
+    let (points, normals, colors) = knot(360, 48);
+
+    let surfels = Surfels::covering(&points, &normals)?;
+    let splats = Splats::at_rest(&surfels);
+    let camera = Camera::around(&points, DVec3::new(0.25, 0.55, -1.0), 16.0 / 9.0);
+    let view = SplatView::new(&splats, &surfels, &colors);
+    let frame = Renderer::new(RenderSettings::default()).draw(&view, &[], &camera);
+
+    frame.write_png(File::create(&file)?)?;
+    // A hole is a pixel of the background with the body on both sides, within a few pixels, of its row.
+    let width = usize::try_from(frame.width)?;
+    let seen = |row: &[f32], at: usize| row.get(at).is_some_and(|depth| depth.is_finite());
+    let rows = frame.depth.chunks(width);
+    let holes: usize = rows
+        .map(|row| {
+            (1..width)
+                .filter(|&x| !seen(row, x) && seen(row, x - 1) && seen(row, x + 1))
+                .count()
+        })
+        .sum();
+    println!("{} surfels, {holes} holes: {file}", surfels.len());
+    assert_eq!(holes, 0, "the disks do not cover");
+    Ok(())
+}
