@@ -53,6 +53,7 @@ impl Override {
         })
     }
 
+    #[cfg(feature = "cli")]
     /// The path.
     pub(crate) fn path(&self) -> &KeyPath {
         &self.path
@@ -384,6 +385,7 @@ fn place_of(path: &str, text: &str, origin: &str, overrides: &[Override]) -> Pla
     }
 }
 
+#[cfg(feature = "cli")]
 /// Where a scene's body was written; an origin without a text has no position.
 pub(crate) fn place_of_body(
     index: usize,
