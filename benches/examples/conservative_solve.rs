@@ -42,7 +42,7 @@ fn main() {
                     coarse_space,
                     ..Default::default()
                 };
-                jittered_stencils(&block, &graph, &settings)
+                jittered_stencils(&block, &graph, &settings).expect("finite data")
             };
             let start = Instant::now();
             let stencils = build(true);

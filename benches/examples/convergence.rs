@@ -121,11 +121,12 @@ fn main() -> Result<(), StudyError> {
     let folder = folder_of("mls")?;
     let header = ["basis", "cells", "value", "gradient"];
     write_csv(&folder.join("convergence.csv"), header, &rows)?;
-    Plot(
-        &folder.join("convergence.svg"),
+    Plot::new(
+        "convergence",
         "Error against spacing",
         ["h", "rms error"],
         [Scale::Logarithmic; 2],
         lines,
     )
+    .write(&folder)
 }

@@ -64,7 +64,8 @@ fn main() {
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges are a graph");
     let setup = Instant::now();
-    let whole = jittered_stencils(&block, &graph, &ConservativeSettings::default());
+    let whole =
+        jittered_stencils(&block, &graph, &ConservativeSettings::default()).expect("finite data");
     let setup = setup.elapsed().as_secs_f64() * 1e3;
     println!(
         "{} nodes, {} pairs, set-up {setup:.0} ms",

@@ -24,7 +24,6 @@ use testkit::block::Block;
 use testkit::cloud::Random;
 use testkit::statics::Request;
 
-#[path = "../../mls/examples/study/mod.rs"]
 const NU: f64 = 0.3;
 
 /// First period of a slender beam with E = 1 and unit density: `2 pi / 1.8751² sqrt(rho A L⁴ / E I)`.

@@ -83,8 +83,9 @@ fn conservative(count: usize) -> (f64, usize, SolveReport) {
     let block = kuhn_block([cells; 3], 1.0, 0.2, 1);
     let graph =
         Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone()).expect("edges");
-    let (seconds, stencils) =
-        time(|| jittered_stencils(&block, &graph, &ConservativeSettings::default()));
+    let (seconds, stencils) = time(|| {
+        jittered_stencils(&block, &graph, &ConservativeSettings::default()).expect("finite data")
+    });
     (seconds, block.positions.len(), stencils.report)
 }
 
@@ -176,11 +177,12 @@ fn main() -> Result<(), StudyError> {
         Series::line("search, weights, stencils", ours),
         Series::line("conservative, on given edges", solved),
     ];
-    Plot(
-        &folder.join("setup_scaling.svg"),
+    Plot::new(
+        "setup_scaling",
         "Set-up time, two threads",
         ["nodes", "set-up (ms)"],
         [Scale::Logarithmic; 2],
         lines,
     )
+    .write(&folder)
 }

@@ -158,7 +158,8 @@ fn conservative(block: &Block) -> Made {
     let start = Instant::now();
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges are a graph");
-    let made = jittered_stencils(block, &graph, &ConservativeSettings::default());
+    let made =
+        jittered_stencils(block, &graph, &ConservativeSettings::default()).expect("finite data");
     Made {
         graph,
         gradients: made.pair_gradients,

@@ -21,6 +21,7 @@ mod settings;
 mod suggest;
 mod tool;
 mod validate;
+#[cfg(feature = "cli")]
 mod wanted;
 
 #[cfg(test)]
@@ -37,16 +38,20 @@ pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 #[cfg(feature = "cli")]
 pub use keys::{key_reference, schema};
+#[cfg(feature = "cli")]
 pub(crate) use locate::{KeyPath, Node, Segment, line_column};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
-pub(crate) use read::{parse_ron, place_of_body, read_file, read_text};
+pub(crate) use read::read_file;
+#[cfg(feature = "cli")]
+pub(crate) use read::{parse_ron, place_of_body, read_text};
 pub use settings::{
     Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
 };
+#[cfg(feature = "cli")]
 pub(crate) use suggest::nearest;
 pub use tool::{Release, Tool, ToolShape};
 

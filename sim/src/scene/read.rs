@@ -13,6 +13,7 @@ use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
 use super::locate::{Content, KeyPath, Node, Segment, byte_at, line_column};
 use super::suggest::nearest;
 use super::validate::{Fault, validate};
+#[cfg(feature = "cli")]
 use super::wanted::wanted_at;
 use super::{Scene, Shape};
 
@@ -54,6 +55,7 @@ impl Override {
         })
     }
 
+    #[cfg(feature = "cli")]
     /// The path.
     pub(crate) fn path(&self) -> &KeyPath {
         &self.path
@@ -384,26 +386,31 @@ pub(crate) fn parse_ron<T: DeserializeOwned>(text: &str, whole: &str) -> Result<
                     owner: owner_or(&outer),
                 },
             ),
-            error => match tree.as_ref().and_then(|tree| wanted_at(text, tree, start)) {
-                Some(wanted) => (
-                    wanted.start,
-                    FormatProblem::Type {
-                        path: wanted.path,
-                        found: wanted.found,
-                        must: wanted.must,
-                    },
-                ),
-                None => (
-                    start,
-                    FormatProblem::Ron {
-                        error,
-                        owner: owner.unwrap_or_default(),
-                    },
-                ),
-            },
+            error => typed(text, tree.as_ref(), start).unwrap_or_else(|| {
+                let owner = owner.unwrap_or_default();
+                (start, FormatProblem::Ron { error, owner })
+            }),
         };
         (line_column(text, byte), problem)
     })
+}
+
+/// What the value at a byte should have been, where the format tells; without the format's schema
+/// (feature `cli`) nothing does.
+#[cfg(feature = "cli")]
+fn typed(text: &str, tree: Option<&Node>, start: usize) -> Option<(usize, FormatProblem)> {
+    let wanted = wanted_at(text, tree?, start)?;
+    let problem = FormatProblem::Type {
+        path: wanted.path,
+        found: wanted.found,
+        must: wanted.must,
+    };
+    Some((wanted.start, problem))
+}
+
+#[cfg(not(feature = "cli"))]
+fn typed(_: &str, _: Option<&Node>, _: usize) -> Option<(usize, FormatProblem)> {
+    None
 }
 
 /// Where the word that the deserializer just read starts: its last occurrence before the cursor.
@@ -445,6 +452,7 @@ fn place_of(path: &str, text: &str, origin: &str, overrides: &[Override]) -> Pla
     }
 }
 
+#[cfg(feature = "cli")]
 /// Where a scene's body was written; an origin without a text has no position.
 pub(crate) fn place_of_body(
     index: usize,
