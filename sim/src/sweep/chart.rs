@@ -62,33 +62,40 @@ impl Axis {
         self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// About four round numbers.
+    /// A few round numbers: even steps, or powers of ten and their parts where there is more than one.
     fn ticks(&self) -> Vec<f64> {
-        if self.logarithmic {
-            let decades = (self.low.floor()..=self.high.ceil()).into_steps(1.0);
-            let fine = if self.high - self.low > 2.5 {
-                &[1.0][..]
-            } else {
-                &[1.0, 2.0, 5.0]
-            };
-            let all = decades
-                .into_iter()
-                .flat_map(|decade| fine.iter().map(move |digit| digit * 10_f64.powf(decade)));
-            return all
-                .filter(|value| (self.low..=self.high).contains(&value.log10()))
-                .collect();
+        if !self.logarithmic {
+            return even(self.low, self.high);
         }
-        let rough = (self.high - self.low) / 4.0;
-        let power = 10_f64.powf(rough.log10().floor());
-        let steps = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
-        let step = steps.into_iter().find(|step| *step >= rough);
-        let step = step.unwrap_or(rough);
-        ((self.low / step).ceil()..=(self.high / step).floor())
+        if self.high - self.low < 1.0 {
+            return even(10_f64.powf(self.low), 10_f64.powf(self.high));
+        }
+        let fine = if self.high - self.low > 2.5 {
+            &[1.0][..]
+        } else {
+            &[1.0, 2.0, 5.0]
+        };
+        (self.low.floor()..=self.high.ceil())
             .into_steps(1.0)
             .into_iter()
-            .map(|count| count * step)
+            .flat_map(|decade| fine.iter().map(move |digit| digit * 10_f64.powf(decade)))
+            .filter(|value| (self.low..=self.high).contains(&value.log10()))
             .collect()
     }
+}
+
+/// Round numbers between two, from two to six steps apart.
+fn even(low: f64, high: f64) -> Vec<f64> {
+    let rough = (high - low) / 6.0;
+    let power = 10_f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
+    let step = steps.into_iter().find(|step| *step >= rough);
+    let step = step.unwrap_or(rough);
+    ((low / step).ceil()..=(high / step).floor())
+        .into_steps(1.0)
+        .into_iter()
+        .map(|count| count * step)
+        .collect()
 }
 
 /// The numbers of a range at even steps.
@@ -225,17 +232,27 @@ mod tests {
         ] {
             let axis = Axis::of([low, high].into_iter(), false, 0.0, 100.0);
             let ticks = axis.ticks();
-            assert!((1..=6).contains(&ticks.len()), "{low} {high}: {ticks:?}");
+            assert!((2..=7).contains(&ticks.len()), "{low} {high}: {ticks:?}");
             assert!(
                 ticks
                     .iter()
                     .all(|tick| (0.0..=100.0).contains(&axis.at(*tick)))
             );
         }
-        let axis = Axis::of([2e3, 2e4].into_iter(), true, 0.0, 100.0);
-        let labels: Vec<String> = axis.ticks().into_iter().map(label).collect();
-        assert_eq!(labels, ["2000", "5000", "10000", "20000"]);
-        assert_eq!(label(2.5e-6), "2.50e-6".replace("0e", "e"));
+        let labels = |low: f64, high: f64| -> Vec<String> {
+            let axis = Axis::of([low, high].into_iter(), true, 0.0, 100.0);
+            axis.ticks().into_iter().map(label).collect()
+        };
+        assert_eq!(labels(2e3, 2e4), ["2000", "5000", "10000", "20000"]);
+        assert_eq!(
+            labels(400.0, 3000.0),
+            ["500", "1000", "1500", "2000", "2500", "3000"]
+        );
+        assert_eq!(
+            labels(1e-6, 1.0),
+            ["1e-6", "1e-5", "1e-4", "0.001", "0.01", "0.1", "1"]
+        );
+        assert_eq!(label(2.5e-6), "2.5e-6");
         assert_eq!(label(-0.03), "-0.03");
     }
 

@@ -50,7 +50,7 @@ pub enum Design {
     List,
     /// Every combination; the last key changes fastest.
     Grid,
-    /// A Latin hypercube (McKay, Beckman and Conover 1979): each key's range is cut into as many parts of
+    /// A Latin hypercube (`McKay` 1979): each key's range is cut into as many parts of
     /// equal probability as there are cases, and each part is used once.
     LatinHypercube {
         /// Cases.

@@ -18,7 +18,7 @@ pub const SHARES: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
 /// Mean, deviation and quantiles of finite values; `None` of none.
 ///
-/// Quantiles lie linearly between neighbours in order: definition 7 of Hyndman and Fan 1996.
+/// Quantiles lie linearly between neighbours in order: definition 7 of Hyndman 1996.
 #[must_use]
 #[allow(
     clippy::cast_precision_loss,
@@ -69,7 +69,8 @@ pub struct Sensitivity {
 /// values themselves where there are no more; the share of variance between bins is freed of what chance
 /// alone puts there (Kelley 1935): `1 - (n - 1) / (n - m) · SS_within / SS`. With `m` bins a linear
 /// influence comes out too small by `1/m²` of itself. A key without influence gives 0 in the mean with a
-/// deviation of `√(2 (m - 1) / ((n - m) (n + 1)))`, so estimates may be negative. What several keys do
+/// deviation of `√(2 (m - 1) / ((n - m) (n + 1)))`, so estimates may be negative; the standard error of a
+/// large index `S` is about `2 √S (1 - S) / √n`, as that of a coefficient of determination. What several keys do
 /// only together is in none of the indices, and keys that do not vary independently share what they do.
 ///
 /// `None` for fewer than 8 cases, or if `x` does not change.
@@ -160,7 +161,13 @@ mod tests {
         assert_eq!(quantiles(&[]), None);
         let q = quantiles(&[3.0, 1.0, 2.0, 5.0, 4.0]).expect("five values");
         assert_eq!((q.count, q.mean, q.deviation), (5, 3.0, 2.5_f64.sqrt()));
-        assert_eq!(q.at, [1.0, 1.2, 2.0, 3.0, 4.0, 4.8, 5.0]);
+        let shares = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
+        for (found, share) in q.at.into_iter().zip(shares) {
+            assert!(
+                (found - (1.0 + 4.0 * share)).abs() < 1e-14,
+                "{found} {share}"
+            );
+        }
         let one = quantiles(&[7.0]).expect("one value");
         assert_eq!((one.deviation, one.at), (0.0, [7.0; 7]));
     }
@@ -180,14 +187,12 @@ mod tests {
             let x: Vec<f64> = points.iter().map(|point| point[key]).collect();
             let found = sensitivity(&x, &y).expect("there are enough");
             let (index, noise) = (found.index, found.noise);
-            // The conditional means have a noise of their own beside that of no influence.
+            // Three standard errors, as of a coefficient of determination.
+            let error = 2.0 * f64::sqrt(expected) * (1.0 - expected) / f64::sqrt(4000.0);
+            let allowed = 3.0 * (error + noise);
             assert!(
-                (index - expected).abs() < 6.0 * noise,
-                "{index} {expected} {noise}"
-            );
-            assert!(
-                expected > 0.0 || index.abs() < 4.0 * noise,
-                "{index} {noise}"
+                (index - expected).abs() < allowed,
+                "{index} {expected} {allowed}"
             );
         }
     }
@@ -221,7 +226,8 @@ mod tests {
         let y: Vec<f64> = x.iter().map(|x| x * x - 4.0).collect();
         let found = sensitivity(&x, &y).expect("there are enough");
         assert_eq!((found.index, found.bins), (1.0, 3));
-        assert_eq!(sensitivity(&x, &[2.5; 30]).expect("enough").index, 0.0);
+        let same = sensitivity(&x, &[2.5; 30]).expect("enough");
+        assert!(same.index.abs() < f64::MIN_POSITIVE, "{}", same.index);
         assert_eq!(sensitivity(&[1.0; 30], &y), None, "it does not change");
         assert_eq!(sensitivity(&x[..7], &y[..7]), None, "too few");
     }
