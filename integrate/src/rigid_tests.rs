@@ -148,8 +148,12 @@ fn few_nodes_turn_only_as_they_can() {
 fn crumbs_that_fall_far_away_gain_nothing_by_damping() {
     // Pieces of one, two and three nodes: centers of mass that are not to the bit where their node is.
     let rest: Vec<DVec3> = uniform(60, 30.0, 11);
-    let pieces: Vec<u32> = (0..60).map(|i| if i < 40 { i } else { 40 + i % 10 }).collect();
-    let masses: Vec<f64> = (0..60).map(|i| 1e-3 * (1.0 + 0.37 * f64::from(i))).collect();
+    let pieces: Vec<u32> = (0..60)
+        .map(|i| if i < 40 { i } else { 40 + i % 10 })
+        .collect();
+    let masses: Vec<f64> = (0..60)
+        .map(|i| 1e-3 * (1.0 + 0.37 * f64::from(i)))
+        .collect();
     let gravity = DVec3::new(0.3, -9.81, 0.7);
     let settings = MotionSettings {
         damping: 15.0,
