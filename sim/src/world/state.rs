@@ -8,7 +8,8 @@ use glam::DVec3;
 use phyxel_elastic::Offsets;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::{CutEnergy, Cutting, Moment};
+use super::cutting::{Cutting, Moment};
+use super::energy::CutEnergy;
 use super::error::{BodyProblem, WorldError};
 use super::grip::{Adjusted, Grip};
 use super::guard::{Kept, Retaken, presses};
@@ -45,6 +46,7 @@ pub(super) struct BodyState {
     smallest_ratio: f64,
     growth: Option<f64>,
     cut_energy: Option<CutEnergy>,
+    stroke_energies: Vec<CutEnergy>,
     /// What viscous materials remember, and the energy (J) they took up.
     history: Vec<[f64; 6]>,
     relaxed: f64,
@@ -85,6 +87,10 @@ impl Member {
             smallest_ratio: body.smallest_ratio,
             growth: cutting.as_ref().map(Cutting::growth),
             cut_energy: cutting.as_ref().map(Cutting::energy),
+            stroke_energies: cutting.as_ref().map_or_else(Vec::new, |cutting| {
+                let strokes = cutting.by_stroke().iter();
+                strokes.map(|stroke| stroke.energy).collect()
+            }),
             history: body.elastic.viscous_history().to_vec(),
             relaxed: body.relaxed,
             offset_nodes: offsets.nodes,
@@ -114,7 +120,7 @@ impl Member {
                 cutting.set_growth(growth);
             }
             if let Some(energy) = state.cut_energy {
-                cutting.set_energy(energy);
+                cutting.set_energy(energy, &state.stroke_energies);
             }
         }
     }
