@@ -66,6 +66,15 @@ fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
         summary.bodies[0].energy.imbalance < 1e-2,
         "the audit closes"
     );
+    let freed = cuts.strokes.iter().map(|s| s.released - s.added - s.decay);
+    let (freed, whole) = (
+        freed.sum::<f64>(),
+        summary.bodies[0].energy.released_by_cuts,
+    );
+    assert!(
+        (freed - whole).abs() <= 1e-9 * whole.abs(),
+        "strokes free {freed} J, all cuts {whole} J: {cuts:?}"
+    );
     let mut json = serde_json::to_value(summary).expect("a summary is JSON");
     json.as_object_mut().expect("an object").remove("timings");
     let mut files = vec![("summary".to_owned(), json.to_string().into_bytes())];

@@ -255,6 +255,13 @@ impl Solid {
         }
     }
 
+    /// Whether a point is inside or not farther than `tolerance` (m) outside of the surface, by
+    /// [`Solid::signed_distance`].
+    #[must_use]
+    pub fn contains_within(&self, p: DVec3, tolerance: f64) -> bool {
+        self.contains(p) || self.signed_distance(p) <= tolerance
+    }
+
     /// Distance to the surface, negative inside. For implicit bodies the function's value, which
     /// is a distance only if the function is one.
     #[must_use]

@@ -293,3 +293,21 @@ fn surfels_of_a_mesh_have_the_normals_of_the_surface_it_stands_for() {
         assert!((n.abs().max_element() - 1.0).abs() < 1e-15, "{n}");
     }
 }
+
+#[test]
+fn round_off_outside_of_a_face_counts_as_inside_where_it_is_asked() {
+    let shape = Shape::Box { size: DVec3::ONE };
+    // The box stands round the origin, the cube on it.
+    let solids = [
+        (Solid::from(shape), DVec3::ZERO),
+        (Solid::from_mesh(cube(DVec3::ZERO)), DVec3::splat(0.5)),
+    ];
+    for (solid, middle) in solids {
+        let beside = |off: f64| middle + DVec3::new(0.5 + off, 0.11, -0.2);
+        for (off, inside) in [(-1e-6, true), (1e-15, true), (1e-10, true), (1e-6, false)] {
+            let found = solid.contains_within(beside(off), 1e-9);
+            assert_eq!(found, inside, "{off:e}");
+        }
+        assert!(!solid.contains(beside(1e-10)), "without a tolerance");
+    }
+}

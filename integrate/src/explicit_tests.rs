@@ -160,9 +160,9 @@ fn driven_end_of_a_chain_balances_work() {
     let mut supports = Supports::fixed(12, &[0]);
     let path = Path::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
     supports.drive(&[11], [true, true, true], path, &chain.rest);
-    let run = |step: f64| {
+    let run = |damping: f64, step: f64| {
         let settings = MotionSettings {
-            damping: 0.4,
+            damping,
             ..MotionSettings::default()
         };
         let mut motion =
@@ -175,13 +175,18 @@ fn driven_end_of_a_chain_balances_work() {
         assert_eq!(motion.positions()[11], end, "driven node");
         *motion.audit()
     };
-    let (coarse, fine) = (run(0.02), run(0.01));
-    assert!(fine.support_work > 0.1, "work went in: {fine:?}");
-    assert!(fine.balance().abs() < 2e-3 * fine.support_work, "{fine:?}");
-    assert!(
-        fine.balance().abs() < 0.4 * coarse.balance().abs(),
-        "second order"
-    );
+    // Of second order without damping; with it the order is that of the damping's split into halves.
+    for (damping, ratio) in [(0.0, 0.4), (0.4, 0.6)] {
+        let (coarse, fine) = (run(damping, 0.02), run(damping, 0.01));
+        assert!(fine.support_work > 0.1, "work went in: {fine:?}");
+        assert!(fine.balance().abs() < 2e-3 * fine.support_work, "{fine:?}");
+        assert!(
+            fine.balance().abs() < ratio * coarse.balance().abs(),
+            "damping {damping}: {:e} and {:e}",
+            coarse.balance(),
+            fine.balance()
+        );
+    }
 }
 
 #[test]
@@ -553,4 +558,46 @@ fn a_written_state_continues_to_the_same_bits() {
     motion.advance_to(1.0, 0.013, &mut law).unwrap();
     other.advance_to(1.0, 0.013, &mut law).unwrap();
     assert_eq!(other.state(), motion.state(), "continued");
+}
+
+#[test]
+fn the_balance_of_a_stiff_mode_closes_and_stays_closed_when_damping_has_taken_it() {
+    // A spring of which a part is cut while it is stretched, at 0.95 of the critical step.
+    let rest = [DVec3::ZERO, DVec3::X];
+    let masses = [0.7, 0.4];
+    let reduced: f64 = 0.7 * 0.4 / 1.1;
+    let spring = |stiffness: f64| {
+        move |x: &[DVec3], f: &mut [DVec3]| {
+            let stretch = x[1].x - x[0].x - 1.0;
+            (f[0], f[1]) = (
+                DVec3::X * stiffness * stretch,
+                DVec3::X * -stiffness * stretch,
+            );
+            0.5 * stiffness * stretch * stretch
+        }
+    };
+    let step = 0.95 * 2.0 / (50.0 / reduced).sqrt();
+    let settings = MotionSettings {
+        damping: 0.1,
+        ..MotionSettings::default()
+    };
+    let mut motion = Motion::new(&rest, &masses, Supports::free(2), settings).unwrap();
+    motion.set_pieces(&[0, 0]);
+    motion
+        .set_velocities(&[DVec3::X * 0.3, DVec3::X * -0.2])
+        .unwrap();
+    let mut swing: f64 = 0.0;
+    for k in 0..4000 {
+        let stiffness = if k < 7 { 50.0 } else { 30.0 };
+        if k == 7 {
+            motion.refresh(spring(stiffness)).unwrap();
+        }
+        motion.step(step, spring(stiffness)).unwrap();
+        let audit = motion.audit();
+        assert!(audit.balance().abs() < 1e-12, "step {k}: {audit:?}");
+        swing = swing.max(audit.staggered.abs());
+    }
+    let audit = motion.audit();
+    assert!(swing > 0.2 * audit.initial, "a stiff mode: {swing}");
+    assert!(audit.elastic < 1e-9 && audit.booked < -1e-4, "{audit:?}");
 }

@@ -74,6 +74,10 @@ pub struct State {
     pub viscous: Vec<DVec3>,
     /// Energies after the last step.
     pub audit: Audit,
+    /// `Δt²/8 Σ f²/m` (J) of the last step and the forces last evaluated (see [`Audit::staggered`]).
+    pub lag: f64,
+    /// Size (s) of the last step; 0 before the first.
+    pub step: f64,
     /// Energy (J) that is subtracted from the loads' potential, so that their work starts at 0.
     pub load_origin: f64,
     /// Steps in a row after which the balance was off.
@@ -224,6 +228,8 @@ impl Motion {
                 applied: Vec::new(),
                 viscous: Vec::new(),
                 audit: Audit::default(),
+                lag: 0.0,
+                step: 0.0,
                 load_origin: 0.0,
                 suspicion: 0,
                 frame: None,
@@ -534,6 +540,7 @@ impl Motion {
             ..Audit::default()
         };
         self.state.load_origin = self.load_potential();
+        self.state.step = 0.0;
         self.state.forces.clear();
         self.state.applied.clear();
         self.state.viscous.clear();

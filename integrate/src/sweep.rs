@@ -130,6 +130,8 @@ pub(crate) struct Sums {
     pub(crate) dissipated: f64,
     pub(crate) applied: f64,
     pub(crate) potential: f64,
+    /// `½ Σ m |Δv|²` of the kicks.
+    pub(crate) lag: f64,
     pub(crate) bad: bool,
 }
 
@@ -140,6 +142,7 @@ impl Sums {
         self.dissipated += other.dissipated;
         self.applied += other.applied;
         self.potential += other.potential;
+        self.lag += other.lag;
         self.bad |= other.bad;
         self
     }
@@ -263,6 +266,9 @@ impl Sweep<'_> {
         for ((p, v), m) in momenta.iter_mut().zip(&*new).zip(masses) {
             *p = *v * *m;
         }
+        let gained = masses.iter().zip(&*new).zip(&*v);
+        let gained = gained.map(|((m, new), v)| m * (*new - *v).length_squared());
+        sums.lag = 0.5 * gained.sum::<f64>();
         let kinetic = 0.5 * dot_in_order(momenta, new);
         let left = kick.decay * kick.decay;
         sums.bad = !kinetic.is_finite();

@@ -5,6 +5,9 @@ use std::path::Path;
 
 use super::Summary;
 
+/// Strokes that get a line of their own; `summary.json` has all.
+const MOST_STROKES: usize = 8;
+
 /// The summary as lines of text, with the folder of the results.
 #[must_use]
 pub fn table(summary: &Summary, folder: &Path) -> String {
@@ -140,6 +143,25 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 cuts.weak_nodes
             ),
         )?;
+        for stroke in cuts.strokes.iter().take(MOST_STROKES) {
+            row(
+                text,
+                "stroke",
+                format_args!(
+                    "{} of {}: {} captures, {} updates; cut free {:.3e} J, added {:.1e} J, carried over {:+.1e} J",
+                    stroke.cut,
+                    stroke.body,
+                    stroke.captures,
+                    stroke.updates,
+                    stroke.released,
+                    stroke.added,
+                    stroke.decay
+                ),
+            )?;
+        }
+        if let more @ 1.. = cuts.strokes.len().saturating_sub(MOST_STROKES) {
+            row(text, "", format_args!("and {more} more in summary.json"))?;
+        }
     }
     for tool in &summary.tools {
         row(

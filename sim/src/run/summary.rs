@@ -144,7 +144,7 @@ pub struct SteppingSummary {
 }
 
 /// What the blades did.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CutSummary {
     /// Blade edges taken up.
     pub captures: usize,
@@ -162,6 +162,31 @@ pub struct CutSummary {
     pub weak_nodes: usize,
     /// Those of them that hang on no sound node: debris.
     pub loose_nodes: usize,
+    /// One entry per stroke and body, in the order in which they began.
+    pub strokes: Vec<StrokeSummary>,
+}
+
+/// What one stroke of a blade did to one body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StrokeSummary {
+    /// Name of the scene's cut.
+    pub cut: String,
+    /// Name of the body.
+    pub body: String,
+    /// Blade edges taken up.
+    pub captures: usize,
+    /// Updates that changed the connectivity.
+    pub updates: usize,
+    /// Energy (J) that updates set free, those that added some left out.
+    pub released: f64,
+    /// Energy (J) that updates added, those that set some free left out.
+    pub added: f64,
+    /// Largest addition of one update, relative to the elastic energy before it.
+    pub largest_addition: f64,
+    /// Work (J) of the decay of what rebuilt rows carried over, positive if it added energy; while it
+    /// lasts it is booked to the stroke that changed something last. The body's `released_by_cuts` is
+    /// the sum of `released` less those of `added` and of this.
+    pub decay: f64,
 }
 
 /// What a tool felt.
@@ -539,6 +564,7 @@ fn cut_summary(world: &World) -> CutSummary {
         eigenvalue_growth: 1.0,
         weak_nodes: 0,
         loose_nodes: 0,
+        strokes: Vec::new(),
     };
     for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
         let (captures, updates) = cutting.counts();
@@ -549,7 +575,18 @@ fn cut_summary(world: &World) -> CutSummary {
         all.severed_pairs += cutting.severed_pairs();
         all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth());
     }
-    for Member { body, .. } in world.members() {
+    for Member { body, cutting, .. } in world.members() {
+        let strokes = cutting.iter().flat_map(Cutting::by_stroke);
+        all.strokes.extend(strokes.map(|stroke| StrokeSummary {
+            cut: world.scene().cuts[stroke.cut].name.clone(),
+            body: body.name.clone(),
+            captures: stroke.captures,
+            updates: stroke.updates,
+            released: stroke.energy.released,
+            added: stroke.energy.added,
+            largest_addition: stroke.energy.largest_addition,
+            decay: stroke.energy.decay,
+        }));
         all.weak_nodes += body.elastic.weak_nodes().len();
         all.loose_nodes += body.elastic.loose_nodes();
     }

@@ -6,6 +6,7 @@ use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
+use super::energy::{CutEnergy, StrokeEnergy};
 use super::error::BodyProblem;
 use super::factors::Factors;
 use super::state::Incision;
@@ -24,6 +25,9 @@ const SMALLEST_PIECE: usize = 12;
 const ESTIMATE_PRODUCTS: usize = 16;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
+/// Round-off of a bend's place, as a share of the body's size. A bend in a face of the body lies 1e-17
+/// outside as often as inside; without this its way round the cut would be lost.
+const ROUND_OFF: f64 = 1e-9;
 
 /// What one body needs once a blade has touched it; a body that no blade touches has none.
 #[derive(Debug, Clone)]
@@ -38,6 +42,7 @@ pub struct Cutting {
     division: f64,
     growth: f64,
     energy: CutEnergy,
+    by_stroke: Vec<StrokeEnergy>,
     captures: usize,
     updates: usize,
 }
@@ -46,19 +51,8 @@ pub struct Cutting {
 struct Stroke {
     cut: usize,
     id: usize,
-}
-
-/// What cuts did to the energy.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct CutEnergy {
-    /// Sum of what updates took (J).
-    pub released: f64,
-    /// Sum of what updates added (J).
-    pub added: f64,
-    /// Largest addition of one update, over the elastic energy before it.
-    pub largest_addition: f64,
-    /// Work (J) of the decay of what rebuilt rows carried over; positive if it added energy.
-    pub decay: f64,
+    /// Place among all strokes so far.
+    number: usize,
 }
 
 /// What a capture changed.
@@ -102,6 +96,7 @@ impl Cutting {
             division: spacing,
             growth: 1.0,
             energy: CutEnergy::default(),
+            by_stroke: Vec::new(),
             captures: 0,
             updates: 0,
         })
@@ -149,12 +144,26 @@ impl Cutting {
         self.energy
     }
 
-    pub(super) fn set_energy(&mut self, energy: CutEnergy) {
+    /// The same, stroke by stroke, in the order in which they began.
+    #[must_use]
+    pub fn by_stroke(&self) -> &[StrokeEnergy] {
+        &self.by_stroke
+    }
+
+    pub(super) fn set_energy(&mut self, energy: CutEnergy, by_stroke: &[CutEnergy]) {
         self.energy = energy;
+        // Strokes that have begun since have changed nothing.
+        for (stroke, energy) in self.by_stroke.iter_mut().zip(by_stroke) {
+            stroke.energy = *energy;
+        }
     }
 
     pub(super) fn add_decay(&mut self, work: f64) {
         self.energy.decay += work;
+        let mut strokes = self.by_stroke.iter_mut().rev();
+        if let Some(last) = strokes.find(|stroke| stroke.updates > 0) {
+            last.energy.decay += work;
+        }
     }
 
     /// A blade's edge in the world (m), mapped into the material.
@@ -184,21 +193,12 @@ impl Cutting {
         edge: &[DVec3],
         moment: Moment,
     ) -> Result<Capture, BodyProblem> {
-        let (capture, touched) = self.grow(body, cut, weld_tolerance, edge, moment)?;
+        let (capture, touched, number) = self.grow(body, cut, weld_tolerance, edge, moment)?;
         if capture.changed {
             let stored = body.motion.audit().elastic;
             let jump = body.reload()?;
-            if jump > 0.0 {
-                self.energy.added += jump;
-                let share = if stored > 0.0 {
-                    jump / stored
-                } else {
-                    f64::INFINITY
-                };
-                self.energy.largest_addition = self.energy.largest_addition.max(share);
-            } else {
-                self.energy.released -= jump;
-            }
+            self.energy.book(jump, stored);
+            self.by_stroke[number].energy.book(jump, stored);
             if body.is_explicit() {
                 self.fit_step(body, &touched)?;
             }
@@ -216,7 +216,7 @@ impl Cutting {
         let Incision {
             cut, edge, moment, ..
         } = incision;
-        let (capture, _) = self.grow(body, *cut, weld_tolerance, edge, *moment)?;
+        let (capture, ..) = self.grow(body, *cut, weld_tolerance, edge, *moment)?;
         Ok(capture)
     }
 
@@ -224,7 +224,8 @@ impl Cutting {
         self.growth = growth;
     }
 
-    /// Spans the piece of the cut between the last edge and this one; the nodes it touched.
+    /// Spans the piece of the cut between the last edge and this one; the nodes it touched and the
+    /// stroke's number.
     fn grow(
         &mut self,
         body: &mut Body,
@@ -232,22 +233,26 @@ impl Cutting {
         weld_tolerance: Option<f64>,
         edge: &[DVec3],
         moment: Moment,
-    ) -> Result<(Capture, Vec<u32>), BodyProblem> {
+    ) -> Result<(Capture, Vec<u32>, usize), BodyProblem> {
         self.captures += 1;
-        let stroke = match self.strokes.iter().find(|stroke| stroke.cut == cut) {
-            Some(stroke) => stroke.id,
+        let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
+        let (stroke, number) = match open {
+            Some(stroke) => (stroke.id, stroke.number),
             None => {
                 let id = match weld_tolerance {
                     Some(tolerance) => self.cuts.start_within(edge, tolerance)?,
                     None => self.cuts.start(edge)?,
                 };
-                self.strokes.push(Stroke { cut, id });
+                let number = self.by_stroke.len();
+                self.by_stroke.push(StrokeEnergy::of(cut));
+                self.strokes.push(Stroke { cut, id, number });
                 self.factors.start(id, edge);
-                id
+                (id, number)
             }
         };
+        self.by_stroke[number].captures += 1;
         if moment == Moment::Start {
-            return Ok((Capture::default(), Vec::new()));
+            return Ok((Capture::default(), Vec::new(), number));
         }
         let new = self.cuts.append(stroke, edge)?;
         if moment == Moment::End {
@@ -255,7 +260,8 @@ impl Cutting {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
-        let inside = |point| body.solid.contains(point);
+        let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
+        let inside = |point| body.solid.contains_within(point, round_off);
         let graph = graph_of(body);
         let touched = self
             .factors
@@ -263,9 +269,10 @@ impl Cutting {
         let changed = !touched.is_empty();
         if changed {
             self.updates += 1;
+            self.by_stroke[number].updates += 1;
             self.reconnect(body, &touched)?;
         }
-        Ok((Capture { triangles, changed }, touched))
+        Ok((Capture { triangles, changed }, touched, number))
     }
 
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they

@@ -5,6 +5,7 @@
 
 mod body;
 mod cutting;
+mod energy;
 mod error;
 mod factors;
 mod grip;
@@ -26,7 +27,8 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 
 pub use body::Body;
-pub use cutting::{Capture, CutEnergy, Cutting, Moment};
+pub use cutting::{Capture, Cutting, Moment};
+pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
 pub use factors::Factors;
 pub use guard::Retaken;

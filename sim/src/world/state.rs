@@ -8,7 +8,8 @@ use glam::DVec3;
 use phyxel_elastic::Offsets;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::{CutEnergy, Cutting, Moment};
+use super::cutting::{Cutting, Moment};
+use super::energy::CutEnergy;
 use super::error::{BodyProblem, WorldError};
 use super::grip::{Adjusted, Grip};
 use super::guard::{Kept, Retaken, presses};
@@ -46,6 +47,7 @@ pub(super) struct BodyState {
     doubt: Option<phyxel_integrate::Warning>,
     growth: Option<f64>,
     cut_energy: Option<CutEnergy>,
+    stroke_energies: Vec<CutEnergy>,
     /// What viscous materials remember, and the energy (J) they took up.
     history: Vec<[f64; 6]>,
     relaxed: f64,
@@ -123,6 +125,10 @@ impl Member {
             doubt: body.doubt,
             growth: cutting.as_ref().map(Cutting::growth),
             cut_energy: cutting.as_ref().map(Cutting::energy),
+            stroke_energies: cutting.as_ref().map_or_else(Vec::new, |cutting| {
+                let strokes = cutting.by_stroke().iter();
+                strokes.map(|stroke| stroke.energy).collect()
+            }),
             history: body.elastic.viscous_history().to_vec(),
             relaxed: body.relaxed,
             offset_nodes: offsets.nodes,
@@ -153,7 +159,7 @@ impl Member {
                 cutting.set_growth(growth);
             }
             if let Some(energy) = state.cut_energy {
-                cutting.set_energy(energy);
+                cutting.set_energy(energy, &state.stroke_energies);
             }
         }
     }

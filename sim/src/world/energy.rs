@@ -1,0 +1,75 @@
+//! What cuts did to the energy, in all and stroke by stroke.
+
+use serde::{Deserialize, Serialize};
+
+/// What cuts did to the energy.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct CutEnergy {
+    /// Sum of what updates took (J).
+    pub released: f64,
+    /// Sum of what updates added (J).
+    pub added: f64,
+    /// Largest addition of one update, over the elastic energy before it.
+    pub largest_addition: f64,
+    /// Work (J) of the decay of what rebuilt rows carried over; positive if it added energy.
+    pub decay: f64,
+}
+
+impl CutEnergy {
+    /// Books what an update changed (J) where `stored` (J) was elastic energy before.
+    pub(super) fn book(&mut self, jump: f64, stored: f64) {
+        if jump <= 0.0 {
+            self.released -= jump;
+            return;
+        }
+        self.added += jump;
+        let share = if stored > 0.0 {
+            jump / stored
+        } else {
+            f64::INFINITY
+        };
+        self.largest_addition = self.largest_addition.max(share);
+    }
+}
+
+/// What one stroke of a blade did to a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrokeEnergy {
+    /// Index of the scene's cut that it is of.
+    pub cut: usize,
+    /// Blade edges taken up.
+    pub captures: usize,
+    /// Those of them that changed the connectivity.
+    pub updates: usize,
+    /// What it did to the energy. What rebuilt rows carried over decays as a whole: it is booked to the
+    /// stroke that changed something last.
+    pub energy: CutEnergy,
+}
+
+impl StrokeEnergy {
+    pub(super) fn of(cut: usize) -> Self {
+        Self {
+            cut,
+            captures: 0,
+            updates: 0,
+            energy: CutEnergy::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jumps_are_booked_by_their_sign() {
+        let mut energy = CutEnergy::default();
+        for (jump, stored) in [(-2.0, 8.0), (1.0, 4.0), (0.5, 4.0), (-0.25, 0.0)] {
+            energy.book(jump, stored);
+        }
+        assert_eq!((energy.released, energy.added), (2.25, 1.5));
+        assert_eq!(energy.largest_addition, 0.25);
+        energy.book(1e-9, 0.0);
+        assert_eq!(energy.largest_addition, f64::INFINITY, "out of nothing");
+    }
+}
