@@ -58,6 +58,24 @@ impl Default for SampleSettings {
 }
 
 impl SampleSettings {
+    /// About this many nodes.
+    #[must_use]
+    pub fn nodes(count: usize) -> Self {
+        Self {
+            target: Target::NodeCount(count),
+            ..Self::default()
+        }
+    }
+
+    /// Nodes about this far (m) from each other.
+    #[must_use]
+    pub fn spacing(spacing: f64) -> Self {
+        Self {
+            target: Target::Spacing(spacing),
+            ..Self::default()
+        }
+    }
+
     /// Most cells of an octree.
     pub(crate) fn largest_octree(&self) -> usize {
         self.largest_lattice / 20

@@ -43,6 +43,17 @@ pub struct Nodes<'a> {
     pub volumes: &'a [f64],
 }
 
+impl<'a> Nodes<'a> {
+    /// Rest positions (m) and volumes (m³), shape `(n)` each; checked by [`crate::Elastic::new`].
+    #[must_use]
+    pub fn new(rest_positions: &'a [DVec3], volumes: &'a [f64]) -> Self {
+        Self {
+            rest_positions,
+            volumes,
+        }
+    }
+}
+
 /// Materials of the nodes.
 #[derive(Debug, Clone, Copy)]
 pub enum Materials<'a> {

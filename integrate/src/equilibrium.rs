@@ -17,6 +17,17 @@ pub struct StaticLoad<'a> {
     pub steps: u32,
 }
 
+impl<'a> StaticLoad<'a> {
+    /// These forces on nodes (N), in one step.
+    #[must_use]
+    pub fn of(forces: &'a [DVec3]) -> Self {
+        Self {
+            forces,
+            ..Self::default()
+        }
+    }
+}
+
 impl Default for StaticLoad<'_> {
     fn default() -> Self {
         Self {

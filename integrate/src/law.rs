@@ -64,8 +64,8 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 ///     |k, v, out| out[0] = v[0] * *k,
 /// );
 /// let mut x = [DVec3::X];
-/// let load = StaticLoad { forces: &[DVec3::Y], ..StaticLoad::default() };
-/// solve_static(&mut spring, &mut x, &Supports::free(1), &load, &NewtonSettings::default())?;
+/// let held = Supports::fixed_where(&x, |x| x.z > 1.0); // none
+/// solve_static(&mut spring, &mut x, &held, &StaticLoad::of(&[DVec3::Y]), &NewtonSettings::default())?;
 /// assert!((x[0] - DVec3::Y / 50.0).length() < 1e-9);
 /// # Ok::<(), phyxel_integrate::SolveError>(())
 /// ```

@@ -59,6 +59,18 @@ impl Supports {
         supports
     }
 
+    /// Holds the nodes in all directions whose position (m) satisfies a condition.
+    #[must_use]
+    pub fn fixed_where(positions: &[DVec3], held: impl Fn(DVec3) -> bool) -> Self {
+        let mut supports = Self::free(positions.len());
+        for (node, &x) in (0_u32..).zip(positions) {
+            if held(x) {
+                supports.fix(node);
+            }
+        }
+        supports
+    }
+
     /// Heap bytes of the entries, their paths and the table that finds them by node.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -56,17 +56,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let frame = Renderer::new(RenderSettings::default()).draw(&view, &[], &camera);
 
     frame.write_png(File::create(&file)?)?;
-    // A hole is a pixel of the background with the body on both sides, within a few pixels, of its row.
-    let width = usize::try_from(frame.width)?;
-    let seen = |row: &[f32], at: usize| row.get(at).is_some_and(|depth| depth.is_finite());
-    let rows = frame.depth.chunks(width);
-    let holes: usize = rows
-        .map(|row| {
-            (1..width)
-                .filter(|&x| !seen(row, x) && seen(row, x - 1) && seen(row, x + 1))
-                .count()
-        })
-        .sum();
+    // A hole is a pixel of the background with the body on all four sides.
+    let (width, depth) = (usize::try_from(frame.width)?, &frame.depth);
+    let seen = |at: usize| depth[at].is_finite();
+    let inner = width..depth.len() - width;
+    let around = |at: usize| [at - 1, at + 1, at - width, at + width];
+    let holes = inner
+        .filter(|&at| !seen(at) && around(at).into_iter().all(seen))
+        .count();
     println!("{} surfels, {holes} holes: {file}", surfels.len());
     assert_eq!(holes, 0, "the disks do not cover");
     Ok(())

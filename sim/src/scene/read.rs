@@ -167,7 +167,8 @@ impl Scene {
             .is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
         {
             let scene = parse_json(&text);
-            return Self::finished(scene, &text, &origin, &folder, overrides);
+            // Places of values are known in RON only.
+            return Self::finished(scene, "", &origin, &folder, overrides);
         }
         Self::from_text(&text, &origin, &folder, overrides)
     }

@@ -18,6 +18,9 @@ pub(super) struct Wanted {
 /// The value round `byte` if it is not of the type that its key asks for; nothing where it is, or where
 /// the text does not tell.
 pub(super) fn wanted_at(text: &str, tree: &Node, byte: usize) -> Option<Wanted> {
+    // The deserializer stops before the white space in front of a value.
+    let after = &text[byte..];
+    let byte = byte + after.len() - after.trim_start().len();
     let schema = schema();
     let mut path = Vec::new();
     let mut node = tree;
