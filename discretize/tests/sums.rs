@@ -296,7 +296,9 @@ fn surfels_of_a_mesh_have_the_normals_of_the_surface_it_stands_for() {
 
 #[test]
 fn round_off_outside_of_a_face_counts_as_inside_where_it_is_asked() {
-    let shape = Shape::Box { half_extents: DVec3::splat(0.5) };
+    let shape = Shape::Box {
+        half_extents: DVec3::splat(0.5),
+    };
     // The box stands round the origin, the cube on it.
     let solids = [
         (Solid::from(shape), DVec3::ZERO),
