@@ -257,23 +257,19 @@ fn klein_bottle(across: u32) -> Mesh {
 /// Also where every triangle has corners of its own, as in an STL file, and they are welded.
 #[test]
 fn a_surface_of_one_side_is_named() {
-    for across in [21, 22] {
-        let mesh = klein_bottle(across);
-        let soup = Mesh {
-            vertices: (0..mesh.triangles.len())
-                .flat_map(|t| mesh.corners(t))
-                .collect(),
-            triangles: (0..u32::try_from(mesh.triangles.len()).unwrap())
-                .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
-                .collect(),
-        };
-        for mesh in [mesh, soup] {
-            let error = repair(&mesh, &RepairSettings::default()).unwrap_err();
-            assert!(
-                matches!(error, RepairError::OneSided { .. }),
-                "{across}: {error}"
-            );
-        }
+    // An even number of corners would weld the sheets where they pass through each other, and the section's
+    // two lobes are then one body that goes round twice.
+    let mesh = klein_bottle(21);
+    let count = u32::try_from(mesh.triangles.len()).unwrap();
+    let soup = Mesh {
+        vertices: (0..mesh.triangles.len())
+            .flat_map(|t| mesh.corners(t))
+            .collect(),
+        triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+    };
+    for mesh in [mesh, soup] {
+        let error = repair(&mesh, &RepairSettings::default()).unwrap_err();
+        assert!(matches!(error, RepairError::OneSided { .. }), "{error}");
     }
 }
 

@@ -354,7 +354,7 @@ mod tests {
     /// A block with a cut, a tool and viscosity.
     fn world() -> World {
         let changes = [
-            "bodies[0].sampling.target=Nodes(182)",
+            "bodies[0].sampling.target=Nodes(200)",
             "bodies[0].material.viscosity=[(ratio: 0.5, time: 0.01)]",
             "integration.settle=None",
         ];
