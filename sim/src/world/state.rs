@@ -382,12 +382,12 @@ mod tests {
 
         let damages: [(&str, Damage); 14] = [
             ("a position", |s| {
-                s.bodies[0].motion.positions[3].x = f64::NAN
+                s.bodies[0].motion.positions[3].x = f64::NAN;
             }),
             ("positions", |s| s.bodies[0].motion.positions.truncate(9)),
             ("forces", |s| s.bodies[0].motion.forces.truncate(9)),
             ("an energy", |s| {
-                s.bodies[0].motion.audit.elastic = f64::INFINITY
+                s.bodies[0].motion.audit.elastic = f64::INFINITY;
             }),
             ("a time", |s| s.bodies[0].motion.time = f64::NAN),
             ("estimates", |s| s.bodies[0].estimates[0] = f64::NAN),
