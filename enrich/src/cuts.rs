@@ -138,6 +138,15 @@ impl Cuts {
         }
     }
 
+    /// From now on a new point this near to a vertex (m) becomes that vertex.
+    ///
+    /// # Panics
+    /// If the tolerance is negative, infinite or NaN.
+    pub fn set_weld_tolerance(&mut self, tolerance: f64) {
+        self.settings.weld_tolerance = tolerance;
+        self.settings.check();
+    }
+
     /// Starts a stroke with the blade edge at this place and gives its number.
     ///
     /// # Arguments
@@ -247,6 +256,15 @@ impl Cuts {
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Result<Range<usize>, CutError> {
+        Ok(self.add_welded(vertices, triangles)?.0)
+    }
+
+    /// As [`Cuts::add_surface`]; also the places (m) that the vertices came to.
+    pub(crate) fn add_welded(
+        &mut self,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+    ) -> Result<(Range<usize>, Vec<DVec3>), CutError> {
         check_points(vertices)?;
         for (triangle, corners) in triangles.iter().enumerate() {
             for &vertex in corners {
@@ -277,7 +295,8 @@ impl Cuts {
         for corners in triangles {
             self.add(self.strokes.len() - 1, corners.map(|c| welded[c as usize]));
         }
-        Ok(first..self.triangles.len())
+        let places = welded.iter().map(|&v| self.vertices[v as usize]);
+        Ok((first..self.triangles.len(), places.collect()))
     }
 
     /// Number of triangles.
@@ -345,6 +364,33 @@ impl Cuts {
             .iter()
             .filter(|edge| edge.opposite.len() == 1)
             .map(|edge| edge.ends.map(|v| self.vertices[v as usize]))
+    }
+
+    /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
+    /// within a distance.
+    pub(crate) fn nearest_free_edge(
+        &self,
+        point: DVec3,
+        within: f64,
+    ) -> Option<([DVec3; 2], DVec3)> {
+        let mut best: Option<(f64, u32)> = None;
+        self.edge_index
+            .in_box(&Bounds::of(&[point]).grown(within), |edge| {
+                if self.edges[edge as usize].opposite.len() == 1 {
+                    let found = (self.bend_distance(edge, point), edge);
+                    if found.0 <= within && best.is_none_or(|best| found < best) {
+                        best = Some(found);
+                    }
+                }
+            });
+        best.map(|(_, edge)| {
+            let [p, q] = self.edges[edge as usize]
+                .ends
+                .map(|v| self.vertices[v as usize]);
+            let along = q - p;
+            let t = (point - p).dot(along) / along.length_squared();
+            ([p, q], p + t.clamp(0.0, 1.0) * along)
+        })
     }
 
     /// Triangles that were not taken so far.

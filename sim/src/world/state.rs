@@ -1,14 +1,14 @@
 //! A world's state, to be kept and gone on from.
 //!
 //! A scene says how bodies are built; what it does not say is where their nodes are, and what blades
-//! have done. Of a blade only its edges in the material are kept: taking them up again gives the same
-//! cut, factors and rows, to the bit.
+//! have done. Of a blade only what it added to the cut is kept, in the material: taking that up again
+//! gives the same cut, factors and rows, to the bit.
 
 use glam::DVec3;
 use phyxel_elastic::Offsets;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::{CutEnergy, Cutting, Moment};
+use super::cutting::{CutEnergy, Cutting, Moment, OpenStroke, Sweep};
 use super::error::{BodyProblem, WorldError};
 use super::grip::{Adjusted, Grip};
 use super::guard::{Kept, Retaken, presses};
@@ -45,6 +45,8 @@ pub(super) struct BodyState {
     smallest_ratio: f64,
     growth: Option<f64>,
     cut_energy: Option<CutEnergy>,
+    /// Blades that are in strokes.
+    strokes: Vec<OpenStroke>,
     /// What viscous materials remember, and the energy (J) they took up.
     history: Vec<[f64; 6]>,
     relaxed: f64,
@@ -84,6 +86,9 @@ impl Member {
             indicator: body.indicator,
             smallest_ratio: body.smallest_ratio,
             growth: cutting.as_ref().map(Cutting::growth),
+            strokes: cutting
+                .as_ref()
+                .map_or_else(Vec::new, Cutting::open_strokes),
             cut_energy: cutting.as_ref().map(Cutting::energy),
             history: body.elastic.viscous_history().to_vec(),
             relaxed: body.relaxed,
@@ -116,11 +121,12 @@ impl Member {
             if let Some(energy) = state.cut_energy {
                 cutting.set_energy(energy);
             }
+            cutting.set_open_strokes(state.strokes);
         }
     }
 }
 
-/// A blade's edge as it was taken up.
+/// What a blade's edge did when it was taken up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Incision {
     /// Steps that had been taken.
@@ -130,8 +136,8 @@ pub(super) struct Incision {
     /// Index of the scene's cut.
     pub(super) cut: usize,
     pub(super) moment: Moment,
-    /// The edge in material coordinates (m).
-    pub(super) edge: Vec<DVec3>,
+    /// What it added to the cut.
+    pub(super) sweep: Sweep,
 }
 
 impl World {

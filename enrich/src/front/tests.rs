@@ -1,0 +1,275 @@
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::*;
+use crate::cuts::CutSettings;
+use crate::factors::{FactorSettings, PairFactors};
+use crate::graph::Graph;
+use crate::pieces::connected_pieces;
+
+/// Half the width of the block; its nodes lie one apart.
+const HALF: f64 = 3.0;
+
+/// A block of nodes at rest, in which the material is the world.
+struct Block {
+    nodes: Vec<DVec3>,
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Block {
+    fn new() -> Self {
+        let at = |k: u32| f64::from(k) - HALF;
+        let nodes: Vec<DVec3> = (0..7 * 7 * 7)
+            .map(|k| DVec3::new(at(k % 7), at(k / 7 % 7), at(k / 49)))
+            .collect();
+        let (mut offsets, mut indices) = (vec![0], Vec::new());
+        for (i, x) in nodes.iter().enumerate() {
+            let near = nodes
+                .iter()
+                .enumerate()
+                .filter(|&(j, y)| i != j && x.distance(*y) < 1.8);
+            indices.extend(near.map(|(j, _)| u32::try_from(j).unwrap()));
+            offsets.push(u32::try_from(indices.len()).unwrap());
+        }
+        Self {
+            nodes,
+            offsets,
+            indices,
+        }
+    }
+
+    fn graph(&self) -> Graph<'_> {
+        Graph {
+            positions: &self.nodes,
+            offsets: &self.offsets,
+            indices: &self.indices,
+        }
+    }
+
+    /// Nodes on each side once a blade has been where `path` says.
+    fn pieces(&self, cuts: &Cuts) -> Vec<u32> {
+        let mut factors = PairFactors::new(&self.graph(), &FactorSettings::default());
+        factors.update(&self.graph(), cuts, 0..cuts.triangle_count(), &inside);
+        let mut sizes = connected_pieces(&self.offsets, &self.indices, &factors.to_vec()).sizes;
+        sizes.sort_unstable_by(|a, b| b.cmp(a));
+        sizes
+    }
+}
+
+fn inside(x: DVec3) -> bool {
+    x.abs().max_element() <= HALF
+}
+
+fn place(from: DVec3, to: DVec3) -> Place {
+    if inside(to) {
+        Place::Inside {
+            at: to,
+            came: to - from,
+        }
+    } else if (to.abs() - HALF).max_element() < 1.0 {
+        Place::Outside { at: to }
+    } else {
+        Place::Air
+    }
+}
+
+/// A blade of 13 points, one apart, along y.
+fn edge(x: f64, z: f64) -> Vec<DVec3> {
+    (0..13)
+        .map(|k| DVec3::new(x, f64::from(k) - 6.3, z))
+        .collect()
+}
+
+/// Leads a blade along places; asserts that the cut crosses all that it sweeps.
+fn lead(block: &Block, path: &[Vec<DVec3>]) -> Cuts {
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut front = Front::new(path[0].len(), 1.0);
+    let mut last = &path[0];
+    for now in path {
+        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let moved = last[0].distance(now[0]);
+        front.advance(&mut cuts, &places, moved, &inside).unwrap();
+        let sweep: Vec<[DVec3; 3]> = (last.windows(2).zip(now.windows(2)))
+            .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
+            .collect();
+        let graph = block.graph();
+        let missed = |cuts: &Cuts| swept_pairs(&graph, &block.nodes, &sweep, cuts, 1.0, &|_| false);
+        let points: Vec<DVec3> = missed(&cuts).iter().map(|pair| pair.point).collect();
+        front.reach(&mut cuts, &points, &inside).unwrap();
+        for pair in missed(&cuts) {
+            close_edge(&mut cuts, pair.point, 1.0, &inside).unwrap();
+        }
+        let left = missed(&cuts);
+        assert!(left.is_empty(), "at {}: {left:?}", now[0]);
+        last = now;
+    }
+    cuts
+}
+
+/// From above the block down to a height, in steps of 0.45.
+fn down(x: f64, end: f64) -> Vec<Vec<DVec3>> {
+    let count = ((5.0 - end) / 0.45).ceil();
+    let mut path = Vec::new();
+    let mut step = 0.0;
+    while step <= count {
+        path.push(edge(x, 5.0 + (end - 5.0) * (step / count)));
+        step += 1.0;
+    }
+    path
+}
+
+/// Area over the length of its vector, and the area that faces backwards.
+fn folds(cuts: &Cuts) -> (f64, f64) {
+    let all = 0..cuts.triangle_count();
+    let vectors: Vec<DVec3> = all.map(|t| cuts.area(t) * cuts.normal(t)).collect();
+    let sum: DVec3 = vectors.iter().sum();
+    let area: f64 = vectors.iter().map(|v| v.length()).sum();
+    let back = vectors.iter().filter(|v| v.dot(sum) < 0.0);
+    (area / sum.length(), back.map(|v| v.length()).sum())
+}
+
+#[test]
+fn a_blade_that_ends_on_the_surface_or_a_little_short_of_it_severs_the_block() {
+    let block = Block::new();
+    for offset in 0..24 {
+        let x = -0.5 + f64::from(offset) / 24.0 + 1e-3;
+        for short in [0.0, 0.05, -0.2] {
+            let cuts = lead(&block, &down(x, -HALF + short));
+            let sizes = block.pieces(&cuts);
+            assert_eq!(sizes.len(), 2, "x {x}, {short} short: {sizes:?}");
+            assert!(folds(&cuts).0 < 1.0 + 1e-9, "x {x}: {:?}", folds(&cuts));
+        }
+    }
+}
+
+#[test]
+fn a_blade_that_ends_inside_leaves_the_rest() {
+    let block = Block::new();
+    let cuts = lead(&block, &down(0.3, -1.4));
+    assert_eq!(block.pieces(&cuts), [343]);
+    let (vertices, _) = cuts.surface();
+    let lowest = vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+    assert!((lowest + 1.4).abs() <= SKIN, "the cut ends at {lowest}");
+}
+
+#[test]
+fn a_blade_that_trembles_cuts_once() {
+    let block = Block::new();
+    for tremble in [0.1, 0.2] {
+        let mut path = Vec::new();
+        for step in 0..60 {
+            let t = f64::from(step);
+            // Two steps forward and one back, to and fro.
+            let z = 5.0 - 0.15 * t + 0.2 * (t * TAU / 3.0).sin();
+            path.push(edge(0.3 + tremble * (0.7 * t).sin(), z.max(-3.4)));
+        }
+        path.push(edge(0.3, -3.4));
+        let cuts = lead(&block, &path);
+        assert_eq!(block.pieces(&cuts).len(), 2, "tremble {tremble}");
+        let (ratio, back) = folds(&cuts);
+        assert!(back < 1e-9, "tremble {tremble}: {back} faces backwards");
+        assert!(ratio < 1.0 + 2.0 * tremble, "tremble {tremble}: {ratio}");
+    }
+}
+
+#[test]
+fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
+    let block = Block::new();
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut front = Front::new(13, 1.0);
+    let path = down(0.3, 0.0);
+    let mut last = path[0].clone();
+    let mut go = |front: &mut Front, cuts: &mut Cuts, now: &[DVec3], gap: bool| {
+        let places: Vec<Place> = (last.iter().zip(now))
+            .map(|(a, b)| match place(*a, *b) {
+                Place::Inside { .. } if gap => Place::Gap,
+                place => place,
+            })
+            .collect();
+        last = now.to_vec();
+        front.advance(cuts, &places, 0.45, &inside).unwrap()
+    };
+    for now in &path {
+        go(&mut front, &mut cuts, now, false);
+    }
+    let before = cuts.triangle_count();
+    let back = [
+        edge(0.3, 0.0),
+        edge(0.3, 0.4),
+        edge(0.35, 0.8),
+        edge(0.3, 0.2),
+    ];
+    for (k, now) in back.iter().enumerate() {
+        let patch = go(&mut front, &mut cuts, now, k % 2 == 1);
+        assert!(patch.triangles.is_empty(), "place {k}: {patch:?}");
+    }
+    assert_eq!(cuts.triangle_count(), before);
+    go(&mut front, &mut cuts, &edge(0.3, -0.3), false);
+    assert!(
+        cuts.triangle_count() > before,
+        "it goes on from where it was"
+    );
+    let inner = block.nodes.len();
+    assert_eq!(block.pieces(&cuts), [u32::try_from(inner).unwrap()]);
+}
+
+#[test]
+fn a_branch_starts_through_the_sheet_and_severs() {
+    let block = Block::new();
+    // Down the middle and out, then sideways out of the gap.
+    let mut cuts = lead(&block, &down(0.3, -3.4));
+    let mut front = Front::new(13, 1.0);
+    let line = |x: f64| -> Vec<DVec3> {
+        (0..13)
+            .map(|k| DVec3::new(x, f64::from(k) - 6.3, 0.4))
+            .collect()
+    };
+    let mut last = line(0.3);
+    for step in 0..10 {
+        let now = line(0.3 + 0.4 * f64::from(step));
+        let places: Vec<Place> = (last.iter().zip(&now))
+            .map(|(a, b)| match place(*a, *b) {
+                Place::Inside { .. } if step == 0 => Place::Gap,
+                place => place,
+            })
+            .collect();
+        front.advance(&mut cuts, &places, 0.4, &inside).unwrap();
+        last = now;
+    }
+    assert_eq!(block.pieces(&cuts).len(), 3, "{:?}", block.pieces(&cuts));
+}
+
+#[test]
+fn the_same_patches_give_the_same_cut() {
+    let path = down(0.3, -3.4);
+    let (mut cuts, mut again) = {
+        let settings = CutSettings::for_spacing(1.0);
+        (Cuts::new(&settings), Cuts::new(&settings))
+    };
+    let mut front = Front::new(13, 1.0);
+    let mut last = path[0].clone();
+    for now in &path {
+        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+        again
+            .add_surface(&patch.vertices, &patch.triangles)
+            .unwrap();
+        last.clone_from(now);
+    }
+    assert_eq!(cuts.surface(), again.surface());
+    assert!(front.points().all(|at| at.is_none()), "the blade is out");
+}
+
+#[test]
+fn the_edge_of_a_cut_is_carried_through_a_point() {
+    let block = Block::new();
+    let mut cuts = lead(&block, &down(0.3, 0.2));
+    let pair = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(1.0, 0.0, -0.4)];
+    assert!(!cuts.crosses(pair[0], pair[1]));
+    close_edge(&mut cuts, pair[0].midpoint(pair[1]), 1.0, &inside).unwrap();
+    assert!(cuts.crosses(pair[0], pair[1]));
+    let far = close_edge(&mut cuts, DVec3::splat(-2.9), 0.1, &inside).unwrap();
+    assert!(far.triangles.is_empty());
+}
