@@ -41,11 +41,7 @@ impl Block {
     }
 
     fn graph(&self) -> Graph<'_> {
-        Graph {
-            positions: &self.x,
-            offsets: &self.offsets,
-            indices: &self.indices,
-        }
+        Graph::trusted(&self.x, &self.offsets, &self.indices)
     }
 
     fn factors(&self, rule: Rule) -> PairFactors {

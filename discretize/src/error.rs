@@ -200,18 +200,21 @@ pub enum SampleError {
     /// The body fell between the lattice points.
     #[error(
         "the body is too thin for the spacing {spacing:.4e}, at which most of it is lost: \
-         use {advice:.4e} or less"
+         use {advice:.4e} or less (about {nodes:.1e} nodes)"
     )]
     Vanished {
         /// The spacing.
         spacing: f64,
         /// A spacing that has a chance.
         advice: f64,
+        /// About how many nodes that is.
+        nodes: f64,
     },
     /// Whole parts of the body fell between the lattice points.
     #[error(
         "{parts} of {of} parts vanish at spacing {spacing:.4e}, the first near \
-         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}): use {advice:.4e} or less, or remove the part",
+         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}): use {advice:.4e} or less (about {nodes:.1e} nodes), \
+         or remove the part",
         near_x = near.x, near_y = near.y, near_z = near.z
     )]
     LostParts {
@@ -225,6 +228,8 @@ pub enum SampleError {
         near: DVec3,
         /// A spacing that has a chance.
         advice: f64,
+        /// About how many nodes that is.
+        nodes: f64,
     },
     /// The function is NaN somewhere.
     #[error("the shape's function is not a number at ({}, {}, {})", at.x, at.y, at.z)]

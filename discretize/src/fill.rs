@@ -382,6 +382,11 @@ fn model(a: f64, volume: f64, area: f64) -> f64 {
     (2.0 * volume / a + SURFACE_NODES * area) / (a * a)
 }
 
+/// About how many nodes a body has at a spacing.
+pub(crate) fn nodes_at(spacing: f64, Measures { volume, area }: Measures) -> f64 {
+    model(spacing / MEAN_EDGE, volume, area)
+}
+
 /// Root of a falling function by bisection of the logarithm.
 pub(crate) fn solve_cell(target: f64, model: impl Fn(f64) -> f64, largest: f64) -> f64 {
     // 100 halvings of 16 decades leave nothing but round-off.

@@ -117,9 +117,14 @@ impl Frame {
                 limit,
                 far: self.place(far),
             },
-            SampleError::Vanished { spacing, advice } => SampleError::Vanished {
+            SampleError::Vanished {
+                spacing,
+                advice,
+                nodes,
+            } => SampleError::Vanished {
                 spacing: spacing * length,
                 advice: advice * length,
+                nodes,
             },
             SampleError::LostParts {
                 parts,
@@ -127,12 +132,14 @@ impl Frame {
                 spacing,
                 near,
                 advice,
+                nodes,
             } => SampleError::LostParts {
                 parts,
                 of,
                 spacing: spacing * length,
                 near: self.place(near),
                 advice: advice * length,
+                nodes,
             },
             SampleError::NotANumber { at } => SampleError::NotANumber { at: self.place(at) },
             SampleError::OutsideBounds { at } => SampleError::OutsideBounds { at: self.place(at) },

@@ -40,8 +40,18 @@ impl Grid {
         self.buckets[bucket].push(id);
     }
 
-    /// Calls `visit` for every point in cells up to `rings` away (some of other cells too).
-    pub(crate) fn visit(&self, p: DVec3, rings: i64, mut visit: impl FnMut(u32)) {
+    /// Calls `visit` for every point in cells up to `rings` away (some of other cells too, some twice);
+    /// whether those are all points there are.
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "counts of cells and of buckets, compared"
+    )]
+    pub(crate) fn visit(&self, p: DVec3, rings: i64, mut visit: impl FnMut(u32)) -> bool {
+        // More cells than buckets: each bucket once is less work, and it is bounded by the points.
+        if (2 * rings + 1) as f64 > (self.buckets.len() as f64).cbrt() {
+            self.buckets.iter().flatten().copied().for_each(visit);
+            return true;
+        }
         let [x, y, z] = self.coordinates(p);
         for dz in -rings..=rings {
             for dy in -rings..=rings {
@@ -52,6 +62,7 @@ impl Grid {
                 }
             }
         }
+        false
     }
 
     /// Ids of the points within a radius, ascending; `at` gives their places.
@@ -80,17 +91,56 @@ impl Grid {
         let mut best = (f64::INFINITY, u32::MAX);
         let mut reach = 0.0;
         for rings in 1.. {
-            self.visit(p, rings, |id| {
+            let all = self.visit(p, rings, |id| {
                 let candidate = (at(id).distance_squared(p), id);
                 if candidate < best {
                     best = candidate;
                 }
             });
             reach += self.cell;
-            if best.0 <= reach * reach {
+            if all || best.0 <= reach * reach {
                 break;
             }
         }
         best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Few points in a plane, and places from among them to a million cells away.
+    #[test]
+    fn a_grid_finds_what_looking_at_every_point_finds() {
+        let noise = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+        for count in [1, 7, 300] {
+            let points: Vec<DVec3> = (0..count)
+                .map(|k| DVec3::new(20.0 * noise(2 * k), 20.0 * noise(2 * k + 1), 0.0))
+                .collect();
+            let mut grid = Grid::new(1.0, points.len());
+            for (k, p) in points.iter().enumerate() {
+                grid.insert(*p, crate::mesh::index(k));
+            }
+            let at = |id: u32| points[id as usize];
+            let mut near = Vec::new();
+            for distance in [0.0, 3.0, 40.0, 1e6] {
+                let place = DVec3::new(0.3, 0.2, 0.6) * distance;
+                for radius in [0.5, 4.0, 1.05 * distance] {
+                    grid.within_into(place, radius, at, &mut near);
+                    let within = |id: &u32| at(*id).distance_squared(place) <= radius * radius;
+                    let brute: Vec<u32> = (0..count).filter(within).collect();
+                    assert_eq!(
+                        near, brute,
+                        "{count} points, {distance} away, within {radius}"
+                    );
+                }
+                let nearest = (0..count).min_by(|a, b| {
+                    let far = |id: &u32| at(*id).distance_squared(place);
+                    far(a).total_cmp(&far(b)).then(a.cmp(b))
+                });
+                assert_eq!(Some(grid.nearest(place, at)), nearest);
+            }
+        }
     }
 }

@@ -37,6 +37,7 @@ mod write;
 
 pub use error::{RepairError, SampleError};
 pub use file::{FileError, SampledFile, sample_file};
+pub use glam;
 pub use grading::{Grading, Refinement};
 pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
 pub use intersections::self_intersections;

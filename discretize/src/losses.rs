@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::SampleError;
+use crate::fill::nodes_at;
 use crate::hierarchy::Hierarchy;
 use crate::mesh::{Bounds, Mesh, index};
 use crate::oracle::{Oracle, find};
@@ -38,13 +39,17 @@ pub(crate) fn check_parts(
     }
     match lost {
         None => Ok(cavities),
-        Some((bounds, parts)) => Err(SampleError::LostParts {
-            parts,
-            of: oracle.part_count(),
-            spacing,
-            near: bounds.center(),
-            advice: (0.5 * thinnest).min(0.5 * spacing),
-        }),
+        Some((bounds, parts)) => {
+            let advice = (0.5 * thinnest).min(0.5 * spacing);
+            Err(SampleError::LostParts {
+                parts,
+                of: oracle.part_count(),
+                spacing,
+                near: bounds.center(),
+                advice,
+                nodes: nodes_at(advice, oracle.solid.measures()),
+            })
+        }
     }
 }
 

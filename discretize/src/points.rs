@@ -285,7 +285,8 @@ fn search(
     let model = if on_surface { model } else { model_inside };
     let body = Slimness::new(solid, solid.measures(), largest, wanted, model);
     body.check_count(wanted)?;
-    let mut cell = body.cell_of(target);
+    let first = body.cell_of(target);
+    let mut cell = first;
     let least = LEAST_CELL * cell;
     if target > MANY_NODES {
         cell *= FIRST_COARSENING;
@@ -301,10 +302,11 @@ fn search(
         let shift = crate::fill::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
             Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
-                if body.is_thin_for(cell) {
+                // A round coarser than the nodes ask for tells nothing of the body.
+                if cell <= first && body.is_thin_for(cell) {
                     return Err(body.thin(wanted, cell));
                 }
-                vanished = true;
+                vanished |= cell <= first;
                 cell *= 0.5;
                 continue;
             }
@@ -317,6 +319,10 @@ fn search(
         };
         // Nodes on both sides of a plate and none between them have no thickness to bend.
         if places.inside == 0 && body.is_thin_for(cell) {
+            if cell > first {
+                cell = first.max(0.5 * cell);
+                continue;
+            }
             return Err(body.thin(wanted, cell));
         }
         let nodes = places.positions.len();
@@ -355,6 +361,11 @@ fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {
     let vanished = SampleError::Vanished {
         spacing: places.cell,
         advice: 0.5 * places.cell,
+        nodes: model(
+            0.5 * places.cell,
+            solid.measures().volume,
+            solid.measures().area,
+        ),
     };
     if places.inside == 0 && places.positions.len() < 4 {
         return Err(vanished);

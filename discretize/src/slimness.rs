@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::error::SampleError;
-use crate::fill::{MEAN_EDGE, solve_cell};
+use crate::fill::{MEAN_EDGE, nodes_at, solve_cell};
 use crate::solid::Solid;
 use crate::stuffing::Stuffed;
 use crate::sums::tetrahedron_volume;
@@ -91,6 +91,7 @@ pub(crate) fn vanished(solid: &Solid, cell: f64, largest: usize) -> SampleError 
     SampleError::Vanished {
         spacing: cell * MEAN_EDGE,
         advice: advised * MEAN_EDGE,
+        nodes: nodes_at(advised * MEAN_EDGE, solid.measures()),
     }
 }
 

@@ -136,6 +136,21 @@ fn real_meshes_without_tetrahedra() {
     }
 }
 
+/// However fine the nodes, those in the tip of a wedge of 4 degrees lie nearly in a plane.
+#[test]
+fn wedges_as_sharp_as_a_blade_have_boundary_vectors() {
+    let text = "OFF\n6 8 0\n0 0 0\n1 0.07 0\n1 -0.07 0\n0 0 0.3\n1 0.07 0.3\n1 -0.07 0.3\n\
+                3 0 1 2\n3 3 5 4\n3 0 3 4\n3 0 4 1\n3 0 2 5\n3 0 5 3\n3 1 4 5\n3 1 5 2\n";
+    let mesh = parse_mesh(text.as_bytes()).unwrap().mesh;
+    let solid = Solid::from_mesh(repair(&mesh, &Default::default()).unwrap().0);
+    for target in [1000, 4000, 25_000] {
+        let settings = with(Target::NodeCount(target), Grading::default());
+        let s = sample_points(&solid, &settings, true).unwrap();
+        check("wedge", &s);
+        check_count("wedge", s.positions.len(), target);
+    }
+}
+
 #[test]
 fn bad_targets_are_refused_and_threads_change_nothing() {
     let solid = Solid::from(Shape::Liver);

@@ -4,6 +4,26 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ElasticError {
+    /// A list of another length than the others ask for.
+    #[error("{found} {what} where {expected} are needed")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length that fits.
+        expected: usize,
+    },
+    /// Row starts that are not such.
+    #[error(
+        "offset {value} at position {position} breaks the rule: start at 0, never fall, end at the number of pairs"
+    )]
+    Offset {
+        /// Position in the offsets.
+        position: usize,
+        /// Value found there.
+        value: u32,
+    },
     /// A number that must be finite is not.
     #[error("{what} of node {node} is not finite")]
     NotFinite {

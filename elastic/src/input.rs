@@ -119,29 +119,44 @@ impl Default for Settings {
     }
 }
 
+/// Refuses a list that is not as long as it must be.
+pub(crate) fn same_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), ElasticError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(ElasticError::Length {
+        what,
+        found,
+        expected,
+    })
+}
+
 impl Stencils<'_> {
-    pub(crate) fn check_lengths(&self, node_count: usize) {
+    pub(crate) fn check_lengths(&self, node_count: usize) -> Result<(), ElasticError> {
         let pairs = self.indices.len();
-        assert_eq!(self.offsets.len(), node_count + 1, "offsets: nodes + 1");
-        assert_eq!(self.weights.len(), pairs, "one weight per pair");
-        assert_eq!(self.matrices.len(), node_count, "one matrix per node");
+        same_length("offsets", self.offsets.len(), node_count + 1)?;
+        same_length("weights", self.weights.len(), pairs)?;
+        same_length("matrices", self.matrices.len(), node_count)?;
         let corrected = if self.multipliers.is_empty() {
             0
         } else {
             node_count
         };
-        assert_eq!(
-            self.multipliers.len(),
-            corrected,
-            "one multiplier per node, or none"
-        );
-        assert_eq!(self.scales.len(), corrected, "one scale per multiplier");
-        assert!(
-            self.offsets.windows(2).all(|o| o[0] <= o[1])
-                && self.offsets[0] == 0
-                && self.offsets[node_count] as usize == pairs,
-            "offsets must rise from 0 to the number of pairs"
-        );
+        same_length("multipliers", self.multipliers.len(), corrected)?;
+        same_length("scales", self.scales.len(), corrected)?;
+        let mut last = 0;
+        for (position, &value) in self.offsets.iter().enumerate() {
+            let end = position == node_count && value as usize != pairs;
+            if value < last || (position == 0 && value != 0) || end {
+                return Err(ElasticError::Offset { position, value });
+            }
+            last = value;
+        }
+        Ok(())
     }
 }
 
@@ -152,7 +167,7 @@ pub(crate) fn checked_materials(
     let (list, of_node) = match materials {
         Materials::Uniform(material) => (vec![*material], Vec::new()),
         Materials::PerNode { list, of_node } => {
-            assert_eq!(of_node.len(), node_count, "one material index per node");
+            same_length("material indices", of_node.len(), node_count)?;
             let count = list.len();
             for (node, &material) in of_node.iter().enumerate() {
                 let material = material as usize;

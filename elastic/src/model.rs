@@ -8,7 +8,7 @@ use crate::error::ElasticError;
 use crate::fixed::Fixed;
 use crate::forces::{self, CHUNK, Table};
 use crate::input::{
-    Dilatation, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
+    Dilatation, Materials, Nodes, Precision, Settings, Stencils, checked_materials, same_length,
 };
 use crate::law::Prepared;
 use crate::material::{Law, Material};
@@ -73,10 +73,7 @@ impl Elastic {
     /// [`ElasticError`] names the first node, pair or material that cannot be used: values that
     /// are not finite, volumes that are not positive, unsorted rows, rows without linear
     /// consistency, one-way pairs or unequal weights under zero-energy control or mean dilatation,
-    /// parameters out of range.
-    ///
-    /// # Panics
-    /// If the slices' lengths do not fit together.
+    /// parameters out of range, lists whose lengths do not fit together.
     pub fn new(
         stencils: &Stencils<'_>,
         nodes: &Nodes<'_>,
@@ -85,8 +82,8 @@ impl Elastic {
     ) -> Result<Self, ElasticError> {
         let (rest, volumes) = (nodes.rest_positions, nodes.volumes);
         let node_count = rest.len();
-        stencils.check_lengths(node_count);
-        assert_eq!(volumes.len(), node_count, "one volume per node");
+        stencils.check_lengths(node_count)?;
+        same_length("volumes", volumes.len(), node_count)?;
         for (node, (x, &volume)) in rest.iter().zip(volumes).enumerate() {
             if !x.is_finite() {
                 let what = "rest position";

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::completion::{RowKind, row_kind};
 use crate::error::ElasticError;
 use crate::fixed::{Fixed, Moments};
-use crate::input::Stencils;
+use crate::input::{Stencils, same_length};
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
 use crate::storage::Storage;
@@ -27,19 +27,16 @@ impl Elastic {
     /// updated again before use.
     ///
     /// # Panics
-    /// If the slices' lengths do not fit or a node does not exist.
+    /// If a node does not exist, or multipliers come or go.
     pub fn update_rows(
         &mut self,
         touched: &[u32],
         stencils: &Stencils<'_>,
     ) -> Result<(), ElasticError> {
         let model = &mut self.model;
-        stencils.check_lengths(model.node_count());
-        assert_eq!(
-            stencils.indices.len(),
-            model.pairs.pair_count(),
-            "the graph is that of the start; severed pairs get zeros"
-        );
+        stencils.check_lengths(model.node_count())?;
+        // The graph is that of the start; severed pairs get zeros.
+        same_length("pairs", stencils.indices.len(), model.pairs.pair_count())?;
         for &node in touched {
             model.pairs.set_row(node as usize, stencils)?;
         }

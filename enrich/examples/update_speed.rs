@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_enrich::{
-    CutError, CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings,
-    PairFactors, Rule, grid_pair_factors,
+    CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings, PairFactors,
+    Rule, grid_pair_factors,
 };
 use testkit::cloud;
 
@@ -78,7 +78,7 @@ const PATHS: [(&str, Path, [[usize; 3]; 3]); 3] = [
 /// Updates that are timed.
 const COUNT: usize = 40;
 
-fn main() -> Result<(), CutError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().collect();
     if arguments.get(1).is_some_and(|a| a == "once") {
         let number = |k: usize| arguments.get(k).and_then(|a| a.parse().ok()).unwrap_or(10);
@@ -118,11 +118,7 @@ fn main() -> Result<(), CutError> {
     }
     sight()?;
     let (x, offsets, indices) = block([18; 3]);
-    let graph = Graph {
-        positions: &x,
-        offsets: &offsets,
-        indices: &indices,
-    };
+    let graph = Graph::new(&x, &offsets, &indices)?;
     println!("the dissertation's grid, 5,832 nodes, a straight strip, built anew for each update:");
     for length in [5, 16] {
         let blades: Vec<[DVec3; 2]> = (0..=length)
@@ -161,7 +157,7 @@ fn main() -> Result<(), CutError> {
 
 /// Time of one crossing test where a skin asks for it: from points near the newest piece of a cut to
 /// the nodes within 2.5 spacings of them, most of which are on the same side.
-fn sight() -> Result<(), CutError> {
+fn sight() -> Result<(), Box<dyn std::error::Error>> {
     println!("segments from 2,000 points near a wavy cut to the nodes round them:");
     for captures in [5, 50, 500] {
         let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
@@ -218,10 +214,10 @@ fn check(graph: &Graph<'_>, cuts: &Cuts, factors: &PairFactors, inside: Inside<'
     );
     blind.update(graph, cuts, 0..cuts.triangle_count(), inside);
     let mut crossed = 0;
-    for (i, &x) in graph.positions.iter().enumerate() {
-        let row = graph.offsets[i] as usize..graph.offsets[i + 1] as usize;
+    for (i, &x) in graph.positions().iter().enumerate() {
+        let row = graph.offsets()[i] as usize..graph.offsets()[i + 1] as usize;
         for pair in row {
-            let other = graph.positions[graph.indices[pair] as usize];
+            let other = graph.positions()[graph.indices()[pair] as usize];
             let apart = cuts.crosses(x, other);
             crossed += usize::from(apart);
             let (many, once) = (factors.factor(pair), whole.factor(pair));
@@ -248,15 +244,16 @@ struct Run {
 }
 
 /// `count` updates after `length` captures.
-fn updates(size: [usize; 3], path: Path, length: usize, count: usize) -> Result<Run, CutError> {
+fn updates(
+    size: [usize; 3],
+    path: Path,
+    length: usize,
+    count: usize,
+) -> Result<Run, Box<dyn std::error::Error>> {
     let (x, offsets, indices) = block(size);
     let top = DVec3::from(size.map(|n| n as f64 - 0.5));
     let inside = |p: DVec3| p.cmpge(DVec3::splat(-0.5)).all() && p.cmple(top).all();
-    let graph = Graph {
-        positions: &x,
-        offsets: &offsets,
-        indices: &indices,
-    };
+    let graph = Graph::new(&x, &offsets, &indices)?;
     let mut factors = PairFactors::new(&graph, &FactorSettings::default());
     let mut cuts = Cuts::new(&CutSettings {
         weld_tolerance: 1e-6,

@@ -53,11 +53,7 @@ pub struct Touched {
 /// use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 ///
 /// // Two nodes and a through cut between them.
-/// let graph = Graph {
-///     positions: &[DVec3::ZERO, DVec3::X],
-///     offsets: &[0, 1, 2],
-///     indices: &[1, 0],
-/// };
+/// let graph = Graph::new(&[DVec3::ZERO, DVec3::X], &[0, 1, 2], &[1, 0])?;
 /// let mut factors = PairFactors::new(&graph, &FactorSettings::default());
 /// let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
 /// let stroke = cuts.start(&[DVec3::new(0.5, -9.0, -9.0), DVec3::new(0.5, -9.0, 9.0)])?;
@@ -65,7 +61,8 @@ pub struct Touched {
 /// let touched = factors.update(&graph, &cuts, new, &|_| true);
 /// assert_eq!(factors.to_vec(), [0.0, 0.0]);
 /// assert_eq!(touched.nodes, [0, 1]);
-/// # Ok::<(), phyxel_enrich::CutError>(())
+/// assert_eq!(factors.crossed(&graph).collect::<Vec<_>>(), [(0, 1, 0.0)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct PairFactors {
@@ -87,7 +84,7 @@ impl PairFactors {
     /// All factors 1.
     ///
     /// # Panics
-    /// If the graph is not as [`Graph`] states, or the coupling distance is not positive.
+    /// If the coupling distance is not positive.
     #[must_use]
     pub fn new(graph: &Graph<'_>, settings: &FactorSettings) -> Self {
         let (Reach::Neighbors(size) | Reach::Length(size)) = settings.reach;
@@ -96,7 +93,6 @@ impl PairFactors {
             "coupling distance {:?} is not positive",
             settings.reach
         );
-        graph.check();
         Self {
             settings: *settings,
             runs: Runs::new(graph, settings.reach),
@@ -186,6 +182,23 @@ impl PairFactors {
             factors[pair as usize] = factor;
         }
         factors
+    }
+
+    /// Undirected pairs that a cut crosses as `(i, j, factor)`, `i < j`, rising.
+    ///
+    /// # Panics
+    /// If the graph has other numbers of nodes and pairs than that of the start.
+    pub fn crossed<'a>(&'a self, graph: &Graph<'a>) -> impl Iterator<Item = (u32, u32, f64)> + 'a {
+        self.check_same(graph);
+        let (offsets, indices) = (graph.offsets, graph.indices);
+        let mut i = 0;
+        self.crossed.iter().filter_map(move |(&pair, &factor)| {
+            while offsets[i + 1] <= pair {
+                i += 1;
+            }
+            let (node, j) = (index32(i), indices[pair as usize]);
+            (node < j).then_some((node, j, factor))
+        })
     }
 
     /// Number of undirected pairs that a cut crosses.

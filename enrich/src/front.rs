@@ -17,7 +17,7 @@ use glam::DVec3;
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use step::{Step, Surroundings};
-pub use swept::{SweptPair, close_edge, swept_pairs};
+pub use swept::{SweptPair, close_edge, missed_pairs, swept_pairs};
 
 /// Below this share of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.

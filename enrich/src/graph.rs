@@ -4,19 +4,70 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::error::GraphError;
 use crate::index::Bounds;
 use crate::obstacle::index32;
 use crate::rule::Rule;
 
-/// Nodes and pairs of a body, as their owner has them.
+/// Nodes and pairs of a body, borrowed from their owner and checked.
+///
+/// Every row is sorted, names other nodes once and each of them names it back.
 #[derive(Debug, Clone, Copy)]
 pub struct Graph<'a> {
-    /// Rest positions (m), shape `(n)`, finite.
-    pub positions: &'a [DVec3],
+    pub(crate) positions: &'a [DVec3],
+    pub(crate) offsets: &'a [u32],
+    pub(crate) indices: &'a [u32],
+}
+
+impl<'a> Graph<'a> {
+    /// Takes a graph in compressed rows and checks all of it.
+    ///
+    /// # Arguments
+    /// * `positions` -- rest positions (m), shape `(n)`, finite.
+    /// * `offsets` -- start of each row, shape `(n + 1)`, from 0 to the number of pairs.
+    /// * `indices` -- neighbours, shape `(pairs)`; rows sorted, symmetric, without self.
+    ///
+    /// # Errors
+    /// [`GraphError`] naming the first place that is not as stated. [`Rows`] makes rows that are.
+    pub fn new(
+        positions: &'a [DVec3],
+        offsets: &'a [u32],
+        indices: &'a [u32],
+    ) -> Result<Self, GraphError> {
+        let graph = Self::trusted(positions, offsets, indices);
+        graph.check()?;
+        Ok(graph)
+    }
+
+    /// A graph that was checked before, without the check: for those who take it anew at each update
+    /// from an owner that guarantees the form. With other data results are wrong or a later call
+    /// panics.
+    #[must_use]
+    pub fn trusted(positions: &'a [DVec3], offsets: &'a [u32], indices: &'a [u32]) -> Self {
+        Self {
+            positions,
+            offsets,
+            indices,
+        }
+    }
+
+    /// Rest positions (m), shape `(n)`.
+    #[must_use]
+    pub fn positions(&self) -> &'a [DVec3] {
+        self.positions
+    }
+
     /// Start of each row, shape `(n + 1)`.
-    pub offsets: &'a [u32],
-    /// Neighbours, shape `(pairs)`; rows sorted, symmetric, without self.
-    pub indices: &'a [u32],
+    #[must_use]
+    pub fn offsets(&self) -> &'a [u32] {
+        self.offsets
+    }
+
+    /// Neighbours, shape `(pairs)`.
+    #[must_use]
+    pub fn indices(&self) -> &'a [u32] {
+        self.indices
+    }
 }
 
 impl Graph<'_> {
@@ -36,37 +87,132 @@ impl Graph<'_> {
         self.offsets[node as usize] as usize + place.expect("checked to be symmetric when built")
     }
 
-    /// # Panics
-    /// If the slices are not as stated.
-    pub(crate) fn check(&self) {
+    fn check(&self) -> Result<(), GraphError> {
         let (nodes, offsets) = (self.positions.len(), self.offsets);
-        assert_eq!(offsets.len(), nodes + 1, "one row per node, and the end");
-        assert_eq!(
-            offsets[nodes] as usize,
-            self.indices.len(),
-            "rows fill the indices"
-        );
-        for i in 0..nodes {
-            assert!(
-                offsets[i] <= offsets[i + 1],
-                "row {i} ends before it starts"
-            );
-            let row = self.row(i);
-            assert!(
-                row.windows(2).all(|w| w[0] < w[1]),
-                "row {i} is not sorted or has a neighbour twice"
-            );
-            for &j in row {
-                assert!(
-                    (j as usize) < nodes && j as usize != i,
-                    "row {i} names node {j}"
-                );
-                assert!(
-                    self.row(j as usize).binary_search(&index32(i)).is_ok(),
-                    "pair ({i}, {j}) has no opposite"
-                );
+        if offsets.len() != nodes + 1 {
+            return Err(GraphError::OffsetCount {
+                found: offsets.len(),
+                nodes,
+            });
+        }
+        for (position, &value) in offsets.iter().enumerate() {
+            let before = position.checked_sub(1).map_or(0, |last| offsets[last]);
+            let end = position == nodes && value as usize != self.indices.len();
+            if value < before || (position == 0 && value != 0) || end {
+                return Err(GraphError::Offset { position, value });
             }
         }
+        if let Some(node) = self.positions.iter().position(|x| !x.is_finite()) {
+            return Err(GraphError::NotFinite { node });
+        }
+        for node in 0..nodes {
+            let mut last = None;
+            for &neighbor in self.row(node) {
+                let in_place = last.is_none_or(|last| last < neighbor);
+                if !in_place || neighbor as usize >= nodes || neighbor as usize == node {
+                    return Err(GraphError::Row { node, neighbor });
+                }
+                last = Some(neighbor);
+            }
+        }
+        for node in 0..nodes {
+            for &neighbor in self.row(node) {
+                let back = self.row(neighbor as usize).binary_search(&index32(node));
+                if back.is_err() {
+                    return Err(GraphError::OneWay { node, neighbor });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Rows of a symmetric graph that are owned: made from edges or from lists of neighbours.
+///
+/// ```
+/// use glam::DVec3;
+/// use phyxel_enrich::Rows;
+///
+/// // As a search gives them: one way only, in any order, with the node itself.
+/// let rows = Rows::from_lists(&[vec![0, 2, 1], vec![], vec![1]])?;
+/// assert_eq!(rows.offsets(), [0, 2, 4, 6]);
+/// assert_eq!(rows.indices(), [1, 2, 0, 2, 0, 1]);
+/// let graph = rows.graph(&[DVec3::ZERO, DVec3::X, DVec3::Y])?;
+/// # Ok::<(), phyxel_enrich::GraphError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Rows {
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Rows {
+    /// Joins nodes along undirected edges, each given once, twice or more often.
+    ///
+    /// # Errors
+    /// [`GraphError::Row`] for an edge that names a node that is not there or the same node twice,
+    /// [`GraphError::TooManyPairs`] beyond 32-bit offsets.
+    pub fn from_edges(
+        node_count: usize,
+        edges: impl IntoIterator<Item = [u32; 2]>,
+    ) -> Result<Self, GraphError> {
+        let mut pairs = Vec::new();
+        for [a, b] in edges {
+            for (node, neighbor) in [(a, b), (b, a)] {
+                if neighbor as usize >= node_count || node == neighbor {
+                    let node = node as usize;
+                    return Err(GraphError::Row { node, neighbor });
+                }
+            }
+            pairs.extend([[a, b], [b, a]]);
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let count = pairs.len();
+        if u32::try_from(count).is_err() {
+            return Err(GraphError::TooManyPairs { count });
+        }
+        let mut offsets = vec![0; node_count + 1];
+        for [node, _] in &pairs {
+            offsets[*node as usize + 1] += 1;
+        }
+        for node in 0..node_count {
+            offsets[node + 1] += offsets[node];
+        }
+        let indices = pairs.into_iter().map(|[_, neighbor]| neighbor).collect();
+        Ok(Self { offsets, indices })
+    }
+
+    /// Joins each node with the nodes of its list, both ways; the node itself may be in it.
+    ///
+    /// # Errors
+    /// As [`Rows::from_edges`].
+    pub fn from_lists<L: AsRef<[u32]>>(lists: &[L]) -> Result<Self, GraphError> {
+        let edges = (0_u32..).zip(lists).flat_map(|(node, list)| {
+            let others = list.as_ref().iter().filter(move |&&other| other != node);
+            others.map(move |&other| [node, other])
+        });
+        Self::from_edges(lists.len(), edges)
+    }
+
+    /// Start of each row, shape `(n + 1)`.
+    #[must_use]
+    pub fn offsets(&self) -> &[u32] {
+        &self.offsets
+    }
+
+    /// Neighbours, shape `(pairs)`.
+    #[must_use]
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+
+    /// The graph over rest positions (m), shape `(n)`.
+    ///
+    /// # Errors
+    /// [`GraphError`] if there is not one finite position per row.
+    pub fn graph<'a>(&'a self, positions: &'a [DVec3]) -> Result<Graph<'a>, GraphError> {
+        Graph::new(positions, &self.offsets, &self.indices)
     }
 }
 
@@ -181,3 +327,6 @@ impl Runs {
         self.runs.capacity() * size_of::<Run>()
     }
 }
+
+#[cfg(test)]
+mod tests;

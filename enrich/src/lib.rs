@@ -24,11 +24,12 @@ pub use comparators::{
     triangle_solid_angle,
 };
 pub use cuts::{CutSettings, Cuts, Dropped};
-pub use error::CutError;
+pub use error::{CutError, GraphError};
 pub use face::{FaceAreas, NearestCut};
 pub use factors::{FactorSettings, PairFactors, Touched};
-pub use front::{Front, Patch, Place, SweptPair, close_edge, swept_pairs};
-pub use graph::{Graph, Reach};
+pub use front::{Front, Patch, Place, SweptPair, close_edge, missed_pairs, swept_pairs};
+pub use glam;
+pub use graph::{Graph, Reach, Rows};
 pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
 pub use index::Bounds;
 pub use obstacle::{Bend, Obstacle};

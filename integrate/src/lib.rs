@@ -40,8 +40,9 @@ pub use eigenvalue::{
 pub use equilibrium::{RelaxReport, RelaxSettings, StaticLoad, StaticReport, relax, solve_static};
 pub use error::{Cause, MotionError, StepError};
 pub use explicit::Applied;
+pub use glam;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
-pub use law::ForceLaw;
+pub use law::{Differences, ForceLaw, Law};
 pub use leveling::{Leveled, level_masses};
 pub use motion::{Frame, Motion, MotionBytes, MotionSettings, Scheme, State};
 #[cfg(feature = "faer")]

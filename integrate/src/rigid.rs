@@ -47,23 +47,21 @@ impl RigidField {
             first += positions[node] * masses[node];
         }
         let center = first / mass;
-        let (mut sum, mut moment, mut inertia) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
+        let sum: DVec3 = nodes.iter().map(|&node| weighted(node as usize)).sum();
+        let a = sum / mass;
+        let (mut moment, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
         for &node in nodes {
             let node = node as usize;
-            let (arm, part) = (positions[node] - center, weighted(node));
-            sum += part;
-            moment += arm.cross(part);
+            let arm = positions[node] - center;
+            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
+            moment += arm.cross(weighted(node) - a * masses[node]);
             let square = DMat3::from_diagonal(DVec3::splat(arm.length_squared()));
             let outer = DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
             inertia += (square - outer) * masses[node];
         }
         // One node, or nodes on a line, cannot turn in every way: those ways are left out.
         let b = solve_semidefinite(inertia, moment);
-        Self {
-            center,
-            a: sum / mass,
-            b,
-        }
+        Self { center, a, b }
     }
 }
 

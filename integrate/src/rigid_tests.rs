@@ -143,3 +143,32 @@ fn few_nodes_turn_only_as_they_can() {
     );
     assert!(turning > 0.5, "{turning}");
 }
+
+#[test]
+fn crumbs_that_fall_far_away_gain_nothing_by_damping() {
+    // Pieces of one, two and three nodes: centers of mass that are not to the bit where their node is.
+    let rest: Vec<DVec3> = uniform(60, 30.0, 11);
+    let pieces: Vec<u32> = (0..60).map(|i| if i < 40 { i } else { 40 + i % 10 }).collect();
+    let masses: Vec<f64> = (0..60).map(|i| 1e-3 * (1.0 + 0.37 * f64::from(i))).collect();
+    let gravity = DVec3::new(0.3, -9.81, 0.7);
+    let settings = MotionSettings {
+        damping: 15.0,
+        gravity,
+        ..MotionSettings::default()
+    };
+    let mut motion = Motion::new(&rest, &masses, Supports::free(60), settings).unwrap();
+    motion.set_pieces(&pieces);
+    for _ in 0..2000 {
+        let none = |_: &[DVec3], forces: &mut [DVec3]| {
+            forces.fill(DVec3::ZERO);
+            0.0
+        };
+        motion.step(1e-3, none).unwrap();
+    }
+    for v in motion.velocities() {
+        let off = (*v - gravity * 2.0).length();
+        assert!(off < 1e-9 * v.length(), "{v} of a free fall");
+    }
+    let audit = motion.audit();
+    assert!(audit.dissipated.abs() < 1e-9 * audit.kinetic, "{audit:?}");
+}

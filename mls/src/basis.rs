@@ -23,6 +23,15 @@ impl Dimension {
             Self::Three => 3,
         }
     }
+
+    /// A point without the coordinates that the dimension does not have.
+    pub(crate) fn flatten(self, x: DVec3) -> DVec3 {
+        match self {
+            Self::One => DVec3::new(x.x, 0.0, 0.0),
+            Self::Two => DVec3::new(x.x, x.y, 0.0),
+            Self::Three => x,
+        }
+    }
 }
 
 /// Order of a complete polynomial.

@@ -60,6 +60,20 @@ impl Default for ConservativeSettings {
     }
 }
 
+impl ConservativeSettings {
+    /// For bodies that will be cut: rank tolerance 0.03. A direction that a node's neighbours span this
+    /// much less than the widest (squared lengths) counts as not seen: a cut leaves surface nodes with
+    /// three or four neighbours almost in a plane, whose gradients across it would be twenty times too
+    /// large.
+    #[must_use]
+    pub fn for_cutting() -> Self {
+        Self {
+            rank_tolerance: 0.03,
+            ..Self::default()
+        }
+    }
+}
+
 /// Outcome of the solve for μ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveReport {
@@ -112,6 +126,27 @@ pub struct ConservativeStencils {
 }
 
 impl ConservativeStencils {
+    /// The stencils if their solve reached its tolerance.
+    ///
+    /// # Errors
+    /// [`StencilError::NotConverged`] if it stopped short: `Σ_i V_i g_ij = b_j` then holds to the
+    /// residual only.
+    pub fn converged(self) -> Result<Self, StencilError> {
+        let SolveReport {
+            iterations,
+            residual,
+            converged,
+            ..
+        } = self.report;
+        if converged {
+            return Ok(self);
+        }
+        Err(StencilError::NotConverged {
+            iterations,
+            residual,
+        })
+    }
+
     /// Builds the stencils of a cloud: moment matrices, then one matrix-free solve.
     ///
     /// # Arguments
@@ -133,7 +168,7 @@ impl ConservativeStencils {
     /// # Numerics
     /// Linear fields are exact to about `condition · ε` on rows of rank 3. Rows of lower rank keep
     /// `g0` on their span (see [`crate::deformation_gradient`] for the rest) and take no part in
-    /// the correction. A solve that stops short is no error: read [`SolveReport::converged`].
+    /// the correction. A solve that stops short is an error of [`ConservativeStencils::converged`] only.
     /// The result does not depend on the number of threads.
     pub fn new(
         positions: &[DVec3],

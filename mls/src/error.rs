@@ -21,6 +21,16 @@ pub enum CloudError {
     /// A number of neighbours of zero.
     #[error("zero nearest neighbours asked for; ask for at least one")]
     NoNeighbors,
+    /// A list that does not have one entry per point.
+    #[error("{found} {name} for {points} points; give one per point")]
+    Length {
+        /// Which list.
+        name: &'static str,
+        /// Its length.
+        found: usize,
+        /// Number of points.
+        points: usize,
+    },
     /// A radius, scale or spacing that is not positive and finite.
     #[error("{name} is {value}; it must be positive and finite")]
     NotPositive {
@@ -114,6 +124,16 @@ pub enum StencilError {
         /// Its weight.
         value: f64,
     },
+    /// The solve of conservative stencils stopped short.
+    #[error(
+        "the stencils' solve stopped after {iterations} iterations at a residual of {residual:.1e}; raise iteration_limit, or sample the body with less uneven cells"
+    )]
+    NotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// `max_j |Σ_i V_i g_ij − b_j| / max_j |b_j|` reached.
+        residual: f64,
+    },
     /// The graph is not symmetric.
     #[error(transparent)]
     Graph(#[from] GraphError),
@@ -141,6 +161,9 @@ pub enum MapError {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapeError {
+    /// A point that is NaN or infinite.
+    #[error("the point is not finite")]
+    NotFinite,
     /// Fewer supports hold the point than the basis has functions.
     #[error("{found} supports hold the point, the basis needs {needed}; enlarge the support radii")]
     TooFewNeighbors {

@@ -4,7 +4,38 @@ use std::f64::consts::PI;
 
 use crate::basis::Dimension;
 
-/// A radial weight function `w(q)` of `q = r / h`, zero from `q = 1` on.
+/// A radial weight function `w(q)` of `q = r / h`: implement it for a kernel of one's own.
+///
+/// Only `0 <= q < 1` is asked; from `q = 1` on a weight counts as 0. `w` should be positive, and fall
+/// smoothly to 0 at `q = 1`, or what is approximated has jumps where a support ends.
+pub trait Weight: Sync {
+    /// Value `w(q)`.
+    fn value(&self, q: f64) -> f64;
+    /// Derivative `dw/dq`.
+    fn derivative(&self, q: f64) -> f64;
+}
+
+impl<W: Weight> Weight for &W {
+    fn value(&self, q: f64) -> f64 {
+        (*self).value(q)
+    }
+
+    fn derivative(&self, q: f64) -> f64 {
+        (*self).derivative(q)
+    }
+}
+
+impl Weight for Kernel {
+    fn value(&self, q: f64) -> f64 {
+        Kernel::value(*self, q)
+    }
+
+    fn derivative(&self, q: f64) -> f64 {
+        Kernel::derivative(*self, q)
+    }
+}
+
+/// The weight functions of the crate, `w(q)` of `q = r / h`, zero from `q = 1` on.
 ///
 /// Not normalised to unit integral: moving least squares divides the factor out. The comparator
 /// [`Kernel::InverseSquare`] is singular at 0 and cut off at `q = 1`.

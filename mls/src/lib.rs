@@ -2,6 +2,7 @@
 
 mod basis;
 mod boundary;
+mod cloud;
 mod conservative;
 mod deformation;
 mod error;
@@ -18,12 +19,14 @@ mod weights;
 
 pub use basis::{Basis, Dimension, Order};
 pub use boundary::{BoundarySettings, boundary_vectors, triangle_quadrature};
+pub use cloud::{Cloud, CloudSettings, Sample, ShapeFunctions, Support};
 pub use conservative::{
     ConservativeSettings, ConservativeStencils, SolveReport, StrokeReport, normal_projector,
 };
 pub use deformation::{deformation_gradient, gradient_sum};
 pub use error::{BoundaryError, CloudError, GraphError, MapError, ShapeError, StencilError};
-pub use kernel::Kernel;
+pub use glam;
+pub use kernel::{Kernel, Weight};
 pub use map::{MapFrame, MapKind, MapSettings, MaterialMap, MaterialPoint, Preimage};
 pub use masses::{NodalMasses, dissertation_masses};
 pub use neighborhoods::Neighborhoods;

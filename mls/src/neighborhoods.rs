@@ -68,6 +68,52 @@ impl Neighborhoods {
         Self::from_rows(rows.collect())
     }
 
+    /// Joins each node with the nodes of its list, as a search tree gives them; the node itself may be
+    /// in it. Not symmetric where the lists are not; see [`Neighborhoods::symmetrized`].
+    ///
+    /// # Errors
+    /// [`GraphError`] for a neighbour that is not there and for too many pairs.
+    pub fn from_lists<L: AsRef<[u32]>>(lists: &[L]) -> Result<Self, GraphError> {
+        let mut offsets = vec![0];
+        let mut indices = Vec::new();
+        for (node, list) in lists.iter().enumerate() {
+            let others = list.as_ref().iter().copied();
+            indices.extend(others.filter(|&other| other as usize != node));
+            let count = indices.len();
+            offsets.push(u32::try_from(count).map_err(|_| GraphError::TooManyPairs { count })?);
+        }
+        Self::from_graph(offsets, indices)
+    }
+
+    /// Joins nodes along undirected edges, each given once, twice or more often; symmetric.
+    ///
+    /// # Errors
+    /// [`GraphError`] for a node that is not there, an edge from a node to itself and too many pairs.
+    pub fn from_edges(
+        node_count: usize,
+        edges: impl IntoIterator<Item = [u32; 2]>,
+    ) -> Result<Self, GraphError> {
+        let mut lists = vec![Vec::new(); node_count];
+        for [a, b] in edges {
+            for (node, neighbor) in [(a, b), (b, a)] {
+                let node = node as usize;
+                if neighbor as usize == node {
+                    return Err(GraphError::SelfLoop { node });
+                }
+                let out_of_range = GraphError::OutOfRange {
+                    node,
+                    neighbor,
+                    count: node_count,
+                };
+                if neighbor as usize >= node_count {
+                    return Err(out_of_range);
+                }
+                lists.get_mut(node).ok_or(out_of_range)?.push(neighbor);
+            }
+        }
+        Self::from_lists(&lists)
+    }
+
     /// Joins rows that are already sorted and unique.
     pub(crate) fn from_rows(rows: Vec<Vec<u32>>) -> Result<Self, GraphError> {
         let count = rows.iter().map(Vec::len).sum::<usize>();

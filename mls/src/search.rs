@@ -24,7 +24,8 @@ fn nearer(a: &(f64, u32), b: &(f64, u32)) -> Ordering {
     a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
 }
 
-fn check(points: &[DVec3]) -> Result<(), CloudError> {
+/// Refuses points that are not finite or too many.
+pub(crate) fn check(points: &[DVec3]) -> Result<(), CloudError> {
     let (count, limit) = (points.len(), u32::MAX as usize);
     if count > limit {
         return Err(CloudError::TooMany { count, limit });

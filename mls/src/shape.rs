@@ -4,23 +4,25 @@ use glam::DVec3;
 
 use crate::basis::{Basis, BasisValues, LARGEST_BASIS};
 use crate::error::ShapeError;
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Weight};
 
 /// Square of the smallest pivot, relative to its diagonal, below which a moment matrix counts as
 /// singular: at this point a reproduced polynomial keeps no digit.
 const SINGULAR_PIVOT: f64 = 1e-14;
 
 /// Nodes of a cloud with their supports and the approximation on them.
+///
+/// Coordinates that the basis does not span are not looked at, neither in the basis nor in distances.
 #[derive(Debug, Clone, Copy)]
-pub struct Approximation<'a> {
+pub struct Approximation<'a, W = Kernel> {
     /// Node positions (m), shape `(n)`.
     pub nodes: &'a [DVec3],
     /// Support radii (m), shape `(n)`, positive.
     pub support_radii: &'a [f64],
     /// Basis of the approximation.
     pub basis: Basis,
-    /// Weight function.
-    pub kernel: Kernel,
+    /// Weight function: a [`Kernel`] or one's own.
+    pub kernel: W,
 }
 
 /// Workspace of [`Approximation::shape_functions_into`]; contents on entry do not matter.
@@ -42,7 +44,7 @@ struct Fit {
     a: BasisValues,
 }
 
-impl Approximation<'_> {
+impl<W: Weight> Approximation<'_, W> {
     /// Shape functions and gradients of some nodes at one point.
     ///
     /// `φ_j = p(x)ᵀ A⁻¹ w_j p(x_j)` with `A = Σ_j w_j p(x_j) p(x_j)ᵀ` and
@@ -171,13 +173,15 @@ impl Approximation<'_> {
         scratch.weights.clear();
         scratch.weight_gradients.clear();
         scratch.values.clear();
+        let dimension = self.basis.dimension();
         let mut found = 0;
         let mut scale: f64 = 0.0;
         for &node in neighbors {
-            let from = x - self.nodes[node as usize];
+            let from = dimension.flatten(x - self.nodes[node as usize]);
             let h = self.support_radii[node as usize];
             let r = from.length();
-            let w = self.kernel.value(r / h);
+            let held = r < h;
+            let w = if held { self.kernel.value(r / h) } else { 0.0 };
             if !w.is_finite() {
                 return Err(ShapeError::InfiniteWeight { node });
             }
@@ -185,7 +189,7 @@ impl Approximation<'_> {
                 found += 1;
                 scale = scale.max(r);
             }
-            let slope = if r > 0.0 {
+            let slope = if held && r > 0.0 {
                 self.kernel.derivative(r / h) / (h * r)
             } else {
                 0.0
@@ -236,7 +240,7 @@ pub fn sph_value(
     for &node in neighbors {
         let j = node as usize;
         let h = approximation.support_radii[j];
-        let q = (x - approximation.nodes[j]).length() / h;
+        let q = dimension.flatten(x - approximation.nodes[j]).length() / h;
         let w = approximation.kernel.value(q) / (integral * h.powi(power));
         sum += w * values[j] * volumes[j];
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::kernel::Kernel;
+use crate::kernel::Weight;
 use crate::neighborhoods::Neighborhoods;
 use crate::parallel::ROWS_PER_TASK;
 
@@ -43,14 +43,14 @@ fn for_pairs(
 /// * `positions` -- node positions (m), shape `(n)`.
 /// * `support_radii` -- h (m), shape `(n)`. A radius of 0 gives the weight 0.
 ///
-/// Pairs of coincident nodes get the weight 0 under [`Kernel::InverseSquare`], which is infinite
-/// there; they carry no direction and so add nothing to a gradient.
+/// The kernel is a [`crate::Kernel`] or one's own. Pairs of coincident nodes get the weight 0 where it is
+/// infinite, as [`crate::Kernel::InverseSquare`] is; they carry no direction and so add nothing to a gradient.
 ///
 /// # Panics
 /// If the slices are not `n` long.
 #[must_use]
 pub fn kernel_weights(
-    kernel: Kernel,
+    kernel: impl Weight,
     positions: &[DVec3],
     support_radii: &[f64],
     neighborhoods: &Neighborhoods,
@@ -67,7 +67,11 @@ pub fn kernel_weights(
     );
     for_pairs(neighborhoods, |i, j| {
         let q = (positions[j] - positions[i]).length() / support_radii[j];
-        finite_or_zero(kernel.value(if q.is_nan() { 1.0 } else { q }))
+        if q < 1.0 {
+            finite_or_zero(kernel.value(q))
+        } else {
+            0.0
+        }
     })
 }
 
@@ -128,6 +132,7 @@ pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::Kernel;
     use crate::search::within_radius;
     use testkit::cloud;
 

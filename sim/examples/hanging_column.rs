@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "it prints what it found")]
 
 use glam::DVec3;
-use phyxel::scene::{Body, Motion, Region, Scene, Shape, Support, Target};
+use phyxel::scene::{Body, Region, Scene, Shape, Support, Target};
 use phyxel::world::World;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -20,20 +20,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     body.sampling.target = Target::Nodes(3000);
     let stretch = body.material.density * 9.81 * length * length / (2.0 * 2e5);
     let mut scene = Scene::new("column", vec![body]);
-    scene.supports.push(Support {
-        body: None,
-        region: Region::HalfSpace {
-            point: DVec3::Z * 0.499 * length,
-            normal: DVec3::Z,
-        },
-        motion: Motion::Fixed,
-    });
+    scene.supports.push(Support::fixed(Region::HalfSpace {
+        point: DVec3::Z * 0.499 * length,
+        normal: DVec3::Z,
+    }));
     scene.integration.settle = None;
 
     let mut world = World::new(scene)?;
-    while world.time() < 0.4 {
-        world.step()?;
-    }
+    world.play(0.4, |_| ())?;
     let body = &world.members()[0].body;
     let foot = |x: &DVec3| x.z < -0.499 * length;
     let sunk: Vec<f64> = std::iter::zip(&body.rest, body.motion.positions())

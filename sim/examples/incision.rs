@@ -38,16 +38,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.pictures = None;
     let cuts = scene.cuts.clone();
     let end = scene.integration.duration.min(until);
-    let settle = scene.integration.settle;
     let mut world = World::new(scene)?;
-    if let Some(settle) = settle {
-        while world.time() < settle.limit
-            && (world.speed() > settle.speed || !world.gravity_is_full() || world.steps() < 50)
-        {
-            world.step()?;
-        }
-        world.start_scene()?;
-    }
+    world.settle()?;
     let mut sheets = vec![Sheet::default(); cuts.len()];
     let mut next_report = 0.25;
     println!(

@@ -61,6 +61,18 @@ impl Camera {
         camera
     }
 
+    /// A perspective camera that looks along `direction` at the box round some points and shows all of
+    /// it, z upwards, in an image of `aspect` = width / height.
+    ///
+    /// # Panics
+    /// As [`Camera::framing`], for the points' box.
+    #[must_use]
+    pub fn around(points: &[DVec3], direction: DVec3, aspect: f64) -> Self {
+        let low = points.iter().fold(DVec3::INFINITY, |low, x| low.min(*x));
+        let high = points.iter().fold(-DVec3::INFINITY, |high, x| high.max(*x));
+        Self::framing(low, high, direction, DVec3::Z, aspect)
+    }
+
     /// As [`Camera::framing`], orthographic.
     ///
     /// # Panics

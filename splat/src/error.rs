@@ -14,6 +14,14 @@ pub enum SurfelError {
         /// Index of the first such surfel.
         surfel: usize,
     },
+    /// Not one normal per point.
+    #[error("{normals} normals for {positions} points; give one per point")]
+    Counts {
+        /// Number of points.
+        positions: usize,
+        /// Number of normals.
+        normals: usize,
+    },
     /// A node's rest position is not finite.
     #[error("node {node} has a rest position that is not finite")]
     BadNode {
@@ -34,6 +42,33 @@ pub enum SurfelError {
     },
 }
 
+/// What the reader or writer of image files says; it shows as its text.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct CodecError(Codec);
+
+#[derive(Debug, thiserror::Error)]
+enum Codec {
+    #[error(transparent)]
+    Encoding(#[from] png::EncodingError),
+    #[error(transparent)]
+    Decoding(#[from] png::DecodingError),
+}
+
+impl From<png::EncodingError> for ImageError {
+    fn from(error: png::EncodingError) -> Self {
+        let source = CodecError(error.into());
+        Self::Encode { source }
+    }
+}
+
+impl From<png::DecodingError> for ImageError {
+    fn from(error: png::DecodingError) -> Self {
+        let source = CodecError(error.into());
+        Self::Decode { source }
+    }
+}
+
 /// An image could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -42,15 +77,13 @@ pub enum ImageError {
     #[error("cannot write the image: {source}")]
     Encode {
         /// The encoder's account.
-        #[from]
-        source: png::EncodingError,
+        source: CodecError,
     },
     /// The file is no image, or is damaged.
     #[error("cannot read the image: {source}")]
     Decode {
         /// The decoder's account.
-        #[from]
-        source: png::DecodingError,
+        source: CodecError,
     },
     /// The file cannot be opened.
     #[error("cannot read the image: {source}")]
@@ -60,12 +93,12 @@ pub enum ImageError {
         source: std::io::Error,
     },
     /// The image has another form of pixels.
-    #[error("the image has pixels of {color:?} with {depth:?} bits, not RGBA with eight")]
+    #[error("the image has {channels} channels of {bits} bits, not four (RGBA) of eight")]
     Pixels {
-        /// Channels.
-        color: png::ColorType,
+        /// Channels of a pixel.
+        channels: usize,
         /// Bits of a channel.
-        depth: png::BitDepth,
+        bits: u8,
     },
     /// A frame of an animation has another size than the first.
     #[error("frame {frame} is {width}x{height}, the animation is {first_width}x{first_height}")]

@@ -81,7 +81,8 @@ impl Frame {
         let (width, height) = reader.info().size();
         let (color, depth) = reader.output_color_type();
         if (color, depth) != (png::ColorType::Rgba, png::BitDepth::Eight) {
-            return Err(ImageError::Pixels { color, depth });
+            let (channels, bits) = (color.samples(), depth as u8);
+            return Err(ImageError::Pixels { channels, bits });
         }
         let mut bytes = vec![0; 4 * index(width) * index(height)];
         reader.next_frame(&mut bytes)?;

@@ -40,7 +40,8 @@ impl Image {
         let (color, depth) = reader.output_color_type();
         let channels = color.samples();
         if depth != png::BitDepth::Eight {
-            return Err(ImageError::Pixels { color, depth });
+            let bits = depth as u8;
+            return Err(ImageError::Pixels { channels, bits });
         }
         let mut bytes = vec![0; channels * index(width) * index(height)];
         reader.next_frame(&mut bytes)?;

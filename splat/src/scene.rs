@@ -143,7 +143,22 @@ pub struct SplatView<'a> {
     pub inside: Option<Vec3>,
 }
 
-impl SplatView<'_> {
+impl<'a> SplatView<'a> {
+    /// Splats of whole, unbounded surfels with a colour each.
+    #[must_use]
+    pub fn new(splats: &'a Splats, surfels: &'a Surfels, colors: &'a [Vec3]) -> Self {
+        Self {
+            splats,
+            colors,
+            materials: &surfels.materials,
+            texture_points: &surfels.positions,
+            texture_normals: &surfels.normals,
+            clips: &[],
+            radii: &surfels.radii,
+            inside: None,
+        }
+    }
+
     /// Half-axes of a splat's disk in the rest frame (m).
     #[inline]
     pub(crate) fn rest_axes(&self, splat: usize) -> [DVec3; 2] {

@@ -11,7 +11,7 @@ use crate::index::Bounds;
 use crate::obstacle::{index32, share_to_zero};
 use crate::predicate::segment_crosses_triangle;
 
-/// A pair between whose nodes a blade has passed and the cut has not.
+/// A pair between whose nodes a blade has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweptPair {
     /// Its nodes, the lower number first.
@@ -21,20 +21,16 @@ pub struct SweptPair {
 }
 
 /// Pairs whose nodes, where they are now, have some of the triangles between them that a blade swept
-/// through the world, while the cut is not between them in the material.
+/// through the world.
 ///
 /// Exact, by the crate's tie rule. All pairs near the box round the triangles are looked at, however
-/// long they have become. Pairs that the blade passed beside the cut's surface, within half a spacing and
-/// not beyond its edge, are left out: there it is the cut that says on which side a node lies. To sever those pairs too would part the
-/// node from both sides, as a blade that passes it on the left and a sheet that passes it on the right
-/// would have it.
+/// long they have become.
 ///
 /// # Arguments
 /// * `present` -- the body's graph with positions x (m) in place of rest positions.
 /// * `rest` -- rest positions X (m), shape `(n)`.
 /// * `sweep` -- triangles in the world (m).
-/// * `spacing` -- distance of the nodes (m).
-/// * `known` -- whether a directed pair is known to be crossed by the cut.
+/// * `known` -- whether a directed pair is known to be crossed by the cut, and need not be looked at.
 ///
 /// # Panics
 /// If there is not one rest position per node.
@@ -43,8 +39,6 @@ pub fn swept_pairs(
     present: &Graph<'_>,
     rest: &[DVec3],
     sweep: &[[DVec3; 3]],
-    cuts: &Cuts,
-    spacing: f64,
     known: &dyn Fn(usize) -> bool,
 ) -> Vec<SweptPair> {
     assert_eq!(
@@ -74,25 +68,47 @@ pub fn swept_pairs(
             let Some((&[p, q, r], _)) = passed else {
                 continue;
             };
-            if cuts.crosses(rest[i], rest[j]) {
-                continue;
-            }
             let normal = (q - p).cross(r - p);
             let share = share_to_zero(normal.dot(a - p), normal.dot(b - p));
-            let point = rest[i].lerp(rest[j], share);
-            let beside = cuts.nearest(point, NEAR * spacing).is_some_and(|sheet| {
-                let hair = 1e-6 * spacing;
-                cuts.nearest_free_edge(sheet.point, hair).is_none()
+            found.push(SweptPair {
+                nodes: [index32(i), index32(j)],
+                point: rest[i].lerp(rest[j], share),
             });
-            if !beside {
-                found.push(SweptPair {
-                    nodes: [index32(i), index32(j)],
-                    point,
-                });
-            }
         }
     }
     found
+}
+
+/// Those of the swept pairs that the cut does not cross in the material.
+///
+/// Pairs that the blade passed beside the cut's surface, within half a spacing and not beyond its edge,
+/// are left out: there it is the cut that says on which side a node lies. To sever those pairs too would
+/// part the node from both sides, as a blade that passes it on the left and a sheet that passes it on
+/// the right would have it.
+///
+/// # Arguments
+/// * `swept` -- of [`swept_pairs`].
+/// * `rest` -- rest positions X (m), shape `(n)`.
+/// * `spacing` -- distance of the nodes (m).
+#[must_use]
+pub fn missed_pairs(
+    swept: &[SweptPair],
+    rest: &[DVec3],
+    cuts: &Cuts,
+    spacing: f64,
+) -> Vec<SweptPair> {
+    let is_missed = |pair: &&SweptPair| {
+        let [a, b] = pair.nodes.map(|node| rest[node as usize]);
+        let beside = || {
+            let sheet = cuts.nearest(pair.point, NEAR * spacing);
+            sheet.is_some_and(|sheet| {
+                let hair = 1e-6 * spacing;
+                cuts.nearest_free_edge(sheet.point, hair).is_none()
+            })
+        };
+        !cuts.crosses(a, b) && !beside()
+    };
+    swept.iter().filter(is_missed).copied().collect()
 }
 
 /// Carries the nearest free edge of a cut on through a material point (m), by one triangle.

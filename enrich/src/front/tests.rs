@@ -41,11 +41,7 @@ impl Block {
     }
 
     fn graph(&self) -> Graph<'_> {
-        Graph {
-            positions: &self.nodes,
-            offsets: &self.offsets,
-            indices: &self.indices,
-        }
+        Graph::new(&self.nodes, &self.offsets, &self.indices).unwrap()
     }
 
     /// Nodes on each side once a blade has been where `path` says.
@@ -95,7 +91,8 @@ fn lead(block: &Block, path: &[Vec<DVec3>]) -> Cuts {
             .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
             .collect();
         let graph = block.graph();
-        let missed = |cuts: &Cuts| swept_pairs(&graph, &block.nodes, &sweep, cuts, 1.0, &|_| false);
+        let swept = swept_pairs(&graph, &block.nodes, &sweep, &|_| false);
+        let missed = |cuts: &Cuts| missed_pairs(&swept, &block.nodes, cuts, 1.0);
         let points: Vec<DVec3> = missed(&cuts).iter().map(|pair| pair.point).collect();
         front.reach(&mut cuts, &points, &inside).unwrap();
         for pair in missed(&cuts) {

@@ -232,11 +232,7 @@ fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
         );
         offsets.push(indices.len() as u32);
     }
-    let graph = crate::Graph {
-        positions: &x,
-        offsets: &offsets,
-        indices: &indices,
-    };
+    let graph = crate::Graph::new(&x, &offsets, &indices).unwrap();
     let mut factors = crate::PairFactors::new(&graph, &crate::FactorSettings::default());
     let blade = |k: usize| [0.3, 1.8].map(|z| DVec3::new(k as f64 + 4.4, 1.6, z));
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));

@@ -286,7 +286,7 @@ proptest! {
             .map(|s| s.iter().map(|b| b.iter().map(|&p| place(p)).collect()).collect()).collect();
         let cuts = cut(&moved_strokes, &CutSettings {
             weld_tolerance: 0.05 * cloud.reach * scale, index_cell: cloud.reach * scale });
-        let graph = Graph { positions: &moved, ..cloud.graph() };
+        let graph = Graph::new(&moved, cloud.graph().offsets(), cloud.graph().indices()).unwrap();
         let mut found = PairFactors::new(&graph, &FactorSettings {
             reach: Reach::Length(cloud.reach * scale),
             ..FactorSettings::default()

@@ -22,11 +22,7 @@ fn strip(captures: u32) -> Cuts {
 fn cut_lattice(size: [usize; 3], cuts: &Cuts) -> [PairFactors; 2] {
     let x = lattice(size, 1.0, 0.2, 3);
     let (offsets, indices) = lattice_rows(size);
-    let graph = Graph {
-        positions: &x,
-        offsets: &offsets,
-        indices: &indices,
-    };
+    let graph = Graph::new(&x, &offsets, &indices).unwrap();
     let whole = PairFactors::new(&graph, &FactorSettings::default());
     let mut factors = whole.clone();
     factors.update(&graph, cuts, 0..cuts.triangle_count(), &|_| true);

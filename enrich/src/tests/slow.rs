@@ -47,11 +47,7 @@ impl Cloud {
     }
 
     pub(crate) fn graph(&self) -> Graph<'_> {
-        Graph {
-            positions: &self.x,
-            offsets: &self.offsets,
-            indices: &self.indices,
-        }
+        Graph::new(&self.x, &self.offsets, &self.indices).unwrap()
     }
 
     /// Factors before any cut.

@@ -103,6 +103,28 @@ fn refuses_what_is_not_a_graph() {
 }
 
 #[test]
+fn lists_and_edges_are_taken_as_searches_and_meshes_give_them() {
+    let lists = Neighborhoods::from_lists(&[vec![2, 0, 1, 2], vec![], vec![1]]).unwrap();
+    assert_eq!(lists.offsets(), [0, 2, 2, 3]);
+    assert_eq!(lists.indices(), [1, 2, 1]);
+    let edges = Neighborhoods::from_edges(4, [[2, 0], [0, 2], [0, 1], [1, 2]]).unwrap();
+    assert_eq!(edges.offsets(), [0, 2, 4, 6, 6]);
+    assert_eq!(edges.indices(), [1, 2, 0, 2, 0, 1]);
+    assert_eq!(edges, edges.symmetrized().unwrap());
+    let lost = GraphError::OutOfRange {
+        node: 0,
+        neighbor: 3,
+        count: 2,
+    };
+    assert_eq!(Neighborhoods::from_edges(2, [[0, 3]]), Err(lost.clone()));
+    assert_eq!(Neighborhoods::from_lists(&[vec![3_u32], vec![]]), Err(lost));
+    let own = Err(GraphError::SelfLoop { node: 1 });
+    assert_eq!(Neighborhoods::from_edges(2, [[1, 1]]), own);
+    let low = Neighborhoods::from_edges(2, [[7, 0]]);
+    assert!(matches!(low, Err(GraphError::OutOfRange { count: 2, .. })));
+}
+
+#[test]
 fn asymmetry_is_named() {
     let graph = Neighborhoods::from_graph(vec![0, 1, 2, 3], vec![1, 0, 1]).unwrap();
     assert_eq!(

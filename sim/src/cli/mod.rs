@@ -8,6 +8,7 @@ mod sample;
 mod scenes;
 mod source;
 mod study;
+mod sweep;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -18,6 +19,7 @@ use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::scene::{Place, SceneError};
 use crate::study::StudyError;
+use crate::sweep::{CaseError, CollectError, PlanError, PoolError};
 use crate::world::WorldError;
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
@@ -43,6 +45,8 @@ enum Command {
     /// Show a scene in a browser, to be cut, pressed and pulled by hand.
     #[cfg(feature = "live")]
     Live(live::LiveArguments),
+    /// Run many cases of a scene, each by a process of its own, and put their results into tables.
+    Sweep(sweep::SweepArguments),
     /// Measure error and time; write tables, plots and one page.
     Study(study::StudyArguments),
 }
@@ -103,6 +107,27 @@ enum CliError {
     #[error(transparent)]
     Study(Box<StudyError>),
     #[error(transparent)]
+    Plan(#[from] PlanError),
+    #[error("{place}: {error}")]
+    Planned { place: Place, error: Box<CliError> },
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    #[error(transparent)]
+    Pool(#[from] PoolError),
+    #[error(transparent)]
+    Collect(#[from] CollectError),
+    #[error("case {number}: {error}; to run it again: --retry")]
+    CaseFailed { number: usize, error: String },
+    #[error("--case {number}: the plan has cases 1 to {cases}")]
+    NoSuchCase { number: usize, cases: usize },
+    #[error(
+        "{failed} of {cases} cases failed, as listed; --collect puts the rest into tables, --retry runs \
+         the failed ones again"
+    )]
+    CasesFailed { failed: usize, cases: usize },
+    #[error("cannot find this program to run cases by: {0}; run them one by one with --case")]
+    Program(io::Error),
+    #[error(transparent)]
     Output(#[from] OutputError),
     #[error("cannot write to stderr: {0}")]
     Stderr(io::Error),
@@ -151,6 +176,7 @@ pub fn main() -> ExitCode {
         Some(Command::Sample(arguments)) => sample::sample(&arguments),
         #[cfg(feature = "live")]
         Some(Command::Live(arguments)) => live::live(&arguments),
+        Some(Command::Sweep(arguments)) => sweep::sweep(&arguments),
         Some(Command::Study(arguments)) => study::study(&arguments),
     };
     match result {

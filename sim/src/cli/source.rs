@@ -70,7 +70,11 @@ impl Source {
         overrides: &[Override],
         error: WorldError,
     ) -> CliError {
-        let index = scene.bodies.iter().position(|body| body.name == error.body);
+        let at_fault = |name: &String| match &error {
+            WorldError::Body { body, .. } => body == name,
+            _ => false,
+        };
+        let index = scene.bodies.iter().position(|body| at_fault(&body.name));
         let index = index.unwrap_or(0);
         let place = match self {
             Self::Embedded(name) => {

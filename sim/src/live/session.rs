@@ -378,8 +378,7 @@ impl Session {
         if !self.is_settling() {
             return Ok(());
         }
-        let rested = self.world.gravity_is_full() && self.world.speed() < settle.speed;
-        if rested || self.world.time() >= settle.limit {
+        if self.world.is_at_rest() || self.world.time() >= settle.limit {
             self.world.start_scene()?;
             let start = self.checkpoint();
             self.ring.set_start(start);

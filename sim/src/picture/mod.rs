@@ -88,7 +88,7 @@ impl Painter {
                     || style::tissue_of(&description.surfels),
                     |style| style.tissue.clone(),
                 );
-                Skin::new(member, description, share, tissue).map_err(|problem| WorldError {
+                Skin::new(member, description, share, tissue).map_err(|problem| WorldError::Body {
                     body: description.name.clone(),
                     problem,
                 })
@@ -258,7 +258,7 @@ impl Painter {
                 .cut(&near, &|point| body.solid.contains(point), &|a, b| {
                     cuts.crosses(a, b)
                 })
-                .map_err(|problem| WorldError {
+                .map_err(|problem| WorldError::Body {
                     body: body.name.clone(),
                     problem: problem.into(),
                 })?;

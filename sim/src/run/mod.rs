@@ -340,7 +340,7 @@ impl Run {
             self.course.settling_steps += 1;
             self.progress
                 .set(self.world.time() / (duration + settle.limit));
-            if self.world.gravity_is_full() && self.world.speed() < settle.speed {
+            if self.world.is_at_rest() {
                 self.course.rested = true;
                 break;
             }

@@ -62,7 +62,7 @@ pub enum SceneError {
 
 impl SceneError {
     /// The error without line and column, for a text that the reader does not have.
-    pub(super) fn without_position(mut self) -> Self {
+    pub(crate) fn without_position(mut self) -> Self {
         if let Self::Format { place, .. } | Self::Value { place, .. } = &mut self {
             place.position = None;
         }

@@ -20,6 +20,28 @@ pub struct Support {
     pub motion: Motion,
 }
 
+impl Support {
+    /// Holds the nodes of a region of every body where they rest.
+    #[must_use]
+    pub fn fixed(region: Region) -> Self {
+        Self {
+            body: None,
+            region,
+            motion: Motion::Fixed,
+        }
+    }
+
+    /// Moves the nodes of a region of every body rigidly along a path.
+    #[must_use]
+    pub fn driven(region: Region, path: Vec<Key>) -> Self {
+        Self {
+            body: None,
+            region,
+            motion: Motion::Driven { path },
+        }
+    }
+}
+
 /// A part of space in rest coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -127,6 +149,19 @@ pub struct Cut {
 }
 
 impl Cut {
+    /// A blade's edge (m, in its own frame) led along a path through every body.
+    #[must_use]
+    pub fn new(edge: Vec<DVec3>, path: Vec<Key>) -> Self {
+        Self {
+            name: Self::default_name(),
+            body: None,
+            edge,
+            path,
+            capture: Capture::default(),
+            weld_tolerance: None,
+        }
+    }
+
     fn default_name() -> String {
         "cut".to_owned()
     }

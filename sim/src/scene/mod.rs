@@ -35,12 +35,13 @@ pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 pub use keys::key_reference;
+pub(crate) use locate::{KeyPath, Node, Segment, line_column};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
 pub use path::{Key, Pose, pose_at};
 pub use read::Override;
-pub(crate) use read::{place_of_body, read_file, read_text};
+pub(crate) use read::{parse_ron, place_of_body, read_file, read_text};
 pub use settings::{
     Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
 };

@@ -56,6 +56,16 @@ impl Pose {
 }
 
 impl Key {
+    /// A place (m) at a scene time (s), not turned.
+    #[must_use]
+    pub fn new(time: f64, position: DVec3) -> Self {
+        Self {
+            time,
+            position,
+            rotation: DVec3::ZERO,
+        }
+    }
+
     fn pose(&self) -> Pose {
         Pose {
             rotation: DQuat::from_scaled_axis(self.rotation * (std::f64::consts::PI / 180.0)),

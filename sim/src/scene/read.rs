@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use ron::extensions::Extensions;
+use serde::de::DeserializeOwned;
 
 use super::embedded::{self, EMBEDDED};
 use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
@@ -50,6 +51,11 @@ impl Override {
             path,
             value: value.to_owned(),
         })
+    }
+
+    /// The path.
+    pub(crate) fn path(&self) -> &KeyPath {
+        &self.path
     }
 
     /// The scene's key at which the path begins.
@@ -217,6 +223,24 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Checks every value of a scene that a program made or changed.
+    ///
+    /// [`Scene::load`] and its like have done so, and [`crate::world::World::new`] does.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`] with the key path of the first value that is not as it must be.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        validate(self).map_err(|fault| SceneError::Value {
+            place: Place {
+                origin: format!("scene '{}'", self.name),
+                position: None,
+            },
+            path: fault.path,
+            found: fault.found,
+            must: fault.must,
+        })
+    }
+
     /// The scene as RON, all defaults written out; [`Scene::load`] reads it back as it was.
     ///
     /// # Panics
@@ -246,6 +270,14 @@ fn options() -> ron::Options {
 
 /// Reads a scene without validating it; the error has line and column.
 fn parse(text: &str) -> Result<Scene, ((usize, usize), FormatProblem)> {
+    parse_ron(text, "the scene")
+}
+
+/// Reads a text in the dialect of scenes; the error has line and column, and calls the text `whole`.
+pub(crate) fn parse_ron<T: DeserializeOwned>(
+    text: &str,
+    whole: &str,
+) -> Result<T, ((usize, usize), FormatProblem)> {
     options().from_str(text).map_err(|error| {
         let tree = Node::read(text);
         let end = byte_at(text, error.span.end.line, error.span.end.col);
@@ -255,9 +287,8 @@ fn parse(text: &str) -> Result<Scene, ((usize, usize), FormatProblem)> {
         let place = |word: &str| word_start(text, word, start, end);
         let owner_or = |outer: &Option<String>| match (&owner, outer) {
             (Some(path), _) if !path.is_empty() => path.clone(),
-            (Some(_), _) => "the scene".to_owned(),
             (None, Some(outer)) => outer.clone(),
-            (None, None) => "the scene".to_owned(),
+            (Some(_), _) | (None, None) => whole.to_owned(),
         };
         let (byte, problem) = match error.code {
             ron::Error::NoSuchStructField {

@@ -34,6 +34,20 @@ pub struct Tool {
 }
 
 impl Tool {
+    /// A tool on a path, without friction, that touches every body.
+    #[must_use]
+    pub fn new(shape: ToolShape, path: Vec<Key>) -> Self {
+        Self {
+            name: Self::default_name(),
+            body: None,
+            shape,
+            path,
+            release: None,
+            friction: 0.0,
+            penalty: None,
+        }
+    }
+
     fn default_name() -> String {
         "tool".to_owned()
     }

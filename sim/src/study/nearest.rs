@@ -46,11 +46,7 @@ pub(super) fn measure(care: Care) -> Result<Vec<State>, StudyError> {
     let mut hung = Hung::new(body, graph.pair_count())?;
     let mut cuts = Cuts::new(&CutSettings::for_spacing(SPACING));
     let rest = hung.rest.clone();
-    let coupled = Graph {
-        positions: &rest,
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-    };
+    let coupled = Graph::trusted(&rest, graph.offsets(), graph.indices());
     let mut factors = PairFactors::new(&coupled, &FactorSettings::default());
     let mut found = Vec::new();
     for (k, state) in STATES.into_iter().enumerate() {

@@ -1,7 +1,7 @@
 //! A blade on its way through a body: from its edge in the world to the front of its cut.
 
 use glam::DVec3;
-use phyxel_enrich::{Bounds, Cuts, Front, Graph, Patch, Place, SweptPair, close_edge, swept_pairs};
+use phyxel_enrich::{Bounds, Cuts, Front, Graph, Patch, Place, SweptPair, close_edge, missed_pairs, swept_pairs};
 use phyxel_mls::MapFrame;
 use serde::{Deserialize, Serialize};
 
@@ -90,8 +90,10 @@ impl Blade {
             patches.push(self.front.advance(cuts, &places, moved, &inside)?);
             from = to;
         }
-        let sweep = swept(&self.last, &now);
-        let mut missed = tissue.missed(&sweep, cuts);
+        let passed = tissue.passed(&swept(&self.last, &now));
+        let (rest, spacing) = (&tissue.body.rest, tissue.body.spacing);
+        let left = |cuts: &Cuts| missed_pairs(&passed, rest, cuts, spacing);
+        let mut missed = left(cuts);
         for _ in 0..ROUNDS {
             if missed.is_empty() {
                 break;
@@ -102,14 +104,14 @@ impl Blade {
                 break;
             }
             patches.push(patch);
-            missed = tissue.missed(&sweep, cuts);
+            missed = left(cuts);
         }
         // What no front is near to: the edge of the cut that ends beside it.
-        let rest = |node: u32| tissue.body.rest[node as usize];
         for pair in std::mem::take(&mut missed) {
-            if !cuts.crosses(rest(pair.nodes[0]), rest(pair.nodes[1])) {
-                patches.push(close_edge(cuts, pair.point, tissue.body.spacing, &inside)?);
-                missed = tissue.missed(&sweep, cuts);
+            let [a, b] = pair.nodes.map(|node| rest[node as usize]);
+            if !cuts.crosses(a, b) {
+                patches.push(close_edge(cuts, pair.point, spacing, &inside)?);
+                missed = left(cuts);
             }
         }
         self.last = now;
@@ -167,16 +169,16 @@ impl Tissue<'_> {
         }
     }
 
-    /// Pairs that a sweep of the blade passes and the cut does not cross.
-    fn missed(&self, sweep: &[[DVec3; 3]], cuts: &Cuts) -> Vec<SweptPair> {
+    /// Pairs that a sweep of the blade passes and whose factors do not know of it.
+    fn passed(&self, sweep: &[[DVec3; 3]]) -> Vec<SweptPair> {
         let body = self.body;
-        let present = Graph {
-            positions: body.motion.positions(),
-            offsets: body.neighborhoods.offsets(),
-            indices: body.neighborhoods.indices(),
-        };
+        let present = Graph::trusted(
+            body.motion.positions(),
+            body.neighborhoods.offsets(),
+            body.neighborhoods.indices(),
+        );
         let known = |pair| self.factors.factor(pair) < 1.0;
-        swept_pairs(&present, &body.rest, sweep, cuts, body.spacing, &known)
+        swept_pairs(&present, &body.rest, sweep, &known)
     }
 }
 

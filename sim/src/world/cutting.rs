@@ -425,11 +425,11 @@ fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
 
 /// The body's nodes and pairs, as the factors read them.
 pub(super) fn graph_of(body: &Body) -> Graph<'_> {
-    Graph {
-        positions: &body.rest,
-        offsets: body.neighborhoods.offsets(),
-        indices: body.neighborhoods.indices(),
-    }
+    Graph::trusted(
+        &body.rest,
+        body.neighborhoods.offsets(),
+        body.neighborhoods.indices(),
+    )
 }
 
 /// Some nodes and their neighbours, in any order.

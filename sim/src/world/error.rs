@@ -9,6 +9,8 @@ use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, Surf
 use phyxel_mls::{CloudError, GraphError, MapError, StencilError};
 use phyxel_splat::{ImageError, SurfelError};
 
+use crate::scene::SceneError;
+
 /// What went wrong in one body.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -141,19 +143,35 @@ pub enum BodyProblem {
 impl BodyProblem {
     /// The same with the body's name.
     pub(super) fn of(self, body: &super::Body) -> WorldError {
-        WorldError {
+        WorldError::Body {
             body: body.name.clone(),
             problem: self,
         }
     }
 }
 
-/// A world that cannot be built or stepped, with the body at fault.
+/// A world that cannot be built or stepped.
 #[derive(Debug, thiserror::Error)]
-#[error("body '{body}': {problem}")]
-pub struct WorldError {
-    /// Name of the body.
-    pub body: String,
-    /// What went wrong.
-    pub problem: BodyProblem,
+#[non_exhaustive]
+pub enum WorldError {
+    /// The scene is not valid.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// A body is at fault.
+    #[error("body '{body}': {problem}")]
+    Body {
+        /// Name of the body.
+        body: String,
+        /// What went wrong.
+        problem: BodyProblem,
+    },
+    /// The bodies have settled as long as they may, and nobody started the scene.
+    #[error(
+        "the bodies have settled for {limit} s (integration.settle.limit) and the scene was never \
+         started; call World::settle or World::play, or set integration.settle to None"
+    )]
+    NeverStarted {
+        /// Longest time (s) of settling.
+        limit: f64,
+    },
 }

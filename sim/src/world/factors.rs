@@ -74,7 +74,7 @@ impl Factors {
                     radii,
                     strokes: Vec::new(),
                     grids: Vec::new(),
-                    factors: vec![1.0; graph.indices.len()],
+                    factors: vec![1.0; graph.indices().len()],
                 });
             }
         };
@@ -170,7 +170,7 @@ impl Grids {
             }
         }
         let factors = grid_pair_factors(&self.grids, graph, &self.radii, GridForm::default());
-        let rows = graph.offsets.windows(2).zip(0_u32..);
+        let rows = graph.offsets().windows(2).zip(0_u32..);
         let touched = rows
             .filter(|(row, _)| {
                 let row = row[0] as usize..row[1] as usize;

@@ -122,14 +122,20 @@ impl World {
                 Err(error) => last = error,
             }
         }
-        match last.problem {
-            BodyProblem::Unbalanced { share, .. } if share < FATAL_IMBALANCE => {
+        match last {
+            WorldError::Body {
+                problem: BodyProblem::Unbalanced { share, .. },
+                ..
+            } if share < FATAL_IMBALANCE => {
                 self.retaken.unbalanced += 1;
                 Ok(())
             }
-            BodyProblem::Step(source) => Err(WorldError {
+            WorldError::Body {
+                body,
+                problem: BodyProblem::Step(source),
+            } => Err(WorldError::Body {
+                body,
                 problem: BodyProblem::StepsFailed { source },
-                ..last
             }),
             _ => Err(last),
         }

@@ -40,7 +40,7 @@ pub use stencils::Stencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
-use crate::scene::{Scene, pose_at};
+use crate::scene::{Rest, Scene, pose_at};
 use grip::Adjusted;
 use guard::Kept;
 use input::Hands;
@@ -100,11 +100,13 @@ pub struct World {
 }
 
 impl World {
-    /// Builds the bodies of a validated scene and chooses the step.
+    /// Builds the bodies of a scene and chooses the step. The scene settles first unless it says
+    /// otherwise: [`World::play`] does all of it.
     ///
     /// # Errors
-    /// [`WorldError`] with the body at fault.
+    /// [`WorldError`] with the value of the scene or the body at fault.
     pub fn new(scene: Scene) -> Result<Self, WorldError> {
+        scene.validate().map_err(Box::new)?;
         let mut phases = Phases::default();
         let members = phases.time(Phase::Setup, || {
             scene
@@ -114,7 +116,7 @@ impl World {
                     let body = Body::new(&scene, description)?;
                     let touches = touches_of(&scene, description, &body);
                     Ok(Member {
-                        touches: touches.map_err(|problem| WorldError {
+                        touches: touches.map_err(|problem| WorldError::Body {
                             body: description.name.clone(),
                             problem,
                         })?,
@@ -233,6 +235,67 @@ impl World {
         self.gravity == full || self.adjusted.gravity.is_some()
     }
 
+    /// Whether the bodies are at rest under all of gravity, as the scene's settling asks.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        let settle = self.scene.integration.settle;
+        self.gravity_is_full() && settle.is_none_or(|settle| self.speed() < settle.speed)
+    }
+
+    /// Lets the bodies come to rest as the scene's `integration.settle` says, and starts the scene;
+    /// nothing once it has started. Whether they came to rest within the time given for it.
+    ///
+    /// # Errors
+    /// As [`World::step`] and [`World::rest_in_equilibrium`].
+    pub fn settle(&mut self) -> Result<bool, WorldError> {
+        let (None, Some(settle)) = (self.origin, self.scene.integration.settle) else {
+            return Ok(true);
+        };
+        let mut rested = settle.rest == Rest::Equilibrium;
+        if rested {
+            self.rest_in_equilibrium()?;
+        }
+        while !rested && self.time() < settle.limit {
+            self.step()?;
+            rested = self.is_at_rest();
+        }
+        self.start_scene()?;
+        Ok(rested)
+    }
+
+    /// Settles, unless the scene has started, and plays it until scene time `until` (s); `each` sees
+    /// the world after every step of the scene.
+    ///
+    /// # Errors
+    /// As [`World::settle`].
+    ///
+    /// # Examples
+    /// ```
+    /// use phyxel::scene::{Body, Region, Scene, Shape, Support, Target};
+    /// use phyxel::{glam::DVec3, world::World};
+    ///
+    /// let mut body = Body::new(Shape::Box { size: DVec3::splat(0.1) });
+    /// body.sampling.target = Target::Nodes(300);
+    /// let mut scene = Scene::new("hanging", vec![body]);
+    /// let top = Region::HalfSpace { point: DVec3::Z * 0.049, normal: DVec3::Z };
+    /// scene.supports.push(Support::fixed(top));
+    /// let mut steps = 0;
+    /// World::new(scene)?.play(0.1, |world| {
+    ///     steps += 1;
+    ///     assert!(world.scene_time().is_some());
+    /// })?;
+    /// assert!(steps > 10);
+    /// # Ok::<(), phyxel::world::WorldError>(())
+    /// ```
+    pub fn play(&mut self, until: f64, mut each: impl FnMut(&Self)) -> Result<(), WorldError> {
+        self.settle()?;
+        while self.scene_time().is_some_and(|time| time < until) {
+            self.step()?;
+            each(self);
+        }
+        Ok(())
+    }
+
     /// Puts every body where it is in equilibrium with all of gravity, in place of settling by motion;
     /// tools have no part in it. [`World::start_scene`] follows.
     ///
@@ -245,10 +308,11 @@ impl World {
         let now = gravity.unwrap_or(DVec3::ZERO);
         for Member { body, .. } in &mut self.members {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
-            body.come_to_rest(&loads).map_err(|problem| WorldError {
-                body: body.name.clone(),
-                problem,
-            })?;
+            body.come_to_rest(&loads)
+                .map_err(|problem| WorldError::Body {
+                    body: body.name.clone(),
+                    problem,
+                })?;
         }
         self.phases.add(Phase::Setup, start.elapsed());
         self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
@@ -321,8 +385,15 @@ impl World {
     /// Takes one step: blades first, then motion with the tools.
     ///
     /// # Errors
-    /// [`WorldError`] if a blade's edge cannot be taken up or a motion diverges.
+    /// [`WorldError`] if a blade's edge cannot be taken up, a motion diverges, or the bodies have
+    /// settled for as long as they may and nobody started the scene.
     pub fn step(&mut self) -> Result<(), WorldError> {
+        if let (None, Some(settle)) = (self.origin, self.scene.integration.settle)
+            && self.time() >= settle.limit
+        {
+            let limit = settle.limit;
+            return Err(WorldError::NeverStarted { limit });
+        }
         let number = self.steps();
         self.capture_blades(number)?;
         self.hold(number)?;
@@ -354,7 +425,7 @@ impl World {
             let value = value.unwrap_or(body.damping);
             body.motion
                 .set_damping(value)
-                .map_err(|problem| WorldError {
+                .map_err(|problem| WorldError::Body {
                     body: body.name.clone(),
                     problem: problem.into(),
                 })?;
@@ -392,7 +463,7 @@ impl World {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.motion
                 .set_loads(&loads)
-                .map_err(|problem| WorldError {
+                .map_err(|problem| WorldError::Body {
                     body: body.name.clone(),
                     problem: problem.into(),
                 })?;

@@ -16,12 +16,8 @@ use super::shape::{Sampled, sample};
 use super::stencils::Stencils;
 use crate::scene::{self, Form, Method, Model};
 
-/// A direction that a node's neighbours span this much less than the widest (squared lengths) counts
-/// as not seen: a cut leaves surface nodes with three or four neighbours almost in a plane, whose
-/// gradients across the plane would be twenty times too large.
-const RANK_TOLERANCE: f64 = 0.03;
-
-/// The same for nodes of the uncut body, which get their neighbours' neighbours then.
+/// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
+/// neighbours' neighbours.
 const FLAT: f64 = 1e-3;
 
 /// Nearest nodes that become neighbours, both ways, where no tetrahedra tell: with 14 a beam of 3,968
@@ -149,10 +145,7 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
                 &sampling.boundary_vectors,
                 &neighborhoods,
                 weights,
-                &ConservativeSettings {
-                    rank_tolerance: RANK_TOLERANCE,
-                    ..ConservativeSettings::default()
-                },
+                &ConservativeSettings::for_cutting(),
             )?;
             Ok(Coupled {
                 neighborhoods,
@@ -177,7 +170,8 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
             let neighborhoods = near.neighborhoods.symmetrized()?;
             let radii = &near.support_radii;
             let weights = kernel_weights(Kernel::Polynomial, rest, radii, &neighborhoods);
-            let stencils = GradientStencils::new(rest, &neighborhoods, weights, RANK_TOLERANCE)?;
+            let tolerance = ConservativeSettings::for_cutting().rank_tolerance;
+            let stencils = GradientStencils::new(rest, &neighborhoods, weights, tolerance)?;
             let masses =
                 dissertation_masses(rest, &neighborhoods, &near.mean_distances, radii, density);
             Ok(Coupled {

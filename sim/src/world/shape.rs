@@ -109,7 +109,7 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
 pub fn extent(scene: &scene::Scene) -> Result<f64, WorldError> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for body in &scene.bodies {
-        let (solid, _) = solid_of(body).map_err(|problem| WorldError {
+        let (solid, _) = solid_of(body).map_err(|problem| WorldError::Body {
             body: body.name.clone(),
             problem,
         })?;

@@ -204,7 +204,7 @@ impl World {
         for (index, Member { body, .. }) in self.members.iter().enumerate() {
             let kept = state.bodies.get(index);
             if kept.is_none_or(|kept| kept.fingerprint != body.fingerprint) {
-                return Err(WorldError {
+                return Err(WorldError::Body {
                     body: body.name.clone(),
                     problem: BodyProblem::OtherBody,
                 });
@@ -220,10 +220,12 @@ impl World {
         let Some(member) = self.members.get_mut(incision.member) else {
             return Ok(());
         };
-        let capture = member.replay(incision, cut).map_err(|problem| WorldError {
-            body: member.body.name.clone(),
-            problem,
-        })?;
+        let capture = member
+            .replay(incision, cut)
+            .map_err(|problem| WorldError::Body {
+                body: member.body.name.clone(),
+                problem,
+            })?;
         self.cut_through[incision.cut] |= capture.changed;
         if !capture.triangles.is_empty() {
             self.new_pieces.push(CutPiece {

@@ -9,8 +9,10 @@
 //!     PHYXEL_ATTACK_CHECKPOINTS=1000 cargo test --release -p phyxel --test attack -- --nocapture
 //! ```
 //!
-//! `PHYXEL_ATTACK_ONLY=N` runs one case of the kind that is asked for, and `PHYXEL_ATTACK_KEEP=FOLDER`
-//! keeps the files of cases that find something.
+//! `PHYXEL_ATTACK_ONLY=N,M` runs these cases only and `PHYXEL_ATTACK_FROM=N` those from N on,
+//! `PHYXEL_ATTACK_KEEP=FOLDER` keeps the files of cases that find something, and
+//! `PHYXEL_ATTACK_PROGRAM=FILE` attacks that program in place of the one built with the test (so that an
+//! attack of hours goes on while the program is mended).
 #![cfg(target_os = "linux")]
 #![allow(
     clippy::missing_assert_message,
@@ -41,13 +43,25 @@ use random::Random;
 ///
 /// A case is given a folder of its own and its random numbers, and returns what it found.
 fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<String>) {
-    let number = |name: &str| -> Option<u64> { std::env::var(name).ok()?.parse().ok() };
+    let number = |name: &str| -> Option<u64> {
+        let value = std::env::var(name).ok()?;
+        Some(
+            value
+                .parse()
+                .unwrap_or_else(|_| panic!("{name} is {value}")),
+        )
+    };
     let cases = number(&format!("PHYXEL_ATTACK_{}", kind.to_uppercase())).unwrap_or(few);
     let seed = number("PHYXEL_ATTACK_SEED").unwrap_or(1);
-    let only = number("PHYXEL_ATTACK_ONLY");
+    let from = number("PHYXEL_ATTACK_FROM").unwrap_or(0);
+    let only: Option<Vec<u64>> = std::env::var("PHYXEL_ATTACK_ONLY")
+        .ok()
+        .map(|list| list.split(',').map(|n| n.parse().unwrap()).collect());
     let mut found = String::new();
     let mut count = 0;
-    for at in (0..cases).filter(|at| only.is_none_or(|only| only == *at)) {
+    let mut tried = 0;
+    for at in (from..cases).filter(|at| only.as_ref().is_none_or(|only| only.contains(at))) {
+        tried += 1;
         let folder = tempfile::tempdir().unwrap();
         let mut random = Random::new(seed, kind, at);
         if let Some(what) = case(folder.path(), &mut random) {
@@ -62,7 +76,7 @@ fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<Stri
             }
         }
     }
-    println!("| {kind} | {cases} | {count} |");
+    println!("| {kind} | {seed} | {tried} | {count} |");
     assert!(found.is_empty(), "{found}");
 }
 

@@ -95,6 +95,10 @@ fn advice_fails(folder: &Path, arguments: &[&str], ended: &Ended) -> Option<Stri
         .iter()
         .position(|word| ["--nodes", "--spacing"].contains(word))?;
     (again[at], again[at + 1]) = (key, &value);
+    // The limits are those of bodies below 1e5 nodes; the estimate is good to a third.
+    if number_after(&ended.stderr, "(about ").is_some_and(|nodes| nodes > 7e4) {
+        return None;
+    }
     let second = watch::run(folder, &again);
     let line = again.join(" ");
     if let Some(fault) = second.fault() {

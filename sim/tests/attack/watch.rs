@@ -61,7 +61,8 @@ impl Ended {
 /// The program with arguments, in a folder, its output going to files there.
 fn start(folder: &Path, arguments: &[&str]) -> Child {
     let file = |name: &str| File::create(folder.join(name)).unwrap();
-    Command::new(env!("CARGO_BIN_EXE_phyxel"))
+    let built = env!("CARGO_BIN_EXE_phyxel").into();
+    Command::new(std::env::var_os("PHYXEL_ATTACK_PROGRAM").unwrap_or(built))
         .env("RAYON_NUM_THREADS", "1")
         .args(arguments)
         .current_dir(folder)

@@ -1,6 +1,7 @@
 //! Ways to go wrong.
 
 mod files;
+mod plans;
 
 /// One of them.
 pub(crate) struct Case {
@@ -78,6 +79,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(files::mesh_cases());
     cases.extend(resume_cases());
     cases.extend(replay_cases());
+    cases.extend(plans::plan_cases());
     cases
 }
 

@@ -9,6 +9,7 @@ mod cases;
 mod program;
 mod reports;
 mod studies;
+mod sweeps;
 
 use program::Sandbox;
 

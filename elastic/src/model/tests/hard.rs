@@ -164,6 +164,34 @@ fn bad_input_is_named() {
             count: 1
         })
     ));
+    let refused = |change: &dyn Fn(&mut Block)| {
+        let mut bad = good.clone();
+        change(&mut bad);
+        build(&bad).unwrap_err()
+    };
+    let pairs = good.indices.len();
+    let short = refused(&|bad| {
+        bad.weights.pop();
+    });
+    let length = |what, found, expected| ElasticError::Length {
+        what,
+        found,
+        expected,
+    };
+    assert_eq!(short, length("weights", pairs - 1, pairs));
+    let volumes = refused(&|bad| bad.volumes.push(1.0));
+    let nodes = good.node_count();
+    assert_eq!(volumes, length("volumes", nodes + 1, nodes));
+    let start = refused(&|bad| bad.offsets[0] = 1);
+    assert_eq!(
+        start,
+        ElasticError::Offset {
+            position: 0,
+            value: 1
+        }
+    );
+    let end = refused(&|bad| *bad.offsets.last_mut().unwrap() -= 1);
+    assert!(matches!(end, ElasticError::Offset { position, .. } if position == nodes));
     build(&good).expect("the block itself is good");
 }
 

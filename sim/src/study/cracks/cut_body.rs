@@ -121,11 +121,11 @@ impl Plate {
 
     /// Its nodes and pairs, as factors read them.
     fn coupled(&self) -> Graph<'_> {
-        Graph {
-            positions: &self.block.rest,
-            offsets: self.block.graph.offsets(),
-            indices: self.block.graph.indices(),
-        }
+        Graph::trusted(
+            &self.block.rest,
+            self.block.graph.offsets(),
+            self.block.graph.indices(),
+        )
     }
 
     /// No cut yet, for cuts of this box.

@@ -1,0 +1,155 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::{CutSettings, Cuts, FactorSettings, PairFactors};
+
+/// What a graph must be, asked in another way: a matrix of who names whom.
+fn sound(nodes: usize, offsets: &[u32], indices: &[u32]) -> bool {
+    let whole = offsets.len() == nodes + 1
+        && offsets[0] == 0
+        && offsets[nodes] as usize == indices.len()
+        && offsets.windows(2).all(|w| w[0] <= w[1]);
+    if !whole {
+        return false;
+    }
+    let mut named = vec![vec![0; nodes]; nodes];
+    for node in 0..nodes {
+        let row = &indices[offsets[node] as usize..offsets[node + 1] as usize];
+        if !row.is_sorted() || row.iter().any(|&j| j as usize >= nodes) {
+            return false;
+        }
+        row.iter().for_each(|&j| named[node][j as usize] += 1);
+    }
+    (0..nodes).all(|i| (0..nodes).all(|j| named[i][j] <= 1 && named[i][j] == named[j][i]))
+        && (0..nodes).all(|i| named[i][i] == 0)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Any numbers are a graph or an error, never a panic; and a graph only if they are sound.
+    #[test]
+    fn only_sound_rows_are_a_graph(
+        nodes in 0_usize..4,
+        offsets in proptest::collection::vec(0_u32..8, 0..6),
+        indices in proptest::collection::vec(0_u32..5, 0..8),
+    ) {
+        let x = vec![DVec3::ZERO; nodes];
+        prop_assert_eq!(Graph::new(&x, &offsets, &indices).is_ok(), sound(nodes, &offsets, &indices));
+    }
+
+    /// Edges make a graph that names exactly them, both ways; lists make that of their edges.
+    #[test]
+    fn edges_and_lists_make_the_graph_that_names_them(
+        nodes in 2_usize..9, asked in proptest::collection::vec((0_u32..9, 0_u32..9), 0..40),
+    ) {
+        let count = u32::try_from(nodes).unwrap();
+        let edges: Vec<[u32; 2]> =
+            asked.iter().map(|&(a, b)| [a % count, b % count]).filter(|[a, b]| a != b).collect();
+        let rows = Rows::from_edges(nodes, edges.iter().copied()).unwrap();
+        prop_assert!(sound(nodes, rows.offsets(), rows.indices()));
+        let x = vec![DVec3::ZERO; nodes];
+        let graph = rows.graph(&x).unwrap();
+        for i in 0..count {
+            for j in 0..count {
+                let named = graph.row(i as usize).contains(&j);
+                prop_assert_eq!(named, edges.contains(&[i, j]) || edges.contains(&[j, i]));
+            }
+        }
+        let mut lists: Vec<Vec<u32>> = (0..count).map(|i| vec![i]).collect();
+        edges.iter().for_each(|&[a, b]| lists[a as usize].push(b));
+        prop_assert_eq!(Rows::from_lists(&lists).unwrap(), rows);
+    }
+}
+
+#[test]
+fn each_fault_is_named() {
+    let x = [DVec3::ZERO, DVec3::X];
+    let error = |offsets: &[u32], indices: &[u32]| Graph::new(&x, offsets, indices).unwrap_err();
+    assert_eq!(
+        error(&[0, 1], &[1]),
+        GraphError::OffsetCount { found: 2, nodes: 2 }
+    );
+    assert_eq!(
+        error(&[0, 1, 9], &[1, 0]),
+        GraphError::Offset {
+            position: 2,
+            value: 9
+        }
+    );
+    assert_eq!(
+        error(&[1, 1, 2], &[1, 0]),
+        GraphError::Offset {
+            position: 0,
+            value: 1
+        }
+    );
+    assert_eq!(
+        error(&[0, 1, 2], &[0, 0]),
+        GraphError::Row {
+            node: 0,
+            neighbor: 0
+        }
+    );
+    assert_eq!(
+        error(&[0, 1, 1], &[1]),
+        GraphError::OneWay {
+            node: 0,
+            neighbor: 1
+        }
+    );
+    let lost = [DVec3::ZERO, DVec3::NAN];
+    let refused = Graph::new(&lost, &[0, 1, 2], &[1, 0]).unwrap_err();
+    assert_eq!(refused, GraphError::NotFinite { node: 1 });
+    let row = GraphError::Row {
+        node: 0,
+        neighbor: 2,
+    };
+    assert_eq!(Rows::from_edges(2, [[0, 2]]).unwrap_err(), row);
+    assert_eq!(Rows::from_lists(&[vec![2_u32], vec![]]).unwrap_err(), row);
+    assert!(
+        Rows::from_edges(1, [[0, 0]]).is_err(),
+        "an edge joins two nodes"
+    );
+    assert_eq!(Rows::from_edges(0, []).unwrap().offsets(), [0]);
+}
+
+/// The pairs that a cut crosses are those below 1, each once, with their factor.
+#[test]
+fn crossed_pairs_are_those_below_one() {
+    let mut x = Vec::new();
+    let mut edges = Vec::new();
+    for i in 0..6_u32 {
+        for j in 0..6_u32 {
+            x.push(DVec3::new(f64::from(i), f64::from(j), 0.0));
+            let node = 6 * i + j;
+            edges.extend((i > 0).then(|| [node, node - 6]));
+            edges.extend((j > 0).then(|| [node - 1, node]));
+            edges.extend((i > 0 && j > 0).then(|| [node, node - 7]));
+        }
+    }
+    let rows = Rows::from_edges(x.len(), edges).unwrap();
+    let graph = rows.graph(&x).unwrap();
+    let mut factors = PairFactors::new(&graph, &FactorSettings::default());
+    assert_eq!(factors.crossed(&graph).count(), 0);
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let stroke = cuts
+        .start(&[-2.0, 2.0].map(|z| DVec3::new(2.4, -1.0, z)))
+        .unwrap();
+    let new = cuts
+        .append(stroke, &[-2.0, 2.0].map(|z| DVec3::new(2.4, 3.3, z)))
+        .unwrap();
+    factors.update(&graph, &cuts, new, &|_| true);
+    let mut expected = Vec::new();
+    for i in 0..36_u32 {
+        for pair in graph.pairs(i as usize) {
+            let j = graph.indices[pair];
+            let factor = factors.factor(pair);
+            if i < j && factor < 1.0 {
+                expected.push((i, j, factor));
+            }
+        }
+    }
+    assert!(expected.len() == factors.crossed_count() && expected.len() > 6);
+    assert_eq!(factors.crossed(&graph).collect::<Vec<_>>(), expected);
+}

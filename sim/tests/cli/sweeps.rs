@@ -1,0 +1,299 @@
+//! Sweeps: the same table whoever runs the cases, and nothing but the cases in flight lost by a kill.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::time::Duration;
+
+use crate::program::Sandbox;
+
+const SCENE: &str = r#"(
+    version: 1,
+    name: "little block",
+    bodies: [(
+        shape: Box(size: (0.04, 0.02, 0.03)),
+        sampling: (target: Nodes(80)),
+        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
+    )],
+    supports: [(region: HalfSpace(point: (0, 0, 0.014), normal: (0, 0, 1)))],
+    cuts: [(
+        edge: [(0, 0, -0.02), (0, 0, 0.005)],
+        path: [(time: 0, position: (-0.005, -0.015, 0)), (time: 0.03, position: (-0.005, 0.015, 0))],
+    )],
+    integration: (duration: 0.04, settle: None),
+    observe: (checkpoint: None),
+)"#;
+
+const PLAN: &str = r#"(
+    version: 1,
+    scene: "block.ron",
+    set: ["observe.history_rate=500"],
+    design: LatinHypercube(cases: 9, seed: 4),
+    keys: [
+        (key: "bodies[0].material.youngs_modulus", name: "stiffness", values: LogUniform(5e3, 5e4)),
+        (key: "bodies[0].sampling.target", name: "nodes", write: "Nodes({})", whole: true,
+            values: Uniform(60, 200)),
+        (key: "cuts[0].path[1].time", name: "stroke", values: Of([0.02, 0.03])),
+    ],
+    results: [
+        Summary(path: "bodies[0].energy.elastic", name: "elastic_J"),
+        Summary(path: "cuts.captures", name: "captures"),
+        Largest(column: "kinetic_J"),
+        Smallest(column: "smallest_determinant", of: "body", name: "det F"),
+    ],
+)"#;
+
+fn sandbox() -> Sandbox {
+    Sandbox::new(&[("block.ron", SCENE), ("plan.ron", PLAN)])
+}
+
+/// Runs the program, which must succeed; what it says to people.
+fn done(sandbox: &Sandbox, arguments: &[&str]) -> String {
+    let result = sandbox.run(arguments);
+    assert_eq!(
+        (result.status, result.stdout.as_str()),
+        (0, ""),
+        "{result:?}"
+    );
+    result.stderr
+}
+
+/// The tables and drawings of a sweep that is finished.
+fn collected(sandbox: &Sandbox) -> BTreeMap<String, Vec<u8>> {
+    done(sandbox, &["sweep", "plan.ron", "--collect"]);
+    let entries = fs::read_dir(sandbox.path().join("out/plan"))
+        .unwrap()
+        .flatten();
+    let files = entries.filter(|entry| entry.file_type().unwrap().is_file());
+    files
+        .map(|entry| {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            (name, fs::read(entry.path()).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn whoever_runs_the_cases_the_table_is_the_same() {
+    let one = sandbox();
+    let said = done(&one, &["sweep", "plan.ron", "--jobs", "1"]);
+    assert!(
+        said.contains("9 cases: 0 finished before, 9 now, 0 failed"),
+        "{said}"
+    );
+    let table = collected(&one);
+    let names: Vec<&str> = table.keys().map(String::as_str).collect();
+    let expected = [
+        "cases.jsonl",
+        "quantiles.csv",
+        "result-00-healthy.svg",
+        "result-01-elastic-J.svg",
+        "result-02-captures.svg",
+        "result-03-largest-kinetic-J.svg",
+        "result-04-det-F.svg",
+        "results.csv",
+        "sensitivity.csv",
+    ];
+    assert_eq!(names, expected);
+    let results = String::from_utf8(table["results.csv"].clone()).unwrap();
+    let mut rows = csv::Reader::from_reader(results.as_bytes());
+    let header = "case,stiffness,nodes,stroke,ended,healthy,warnings,elastic_J,captures,largest kinetic_J,det F,error";
+    assert_eq!(
+        rows.headers().unwrap().iter().collect::<Vec<_>>().join(","),
+        header
+    );
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 9);
+    // What stands in the table is what the runs say of themselves.
+    let folder = one.path().join("out/plan/cases/000004");
+    let summary = fs::read(folder.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    let elastic = summary["bodies"][0]["energy"]["elastic"].as_f64().unwrap();
+    assert_eq!(rows[3][7].parse::<f64>().unwrap(), elastic);
+    let nodes = summary["bodies"][0]["nodes"].as_f64().unwrap();
+    assert!(
+        (nodes / rows[3][2].parse::<f64>().unwrap() - 1.0).abs() < 0.5,
+        "{nodes}"
+    );
+    let history = fs::read_to_string(folder.join("history.csv")).unwrap();
+    let kinetic = history
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(3).unwrap());
+    let kinetic = kinetic
+        .map(|text| text.parse::<f64>().unwrap())
+        .fold(0.0, f64::max);
+    assert_eq!(rows[3][9].parse::<f64>().unwrap(), kinetic);
+
+    let two = sandbox();
+    done(
+        &two,
+        &[
+            "sweep",
+            "plan.ron",
+            "--jobs",
+            "2",
+            "--threads",
+            "2",
+            "--quiet",
+        ],
+    );
+    assert_eq!(collected(&two), table, "two at a time");
+    let tasks = sandbox();
+    done(&tasks, &["sweep", "plan.ron", "--list"]);
+    for case in [3, 1, 9, 2, 4, 8, 5, 7, 6] {
+        let case = case.to_string();
+        done(
+            &tasks,
+            &[
+                "sweep",
+                "plan.ron",
+                "--case",
+                &case,
+                "--threads",
+                "1",
+                "--quiet",
+            ],
+        );
+    }
+    assert_eq!(collected(&tasks), table, "one by one, in any order");
+}
+
+#[test]
+fn what_is_finished_is_not_run_again_and_what_changed_is() {
+    let sandbox = sandbox();
+    let plan = |stiffness: &str, density: &str, results: &str| {
+        format!(
+            "(version: 1, scene: \"block.ron\", design: List, set: [\"bodies[0].material.density={density}\"], \
+             keys: [(key: \"bodies[0].material.youngs_modulus\", values: Of([1e4, {stiffness}, 3e4])), \
+             (key: \"supports[0].region\", values: Of([HalfSpace(point: (0, 0, 0.01), normal: (0, 0, 1)), \
+             HalfSpace(point: (0, 0, 0.01), normal: (0, 0, 1)), HalfSpace(point: (0, 0, -1), normal: (0, 0, 1))]))]\
+             {results})"
+        )
+    };
+    let write = |plan: String| fs::write(sandbox.path().join("plan.ron"), plan).unwrap();
+    let run = |more: &[&str]| {
+        let result = sandbox.run(&[&["sweep", "plan.ron"], more].concat());
+        assert_eq!(result.status, 1, "{result:?}");
+        result.stderr
+    };
+    write(plan("2e4", "1000", ""));
+    // Everything is held in the third, so that nothing resists motion.
+    let said = run(&[]);
+    assert!(
+        said.contains("3 cases: 0 finished before, 3 now, 1 failed of all"),
+        "{said}"
+    );
+    let why = "case 3 failed: body 'body': nothing resists motion";
+    assert!(said.contains(why), "{said}");
+    assert!(said.ends_with("runs the failed ones again\n"), "{said}");
+    let said = run(&[]);
+    assert!(
+        said.contains("3 cases: 3 finished before, 0 now, 1 failed of all"),
+        "{said}"
+    );
+    assert!(said.contains(why), "still told: {said}");
+    let said = run(&["--retry"]);
+    assert!(
+        said.contains("3 cases: 2 finished before, 1 now, 1 failed of all"),
+        "{said}"
+    );
+    let said = run(&["--case", "3"]);
+    assert!(
+        said.starts_with("error: case 3: body 'body': nothing resists"),
+        "{said}"
+    );
+    let collect = done(&sandbox, &["sweep", "plan.ron", "--collect"]);
+    assert!(collect.starts_with("3 cases: 2 ended, "), "{collect}");
+    let table = || fs::read_to_string(sandbox.path().join("out/plan/results.csv")).unwrap();
+    let last = table().lines().last().unwrap().to_owned();
+    assert!(
+        last.contains(",0,0,,"),
+        "no end, no health, no results: {last}"
+    );
+    assert!(last.contains("nothing resists motion"), "{last}");
+
+    // Another value: its case alone. Another result: no case. Another scene: all of them.
+    write(plan("2.5e4", "1000", ""));
+    let said = run(&[]);
+    assert!(said.contains("3 cases: 2 finished before, 1 now"), "{said}");
+    write(plan(
+        "2.5e4",
+        "1000",
+        ", results: [Summary(path: \"stepping.steps\")]",
+    ));
+    assert!(
+        run(&[]).contains("3 cases: 3 finished before, 0 now"),
+        "results"
+    );
+    done(&sandbox, &["sweep", "plan.ron", "--collect"]);
+    assert!(
+        table().starts_with("case,bodies[0].material.youngs_modulus,supports[0].region,ended,")
+    );
+    assert!(
+        table()
+            .lines()
+            .next()
+            .unwrap()
+            .ends_with("warnings,stepping.steps,error")
+    );
+    write(plan("2.5e4", "1100", ""));
+    let collect = sandbox.run(&["sweep", "plan.ron", "--collect"]);
+    assert!(
+        collect.stderr.contains("no case in out/plan is finished"),
+        "{collect:?}"
+    );
+    assert!(
+        run(&[]).contains("3 cases: 0 finished before, 3 now"),
+        "density"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_sweep_loses_the_cases_in_flight_alone() {
+    let undisturbed = sandbox();
+    done(
+        &undisturbed,
+        &["sweep", "plan.ron", "--jobs", "2", "--quiet"],
+    );
+    let table = collected(&undisturbed);
+    let sandbox = sandbox();
+    let finished = || {
+        let cases = (1..=9).map(|case| format!("out/plan/cases/{case:06}/outcome.json"));
+        cases
+            .filter(|name| sandbox.path().join(name).exists())
+            .count()
+    };
+    let mut kills = 0;
+    for wanted in [1, 3, 6] {
+        let mut child = sandbox.start(&["sweep", "plan.ron", "--jobs", "2", "--quiet"]);
+        while finished() < wanted && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let before = finished();
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(finished() >= before, "what was finished stays");
+    }
+    assert!(kills > 0, "it was never killed on its way");
+    let kept = finished();
+    let said = done(&sandbox, &["sweep", "plan.ron", "--jobs", "2"]);
+    let before: usize = said
+        .lines()
+        .last()
+        .unwrap()
+        .split([' '])
+        .nth(2)
+        .unwrap()
+        .parse()
+        .unwrap();
+    // One that was in flight may have come to its end since.
+    assert!(before >= kept, "{kept}: {said}");
+    assert_eq!(collected(&sandbox), table);
+    let parts = sandbox
+        .files()
+        .into_iter()
+        .filter(|name| name.ends_with(".part"));
+    assert_eq!(parts.count(), 0, "{:?}", sandbox.files());
+}
