@@ -222,7 +222,19 @@ impl Front {
             Some(Place::Gap) => around
                 .beyond(at, way, straight.length().max(LOOK * h), h)
                 .filter(|(met, _)| *met == Met::Sheet),
-            Some(Place::Inside { .. }) | None => around.beyond(at, way, SKIN * h, h),
+            // The next sample may lie in an older sheet, where no front begins.
+            Some(Place::Inside { at: next, .. }) => {
+                around.beyond(at, way, SKIN * h, h).or_else(|| {
+                    let (way, reach) = (
+                        next - at,
+                        (at.distance(next) + 2.0 * SKIN * h).min(WIDEST * h),
+                    );
+                    around
+                        .beyond(at, way.normalize_or_zero(), reach, h)
+                        .filter(|(met, _)| *met == Met::Sheet)
+                })
+            }
+            None => around.beyond(at, way, SKIN * h, h),
         };
         met.map(|(_, end)| end)
             .or_else(|| self.rim(k, at, old?, around))

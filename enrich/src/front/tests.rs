@@ -81,28 +81,32 @@ fn edge(x: f64, z: f64) -> Vec<DVec3> {
 /// Leads a blade along places; asserts that the cut crosses all that it sweeps.
 fn lead(block: &Block, path: &[Vec<DVec3>]) -> Cuts {
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    lead_into(block, &mut cuts, path);
+    cuts
+}
+
+fn lead_into(block: &Block, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
     let mut front = Front::new(path[0].len(), 1.0);
     let mut last = &path[0];
     for now in path {
         let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
         let moved = last[0].distance(now[0]);
-        front.advance(&mut cuts, &places, moved, &inside).unwrap();
+        front.advance(cuts, &places, moved, &inside).unwrap();
         let sweep: Vec<[DVec3; 3]> = (last.windows(2).zip(now.windows(2)))
             .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
             .collect();
         let graph = block.graph();
         let swept = swept_pairs(&graph, &block.nodes, &sweep, &|_| false);
         let missed = |cuts: &Cuts| missed_pairs(&swept, &block.nodes, cuts, 1.0);
-        let points: Vec<DVec3> = missed(&cuts).iter().map(|pair| pair.point).collect();
-        front.reach(&mut cuts, &points, &inside).unwrap();
-        for pair in missed(&cuts) {
-            close_edge(&mut cuts, pair.point, 1.0, &inside).unwrap();
+        let points: Vec<DVec3> = missed(cuts).iter().map(|pair| pair.point).collect();
+        front.reach(cuts, &points, &inside).unwrap();
+        for pair in missed(cuts) {
+            close_edge(cuts, pair.point, 1.0, &inside).unwrap();
         }
-        let left = missed(&cuts);
+        let left = missed(cuts);
         assert!(left.is_empty(), "at {}: {left:?}", now[0]);
         last = now;
     }
-    cuts
 }
 
 /// From above the block down to a height, in steps of 0.45.
@@ -269,4 +273,34 @@ fn the_edge_of_a_cut_is_carried_through_a_point() {
     assert!(cuts.crosses(pair[0], pair[1]));
     let far = close_edge(&mut cuts, DVec3::splat(-2.9), 0.1, &inside).unwrap();
     assert!(far.triangles.is_empty());
+}
+
+#[test]
+fn cuts_across_each_other_dice_the_block() {
+    let block = Block::new();
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    for axis in 0..3 {
+        for side in [-1.2, 1.2] {
+            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+            let middle = DVec3::AXES[axis] * side;
+            let edge = |t: f64| -> Vec<DVec3> {
+                (0..13)
+                    .map(|k| middle + v * t + u * (f64::from(k) - 6.3))
+                    .collect()
+            };
+            let mut path = Vec::new();
+            let mut t = -5.0;
+            while t < 5.0 {
+                path.push(edge(t));
+                t += 0.45;
+            }
+            lead_into(&block, &mut cuts, &path);
+            println!(
+                "axis {axis} side {side}: {} pieces",
+                block.pieces(&cuts).len()
+            );
+        }
+    }
+    let sizes = block.pieces(&cuts);
+    assert_eq!(sizes.len(), 27, "{sizes:?}");
 }
