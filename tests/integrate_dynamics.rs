@@ -177,7 +177,11 @@ fn energy_of_a_bending_beam_stays_over_1e5_steps() {
     let steps = 100_000_u32;
     for k in 0..steps {
         motion.step(step, |x, f| body.forces_into(x, f)).unwrap();
-        let balance = motion.audit().balance() / initial;
+        // With the velocities at whole steps: what staggered ones conserve, K + U - Δt²/8 Σ f²/m, is of a
+        // mode (1 + (ω Δt)²/6) times less than the shadow energy, and falls while a bending beam hands its
+        // energy on to stiffer modes.
+        let audit = motion.audit();
+        let balance = (audit.balance() + audit.staggered) / initial;
         largest = largest.max(balance.abs());
         // Least squares line through (share of the run, balance).
         let t = f64::from(k) / f64::from(steps);

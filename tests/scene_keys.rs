@@ -263,6 +263,10 @@ fn no_key_is_left_out() {
         if let Some(title) = line.strip_prefix("## ") {
             section = title.split(' ').next().unwrap_or_default().to_owned();
         }
+        // The table of everyday keys names some of the sections' again.
+        if section == "Keys" {
+            continue;
+        }
         let Some(rest) = line.strip_prefix("| ") else {
             continue;
         };

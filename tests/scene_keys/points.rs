@@ -75,7 +75,7 @@ fn a_body_of_points_is_cut_and_written() {
     assert_eq!(pieces.sizes.len(), 2, "{:?}", pieces.sizes);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut short = scene(&text, Path::new(""));
-    short.integration.duration = 0.001;
+    short.integration.duration = 0.011;
     let options = RunOptions {
         out: folder.path().to_owned(),
         threads: Some(1),

@@ -275,7 +275,7 @@ impl World {
     /// use phyxel::{glam::DVec3, world::World};
     ///
     /// let mut body = Body::new(Shape::Box { size: DVec3::splat(0.1) });
-    /// body.sampling.target = Target::Nodes(300);
+    /// body.sampling.target = Target::Nodes(285);
     /// let mut scene = Scene::new("hanging", vec![body]);
     /// let top = Region::HalfSpace { point: DVec3::Z * 0.049, normal: DVec3::Z };
     /// scene.supports.push(Support::fixed(top));

@@ -385,7 +385,7 @@ fn fingers_and_pens_cut_lines_slice_through_sliders_and_dropped_meshes_do_what_t
     let line = [[x, 20.0], [x + 10.0, 580.0]];
     browser.drag(&line);
     browser.mouse("mouseReleased", line[1]);
-    step(&mut browser, 600);
+    step(&mut browser, 250);
     browser.wait("stage.panel.last.severed > 0");
     show("sliced", &browser.screenshot());
     let sliced = severed(&mut browser);

@@ -12,7 +12,12 @@ fn any_material() -> impl Strategy<Value = Material> {
         0 => Material::neo_hookean(young, ratio),
         1 => Material::stable_neo_hookean(young, ratio),
         2 => Material::saint_venant_kirchhoff(young, ratio),
-        3 => Material::mooney_rivlin(young, ratio, share),
+        // The law asks for λ >= 4 c01, that is ν / (1 - 2 ν) >= share.
+        3 => Material::mooney_rivlin(
+            young,
+            ratio,
+            share * (0.999 * ratio / (1.0 - 2.0 * ratio)).min(1.0),
+        ),
         _ => Material::neo_hookean(young, ratio).with_volume_constant(share * young),
     })
 }
