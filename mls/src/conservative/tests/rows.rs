@@ -204,7 +204,7 @@ fn stencils_and_graph_survive_being_written() {
     let (kept_graph, mut kept): (Neighborhoods, ConservativeStencils) =
         ron::from_str(&text).unwrap();
     assert_eq!((&kept_graph, &kept), (&graph, &stencils));
-    let factor = |pair: usize| if pair % 3 == 0 { 0.5 } else { 1.0 };
+    let factor = |pair: usize| if pair.is_multiple_of(3) { 0.5 } else { 1.0 };
     for s in [&mut stencils, &mut kept] {
         s.update_rows(&block.positions, &graph, factor, &[1, 7, 8])
             .unwrap();
