@@ -31,7 +31,7 @@ pub struct Finding {
 /// plane, with free faces: plane stress as its thickness vanishes against its sides.
 ///
 /// # Errors
-/// [`StudyError::Study`] if the body cannot be built or its system not solved.
+/// [`StudyError`] if the body cannot be built or its system not solved.
 pub fn measure(cells: u32) -> Result<Finding, StudyError> {
     let thickness = 48.0 / f64::from(cells);
     let (nodes, tetrahedra) = lattice([cells, cells, 1], |s| {
