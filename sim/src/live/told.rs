@@ -151,7 +151,7 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
     for member in world.members() {
         let audit = member.body.motion.audit();
         balance += audit.balance();
-        scale += audit.scale();
+        scale += audit.scale() + member.body.elastic.energy_round_off();
     }
     Stats {
         settling: session.is_settling(),

@@ -392,17 +392,14 @@ pub(super) fn of(
 const LARGEST_CUT_ADDITION: f64 = 0.01;
 
 /// Energy that nothing explains, relative to the larger of what is stored and what damping took.
-fn imbalance(audit: &Audit) -> f64 {
+fn imbalance(audit: &Audit, round_off: f64) -> f64 {
     let scale = audit.elastic.max(audit.dissipated);
     // Of what moved, this much is round-off.
-    if audit.balance().abs() <= 1e-12 * audit.scale() {
+    if audit.balance().abs() <= (1e-12 * audit.scale()).max(round_off) {
         return 0.0;
     }
     audit.balance().abs() / scale.max(f64::MIN_POSITIVE)
 }
-
-/// Round-off of positions over that of one rounding: each step adds to it.
-const ROUND_OFF: f64 = 16.0;
 
 fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> BodySummary {
     let cuts = cutting
@@ -414,9 +411,8 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
     let solved = body.stencils.conservative();
     let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
     let volume: f64 = body.volumes.iter().sum();
-    let round_off = ROUND_OFF * f64::EPSILON * body.solid.bounds().diagonal();
-    let noise = 0.5 * body.eigenvalue.value * body.initial.mass * round_off * round_off;
-    let moved = audit.scale() > noise;
+    let round_off = body.elastic.energy_round_off();
+    let moved = audit.scale() > round_off;
     BodySummary {
         name: body.name.clone(),
         nodes: body.rest.len(),
@@ -448,7 +444,7 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
             added_by_cuts: cuts.added + cuts.decay.max(0.0),
             largest_cut_addition: cuts.largest_addition,
             moved,
-            imbalance: if moved { imbalance(audit) } else { 0.0 },
+            imbalance: if moved { imbalance(audit, round_off) } else { 0.0 },
         },
         momentum_error: worst.momentum_error,
         smallest_determinant: body.smallest_ratio.min(1.0),

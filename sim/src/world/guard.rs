@@ -317,8 +317,8 @@ fn imbalance(body: &Body, before: &phyxel_integrate::Audit) -> f64 {
     // Not what there is now: a motion that diverges would be its own measure.
     let had = before.elastic.max(before.kinetic);
     let scale = had.max(work).max(dissipated.min(had + work));
-    // Below a round-off of what was moved, nothing is said.
-    let floor = 1e-9 * now.scale();
+    // Below the round-off of energies, and of what was moved, nothing is said.
+    let floor = (1e-9 * now.scale()).max(body.elastic.energy_round_off());
     let change = if change <= floor { 0.0 } else { change };
     // In a mode that grows without bound the balance is kept, but what it leaves out of the kinetic
     // energy grows past all there was.

@@ -315,6 +315,32 @@ fn anew(browser: &mut Chromium, action: &str) {
 }
 
 #[test]
+fn a_line_across_the_picture_slices_through() {
+    let Some(program) = find() else {
+        eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
+        return;
+    };
+    let mut scene = liver(300, 2_000);
+    scene.integration.settle = None;
+    scene.gravity = None;
+    let live = Live::start(&scene);
+    let mut browser = Chromium::start(&program, [900, 600]);
+    browser.go(&live.url);
+    browser.wait("window.stage && stage.state && stage.panel.last");
+    browser.evaluate("stage.renderer.supersampling = 1; stage.link.ask({ do: 'pause' })");
+    browser.wait("!stage.panel.last.playing");
+    step(&mut browser, 2);
+    let [x, _] = middle(&mut browser);
+    browser.key("2");
+    let line = [[x, 20.0], [x + 10.0, 580.0]];
+    browser.drag(&line);
+    browser.mouse("mouseReleased", line[1]);
+    step(&mut browser, 250);
+    browser.wait("stage.panel.last.severed > 0");
+    show("sliced", &browser.screenshot());
+}
+
+#[test]
 fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     let Some(program) = find() else {
         eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");

@@ -140,7 +140,11 @@ impl Chromium {
     pub(crate) fn wait(&mut self, expression: &str) {
         let begun = Instant::now();
         while self.evaluate(&format!("Boolean({expression})")) != json!(true) {
-            assert!(begun.elapsed() < PATIENCE, "not in time: {expression}");
+            if begun.elapsed() >= PATIENCE {
+                let told = "window.stage && [stage.state?.step, stage.panel?.last, \
+                    document.getElementById('notes').textContent]";
+                panic!("not in time: {expression}; {}", self.evaluate(told));
+            }
             std::thread::sleep(Duration::from_millis(50));
         }
     }

@@ -256,6 +256,38 @@ fn strokes_are_undone_one_by_one() {
     assert!(!session.undo(), "older ones have given way");
 }
 
+/// The second way to cut: the rays of the view through a line across the picture, from before the body to
+/// behind it. Nothing loads the body, so that all its energies are round-off.
+#[test]
+fn a_line_across_an_organ_without_load_severs_it() {
+    let mut scene = liver(300, 1_000);
+    scene.integration.settle = None;
+    scene.gravity = None;
+    let mut session = Session::new(&scene).unwrap();
+    settle(&mut session);
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let beyond = 0.3 * low.distance(high);
+    let edge = |share: f64| -> Vec<DVec3> {
+        let y = low.y + share * (high.y - low.y);
+        let z = |k: u32| low.z - beyond + f64::from(k) / 3.0 * (high.z - low.z + 2.0 * beyond);
+        let points = (0..4).map(|k| DVec3::new(0.5 * (low.x + high.x), y, z(k)));
+        points.collect()
+    };
+    session.begin_stroke(edge(-0.1));
+    for k in 1..=8 {
+        session.lead_stroke(&edge(-0.1 + 0.15 * f64::from(k)));
+    }
+    session.end_stroke();
+    let start = session.world().time();
+    while session.world().time() < start + 1.0 {
+        session.step().unwrap();
+    }
+    assert!(session.blade().is_empty(), "the stroke has ended");
+    assert!(session.severed_pairs() > 100, "{}", session.severed_pairs());
+    assert_eq!(session.world().retaken().stretches, 0, "nothing went wrong");
+}
+
 #[test]
 fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     let mut session = Session::new(&liver(300, 1_000)).unwrap();

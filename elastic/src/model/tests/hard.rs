@@ -46,6 +46,31 @@ fn sheets_lines_and_lone_nodes_are_objective_and_exact() {
     }
 }
 
+/// A turned body far from where it was has no more energy than round-off, and a little strain has.
+#[test]
+fn round_off_bounds_the_energy_of_rigid_motions() {
+    let block = Block::new([5, 4, 4], DVec3::splat(0.4), 0.2, 3);
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, -2.0, 0.3).normalize(), 2.3);
+    for precision in [Precision::Double, Precision::Single] {
+        for poissons_ratio in [0.3, 0.49] {
+            let settings = Settings {
+                precision,
+                ..Settings::default()
+            };
+            let material = Material::stable_neo_hookean(1e4, poissons_ratio);
+            let mut body = built(&block, material, &settings);
+            let mut f = vec![DVec3::ZERO; body.node_count()];
+            let x = block.positions.iter().map(|x| turn * *x + DVec3::ONE);
+            let energy = body.forces_into(&x.collect::<Vec<_>>(), &mut f);
+            let bound = body.energy_round_off();
+            assert_below("energy of a rotation", energy.abs(), bound);
+            let x = block.positions.iter().map(|x| *x * 1.01);
+            let energy = body.forces_into(&x.collect::<Vec<_>>(), &mut f);
+            assert!(energy > 10.0 * bound, "{energy} J, round-off {bound} J");
+        }
+    }
+}
+
 #[test]
 fn collapsed_neighborhoods_stay_finite() {
     let (torn, _) = torn();

@@ -62,7 +62,7 @@ impl Show {
             energies[0] += audit.kinetic;
             energies[1] += audit.elastic;
             energies[2] += audit.balance();
-            scale += audit.scale();
+            scale += audit.scale() + member.body.elastic.energy_round_off();
         }
         energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
         let blade = plain(self.session.blade());
