@@ -1,11 +1,10 @@
 //! Forces and energy, in parallel over fixed chunks of nodes.
 
 use glam::{DMat3, DVec3};
-use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::fixed::Fixed;
-use crate::gather::{Arithmetic, Fused, Move, Record, Separate, Sums, fuses, records, sums};
+use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, records, sums};
 use crate::lanes::{Block, Laws, Planes, place, received};
 use crate::law::{double_dot, volume_ratio};
 use crate::mean;
@@ -243,18 +242,7 @@ struct Stresses<'a, S: Storage, const L: usize, const R: usize> {
     watch: &'a mut Watch,
 }
 
-impl<S: Storage, const L: usize, const R: usize> WithSimd for Stresses<'_, S, L, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        if fuses::<V>() {
-            self.run::<Fused>();
-        } else {
-            self.run::<Separate>();
-        }
-    }
-}
+choose_arithmetic!(Stresses<S, L, R>);
 
 impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
     #[inline(always)]
@@ -385,18 +373,7 @@ pub(crate) struct Received<'a, S: Storage, const L: usize, const R: usize> {
     pub(crate) sign: f64,
 }
 
-impl<S: Storage, const L: usize, const R: usize> WithSimd for Received<'_, S, L, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        if fuses::<V>() {
-            self.run::<Fused>();
-        } else {
-            self.run::<Separate>();
-        }
-    }
-}
+choose_arithmetic!(Received<S, L, R>);
 
 impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
     #[inline(always)]

@@ -63,6 +63,28 @@ pub(crate) fn fuses<S: Simd>() -> bool {
         ))
 }
 
+/// Makes a pass with `run::<Arithmetic>` one that instructions are chosen for: [`Fused`] where they round
+/// products and sums once, else [`Separate`].
+macro_rules! choose_arithmetic {
+    ($pass:ident<S, L $(, $records:ident)?>) => {
+        impl<S: $crate::storage::Storage, const L: usize $(, const $records: usize)?> pulp::WithSimd
+            for $pass<'_, S, L $(, $records)?>
+        {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<V: pulp::Simd>(self, _: V) {
+                if $crate::gather::fuses::<V>() {
+                    self.run::<$crate::gather::Fused>();
+                } else {
+                    self.run::<$crate::gather::Separate>();
+                }
+            }
+        }
+    };
+}
+pub(crate) use choose_arithmetic;
+
 /// Sums of pass one over a node's pairs: `sum_j w_ij u_ij ⊗ (X_ij, 1, μ_ij, 0)` in three rows, then
 /// `sum_j w_ij (X_ij, 1, μ_ij, 0)`. Without multipliers the lanes end after the one.
 pub(crate) type Sums<const L: usize> = [[f64; L]; 4];

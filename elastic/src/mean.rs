@@ -4,10 +4,9 @@
 //! the means are made of.
 
 use glam::{DMat3, DVec3};
-use pulp::{Simd, WithSimd};
 
 use crate::forces::{CHUNK, Table, chunks, gather, gradient, parallel, set_gradient, watch_node};
-use crate::gather::{Arithmetic, Fused, Move, Record, Separate, fuses};
+use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::lanes::Block;
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
 use crate::nodes::{Model, Scratch, State};
@@ -258,18 +257,7 @@ struct Gather<'a, S: Storage, const L: usize> {
     block: &'a mut Block<L>,
 }
 
-impl<S: Storage, const L: usize> WithSimd for Gather<'_, S, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        if fuses::<V>() {
-            self.run::<Fused>();
-        } else {
-            self.run::<Separate>();
-        }
-    }
-}
+choose_arithmetic!(Gather<S, L>);
 
 impl<S: Storage, const L: usize> Gather<'_, S, L> {
     #[inline(always)]
@@ -295,17 +283,13 @@ struct Finish<'a, S: Storage, const L: usize, const R: usize> {
     records: &'a mut Sixteen<Record<S::Number, L, R>>,
 }
 
-impl<S: Storage, const L: usize, const R: usize> WithSimd for Finish<'_, S, L, R> {
-    type Output = ();
+choose_arithmetic!(Finish<S, L, R>);
 
+impl<S: Storage, const L: usize, const R: usize> Finish<'_, S, L, R> {
     #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
+    fn run<A: Arithmetic>(self) {
         let constants = self.work.table.constants(self.first / BLOCK);
-        if fuses::<V>() {
-            self.block.records::<Fused, _>(constants);
-        } else {
-            self.block.records::<Separate, _>(constants);
-        }
+        self.block.records::<A, _>(constants);
         self.block.write(self.records);
     }
 }

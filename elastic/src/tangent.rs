@@ -1,12 +1,11 @@
 //! Products with the tangent stiffness, of the whole body and within a part.
 
 use glam::DVec3;
-use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::fixed::{Fixed, Lane};
 use crate::forces::{CHUNK, Received, Table, gather, parallel, receive, set_moves};
-use crate::gather::{Arithmetic, Fused, Move, Record, Separate, fuses};
+use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::lanes::{Block, Laws, Planes};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
@@ -75,18 +74,7 @@ struct Changes<'a, S: Storage, const L: usize, const R: usize> {
     own: &'a mut [DVec3],
 }
 
-impl<S: Storage, const L: usize, const R: usize> WithSimd for Changes<'_, S, L, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        if fuses::<V>() {
-            self.run::<Fused>();
-        } else {
-            self.run::<Separate>();
-        }
-    }
-}
+choose_arithmetic!(Changes<S, L, R>);
 
 impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
     #[inline(always)]
@@ -199,18 +187,7 @@ struct Within<'a, S: Storage, const L: usize, const R: usize> {
     out: &'a mut [DVec3],
 }
 
-impl<S: Storage, const L: usize, const R: usize> WithSimd for Within<'_, S, L, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        if fuses::<V>() {
-            self.run::<Fused>();
-        } else {
-            self.run::<Separate>();
-        }
-    }
-}
+choose_arithmetic!(Within<S, L, R>);
 
 impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
     #[inline(always)]

@@ -77,3 +77,7 @@ pub struct Warning {
     /// Likely cause.
     pub cause: Cause,
 }
+
+#[cfg(test)]
+#[path = "audit_tests.rs"]
+mod tests;

@@ -2,8 +2,24 @@
 
 use crate::eigenvalue::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
 use crate::law::ForceLaw;
+use crate::motion::{Motion, MotionSettings};
 use crate::supports::Supports;
 use glam::{DMat3, DVec3};
+
+/// Frequency (rad/s) of the [`oscillator`].
+pub(crate) const OMEGA: f64 = 3.0;
+
+/// A mass of 1 kg on a spring to the origin.
+pub(crate) fn oscillator(x: &[DVec3], f: &mut [DVec3]) -> f64 {
+    f[0] = -x[0] * OMEGA * OMEGA;
+    0.5 * OMEGA * OMEGA * x[0].length_squared()
+}
+
+/// A mass of 1 kg at rest one metre out along x.
+pub(crate) fn one_node(settings: MotionSettings) -> Motion {
+    let supports = Supports::free(1);
+    Motion::new(&[DVec3::X], &[1.0], supports, settings).unwrap()
+}
 
 /// Masses between springs along x, both ends tied to walls: `K` is tridiagonal (2, −1) · k.
 pub(crate) struct Chain {

@@ -444,7 +444,11 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
             added_by_cuts: cuts.added + cuts.decay.max(0.0),
             largest_cut_addition: cuts.largest_addition,
             moved,
-            imbalance: if moved { imbalance(audit, round_off) } else { 0.0 },
+            imbalance: if moved {
+                imbalance(audit, round_off)
+            } else {
+                0.0
+            },
         },
         momentum_error: worst.momentum_error,
         smallest_determinant: body.smallest_ratio.min(1.0),

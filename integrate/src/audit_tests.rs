@@ -1,0 +1,166 @@
+use crate::motion::{Motion, MotionSettings};
+use crate::path::Path;
+use crate::supports::Supports;
+use crate::testing::{Chain, one_node, oscillator};
+use crate::view::StepView;
+use glam::DVec3;
+use testkit::cloud::uniform;
+
+#[test]
+fn verlet_balances_energy_exactly_at_equal_phase_and_within_bounds_between() {
+    let chain = Chain::new(20, 50.0, 0.1);
+    let start: Vec<DVec3> = chain
+        .rest
+        .iter()
+        .zip(uniform(20, 0.1, 1))
+        .map(|(x, d)| *x + d)
+        .collect();
+    let mut motion = Motion::new(
+        &start,
+        &chain.masses,
+        Supports::free(20),
+        MotionSettings {
+            warn_balance: 10.0,
+            ..MotionSettings::default()
+        },
+    )
+    .unwrap();
+    let critical = 2.0 / (4.0 * 50.0 / 0.1_f64).sqrt();
+    for _ in 0..2000 {
+        motion
+            .step(0.5 * critical, |x, f| chain.forces(x, f))
+            .unwrap();
+        let audit = motion.audit();
+        // The swing of a mode is at most (omega dt)^2/4 / (1 - (omega dt)^2/4) of its energy.
+        assert!(audit.balance().abs() < 0.34 * audit.initial, "{audit:?}");
+    }
+}
+
+#[test]
+fn gravity_work_is_exact_in_free_fall() {
+    let settings = MotionSettings {
+        gravity: DVec3::new(0.0, 0.0, -9.81),
+        ..MotionSettings::default()
+    };
+    let mut motion = one_node(settings);
+    let none = |_: &[DVec3], f: &mut [DVec3]| {
+        f.fill(DVec3::ZERO);
+        0.0
+    };
+    motion.advance_to(1.0, 0.013, none).unwrap();
+    assert!(
+        (motion.positions()[0].z + 0.5 * 9.81).abs() < 1e-13,
+        "parabola"
+    );
+    assert!(
+        motion.audit().balance().abs() < 1e-12,
+        "{:?}",
+        motion.audit()
+    );
+    assert!(
+        (motion.audit().load_work - 0.5 * 9.81 * 9.81).abs() < 1e-11,
+        "work"
+    );
+}
+
+#[test]
+fn driven_end_of_a_chain_balances_work() {
+    let chain = Chain::new(12, 40.0, 0.2);
+    let mut supports = Supports::fixed(12, &[0]);
+    let path = Path::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
+    supports.drive(&[11], [true, true, true], path, &chain.rest);
+    let run = |damping: f64, step: f64| {
+        let settings = MotionSettings {
+            damping,
+            ..MotionSettings::default()
+        };
+        let mut motion =
+            Motion::new(&chain.rest, &chain.masses, supports.clone(), settings).unwrap();
+        motion
+            .advance_to(1.5, step, |x, f| chain.forces(x, f))
+            .unwrap();
+        assert_eq!(motion.positions()[0], chain.rest[0], "fixed node");
+        let end = chain.rest[11] + DVec3::new(0.3, 0.1, 0.0);
+        assert_eq!(motion.positions()[11], end, "driven node");
+        *motion.audit()
+    };
+    // Linear forces: it closes, damping and driven end included, where kinetic and elastic energy alone
+    // are off by the square of the step.
+    for damping in [0.0, 0.4] {
+        for step in [0.02, 0.01] {
+            let audit = run(damping, step);
+            assert!(audit.support_work > 0.1, "work went in: {audit:?}");
+            let work = audit.support_work;
+            assert!(audit.balance().abs() < 1e-13 * work, "{audit:?}");
+            assert!(audit.staggered.abs() > 1e-5 * work, "{audit:?}");
+        }
+    }
+}
+
+#[test]
+fn applied_work_and_booked_jumps_close_the_balance() {
+    let mut motion = one_node(MotionSettings::default());
+    let push = &mut |view: &StepView<'_>, f: &mut [DVec3]| f[0].y += (5.0 * view.time).sin();
+    motion.advance_with(1.0, 1e-3, oscillator, push).unwrap();
+    assert!(motion.audit().applied_work.abs() > 1e-3, "work");
+    assert!(
+        motion.audit().balance().abs() < 1e-4,
+        "{:?}",
+        motion.audit()
+    );
+    let softer = |x: &[DVec3], f: &mut [DVec3]| {
+        let energy = 0.5 * oscillator(x, f);
+        f[0] *= 0.5;
+        energy
+    };
+    let jump = motion.refresh(softer).unwrap();
+    assert!(jump < 0.0, "half the stiffness, half the energy");
+    motion.advance_with(2.0, 1e-3, softer, push).unwrap();
+    assert!(
+        motion.audit().balance().abs() < 1e-4,
+        "{:?}",
+        motion.audit()
+    );
+}
+
+#[test]
+fn the_balance_of_a_stiff_mode_closes_and_stays_closed_when_damping_has_taken_it() {
+    // A spring of which a part is cut while it is stretched, at 0.95 of the critical step.
+    let rest = [DVec3::ZERO, DVec3::X];
+    let masses = [0.7, 0.4];
+    let reduced: f64 = 0.7 * 0.4 / 1.1;
+    let spring = |stiffness: f64| {
+        move |x: &[DVec3], f: &mut [DVec3]| {
+            let stretch = x[1].x - x[0].x - 1.0;
+            (f[0], f[1]) = (
+                DVec3::X * stiffness * stretch,
+                DVec3::X * -stiffness * stretch,
+            );
+            0.5 * stiffness * stretch * stretch
+        }
+    };
+    let step = 0.95 * 2.0 / (50.0 / reduced).sqrt();
+    let settings = MotionSettings {
+        damping: 0.1,
+        ..MotionSettings::default()
+    };
+    let mut motion = Motion::new(&rest, &masses, Supports::free(2), settings).unwrap();
+    motion.set_pieces(&[0, 0]);
+    motion
+        .set_velocities(&[DVec3::X * 0.3, DVec3::X * -0.2])
+        .unwrap();
+    let mut swing: f64 = 0.0;
+    for k in 0..4000 {
+        let stiffness = if k < 7 { 50.0 } else { 30.0 };
+        if k == 7 {
+            motion.refresh(spring(stiffness)).unwrap();
+        }
+        motion.step(step, spring(stiffness)).unwrap();
+        let audit = motion.audit();
+        assert!(audit.balance().abs() < 1e-12, "step {k}: {audit:?}");
+        swing = swing.max(audit.staggered.abs());
+    }
+    let audit = motion.audit();
+    assert!(swing > 0.2 * audit.initial, "a stiff mode: {swing}");
+    assert!(audit.elastic < 1e-9 && audit.booked < -1e-4, "{audit:?}");
+}
