@@ -18,8 +18,9 @@ use crate::scene::Scene;
 
 /// Length of a tick: events are taken and a state is offered between two.
 const TICK: Duration = Duration::from_millis(4);
-/// Longest time that steps may take without a look at what clients want.
-const LONGEST: Duration = Duration::from_millis(8);
+/// Time after which steps that have fallen behind are left for a look at what clients want: it adds to the
+/// time in which a hand is answered.
+const LONGEST: Duration = Duration::from_millis(2);
 /// Simulated time (s) that may be made up for after a delay; beyond it the clock slips.
 const BEHIND: f64 = 0.03;
 /// Most events that are taken in between two ticks: a flood must not stop time.
@@ -74,7 +75,7 @@ pub fn serve(
         told: Instant::now(),
         saves: 0,
     };
-    show.update_skins(To::All);
+    show.know_skins();
     loop {
         if options.interrupt.as_ref().is_some_and(Interrupt::asked) {
             return Ok(());
@@ -196,9 +197,17 @@ impl Show {
     fn tick(&mut self) {
         let begun = Instant::now();
         let counted = self.steps_left > 0;
+        // A hand that moved while a cut was made is answered before its surface is: each takes the time of
+        // many steps.
+        if self.hurried && !counted && self.is_moving() && self.session.surfaces_lag() {
+            self.step();
+            self.answer();
+        }
+        self.grow();
         while self.steps_left > 0 && begun.elapsed() < LONGEST {
             self.steps_left -= 1;
             self.step();
+            self.grow();
         }
         if self.playing && self.is_moving() {
             let target = self.target();
@@ -209,10 +218,7 @@ impl Show {
                     break;
                 }
                 self.step();
-                let answers = std::mem::take(&mut self.hurried);
-                if answers && self.server.wants_state() {
-                    self.send_state();
-                }
+                self.answer();
             }
             let behind = self.target() - self.session.world().time();
             if behind > BEHIND {
@@ -229,24 +235,35 @@ impl Show {
         }
     }
 
+    /// Sends the state at once if a hand waits for it.
+    fn answer(&mut self) {
+        if std::mem::take(&mut self.hurried) && self.server.wants_state() {
+            self.send_state();
+        }
+    }
+
     fn step(&mut self) {
         let begun = Instant::now();
         self.fresh = true;
         match self.session.step() {
-            Ok(changed) => {
-                self.seen = self.heard;
-                if changed {
-                    let bodies = self.session.world().members().len();
-                    let painter = self.session.painter();
-                    for message in self.skins.changes(self.epoch, painter, bodies) {
-                        self.server.send(To::All, message);
-                    }
-                }
-            }
+            Ok(()) => self.seen = self.heard,
             Err(error) => self.lose(&error),
         }
         self.clock.stepping.0 += begun.elapsed();
         self.clock.stepping.1 += 1;
+    }
+
+    /// Grows surfaces by what was cut and sends what that changed.
+    fn grow(&mut self) {
+        match self.session.grow() {
+            Ok(changed) => {
+                let painter = self.session.painter();
+                for message in self.skins.changes(self.epoch, painter, &changed) {
+                    self.server.send(To::All, message);
+                }
+            }
+            Err(error) => self.lose(&error),
+        }
     }
 
     /// A step was lost: says so and goes back to the last good state.

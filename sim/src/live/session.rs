@@ -262,11 +262,11 @@ impl Session {
         self.pending.push(Action::Damping { rate });
     }
 
-    /// Takes one step; `true` if surfaces changed.
+    /// Takes one step. Surfaces lag behind cuts until [`Session::grow`].
     ///
     /// # Errors
     /// [`SessionError`] if it is lost; [`Session::recover`] brings a good state back.
-    pub fn step(&mut self) -> Result<bool, SessionError> {
+    pub fn step(&mut self) -> Result<(), SessionError> {
         let step = self.world.step_size();
         let actions = self.actions(step);
         let number = self.world.steps();
@@ -278,13 +278,28 @@ impl Session {
         self.world.give(inputs.clone())?;
         self.record.extend(inputs);
         self.world.step()?;
-        let pieces = self.world.take_new_pieces();
-        if !pieces.is_empty() {
-            self.painter.grow(&self.world, &pieces)?;
-        }
         self.settle()?;
         self.observe(step);
-        Ok(!pieces.is_empty())
+        Ok(())
+    }
+
+    /// Whether there is a cut that [`Session::grow`] has not seen.
+    #[must_use]
+    pub fn surfaces_lag(&self) -> bool {
+        self.world.has_new_pieces()
+    }
+
+    /// Grows the surfaces by what was cut since the last call; the surfels of each body that may be other
+    /// than before, nothing without a cut.
+    ///
+    /// # Errors
+    /// [`SessionError`] if a piece of a cut is not finite.
+    pub fn grow(&mut self) -> Result<Vec<Vec<u32>>, SessionError> {
+        let pieces = self.world.take_new_pieces();
+        if pieces.is_empty() {
+            return Ok(Vec::new());
+        }
+        Ok(self.painter.grow(&self.world, &pieces)?)
     }
 
     /// What hands do in a step of `step` (s).

@@ -23,12 +23,30 @@ struct Known {
 }
 
 impl Skins {
-    /// Messages that bring clients who know what was sent before up to date.
-    pub(super) fn changes(&mut self, epoch: u32, painter: &Painter, bodies: usize) -> Vec<Vec<u8>> {
-        self.bodies.resize_with(bodies, Known::default);
+    /// The surfaces as they are.
+    pub(super) fn new(painter: &Painter, bodies: usize) -> Self {
+        let bodies = (0..bodies).map(|index| {
+            let mut known = Known::default();
+            let all: Vec<u32> = (0..).take(painter.tissue(index).surfels().len()).collect();
+            known.update(0, index, painter, &all, &mut Vec::new());
+            known
+        });
+        Self {
+            bodies: bodies.collect(),
+        }
+    }
+
+    /// Messages that bring clients who know what was sent before up to date, if nothing but surfels in
+    /// `touched`, those of each body, is other than before.
+    pub(super) fn changes(
+        &mut self,
+        epoch: u32,
+        painter: &Painter,
+        touched: &[Vec<u32>],
+    ) -> Vec<Vec<u8>> {
         let mut messages = Vec::new();
-        for (index, known) in self.bodies.iter_mut().enumerate() {
-            known.update(epoch, index, painter, &mut messages);
+        for ((index, known), touched) in self.bodies.iter_mut().enumerate().zip(touched) {
+            known.update(epoch, index, painter, touched, &mut messages);
         }
         messages
     }
@@ -52,35 +70,47 @@ impl Skins {
 }
 
 impl Known {
-    fn update(&mut self, epoch: u32, index: usize, painter: &Painter, to: &mut Vec<Vec<u8>>) {
+    fn update(
+        &mut self,
+        epoch: u32,
+        index: usize,
+        painter: &Painter,
+        touched: &[u32],
+        to: &mut Vec<Vec<u8>>,
+    ) {
         let tissue = painter.tissue(index);
         let stride = tissue.binding().stride();
         let each = surfel_numbers(stride);
         self.color(painter, index, tissue);
-        let numbers = numbers_of(tissue, &self.colors, each);
-        let changed = |surfel: usize| {
-            let range = surfel * each..(surfel + 1) * each;
-            let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            self.numbers.get(range.clone()).is_none_or(|old| {
-                old != &numbers[range.clone()] && bits(old) != bits(&numbers[range])
-            })
-        };
-        for (first, end) in runs((0..tissue.surfels().len()).filter(|&surfel| changed(surfel))) {
-            let run = &numbers[first * each..end * each];
+        self.numbers.resize(each * tissue.surfels().len(), f32::NAN);
+        self.clips.resize(tissue.surfels().len(), None);
+        let mut touched: Vec<usize> = touched.iter().map(|&surfel| surfel as usize).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let (mut numbers, mut changed, mut clipped) = (Vec::new(), Vec::new(), Vec::new());
+        for surfel in touched {
+            numbers.clear();
+            put(&mut numbers, tissue, surfel, self.colors[surfel]);
+            let known = &mut self.numbers[surfel * each..(surfel + 1) * each];
+            if known
+                .iter()
+                .zip(&numbers)
+                .any(|(a, b)| a.to_bits() != b.to_bits())
+            {
+                known.copy_from_slice(&numbers);
+                changed.push(surfel);
+            }
+            let clip = tissue.clips()[surfel].as_ref();
+            if self.clips[surfel].as_ref() != clip {
+                self.clips[surfel] = clip.cloned();
+                clipped.push(surfel);
+            }
+        }
+        for (first, end) in runs(changed.into_iter()) {
+            let run = &self.numbers[first * each..end * each];
             to.push(encode_skin(epoch, index, first, stride, run));
         }
-        self.numbers = numbers;
-        let now = tissue.clips();
-        let other = |&surfel: &usize| {
-            let before = self.clips.get(surfel).and_then(Option::as_ref);
-            before != now[surfel].as_ref()
-        };
-        let changed: Vec<usize> = (0..now.len()).filter(other).collect();
-        clips(epoch, index, now, &changed, to);
-        self.clips.resize(now.len(), None);
-        for surfel in changed {
-            self.clips[surfel].clone_from(&now[surfel]);
-        }
+        clips(epoch, index, tissue.clips(), &clipped, to);
     }
 
     /// Colours of surfels that are new: places and materials never change.
@@ -94,28 +124,24 @@ impl Known {
     }
 }
 
-fn numbers_of(tissue: &Tissue, colors: &[Vec3], each: usize) -> Vec<f32> {
+fn put(numbers: &mut Vec<f32>, tissue: &Tissue, surfel: usize, color: Vec3) {
     let (surfels, binding) = (tissue.surfels(), tissue.binding());
-    let mut numbers = Vec::with_capacity(each * surfels.len());
-    for (surfel, color) in colors.iter().enumerate() {
-        let (nodes, weights) = binding.row(surfel);
-        put_surfel(
-            &mut numbers,
-            &Surfel {
-                position: surfels.positions[surfel].to_array(),
-                radius: surfels.radii[surfel],
-                normal: surfels.normals[surfel].to_array(),
-                // A body of its own has the two of `phyxel_splat`: capsule and parenchyma.
-                material: u8::from(surfels.materials[surfel] != CAPSULE),
-                shape: surfels.shapes[surfel].to_array(),
-                color: color.to_array(),
-                nodes,
-                weights,
-                slopes: binding.slopes(surfel),
-            },
-        );
-    }
-    numbers
+    let (nodes, weights) = binding.row(surfel);
+    put_surfel(
+        numbers,
+        &Surfel {
+            position: surfels.positions[surfel].to_array(),
+            radius: surfels.radii[surfel],
+            normal: surfels.normals[surfel].to_array(),
+            // A body of its own has the two of `phyxel_splat`: capsule and parenchyma.
+            material: u8::from(surfels.materials[surfel] != CAPSULE),
+            shape: surfels.shapes[surfel].to_array(),
+            color: color.to_array(),
+            nodes,
+            weights,
+            slopes: binding.slopes(surfel),
+        },
+    );
 }
 
 /// Runs of rising numbers, small gaps included.

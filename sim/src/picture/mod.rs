@@ -238,11 +238,16 @@ impl Painter {
         (outer, all - outer)
     }
 
-    /// Grows new skin on new pieces of cuts.
+    /// Grows new skin on new pieces of cuts; the surfels of each body that may be other than before.
     ///
     /// # Errors
     /// [`WorldError`] if a piece is not finite.
-    pub fn grow(&mut self, world: &World, pieces: &[CutPiece]) -> Result<(), WorldError> {
+    pub fn grow(
+        &mut self,
+        world: &World,
+        pieces: &[CutPiece],
+    ) -> Result<Vec<Vec<u32>>, WorldError> {
+        let mut changed = vec![Vec::new(); self.skins.len()];
         for piece in pieces {
             let Member { body, cutting, .. } = &world.members()[piece.member];
             let Some(cutting) = cutting else { continue };
@@ -261,7 +266,7 @@ impl Painter {
                 })
                 .flat_map(|triangle| reach::within(*triangle, &body.solid.bounds()))
                 .collect();
-            self.skins[piece.member]
+            let change = self.skins[piece.member]
                 .tissue
                 .cut(&near, &|point| body.solid.contains(point), &|a, b| {
                     cuts.crosses(a, b)
@@ -270,8 +275,9 @@ impl Painter {
                     body: body.name.clone(),
                     problem: problem.into(),
                 })?;
+            changed[piece.member].extend(change.surfels);
         }
-        Ok(())
+        Ok(changed)
     }
 
     /// Moves the surfels to where the bodies are.

@@ -68,7 +68,7 @@ impl RunState {
         mut painter: Option<&mut Painter>,
     ) -> Result<(Records, Option<MoviePlace>, Course), WorldError> {
         world.restore(self.world, |world, pieces| match &mut painter {
-            Some(painter) => painter.grow(world, pieces),
+            Some(painter) => painter.grow(world, pieces).map(drop),
             None => Ok(()),
         })?;
         if let Some(painter) = painter {

@@ -217,6 +217,12 @@ impl World {
         std::mem::take(&mut self.new_pieces)
     }
 
+    /// Whether [`World::take_new_pieces`] would return any.
+    #[must_use]
+    pub fn has_new_pieces(&self) -> bool {
+        !self.new_pieces.is_empty()
+    }
+
     /// Root of the mean squared speed of all mass (m/s).
     #[must_use]
     pub fn speed(&self) -> f64 {

@@ -192,6 +192,9 @@ fn undo_brings_the_bits_back_and_so_does_a_reset() {
     }
     assert!(session.severed_pairs() > 0);
     assert_eq!(session.strokes(), (1, 1));
+    assert!(session.surfaces_lag());
+    assert!(!session.grow().unwrap()[0].is_empty());
+    assert!(!session.surfaces_lag());
     assert!(session.painter().surfel_counts().1 > 0, "new skin");
     assert!(session.undo());
     assert_eq!((session.world().steps(), positions(&session)), before);
@@ -236,6 +239,7 @@ fn strokes_are_undone_one_by_one() {
         session.end_stroke();
         for _ in 0..120 {
             session.step().unwrap();
+            session.grow().unwrap();
         }
     };
     for k in 0..18 {

@@ -23,7 +23,7 @@ pub(super) struct Grown {
     /// Surfels of new skin.
     pub(super) skin: usize,
     /// Surfels whose radius was computed.
-    pub(super) resized: usize,
+    pub(super) resized: Vec<u32>,
 }
 
 impl Tissue {
@@ -92,7 +92,7 @@ impl Tissue {
         Grown {
             samples: samples.len(),
             skin: fresh.len(),
-            resized: resized.len(),
+            resized,
         }
     }
 

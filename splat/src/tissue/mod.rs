@@ -70,8 +70,10 @@ pub enum InsideTest {
 const BEHIND: f64 = 0.02;
 
 /// What one piece of a cut changed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CutChange {
+    /// All surfels whose disk, clip or nodes may be other than before, new ones included, rising.
+    pub surfels: Vec<u32>,
     /// Samples on the new triangles, inside and outside the body.
     pub samples: usize,
     /// Surfels of new skin (two per sample inside the body or at its rim).
@@ -264,6 +266,7 @@ impl Tissue {
         let turned = self.borders.extend(triangles);
         let near = self.near(first_triangle..self.borders.triangle_count());
         let mut touched: Vec<u32> = Vec::new();
+        let before_all = count(self.surfels.len());
         for (surfel, hits) in &near {
             let before = self.surfels.len();
             let moved = if self.settings.clip {
@@ -290,10 +293,27 @@ impl Tissue {
         let grown = self.grow_skin(triangles, first_triangle, inside);
         change.samples = grown.samples;
         change.skin = grown.skin;
-        change.resized = grown.resized;
+        change.resized = grown.resized.len();
+        let seen = near.iter().map(|(surfel, _)| surfel);
+        change.surfels = self.families(seen.chain(&grown.resized));
+        change.surfels.retain(|surfel| *surfel < before_all);
+        change.surfels.extend(before_all..count(self.surfels.len()));
         let new: Vec<u32> = (first..count(self.surfels.len())).collect();
         self.rebind(&new, inside, crosses);
         Ok(change)
+    }
+
+    /// Surfels with their doubles, rising.
+    fn families<'a>(&self, of: impl Iterator<Item = &'a u32>) -> Vec<u32> {
+        let mut all: Vec<u32> = of
+            .flat_map(|surfel| {
+                let doubles = self.doubles.get(surfel).into_iter().flatten();
+                std::iter::once(surfel).chain(doubles).copied()
+            })
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 
     /// Gives surfels without a binding row one that [`Self::rebind`] replaces.

@@ -119,6 +119,34 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
     );
 }
 
+/// A piece of a cut tells every surfel that it changes, and not all of them.
+#[test]
+fn what_a_piece_changes_is_told() {
+    let (before, ..) = inner_cut(4);
+    let (after, last, _) = inner_cut(5);
+    let told: std::collections::HashSet<u32> = last.surfels.iter().copied().collect();
+    assert!(last.surfels.is_sorted_by(|a, b| a < b));
+    let mut same = 0;
+    for s in 0..count(after.surfels.len()) {
+        let i = index(s);
+        let numbers = |tissue: &Tissue| {
+            let (surfels, binding) = (&tissue.surfels, &tissue.binding);
+            let (nodes, weights) = binding.row(i);
+            let places = [surfels.positions[i], surfels.normals[i]];
+            let all = places.map(|x| x.to_array().map(f64::to_bits));
+            let weights: Vec<_> = weights.iter().map(|w| w.to_bits()).collect();
+            (all, surfels.radii[i].to_bits(), nodes.to_vec(), weights)
+        };
+        let old = i < before.surfels.len();
+        if old && numbers(&before) == numbers(&after) && before.clips[i] == after.clips[i] {
+            same += u32::from(!told.contains(&s));
+        } else {
+            assert!(told.contains(&s), "surfel {s} changed");
+        }
+    }
+    assert!(4 * same > count(after.surfels.len()), "{same} are not told");
+}
+
 /// Points of the disks of skin that are drawn, by what is drawn of each.
 fn drawn(tissue: &Tissue) -> Vec<DVec3> {
     let mut out = Vec::new();

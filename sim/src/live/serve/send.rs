@@ -10,12 +10,10 @@ use crate::live::skin::{Skins, plain};
 use crate::live::told::{bodies_of, scene_of, stats_of, tool_states};
 
 impl Show {
-    pub(super) fn update_skins(&mut self, to: To) {
+    /// Takes the surfaces as they are for what clients know, who get them by [`Show::introduce`].
+    pub(super) fn know_skins(&mut self) {
         let bodies = self.session.world().members().len();
-        let painter = self.session.painter();
-        for message in self.skins.changes(self.epoch, painter, bodies) {
-            self.server.send(to, message);
-        }
+        self.skins = Skins::new(self.session.painter(), bodies);
     }
 
     /// Everything anew: another world is shown.
@@ -23,11 +21,7 @@ impl Show {
         self.epoch += 1;
         self.server.forget_states();
         self.owners = Owners::default();
-        self.skins = Skins::default();
-        let bodies = self.session.world().members().len();
-        // What clients know begins with this; they get it by `introduce`.
-        self.skins
-            .changes(self.epoch, self.session.painter(), bodies);
+        self.know_skins();
         self.clock.origin = None;
         self.clock.last = None;
         self.introduce(To::All);
