@@ -32,6 +32,9 @@ pub(crate) const SHIFT: DVec3 = DVec3::new(
     0.671_043_606_703_789_2,
     0.549_700_477_901_970_2,
 );
+/// Tolerances in which a count is met once the lattice has left the symmetry: a body a few cells thick has no
+/// sampling between one number of layers and the next.
+pub(crate) const JUMPS: f64 = 2.0;
 /// Relative tolerance of a wanted spacing, and rounds of the search for its cell size.
 const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;
@@ -235,7 +238,12 @@ impl<'a> Filler<'a> {
                 self.improve(&mut stuffed);
                 nodes = stuffed.positions.len() as f64;
                 removed = (raw - nodes) / on_surface;
-                if (nodes - target).abs() <= tolerance {
+                let jumps = if round <= SYMMETRIC_ROUNDS {
+                    1.0
+                } else {
+                    JUMPS
+                };
+                if (nodes - target).abs() <= jumps * tolerance {
                     return Ok((stuffed, cell));
                 }
                 if (nodes - target).abs() < (nearest - target).abs() {
