@@ -238,10 +238,10 @@ impl<'a> Filler<'a> {
                 self.improve(&mut stuffed);
                 nodes = stuffed.positions.len() as f64;
                 removed = (raw - nodes) / on_surface;
-                let jumps = if round <= SYMMETRIC_ROUNDS {
-                    1.0
-                } else {
+                let jumps = if round > SYMMETRIC_ROUNDS && self.settings.grading.is_uniform() {
                     JUMPS
+                } else {
+                    1.0
                 };
                 if (nodes - target).abs() <= jumps * tolerance {
                     return Ok((stuffed, cell));
