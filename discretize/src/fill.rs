@@ -34,7 +34,7 @@ pub(crate) const SHIFT: DVec3 = DVec3::new(
 );
 /// Tolerances in which a count is met once the lattice has left the symmetry: a body a few cells thick has no
 /// sampling between one number of layers and the next.
-pub(crate) const JUMPS: f64 = 2.0;
+const JUMPS: f64 = 2.0;
 /// Relative tolerance of a wanted spacing, and rounds of the search for its cell size.
 const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;

@@ -333,12 +333,7 @@ fn search(
             return Err(body.thin(wanted, cell));
         }
         let nodes = places.positions.len();
-        let jumps = if round < STILL_ROUNDS {
-            1.0
-        } else {
-            crate::fill::JUMPS
-        };
-        if (nodes as f64 - target).abs() <= jumps * settings.count_tolerance * target {
+        if (nodes as f64 - target).abs() <= settings.count_tolerance * target {
             return Ok(places);
         }
         if nodes.abs_diff(wanted) < wanted.abs_diff(nearest) {
