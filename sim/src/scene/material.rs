@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::event::Region;
 
 /// A hyperelastic material.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Material {
+    /// Tissue whose Young's modulus and density hold where they are not given.
+    pub tissue: Option<Preset>,
     /// Strain energy.
     pub model: Model,
     /// Young's modulus E at small strain (Pa).
@@ -31,9 +33,122 @@ pub struct Material {
     pub stabilization: f64,
 }
 
+/// Keys of a material as they are given: what a tissue stands for is filled in afterwards.
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields, rename = "Material")]
+struct Given {
+    tissue: Option<Preset>,
+    model: Model,
+    youngs_modulus: Option<f64>,
+    poissons_ratio: f64,
+    density: Option<f64>,
+    volume_constant: f64,
+    fiber: Option<Fiber>,
+    viscosity: Vec<Relaxation>,
+    dilatation: Dilatation,
+    stabilization: f64,
+}
+
+impl Default for Given {
+    fn default() -> Self {
+        let Material {
+            tissue,
+            model,
+            poissons_ratio,
+            volume_constant,
+            fiber,
+            viscosity,
+            dilatation,
+            stabilization,
+            ..
+        } = Material::default();
+        Self {
+            tissue,
+            model,
+            youngs_modulus: None,
+            poissons_ratio,
+            density: None,
+            volume_constant,
+            fiber,
+            viscosity,
+            dilatation,
+            stabilization,
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Material {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let given = Given::deserialize(deserializer)?;
+        let named = given.tissue.map_or_else(Self::default, Self::of);
+        Ok(Self {
+            tissue: given.tissue,
+            model: given.model,
+            youngs_modulus: given.youngs_modulus.unwrap_or(named.youngs_modulus),
+            poissons_ratio: given.poissons_ratio,
+            density: given.density.unwrap_or(named.density),
+            volume_constant: given.volume_constant,
+            fiber: given.fiber,
+            viscosity: given.viscosity,
+            dilatation: given.dilatation,
+            stabilization: given.stabilization,
+        })
+    }
+}
+
+/// A tissue with published properties: means of healthy adults at small strain. Moduli of one tissue differ by
+/// half of their value and more from person to person and from method to method.
+///
+/// Densities are those of ICRU 1989 for all but silicone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Preset {
+    /// 5.49 kPa (± 1.59, transient elastography of 429 people: Roulot 2008), 1060 kg/m^3.
+    Liver,
+    /// Cortex: 5.0 kPa (± 2.9, shear waves in 127 people: Arda 2011), 1050 kg/m^3.
+    Kidney,
+    /// 2.9 kPa (± 1.8, Arda 2011), 1060 kg/m^3.
+    Spleen,
+    /// 4.8 kPa (± 3, Arda 2011), 1040 kg/m^3.
+    Pancreas,
+    /// Gastrocnemius at rest: 11.1 kPa (± 4.1, Arda 2011), 1050 kg/m^3.
+    Muscle,
+    /// 1.389 kPa (± 0.289, indentation of bovine slices: Budday 2015), 1040 kg/m^3.
+    GrayMatter,
+    /// 1.895 kPa (± 0.592, Budday 2015), 1040 kg/m^3.
+    WhiteMatter,
+    /// Of the breast: 3.25 kPa (± 0.91, indentation of samples: Samani 2007), 950 kg/m^3.
+    Fat,
+    /// Of the forearm: 6 kPa (4.5 to 8, indentation: Pailler-Mattei 2008), 1090 kg/m^3.
+    Skin,
+    /// Of phantoms (Ecoflex 00-30): 118 kPa, the neo-Hookean modulus of 69 kPa at 100 % (Smooth-On, technical bulletin),
+    /// 1070 kg/m^3.
+    Silicone,
+}
+
+impl Preset {
+    /// Young's modulus (Pa) at small strain and mass density (kg/m³).
+    #[must_use]
+    pub const fn properties(self) -> (f64, f64) {
+        match self {
+            Self::Liver => (5490.0, 1060.0),
+            Self::Kidney => (5000.0, 1050.0),
+            Self::Spleen => (2900.0, 1060.0),
+            Self::Pancreas => (4800.0, 1040.0),
+            Self::Muscle => (11_100.0, 1050.0),
+            Self::GrayMatter => (1389.0, 1040.0),
+            Self::WhiteMatter => (1895.0, 1040.0),
+            Self::Fat => (3250.0, 950.0),
+            Self::Skin => (6000.0, 1090.0),
+            Self::Silicone => (118_000.0, 1070.0),
+        }
+    }
+}
+
 impl Default for Material {
     fn default() -> Self {
         Self {
+            tissue: None,
             model: Model::StableNeoHookean,
             youngs_modulus: 5.0e3,
             poissons_ratio: 0.45,
@@ -136,6 +251,18 @@ pub struct Inclusion {
 }
 
 impl Material {
+    /// A tissue with its published properties and the other keys' defaults.
+    #[must_use]
+    pub fn of(tissue: Preset) -> Self {
+        let (youngs_modulus, density) = tissue.properties();
+        Self {
+            tissue: Some(tissue),
+            youngs_modulus,
+            density,
+            ..Self::default()
+        }
+    }
+
     /// The material of a part of the body.
     #[must_use]
     pub fn within(&self, part: &Inclusion) -> Self {

@@ -40,7 +40,7 @@ pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 pub use keys::{key_reference, schema};
 #[cfg(feature = "cli")]
 pub(crate) use locate::{KeyPath, Node, Segment, line_column};
-pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Relaxation};
+pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Preset, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
 pub use path::{Key, Pose, pose_at};

@@ -511,3 +511,30 @@ fn all_values_that_are_wrong_are_told_at_once() {
         assert!(told.contains(path), "{told}");
     }
 }
+
+#[test]
+fn a_tissue_gives_what_is_not_given() {
+    let read = |changes: &[&str]| {
+        let changes = changes.iter().map(|text| Override::parse(text).unwrap());
+        let scene = Scene::embedded("block", &changes.collect::<Vec<_>>()).unwrap();
+        scene.bodies[0].material.clone()
+    };
+    let kidney = "bodies[0].material=(tissue: Kidney, poissons_ratio: 0.4)";
+    let material = read(&[kidney]);
+    let wanted = Material {
+        poissons_ratio: 0.4,
+        ..Material::of(Preset::Kidney)
+    };
+    assert_eq!(material, wanted);
+    assert!((material.youngs_modulus, material.density) == (5000.0, 1050.0));
+    let stiffer = read(&[kidney, "bodies[0].material.youngs_modulus=2e4"]);
+    assert!((stiffer.youngs_modulus, stiffer.density) == (2e4, 1050.0));
+    // Written with its values, it is read as the same.
+    let mut scene = Scene::embedded("block", &[]).unwrap();
+    scene.bodies[0].material = stiffer;
+    let text = scene.to_ron();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("kidney.ron");
+    std::fs::write(&file, text).unwrap();
+    assert_eq!(Scene::load(&file, &[]).unwrap().bodies, scene.bodies);
+}
