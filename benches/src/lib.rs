@@ -10,6 +10,7 @@ pub mod cook;
 mod eigenvalue;
 mod error;
 pub mod griffith;
+pub mod incision;
 pub mod matrix;
 mod motion;
 pub mod organs;

@@ -10,10 +10,12 @@ use std::process::ExitCode;
 use benches::batch::{Case, Sheet, chosen, run_all};
 use benches::studies::{STUDIES, write_page};
 use benches::{
-    Effort, Options, Row, Study, StudyError, column, cook, griffith, matrix, organs, random, spin,
+    Effort, Options, Row, Study, StudyError, column, cook, griffith, incision, matrix, organs,
+    random, spin,
 };
 use clap::{Args, Command, FromArgMatches, Subcommand};
 use phyxel::output::OutputFolder;
+use serde::Serialize;
 
 /// Name of the command that runs all of [`STUDIES`].
 const ALL: &str = "all";
@@ -38,6 +40,14 @@ enum Verdict {
     Organs(Batch),
     /// A double cantilever cut along its middle: energy set free per area is the energy release rate.
     Griffith(One),
+    /// The embedded liver's cuts over node counts, captures and step factors: flat, and the same?
+    Incision {
+        /// Only scenes with one of these comma-separated parts in their names.
+        #[arg(long, value_name = "PARTS")]
+        filter: Option<String>,
+        #[command(flatten)]
+        one: One,
+    },
     /// A free block that spins while it is cut keeps its momenta.
     Spin(One),
     /// A column that is thrown into a twist keeps its energy.
@@ -150,6 +160,7 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Random { seed, count, batch } => run_random(*seed, *count, batch),
         Verdict::Organs(batch) => run_organs(batch),
         Verdict::Griffith(one) => run_griffith(one),
+        Verdict::Incision { filter, one } => run_incision(filter.as_deref(), one),
         Verdict::Spin(one) => run_spin(one),
         Verdict::Column(one) => run_column(one),
         Verdict::Cook(one) => run_cook(one),
@@ -291,6 +302,80 @@ fn run_griffith(one: &One) -> Result<bool, StudyError> {
         )?;
         sheet.add(&finding)?;
         found.extend(griffith::breaches(&finding));
+    }
+    verdict(&found)
+}
+
+/// A line of the table of incisions.
+#[derive(Debug, Serialize)]
+struct Incision<'a> {
+    scene: &'a str,
+    incision_ratio: f64,
+    resection_ratio: f64,
+    incision_backwards: f64,
+    resection_backwards: f64,
+    severed_pairs: usize,
+    severed_area: f64,
+    overlap: Option<f64>,
+    opening: f64,
+    missed: usize,
+    ties: usize,
+    pieces: usize,
+    second_piece: u32,
+    latency: f64,
+}
+
+fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
+    let mut cases = incision::cases()?;
+    if one.quick {
+        cases.truncate(1);
+    }
+    let mut sheet = Sheet::create(&one.out, "incision.csv")?;
+    let mut found = Vec::new();
+    let mut first = None;
+    for case in chosen(cases, filter)? {
+        let finding = incision::measure(&case.name, case.scene);
+        let [incision, resection] = finding.sheets;
+        // The same nodes cut the same way otherwise.
+        let overlap = first.as_ref().and_then(|first| finding.overlap(first));
+        writeln!(
+            io::stdout(),
+            "{:<34} area over vector area: incision {:.4}, resection {:.4}, backwards {:.3} and {:.3} cm2; incision: \
+             {} pairs severed ({:.2} cm2), overlap {:.3}, opens {:.2} mm; {} missed, {} ties, pieces {:?}, \
+             blade to step {:.2} ms, {:.0} s",
+            case.name,
+            incision.ratio(),
+            resection.ratio(),
+            1e4 * incision.backwards,
+            1e4 * resection.backwards,
+            finding.severed.len(),
+            1e4 * finding.severed_area(),
+            overlap.unwrap_or(f64::NAN),
+            1e3 * finding.opening,
+            finding.missed,
+            finding.ties,
+            finding.pieces,
+            1e3 * finding.latency,
+            finding.row.wall
+        )?;
+        sheet.add(&Incision {
+            scene: &case.name,
+            incision_ratio: incision.ratio(),
+            resection_ratio: resection.ratio(),
+            incision_backwards: incision.backwards,
+            resection_backwards: resection.backwards,
+            severed_pairs: finding.severed.len(),
+            severed_area: finding.severed_area(),
+            overlap,
+            opening: finding.opening,
+            missed: finding.missed,
+            ties: finding.ties,
+            pieces: finding.pieces.len(),
+            second_piece: finding.pieces.get(1).copied().unwrap_or(0),
+            latency: finding.latency,
+        })?;
+        found.extend(incision::breaches(&finding));
+        first.get_or_insert(finding);
     }
     verdict(&found)
 }

@@ -482,7 +482,7 @@ fn damped_limit(eigenvalue: f64, viscosity: f64) -> f64 {
 
 impl Row {
     /// The row of a scene of which nothing is known.
-    fn unbuilt() -> Self {
+    pub(crate) fn unbuilt() -> Self {
         Self {
             scene: String::new(),
             ended: false,

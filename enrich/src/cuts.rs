@@ -139,6 +139,15 @@ impl Cuts {
         }
     }
 
+    /// From now on a new point this near to a vertex (m) becomes that vertex.
+    ///
+    /// # Panics
+    /// If the tolerance is negative, infinite or NaN.
+    pub fn set_weld_tolerance(&mut self, tolerance: f64) {
+        self.settings.weld_tolerance = tolerance;
+        self.settings.check();
+    }
+
     /// Starts a stroke with the blade edge at this place and gives its number.
     ///
     /// # Arguments
@@ -248,6 +257,15 @@ impl Cuts {
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Result<Range<usize>, CutError> {
+        Ok(self.add_welded(vertices, triangles)?.0)
+    }
+
+    /// As [`Cuts::add_surface`]; also the places (m) that the vertices came to.
+    pub(crate) fn add_welded(
+        &mut self,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+    ) -> Result<(Range<usize>, Vec<DVec3>), CutError> {
         check_points(vertices)?;
         for (triangle, corners) in triangles.iter().enumerate() {
             for &vertex in corners {
@@ -278,7 +296,8 @@ impl Cuts {
         for corners in triangles {
             self.add(self.strokes.len() - 1, corners.map(|c| welded[c as usize]));
         }
-        Ok(first..self.triangles.len())
+        let places = welded.iter().map(|&v| self.vertices[v as usize]);
+        Ok((first..self.triangles.len(), places.collect()))
     }
 
     /// Number of triangles.
@@ -346,6 +365,44 @@ impl Cuts {
             .iter()
             .filter(|edge| edge.opposite.len() == 1)
             .map(|edge| edge.ends.map(|v| self.vertices[v as usize]))
+    }
+
+    /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
+    /// within a distance. Of edges that meet at that point it is the one most across the way to it.
+    pub(crate) fn nearest_free_edge(
+        &self,
+        point: DVec3,
+        within: f64,
+    ) -> Option<([DVec3; 2], DVec3)> {
+        let mut near: Vec<(f64, u32)> = Vec::new();
+        self.edge_index
+            .in_box(&Bounds::of(&[point]).grown(within), |edge| {
+                if self.edges[edge as usize].opposite.len() == 1 {
+                    let distance = self.bend_distance(edge, point);
+                    if distance <= within {
+                        near.push((distance, edge));
+                    }
+                }
+            });
+        let nearest = near.iter().map(|found| found.0).reduce(f64::min)?;
+        let round_off = 1e-9 * (nearest + within);
+        let ends = |edge: u32| {
+            let ends = self.edges[edge as usize].ends;
+            ends.map(|v| self.vertices[v as usize])
+        };
+        let across = |edge: u32| {
+            let [p, q] = ends(edge);
+            let along = (q - p).normalize_or_zero();
+            let [from_p, from_q] = [point - p, point - q].map(|way| way.cross(along).length());
+            from_p.max(from_q)
+        };
+        let tied = near.iter().filter(|found| found.0 <= nearest + round_off);
+        let (_, edge) =
+            tied.max_by(|a, b| across(a.1).total_cmp(&across(b.1)).then(b.1.cmp(&a.1)))?;
+        let [p, q] = ends(*edge);
+        let along = q - p;
+        let t = (point - p).dot(along) / along.length_squared();
+        Some(([p, q], p + t.clamp(0.0, 1.0) * along))
     }
 
     /// Triangles that were not taken so far.

@@ -27,7 +27,7 @@ pub use deformation::{deformation_gradient, gradient_sum};
 pub use error::{BoundaryError, CloudError, GraphError, MapError, ShapeError, StencilError};
 pub use glam;
 pub use kernel::{Kernel, Weight};
-pub use map::{MapFrame, MapKind, MapSettings, MaterialMap, MaterialPoint};
+pub use map::{MapFrame, MapKind, MapSettings, MaterialMap, MaterialPoint, Preimage};
 pub use masses::{NodalMasses, dissertation_masses};
 pub use neighborhoods::Neighborhoods;
 pub use search::{KNearest, NearestSettings, k_nearest, within_radius};

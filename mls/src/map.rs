@@ -17,7 +17,7 @@ use crate::error::{CloudError, MapError};
 use crate::kernel::Kernel;
 use crate::neighborhoods::Neighborhoods;
 use crate::search::{BallTree, positive};
-pub use frame::{MapFrame, MapKind, MaterialPoint};
+pub use frame::{MapFrame, MapKind, MaterialPoint, Preimage};
 
 /// Connection to the start node is followed through nodes whose support, enlarged by this factor,
 /// holds the point: paths round a notch count if they stay this near.

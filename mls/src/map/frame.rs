@@ -13,6 +13,10 @@ const LEAST_WEIGHT: f64 = 1e-9;
 /// Distance, in support radii of the start node, over which one set of nodes serves.
 const SLACK: f64 = 0.25;
 
+/// Nodes from which [`MapFrame::preimage`] starts at most: enough that both flanks of a cut have one
+/// among them.
+const STARTS: usize = 8;
+
 /// How a material point was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapKind {
@@ -35,6 +39,17 @@ pub struct MaterialPoint {
     pub start_node: u32,
     /// How the position was found.
     pub kind: MapKind,
+}
+
+/// Answer of [`MapFrame::preimage`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preimage {
+    /// Material position X (m).
+    pub position: DVec3,
+    /// `∂x/∂X` there.
+    pub jacobian: DMat3,
+    /// Node from whose side it is seen.
+    pub start_node: u32,
 }
 
 /// A [`MaterialMap`] with the positions and deformation gradients of one instant.
@@ -114,8 +129,8 @@ impl MapFrame<'_> {
     pub fn to_material(&self, world: DVec3) -> MaterialPoint {
         assert!(world.is_finite(), "the asked world point must be finite");
         let start = self.nearest_node(world);
-        match self.newton(world, start) {
-            Some((position, iterations)) => MaterialPoint {
+        match self.newton(world, start, f64::NEG_INFINITY) {
+            Some((position, _, iterations)) => MaterialPoint {
                 position,
                 start_node: start,
                 kind: MapKind::Newton { iterations },
@@ -126,6 +141,61 @@ impl MapFrame<'_> {
                 kind: MapKind::Shepard,
             },
         }
+    }
+
+    /// Material point of a world point (m) where tissue is: Newton's method as in
+    /// [`MapFrame::to_material`], but no average in place of an answer that is not there.
+    ///
+    /// The search starts at the nearest nodes, one after the other, until an answer is good: it is
+    /// seen from its start node, `det ∂x/∂X` is at least `least`, and the start node is no farther
+    /// than its support radius. Nodes with `det F` below `least` take no part.
+    ///
+    /// # Arguments
+    /// * `world` -- the asked point (m).
+    /// * `least` -- smallest volume ratio that counts as tissue, above 0.
+    /// * `seen` -- whether a material point is seen from the node's rest position: false where a cut
+    ///   is between them.
+    ///
+    /// # Returns
+    /// `None` beside tissue and between the flanks of an open cut.
+    ///
+    /// # Panics
+    /// If `world` is not finite.
+    #[must_use]
+    pub fn preimage(
+        &self,
+        world: DVec3,
+        least: f64,
+        seen: &dyn Fn(u32, DVec3) -> bool,
+    ) -> Option<Preimage> {
+        assert!(world.is_finite(), "the asked world point must be finite");
+        let mut near = Vec::with_capacity(2 * STARTS);
+        self.runs
+            .nearest_into(self.positions, world, STARTS, &mut near);
+        let starts = near.iter().filter(|&&(squared, node)| {
+            let reach = self.map.support_radii[node as usize];
+            squared <= reach * reach && self.gradients[node as usize].determinant() >= least
+        });
+        let mut hidden: Vec<DVec3> = Vec::with_capacity(STARTS);
+        for &(_, start_node) in starts {
+            // What is not seen from one node of a flank is not seen from its neighbours there.
+            if hidden.iter().any(|&tried| seen(start_node, tried)) {
+                continue;
+            }
+            let Some((position, forward, _)) = self.newton(world, start_node, least) else {
+                continue;
+            };
+            if !seen(start_node, position) {
+                hidden.push(self.map.rest_positions[start_node as usize]);
+            } else if forward.jacobian.determinant() >= least {
+                return Some(Preimage {
+                    position,
+                    jacobian: forward.jacobian,
+                    start_node,
+                });
+            }
+        }
+        None
     }
 
     /// World position (m) of a material point, seen from the side of `start_node`; `None` outside
@@ -237,15 +307,23 @@ impl MapFrame<'_> {
         })
     }
 
-    /// Newton's method with step halving; `None` if it does not converge.
-    fn newton(&self, world: DVec3, start: u32) -> Option<(DVec3, usize)> {
+    /// Newton's method with step halving; `None` if it does not converge. Nodes with a `det F` below
+    /// `least` take no part.
+    fn newton(&self, world: DVec3, start: u32, least: f64) -> Option<(DVec3, Forward, usize)> {
         let map = self.map;
+        let around = |centre: DVec3, slack: f64| {
+            let mut nodes = self.connected(centre, slack, start);
+            if least > f64::NEG_INFINITY {
+                nodes.retain(|&node| self.gradients[node as usize].determinant() >= least);
+            }
+            nodes
+        };
         let bound = map.settings.tolerance * map.support_radii[start as usize];
         let mut material = self.affine(world, start)?;
         // One set of nodes serves all iterates that stay near its centre.
         let slack = SLACK * map.support_radii[start as usize];
         let mut centre = material;
-        let mut nodes = self.connected(centre, slack, start);
+        let mut nodes = around(centre, slack);
         let mut forward = self.forward(material, &nodes)?;
         for iterations in 1..=map.settings.iteration_limit {
             let residual = forward.position - world;
@@ -255,7 +333,7 @@ impl MapFrame<'_> {
                 let trial = material - step * share;
                 if (trial - centre).length_squared() > slack * slack {
                     centre = trial;
-                    nodes = self.connected(centre, slack, start);
+                    nodes = around(centre, slack);
                 }
                 let found = self.forward(trial, &nodes);
                 let better = found.filter(|f| {
@@ -278,7 +356,7 @@ impl MapFrame<'_> {
             let h = map.support_radii[start as usize];
             let left = (forward.position - world).length();
             if step <= bound || (share > 0.9 && step * step <= bound * h && left <= bound) {
-                return Some((material, iterations));
+                return Some((material, forward, iterations));
             }
         }
         None

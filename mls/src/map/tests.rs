@@ -187,6 +187,38 @@ fn flanks_of_an_open_cut_do_not_mix() {
     }
 }
 
+/// Two halves come apart: what lies in one of them is found there, what lies between them nowhere.
+#[test]
+fn a_preimage_is_in_tissue_or_not_at_all() {
+    let body = body();
+    let side = |x: DVec3| x.x < 0.5;
+    let mut map = body.map.clone();
+    let severed: Vec<f64> = (0..body.points.len())
+        .flat_map(|i| body.graph.row(i).iter().map(move |&j| (i, j as usize)))
+        .map(|(i, j)| f64::from(side(body.points[i]) == side(body.points[j])))
+        .collect();
+    let all: Vec<u32> = (0..u32::try_from(body.points.len()).unwrap()).collect();
+    map.update_rows(|pair| severed[pair], &all);
+    let open = |x: DVec3| x + DVec3::X * if side(x) { -0.06 } else { 0.06 };
+    let moved: Vec<DVec3> = body.points.iter().map(|&x| open(x)).collect();
+    let mut gradients = vec![DMat3::IDENTITY; moved.len()];
+    // What has turned inside out is no tissue.
+    gradients[body.points.len() / 2] = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
+    let frame = map.frame(&moved, &gradients).unwrap();
+    let seen = |node: u32, x: DVec3| side(body.points[node as usize]) == side(x);
+    let mut random = cloud::Random::new(8);
+    for _ in 0..300 {
+        let material = DVec3::splat(0.5) + random.vector(0.4);
+        let found = frame.preimage(open(material), 0.2, &seen).unwrap();
+        assert_below("halves", (found.position - material).length(), 1e-9);
+        assert!(seen(found.start_node, found.position));
+        assert_within("J", found.jacobian.determinant(), 1.0, 1e-9);
+        let between = DVec3::splat(0.5) + random.vector(0.4) * DVec3::new(0.14, 1.0, 1.0);
+        assert!(frame.preimage(between, 0.2, &seen).is_none(), "{between}");
+    }
+    assert!(frame.preimage(DVec3::splat(3.0), 0.2, &seen).is_none());
+}
+
 #[test]
 fn bad_input_is_named() {
     let body = body();

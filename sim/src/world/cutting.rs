@@ -1,10 +1,11 @@
 //! Blades that pass through a body: from the edge in the world to rows of the model.
 
 use glam::{DMat3, DVec3};
-use phyxel_enrich::{Bounds, CutSettings, Cuts, Graph, connected_pieces, nodes_in_small_pieces};
+use phyxel_enrich::{CutSettings, Cuts, Graph, Patch, connected_pieces, nodes_in_small_pieces};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
+use super::blade::{Blade, Tissue, reach_of};
 use super::body::Body;
 use super::energy::{CutEnergy, StrokeEnergy};
 use super::error::BodyProblem;
@@ -37,9 +38,10 @@ pub struct Cutting {
     map: MaterialMap,
     /// Neighbours and condition of each node before any cut.
     uncut: Vec<(usize, f64)>,
+    /// Open strokes.
     strokes: Vec<Stroke>,
-    /// Length (m) into which a blade's edge is divided before it is mapped.
-    division: f64,
+    /// Pairs that blades passed and that a cut's surface does not cross.
+    missed: usize,
     growth: f64,
     energy: CutEnergy,
     by_stroke: Vec<StrokeEnergy>,
@@ -50,9 +52,42 @@ pub struct Cutting {
 #[derive(Debug, Clone)]
 struct Stroke {
     cut: usize,
-    id: usize,
     /// Place among all strokes so far.
     number: usize,
+    /// Whether it has cut anything.
+    cuts: bool,
+    /// `None` in a stroke that is being replayed.
+    blade: Option<Blade>,
+}
+
+/// The blade of an open stroke, kept.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct OpenStroke {
+    cut: usize,
+    blade: Blade,
+}
+
+impl OpenStroke {
+    /// Whether it can be gone on from.
+    pub(super) fn is_sound(&self, nodes: usize) -> bool {
+        self.blade.is_sound(nodes)
+    }
+}
+
+/// What a blade's edge added to the cut, all in the material: doing it again gives the same cut.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sweep {
+    pub(super) patches: Vec<Patch>,
+    /// Ends of the front before and after it (m); `None` if nothing was added.
+    pub(super) ends: Option<[[DVec3; 2]; 2]>,
+}
+
+impl Sweep {
+    pub(super) fn is_finite(&self) -> bool {
+        let vertices = self.patches.iter().flat_map(|patch| &patch.vertices);
+        let ends = self.ends.iter().flatten().flatten();
+        vertices.chain(ends).all(|x| x.is_finite())
+    }
 }
 
 /// What a capture changed.
@@ -93,7 +128,7 @@ impl Cutting {
             map,
             uncut: supports_of_rows(body),
             strokes: Vec::new(),
-            division: spacing,
+            missed: 0,
             growth: 1.0,
             energy: CutEnergy::default(),
             by_stroke: Vec::new(),
@@ -132,6 +167,13 @@ impl Cutting {
         self.factors.severed_count()
     }
 
+    /// Pairs between whose nodes blades passed in the world while no surface of a cut crosses them: what
+    /// blades cut in tissue that the map does not resolve.
+    #[must_use]
+    pub fn missed_pairs(&self) -> usize {
+        self.missed
+    }
+
     /// Largest estimate of the largest eigenvalue so far, relative to the uncut body's.
     #[must_use]
     pub fn growth(&self) -> f64 {
@@ -166,25 +208,8 @@ impl Cutting {
         }
     }
 
-    /// A blade's edge in the world (m), mapped into the material.
-    pub(super) fn edge_in_material(
-        &self,
-        body: &Body,
-        edge: &[DVec3],
-    ) -> Result<Vec<DVec3>, BodyProblem> {
-        let gradients = body.elastic.deformation_gradients();
-        let frame = self.map.frame(body.motion.positions(), &gradients)?;
-        let reach = reach_of(body.motion.positions());
-        let world = divided(edge, self.division, &reach);
-        Ok(world
-            .iter()
-            .map(|&point| frame.to_material(point).position)
-            .collect())
-    }
-
-    /// Takes up an edge in material coordinates: spans the new piece of the cut, and changes
-    /// factors, rows, stiffness and the stable step where it passes. `weld_tolerance` is that of the cut (m),
-    /// if it has its own.
+    /// Takes up a blade's edge in the world (m): moves the front of its cut to where it is in the
+    /// tissue, and changes factors, rows, stiffness and the stable step where it passed.
     pub(super) fn capture(
         &mut self,
         body: &mut Body,
@@ -192,8 +217,10 @@ impl Cutting {
         weld_tolerance: Option<f64>,
         edge: &[DVec3],
         moment: Moment,
-    ) -> Result<Capture, BodyProblem> {
-        let (capture, touched, number) = self.grow(body, cut, weld_tolerance, edge, moment)?;
+    ) -> Result<(Capture, Sweep), BodyProblem> {
+        let (first, number) = self.begin(body, cut, weld_tolerance, moment);
+        let sweep = self.sweep(body, cut, edge, moment)?;
+        let (capture, touched) = self.grow(body, (cut, number), first, &sweep, moment)?;
         if capture.changed {
             let stored = body.motion.audit().elastic;
             let jump = body.reload()?;
@@ -203,7 +230,7 @@ impl Cutting {
                 self.fit_step(body, &touched)?;
             }
         }
-        Ok(capture)
+        Ok((capture, sweep))
     }
 
     /// Does again what [`Cutting::capture`] did with an edge, but for what depends on the motion.
@@ -213,66 +240,135 @@ impl Cutting {
         weld_tolerance: Option<f64>,
         incision: &Incision,
     ) -> Result<Capture, BodyProblem> {
-        let Incision {
-            cut, edge, moment, ..
-        } = incision;
-        let (capture, ..) = self.grow(body, *cut, weld_tolerance, edge, *moment)?;
+        let (first, number) = self.begin(body, incision.cut, weld_tolerance, incision.moment);
+        for patch in &incision.sweep.patches {
+            self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
+        }
+        let (cut, moment) = (incision.cut, incision.moment);
+        let (capture, _) = self.grow(body, (cut, number), first, &incision.sweep, moment)?;
         Ok(capture)
+    }
+
+    /// Blades of the open strokes.
+    pub(super) fn open_strokes(&self) -> Vec<OpenStroke> {
+        let open = self.strokes.iter().filter_map(|stroke| {
+            Some(OpenStroke {
+                cut: stroke.cut,
+                blade: stroke.blade.clone()?,
+            })
+        });
+        open.collect()
+    }
+
+    /// Gives replayed strokes their blades back.
+    pub(super) fn set_open_strokes(&mut self, open: Vec<OpenStroke>) {
+        for kept in open {
+            let stroke = self
+                .strokes
+                .iter_mut()
+                .find(|stroke| stroke.cut == kept.cut);
+            if let Some(stroke) = stroke {
+                stroke.blade.get_or_insert(kept.blade);
+            }
+        }
     }
 
     pub(super) fn set_growth(&mut self, growth: f64) {
         self.growth = growth;
     }
 
-    /// Spans the piece of the cut between the last edge and this one; the nodes it touched and the
-    /// stroke's number.
+    /// Begins a stroke if it is a new one; the number of the first triangle that follows, and the
+    /// stroke's.
+    fn begin(
+        &mut self,
+        body: &Body,
+        cut: usize,
+        weld_tolerance: Option<f64>,
+        moment: Moment,
+    ) -> (usize, usize) {
+        self.captures += 1;
+        let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
+        self.cuts
+            .set_weld_tolerance(weld_tolerance.unwrap_or(usual));
+        if moment == Moment::Start {
+            self.strokes.retain(|stroke| stroke.cut != cut);
+        }
+        let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
+        let number = open.map_or(self.by_stroke.len(), |stroke| stroke.number);
+        if open.is_none() {
+            self.by_stroke.push(StrokeEnergy::of(cut));
+            self.strokes.push(Stroke {
+                cut,
+                number,
+                cuts: false,
+                blade: None,
+            });
+        }
+        self.by_stroke[number].captures += 1;
+        (self.cuts.triangle_count(), number)
+    }
+
+    /// Moves the front of a stroke to where the blade's edge is now.
+    fn sweep(
+        &mut self,
+        body: &Body,
+        cut: usize,
+        edge: &[DVec3],
+        moment: Moment,
+    ) -> Result<Sweep, BodyProblem> {
+        let Some(stroke) = self.strokes.iter_mut().find(|stroke| stroke.cut == cut) else {
+            return Ok(Sweep::default());
+        };
+        let positions = body.motion.positions();
+        let blade = stroke
+            .blade
+            .get_or_insert_with(|| Blade::new(edge, body.spacing, &reach_of(positions)));
+        let gradients = body.elastic.deformation_gradients();
+        let tissue = Tissue {
+            body,
+            frame: self.map.frame(positions, &gradients)?,
+            factors: &self.factors,
+        };
+        let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &tissue, moment)?;
+        self.missed += missed;
+        Ok(sweep)
+    }
+
+    /// Carries what an edge added to the cut into factors and rows; the nodes it touched.
     fn grow(
         &mut self,
         body: &mut Body,
-        cut: usize,
-        weld_tolerance: Option<f64>,
-        edge: &[DVec3],
+        (cut, number): (usize, usize),
+        first: usize,
+        sweep: &Sweep,
         moment: Moment,
-    ) -> Result<(Capture, Vec<u32>, usize), BodyProblem> {
-        self.captures += 1;
-        let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
-        let (stroke, number) = match open {
-            Some(stroke) => (stroke.id, stroke.number),
-            None => {
-                let id = match weld_tolerance {
-                    Some(tolerance) => self.cuts.start_within(edge, tolerance)?,
-                    None => self.cuts.start(edge)?,
-                };
-                let number = self.by_stroke.len();
-                self.by_stroke.push(StrokeEnergy::of(cut));
-                self.strokes.push(Stroke { cut, id, number });
-                self.factors.start(id, edge);
-                (id, number)
+    ) -> Result<(Capture, Vec<u32>), BodyProblem> {
+        let new = first..self.cuts.triangle_count();
+        let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
+        let mut touched = Vec::new();
+        let stroke = self.strokes.iter_mut().find(|stroke| stroke.cut == cut);
+        if let (Some(stroke), Some([from, to])) = (stroke, &sweep.ends) {
+            if !stroke.cuts {
+                stroke.cuts = true;
+                self.factors.start(number, from);
             }
-        };
-        self.by_stroke[number].captures += 1;
-        if moment == Moment::Start {
-            return Ok((Capture::default(), Vec::new(), number));
+            let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
+            let inside = |point| body.solid.contains_within(point, round_off);
+            let graph = graph_of(body);
+            touched = self
+                .factors
+                .update(&graph, &self.cuts, new, (number, to), &inside)?;
         }
-        let new = self.cuts.append(stroke, edge)?;
         if moment == Moment::End {
-            self.cuts.end(stroke)?;
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
-        let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
-        let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
-        let inside = |point| body.solid.contains_within(point, round_off);
-        let graph = graph_of(body);
-        let touched = self
-            .factors
-            .update(&graph, &self.cuts, new, (stroke, edge), &inside)?;
         let changed = !touched.is_empty();
         if changed {
             self.updates += 1;
             self.by_stroke[number].updates += 1;
             self.reconnect(body, &touched)?;
         }
-        Ok((Capture { triangles, changed }, touched, number))
+        Ok((Capture { triangles, changed }, touched))
     }
 
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they
@@ -350,7 +446,7 @@ fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
 }
 
 /// The body's nodes and pairs, as the factors read them.
-fn graph_of(body: &Body) -> Graph<'_> {
+pub(super) fn graph_of(body: &Body) -> Graph<'_> {
     Graph::trusted(
         &body.rest,
         body.neighborhoods.offsets(),
@@ -364,94 +460,4 @@ fn with_neighbors(body: &Body, nodes: &[u32]) -> Vec<u32> {
         .iter()
         .map(|&node| body.neighborhoods.row(node as usize));
     rows.flatten().chain(nodes).copied().collect()
-}
-
-/// The box round some points, grown on every side by its diagonal: farther off nothing is cut.
-fn reach_of(points: &[DVec3]) -> Bounds {
-    let bounds = Bounds::of(points);
-    bounds.grown(bounds.low.distance(bounds.high))
-}
-
-/// Divides a polyline into pieces not longer than `length` (m) within `reach`; what lies beyond stays
-/// as it is, however long.
-fn divided(line: &[DVec3], length: f64, reach: &Bounds) -> Vec<DVec3> {
-    let mut points = Vec::new();
-    for pair in line.windows(2) {
-        let (from, to) = (pair[0], pair[1]);
-        let Some((start, end)) = within(from, to, reach) else {
-            points.push(from);
-            continue;
-        };
-        if start > 0.0 {
-            points.push(from);
-        }
-        let pieces = ((end - start) * from.distance(to) / length).ceil().max(1.0);
-        let mut piece = 0.0;
-        while piece < pieces {
-            points.push(from.lerp(to, start + (end - start) * (piece / pieces)));
-            piece += 1.0;
-        }
-        if end < 1.0 {
-            points.push(from.lerp(to, end));
-        }
-    }
-    points.extend(line.last());
-    points
-}
-
-/// The part of a way, from 0 to 1, that lies in a box, if any does.
-fn within(from: DVec3, to: DVec3, reach: &Bounds) -> Option<(f64, f64)> {
-    let (mut start, mut end) = (0.0_f64, 1.0_f64);
-    for axis in 0..3 {
-        let (x, way) = (from[axis], to[axis] - from[axis]);
-        let (low, high) = (reach.low[axis], reach.high[axis]);
-        if way == 0.0 {
-            if !(low..=high).contains(&x) {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = ((low - x) / way, (high - x) / way);
-        start = start.max(a.min(b));
-        end = end.min(a.max(b));
-    }
-    (start < end).then_some((start, end))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_divided_line_keeps_its_corners_and_has_no_long_piece() {
-        let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.25, 0.0)];
-        let near = Bounds::of(&line).grown(1.0);
-        let points = divided(&line, 0.3, &near);
-        for corner in line {
-            assert!(points.contains(&corner), "{corner} is lost");
-        }
-        for pair in points.windows(2) {
-            assert!(pair[0].distance(pair[1]) <= 0.3, "{pair:?} is too long");
-        }
-        assert_eq!(points.len(), 6, "4 pieces and 1");
-    }
-
-    #[test]
-    fn a_line_is_not_divided_far_from_the_body() {
-        let body = reach_of(&[DVec3::ZERO, DVec3::ONE]);
-        let middle = DVec3::splat(0.5);
-        let line = [middle - 1e6 * DVec3::X, middle + 1e6 * DVec3::X, middle];
-        let points = divided(&line, 0.1, &body);
-        assert!(points.len() < 150, "{} points", points.len());
-        for corner in line {
-            assert!(points.contains(&corner), "{corner} is lost");
-        }
-        for pair in points.windows(2) {
-            let near = within(pair[0], pair[1], &Bounds::of(&[DVec3::ZERO, DVec3::ONE]));
-            let length = pair[0].distance(pair[1]);
-            assert!(near.is_none() || length < 0.11, "{pair:?} is too long");
-        }
-        let away = [DVec3::splat(50.0), DVec3::splat(60.0)];
-        assert_eq!(divided(&away, 0.1, &body), away);
-    }
 }

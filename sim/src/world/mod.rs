@@ -3,6 +3,7 @@
 //! The world composes the leaves and computes no physics itself. It knows nothing of pictures and
 //! files; whoever runs it asks for them between two steps.
 
+mod blade;
 mod body;
 mod cutting;
 mod energy;
@@ -27,6 +28,7 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 
 pub use body::Body;
+use cutting::Sweep;
 pub use cutting::{Capture, Cutting, Moment};
 pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
@@ -489,7 +491,7 @@ impl World {
                 if cut.body.as_ref().is_some_and(|body| body != name) {
                     continue;
                 }
-                let (capture, edge) = member
+                let (capture, sweep) = member
                     .capture(index, cut, &edge, moment)
                     .map_err(|problem| problem.of(&member.body))?;
                 self.incisions.push(Incision {
@@ -497,7 +499,7 @@ impl World {
                     member: place,
                     cut: index,
                     moment,
-                    edge,
+                    sweep,
                 });
                 changed |= capture.changed;
                 self.cut_through[index] |= capture.changed;
@@ -544,25 +546,24 @@ fn touches_of(
 }
 
 impl Member {
-    /// Takes up a blade's edge (m); also the edge in the material.
+    /// Takes up a blade's edge (m); also what it added to the cut.
     fn capture(
         &mut self,
         index: usize,
         cut: &crate::scene::Cut,
         edge: &[DVec3],
         moment: Moment,
-    ) -> Result<(Capture, Vec<DVec3>), BodyProblem> {
+    ) -> Result<(Capture, Sweep), BodyProblem> {
         let (body, cutting) = self.with_cutting()?;
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
-        let edge = cutting.edge_in_material(body, edge)?;
-        let capture = cutting.capture(body, index, cut.weld_tolerance, &edge, moment)?;
+        let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
             for touch in &mut self.touches {
                 touch.tear(&self.body, cutting.factors())?;
             }
         }
-        Ok((capture, edge))
+        Ok((capture, sweep))
     }
 
     fn replay(

@@ -1,14 +1,14 @@
 //! A world's state, to be kept and gone on from.
 //!
 //! A scene says how bodies are built; what it does not say is where their nodes are, and what blades
-//! have done. Of a blade only its edges in the material are kept: taking them up again gives the same
-//! cut, factors and rows, to the bit.
+//! have done. Of a blade only what it added to the cut is kept, in the material: taking that up again
+//! gives the same cut, factors and rows, to the bit.
 
 use glam::DVec3;
 use phyxel_elastic::Offsets;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::{Cutting, Moment};
+use super::cutting::{Cutting, Moment, OpenStroke, Sweep};
 use super::energy::CutEnergy;
 use super::error::{BodyProblem, WorldError};
 use super::grip::{Adjusted, Grip};
@@ -48,6 +48,8 @@ pub(super) struct BodyState {
     growth: Option<f64>,
     cut_energy: Option<CutEnergy>,
     stroke_energies: Vec<CutEnergy>,
+    /// Blades that are in strokes.
+    strokes: Vec<OpenStroke>,
     /// What viscous materials remember, and the energy (J) they took up.
     history: Vec<[f64; 6]>,
     relaxed: f64,
@@ -124,6 +126,9 @@ impl Member {
             smallest_ratio: body.smallest_ratio,
             doubt: body.doubt,
             growth: cutting.as_ref().map(Cutting::growth),
+            strokes: cutting
+                .as_ref()
+                .map_or_else(Vec::new, Cutting::open_strokes),
             cut_energy: cutting.as_ref().map(Cutting::energy),
             stroke_energies: cutting.as_ref().map_or_else(Vec::new, |cutting| {
                 let strokes = cutting.by_stroke().iter();
@@ -161,11 +166,12 @@ impl Member {
             if let Some(energy) = state.cut_energy {
                 cutting.set_energy(energy, &state.stroke_energies);
             }
+            cutting.set_open_strokes(state.strokes);
         }
     }
 }
 
-/// A blade's edge as it was taken up.
+/// What a blade's edge did when it was taken up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Incision {
     /// Steps that had been taken.
@@ -175,8 +181,8 @@ pub(super) struct Incision {
     /// Index of the scene's cut.
     pub(super) cut: usize,
     pub(super) moment: Moment,
-    /// The edge in material coordinates (m).
-    pub(super) edge: Vec<DVec3>,
+    /// What it added to the cut.
+    pub(super) sweep: Sweep,
 }
 
 impl World {
@@ -248,7 +254,7 @@ impl World {
         let cuts = state.incisions.iter().all(|incision| {
             incision.member < members
                 && incision.cut < self.scene.cuts.len()
-                && incision.edge.iter().all(|x| x.is_finite())
+                && incision.sweep.is_finite()
         });
         let adjusted = state.adjusted;
         let sound = [
@@ -279,6 +285,13 @@ impl World {
         }
         for (index, Member { body, .. }) in self.members.iter().enumerate() {
             let kept = state.bodies.get(index);
+            let strokes = kept.map_or(&[][..], |kept| &kept.strokes);
+            if !strokes
+                .iter()
+                .all(|stroke| stroke.is_sound(body.rest.len()))
+            {
+                return Err(self.damaged(index, "its blades"));
+            }
             if kept.is_none_or(|kept| kept.fingerprint != body.fingerprint) {
                 return Err(WorldError::Body {
                     body: body.name.clone(),

@@ -1,0 +1,290 @@
+//! The embedded liver's cuts over node counts, captures and steps: how flat their surfaces are, what they
+//! sever, and how far they open.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+use phyxel::scene::{Capture, Scene, Target};
+use phyxel::world::{Member, World};
+use phyxel_enrich::connected_pieces;
+use serde::Serialize;
+
+use crate::batch::Case;
+use crate::error::StudyError;
+use crate::matrix::plain;
+use crate::row::Row;
+use crate::watch::{Options, run_with};
+
+/// Most that the area of a cut inside the body may be over the length of its area vector.
+pub const FLATNESS: f64 = 1.02;
+/// The node counts; captures and step factors are tried at the first.
+pub const NODES: [u32; 3] = [3000, 6000, 12_000];
+/// Ways (m) of the blade between two captures.
+pub const CAPTURES: [f64; 4] = [1e-3, 2e-3, 4e-3, 8e-3];
+/// Shares of the stable step.
+pub const STEP_FACTORS: [f64; 3] = [0.25, 0.5, 0.85];
+/// Those of the scene.
+const CAPTURE: f64 = 4e-3;
+const STEP_FACTOR: f64 = 0.85;
+/// Scene time (s) between the incision and the resection, at which the incision's opening is read.
+const BETWEEN: f64 = 1.75;
+/// Scene time (s) at which the tip is off.
+const END: f64 = 2.85;
+/// How often a triangle is divided into four to tell what of it lies in the body: the parts are a tenth
+/// of a spacing.
+const DIVISIONS: u32 = 3;
+/// Pairs that still link and are stretched this much are ties that a piece hangs on.
+const TIE: f64 = 3.0;
+
+/// One cut's surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Sheet {
+    /// Area (m²) inside the body.
+    pub area: f64,
+    /// Length (m²) of its area vector.
+    pub vector: f64,
+    /// Area (m²) whose normal points against the vector.
+    pub backwards: f64,
+}
+
+impl Sheet {
+    /// Area over the length of its vector: 1 if it is flat.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.area / self.vector
+    }
+}
+
+/// What was found of one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The incision's surface, and the resection's.
+    pub sheets: [Sheet; 2],
+    /// Pairs that the incision severed, lower node first.
+    pub severed: BTreeSet<[u32; 2]>,
+    /// Largest opening (m) of the incision before the resection.
+    pub opening: f64,
+    /// Pairs that blades passed and that no surface crosses.
+    pub missed: usize,
+    /// Linked pairs stretched threefold at the end.
+    pub ties: usize,
+    /// Nodes of the pieces at the end, largest first.
+    pub pieces: Vec<u32>,
+    /// Median time (s) from a blade's edge to the end of its step.
+    pub latency: f64,
+    /// Mean distance of neighbours (m).
+    pub spacing: f64,
+    /// The run's figures.
+    pub row: Row,
+}
+
+impl Finding {
+    /// Pairs that the incision severed times the square of the spacing (m²): the same whatever the nodes.
+    #[must_use]
+    pub fn severed_area(&self) -> f64 {
+        let pairs = u32::try_from(self.severed.len()).map_or(f64::INFINITY, f64::from);
+        pairs * self.spacing * self.spacing
+    }
+
+    /// Share of the pairs severed here or there that are severed here and there, if the nodes are the same.
+    #[must_use]
+    pub fn overlap(&self, other: &Self) -> Option<f64> {
+        let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
+        let both = count(self.severed.intersection(&other.severed).count());
+        let either = count(self.severed.union(&other.severed).count());
+        (self.row.nodes == other.row.nodes && either > 0.0).then(|| both / either)
+    }
+}
+
+/// The liver under every sampling, capture and step factor.
+///
+/// # Errors
+/// [`StudyError::Scene`].
+pub fn cases() -> Result<Vec<Case>, StudyError> {
+    let mut cases = Vec::new();
+    for nodes in NODES {
+        cases.push(case(nodes, CAPTURE, STEP_FACTOR)?);
+    }
+    for way in CAPTURES.into_iter().filter(|way| *way != CAPTURE) {
+        cases.push(case(NODES[0], way, STEP_FACTOR)?);
+    }
+    for factor in STEP_FACTORS
+        .into_iter()
+        .filter(|factor| *factor != STEP_FACTOR)
+    {
+        cases.push(case(NODES[0], CAPTURE, factor)?);
+    }
+    Ok(cases)
+}
+
+fn case(nodes: u32, way: f64, factor: f64) -> Result<Case, StudyError> {
+    let mut scene = plain("liver")?;
+    scene.bodies[0].sampling.target = Target::Nodes(nodes);
+    for cut in &mut scene.cuts {
+        cut.capture = Capture::Distance(way);
+    }
+    scene.integration.step_factor = factor;
+    scene.integration.duration = END;
+    Ok(Case {
+        name: format!("{nodes} nodes, every {} mm, step {factor}", 1e3 * way),
+        scene,
+    })
+}
+
+/// Runs one of [`cases`].
+#[must_use]
+pub fn measure(name: &str, scene: Scene) -> Finding {
+    let starts: Vec<f64> = scene.cuts.iter().map(phyxel::scene::Cut::start).collect();
+    let mut parts: [Vec<DVec3>; 2] = Default::default();
+    let mut seen = 0;
+    let mut found = Finding {
+        sheets: Default::default(),
+        severed: BTreeSet::new(),
+        opening: 0.0,
+        missed: 0,
+        ties: 0,
+        pieces: Vec::new(),
+        latency: f64::NAN,
+        spacing: f64::NAN,
+        row: Row::unbuilt(),
+    };
+    let row = run_with(name, scene, Options::default(), |world| {
+        let member = &world.members()[0];
+        let (Some(cutting), Some(now)) = (&member.cutting, world.scene_time()) else {
+            return;
+        };
+        let cuts = cutting.cuts();
+        if cuts.triangle_count() > seen {
+            let cut = starts.iter().rposition(|start| *start <= now).unwrap_or(0);
+            let solid = &member.body.solid;
+            for triangle in seen..cuts.triangle_count() {
+                let inside = |x: DVec3| solid.contains(x);
+                within(
+                    cuts.triangle(triangle),
+                    DIVISIONS,
+                    &inside,
+                    &mut parts[cut.min(1)],
+                );
+            }
+            seen = cuts.triangle_count();
+        }
+        if now < BETWEEN {
+            let at = world.steps();
+            // What is looked at every hundredth step only.
+            if at.is_multiple_of(100) {
+                (found.severed, found.opening) = severed(member);
+            }
+        }
+        if now + 2.0 * world.step_size() >= END {
+            finish(world, member, &mut found);
+        }
+    });
+    found.sheets = parts.map(|vectors| {
+        let sum: DVec3 = vectors.iter().sum();
+        let backwards = vectors.iter().filter(|vector| vector.dot(sum) < 0.0);
+        Sheet {
+            area: vectors.iter().map(|vector| vector.length()).sum(),
+            vector: sum.length(),
+            backwards: backwards.map(|vector| vector.length()).sum(),
+        }
+    });
+    found.row = row;
+    found
+}
+
+/// What is read at the end.
+fn finish(world: &World, member: &Member, found: &mut Finding) {
+    let Some(cutting) = &member.cutting else {
+        return;
+    };
+    let (body, graph) = (&member.body, &member.body.neighborhoods);
+    found.missed = cutting.missed_pairs();
+    found.spacing = body.spacing;
+    let weights = body.stencils.weights();
+    found.pieces = connected_pieces(graph.offsets(), graph.indices(), weights).sizes;
+    found.pieces.sort_unstable_by(|a, b| b.cmp(a));
+    let x = body.motion.positions();
+    found.ties = 0;
+    for i in 0..body.rest.len() {
+        for pair in graph.pairs(i) {
+            let j = graph.indices()[pair] as usize;
+            let stretch = x[i].distance(x[j]) / body.rest[i].distance(body.rest[j]);
+            let links = cutting.factors().factor(pair) > 0.0;
+            found.ties += usize::from(j > i && links && stretch > TIE);
+        }
+    }
+    let mut latencies = world.latencies().to_vec();
+    latencies.sort_by(f64::total_cmp);
+    if let Some(median) = latencies.get(latencies.len() / 2) {
+        found.latency = 1e-3 * median;
+    }
+}
+
+/// Severed pairs of a body, and by how much (m) the farthest have come apart.
+fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
+    let Some(cutting) = &member.cutting else {
+        return (BTreeSet::new(), 0.0);
+    };
+    let (body, graph) = (&member.body, &member.body.neighborhoods);
+    let x = body.motion.positions();
+    let (mut pairs, mut opening) = (BTreeSet::new(), 0.0_f64);
+    for (i, lower) in (0..body.rest.len()).zip(0_u32..) {
+        for pair in graph.pairs(i) {
+            let upper = graph.indices()[pair];
+            if upper > lower && cutting.factors().factor(pair) <= 0.0 {
+                let j = upper as usize;
+                let apart = x[i].distance(x[j]) - body.rest[i].distance(body.rest[j]);
+                opening = opening.max(apart);
+                pairs.insert([lower, upper]);
+            }
+        }
+    }
+    (pairs, opening)
+}
+
+/// Area vectors of the parts of a triangle that lie in the body.
+fn within(
+    [p, q, r]: [DVec3; 3],
+    divisions: u32,
+    inside: &dyn Fn(DVec3) -> bool,
+    out: &mut Vec<DVec3>,
+) {
+    if divisions == 0 {
+        if inside((p + q + r) / 3.0) {
+            out.push(0.5 * (q - p).cross(r - p));
+        }
+        return;
+    }
+    let (a, b, c) = (p.midpoint(q), q.midpoint(r), r.midpoint(p));
+    for part in [[p, a, c], [a, q, b], [c, b, r], [a, b, c]] {
+        within(part, divisions - 1, inside, out);
+    }
+}
+
+/// What breaks a bar, in words.
+#[must_use]
+pub fn breaches(finding: &Finding) -> Vec<String> {
+    let (mut found, row) = (Vec::new(), &finding.row);
+    if !row.ended {
+        found.push(format!("{}: does not end: {}", row.scene, row.error));
+        return found;
+    }
+    for (what, sheet) in ["incision", "resection"].iter().zip(&finding.sheets) {
+        let ratio = sheet.ratio();
+        if ratio.is_nan() || ratio > FLATNESS {
+            found.push(format!(
+                "{}: the {what}'s area is {ratio:.4} of its vector's, at most {FLATNESS}",
+                row.scene
+            ));
+        }
+    }
+    if finding.pieces.len() < 2 || finding.ties > 0 {
+        found.push(format!(
+            "{}: the tip hangs on: {} pieces, {} ties",
+            row.scene,
+            finding.pieces.len(),
+            finding.ties
+        ));
+    }
+    found
+}

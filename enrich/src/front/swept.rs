@@ -1,0 +1,141 @@
+//! Pairs that a blade has passed between.
+
+use glam::DVec3;
+
+use super::step::Surroundings;
+use super::{NEAR, Patch, THROUGH};
+use crate::cuts::Cuts;
+use crate::error::CutError;
+use crate::graph::Graph;
+use crate::index::Bounds;
+use crate::obstacle::{index32, share_to_zero};
+use crate::predicate::segment_crosses_triangle;
+
+/// A pair between whose nodes a blade has passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SweptPair {
+    /// Its nodes, the lower number first.
+    pub nodes: [u32; 2],
+    /// The place (m) on the line between them, in the material, that the blade passed.
+    pub point: DVec3,
+}
+
+/// Pairs whose nodes, where they are now, have some of the triangles between them that a blade swept
+/// through the world.
+///
+/// Exact, by the crate's tie rule. All pairs near the box round the triangles are looked at, however
+/// long they have become.
+///
+/// # Arguments
+/// * `present` -- the body's graph with positions x (m) in place of rest positions.
+/// * `rest` -- rest positions X (m), shape `(n)`.
+/// * `sweep` -- triangles in the world (m).
+/// * `known` -- whether a directed pair is known to be crossed by the cut, and need not be looked at.
+///
+/// # Panics
+/// If there is not one rest position per node.
+#[must_use]
+pub fn swept_pairs(
+    present: &Graph<'_>,
+    rest: &[DVec3],
+    sweep: &[[DVec3; 3]],
+    known: &dyn Fn(usize) -> bool,
+) -> Vec<SweptPair> {
+    assert_eq!(
+        rest.len(),
+        present.positions.len(),
+        "one rest position per node"
+    );
+    let boxes: Vec<Bounds> = sweep.iter().map(|corners| Bounds::of(corners)).collect();
+    let corners: Vec<DVec3> = sweep.iter().flatten().copied().collect();
+    let mut found = Vec::new();
+    if corners.is_empty() {
+        return found;
+    }
+    let whole = Bounds::of(&corners);
+    for i in 0..rest.len() {
+        let a = present.positions[i];
+        for pair in present.pairs(i) {
+            let j = present.indices[pair] as usize;
+            let b = present.positions[j];
+            let bounds = Bounds::of(&[a, b]);
+            if j < i || !bounds.meets(&whole) || known(pair) {
+                continue;
+            }
+            let passed = sweep.iter().zip(&boxes).find(|&(&[p, q, r], near)| {
+                bounds.meets(near) && segment_crosses_triangle(a, b, p, q, r)
+            });
+            let Some((&[p, q, r], _)) = passed else {
+                continue;
+            };
+            let normal = (q - p).cross(r - p);
+            let share = share_to_zero(normal.dot(a - p), normal.dot(b - p));
+            found.push(SweptPair {
+                nodes: [index32(i), index32(j)],
+                point: rest[i].lerp(rest[j], share),
+            });
+        }
+    }
+    found
+}
+
+/// Those of the swept pairs that the cut does not cross in the material.
+///
+/// Pairs that the blade passed beside the cut's surface, within half a spacing and not beyond its edge,
+/// are left out: there it is the cut that says on which side a node lies. To sever those pairs too would
+/// part the node from both sides, as a blade that passes it on the left and a sheet that passes it on
+/// the right would have it.
+///
+/// # Arguments
+/// * `swept` -- of [`swept_pairs`].
+/// * `rest` -- rest positions X (m), shape `(n)`.
+/// * `spacing` -- distance of the nodes (m).
+#[must_use]
+pub fn missed_pairs(
+    swept: &[SweptPair],
+    rest: &[DVec3],
+    cuts: &Cuts,
+    spacing: f64,
+) -> Vec<SweptPair> {
+    let is_missed = |pair: &&SweptPair| {
+        let [a, b] = pair.nodes.map(|node| rest[node as usize]);
+        let beside = || {
+            let sheet = cuts.nearest(pair.point, NEAR * spacing);
+            sheet.is_some_and(|sheet| {
+                let hair = 1e-6 * spacing;
+                cuts.nearest_free_edge(sheet.point, hair).is_none()
+            })
+        };
+        !cuts.crosses(a, b) && !beside()
+    };
+    swept.iter().filter(is_missed).copied().collect()
+}
+
+/// Carries the nearest free edge of a cut on through a material point (m), by one triangle.
+///
+/// # Returns
+/// What was added; empty if no edge lies within two spacings.
+///
+/// # Errors
+/// [`CutError::NotFinite`]; the cut is then unchanged.
+pub fn close_edge(
+    cuts: &mut Cuts,
+    point: DVec3,
+    spacing: f64,
+    inside: &dyn Fn(DVec3) -> bool,
+) -> Result<Patch, CutError> {
+    let Some(([p, q], from)) = cuts.nearest_free_edge(point, 2.0 * spacing) else {
+        return Ok(Patch::default());
+    };
+    let way = (point - from).normalize_or_zero();
+    let reach = THROUGH * spacing;
+    let around = Surroundings { cuts, inside };
+    let beyond = around.beyond(point, way, reach, spacing);
+    let patch = Patch {
+        vertices: vec![p, q, beyond.map_or(point + way * reach, |(_, at)| at)],
+        triangles: vec![[0, 1, 2]],
+    };
+    cuts.add_surface(&patch.vertices, &patch.triangles)?;
+    Ok(patch)
+}

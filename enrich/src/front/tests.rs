@@ -1,0 +1,412 @@
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::*;
+use crate::cuts::CutSettings;
+use crate::factors::{FactorSettings, PairFactors};
+use crate::graph::Graph;
+use crate::pieces::connected_pieces;
+
+/// Half the width of the block; its nodes lie one apart.
+const HALF: f64 = 3.0;
+
+/// A block of nodes at rest, in which the material is the world.
+struct Block {
+    nodes: Vec<DVec3>,
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Block {
+    fn new() -> Self {
+        let at = |k: u32| f64::from(k) - HALF;
+        let nodes: Vec<DVec3> = (0..7 * 7 * 7)
+            .map(|k| DVec3::new(at(k % 7), at(k / 7 % 7), at(k / 49)))
+            .collect();
+        let (mut offsets, mut indices) = (vec![0], Vec::new());
+        for (i, x) in nodes.iter().enumerate() {
+            let near = nodes
+                .iter()
+                .enumerate()
+                .filter(|&(j, y)| i != j && x.distance(*y) < 1.8);
+            indices.extend(near.map(|(j, _)| u32::try_from(j).unwrap()));
+            offsets.push(u32::try_from(indices.len()).unwrap());
+        }
+        Self {
+            nodes,
+            offsets,
+            indices,
+        }
+    }
+
+    fn graph(&self) -> Graph<'_> {
+        Graph::new(&self.nodes, &self.offsets, &self.indices).unwrap()
+    }
+
+    /// Nodes on each side once a blade has been where `path` says.
+    fn pieces(&self, cuts: &Cuts) -> Vec<u32> {
+        let mut factors = PairFactors::new(&self.graph(), &FactorSettings::default());
+        factors.update(&self.graph(), cuts, 0..cuts.triangle_count(), &inside);
+        let mut sizes = connected_pieces(&self.offsets, &self.indices, &factors.to_vec()).sizes;
+        sizes.sort_unstable_by(|a, b| b.cmp(a));
+        sizes
+    }
+}
+
+fn inside(x: DVec3) -> bool {
+    x.abs().max_element() <= HALF
+}
+
+fn place(from: DVec3, to: DVec3) -> Place {
+    if inside(to) {
+        Place::Inside {
+            at: to,
+            came: to - from,
+        }
+    } else if (to.abs() - HALF).max_element() < 1.0 {
+        Place::Outside { at: to }
+    } else {
+        Place::Air
+    }
+}
+
+/// A blade of 13 points, one apart, along y.
+fn edge(x: f64, z: f64) -> Vec<DVec3> {
+    (0..13)
+        .map(|k| DVec3::new(x, f64::from(k) - 6.3, z))
+        .collect()
+}
+
+/// Leads a blade along places; asserts that the cut crosses all that it sweeps.
+fn lead(block: &Block, path: &[Vec<DVec3>]) -> Cuts {
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    lead_into(block, &mut cuts, path);
+    cuts
+}
+
+fn lead_into(block: &Block, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
+    let mut front = Front::new(path[0].len(), 1.0);
+    let mut last = &path[0];
+    for now in path {
+        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let moved = last[0].distance(now[0]);
+        front.advance(cuts, &places, moved, &inside).unwrap();
+        let sweep: Vec<[DVec3; 3]> = (last.windows(2).zip(now.windows(2)))
+            .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
+            .collect();
+        let graph = block.graph();
+        let swept = swept_pairs(&graph, &block.nodes, &sweep, &|_| false);
+        let missed = |cuts: &Cuts| missed_pairs(&swept, &block.nodes, cuts, 1.0);
+        let points: Vec<DVec3> = missed(cuts).iter().map(|pair| pair.point).collect();
+        front.reach(cuts, &points, &inside).unwrap();
+        for pair in missed(cuts) {
+            close_edge(cuts, pair.point, 1.0, &inside).unwrap();
+        }
+        let left = missed(cuts);
+        assert!(left.is_empty(), "at {}: {left:?}", now[0]);
+        last = now;
+    }
+}
+
+/// From above the block down to a height, in steps of 0.45.
+fn down(x: f64, end: f64) -> Vec<Vec<DVec3>> {
+    let count = ((5.0 - end) / 0.45).ceil();
+    let mut path = Vec::new();
+    let mut step = 0.0;
+    while step <= count {
+        path.push(edge(x, 5.0 + (end - 5.0) * (step / count)));
+        step += 1.0;
+    }
+    path
+}
+
+/// Area over the length of its vector, and the area that faces backwards.
+fn folds(cuts: &Cuts) -> (f64, f64) {
+    let all = 0..cuts.triangle_count();
+    let vectors: Vec<DVec3> = all.map(|t| cuts.area(t) * cuts.normal(t)).collect();
+    let sum: DVec3 = vectors.iter().sum();
+    let area: f64 = vectors.iter().map(|v| v.length()).sum();
+    let back = vectors.iter().filter(|v| v.dot(sum) < 0.0);
+    (area / sum.length(), back.map(|v| v.length()).sum())
+}
+
+#[test]
+fn a_blade_that_ends_on_the_surface_or_a_little_short_of_it_severs_the_block() {
+    let block = Block::new();
+    for offset in 0..24 {
+        let x = -0.5 + f64::from(offset) / 24.0 + 1e-3;
+        for short in [0.0, 0.05, -0.2] {
+            let cuts = lead(&block, &down(x, -HALF + short));
+            let sizes = block.pieces(&cuts);
+            assert_eq!(sizes.len(), 2, "x {x}, {short} short: {sizes:?}");
+            assert!(folds(&cuts).0 < 1.0 + 1e-9, "x {x}: {:?}", folds(&cuts));
+        }
+    }
+}
+
+#[test]
+fn a_blade_that_ends_inside_leaves_the_rest() {
+    let block = Block::new();
+    let cuts = lead(&block, &down(0.3, -1.4));
+    assert_eq!(block.pieces(&cuts), [343]);
+    let (vertices, _) = cuts.surface();
+    let lowest = vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+    assert!((lowest + 1.4).abs() <= SKIN, "the cut ends at {lowest}");
+}
+
+#[test]
+fn a_blade_that_trembles_cuts_once() {
+    let block = Block::new();
+    for tremble in [0.1, 0.2] {
+        let mut path = Vec::new();
+        for step in 0..60 {
+            let t = f64::from(step);
+            // Two steps forward and one back, to and fro.
+            let z = 5.0 - 0.15 * t + 0.2 * (t * TAU / 3.0).sin();
+            path.push(edge(0.3 + tremble * (0.7 * t).sin(), z.max(-3.4)));
+        }
+        path.push(edge(0.3, -3.4));
+        let cuts = lead(&block, &path);
+        assert_eq!(block.pieces(&cuts).len(), 2, "tremble {tremble}");
+        let (ratio, back) = folds(&cuts);
+        assert!(back < 1e-9, "tremble {tremble}: {back} faces backwards");
+        assert!(ratio < 1.0 + 2.0 * tremble, "tremble {tremble}: {ratio}");
+    }
+}
+
+#[test]
+fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
+    let block = Block::new();
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut front = Front::new(13, 1.0);
+    let path = down(0.3, 0.0);
+    let mut last = path[0].clone();
+    let mut go = |front: &mut Front, cuts: &mut Cuts, now: &[DVec3], gap: bool| {
+        let places: Vec<Place> = (last.iter().zip(now))
+            .map(|(a, b)| match place(*a, *b) {
+                Place::Inside { .. } if gap => Place::Gap,
+                place => place,
+            })
+            .collect();
+        last = now.to_vec();
+        front.advance(cuts, &places, 0.45, &inside).unwrap()
+    };
+    for now in &path {
+        go(&mut front, &mut cuts, now, false);
+    }
+    let before = cuts.triangle_count();
+    let back = [
+        edge(0.3, 0.0),
+        edge(0.3, 0.4),
+        edge(0.35, 0.8),
+        edge(0.3, 0.2),
+    ];
+    for (k, now) in back.iter().enumerate() {
+        let patch = go(&mut front, &mut cuts, now, k % 2 == 1);
+        assert!(patch.triangles.is_empty(), "place {k}: {patch:?}");
+    }
+    assert_eq!(cuts.triangle_count(), before);
+    go(&mut front, &mut cuts, &edge(0.3, -0.3), false);
+    assert!(
+        cuts.triangle_count() > before,
+        "it goes on from where it was"
+    );
+    let inner = block.nodes.len();
+    assert_eq!(block.pieces(&cuts), [u32::try_from(inner).unwrap()]);
+}
+
+#[test]
+fn a_branch_starts_through_the_sheet_and_severs() {
+    let block = Block::new();
+    // Down the middle and out, then sideways out of the gap.
+    let mut cuts = lead(&block, &down(0.3, -3.4));
+    let mut front = Front::new(13, 1.0);
+    let line = |x: f64| -> Vec<DVec3> {
+        (0..13)
+            .map(|k| DVec3::new(x, f64::from(k) - 6.3, 0.4))
+            .collect()
+    };
+    let mut last = line(0.3);
+    for step in 0..10 {
+        let now = line(0.3 + 0.4 * f64::from(step));
+        let places: Vec<Place> = (last.iter().zip(&now))
+            .map(|(a, b)| match place(*a, *b) {
+                Place::Inside { .. } if step == 0 => Place::Gap,
+                place => place,
+            })
+            .collect();
+        front.advance(&mut cuts, &places, 0.4, &inside).unwrap();
+        last = now;
+    }
+    assert_eq!(block.pieces(&cuts).len(), 3, "{:?}", block.pieces(&cuts));
+}
+
+#[test]
+fn the_same_patches_give_the_same_cut() {
+    let path = down(0.3, -3.4);
+    let (mut cuts, mut again) = {
+        let settings = CutSettings::for_spacing(1.0);
+        (Cuts::new(&settings), Cuts::new(&settings))
+    };
+    let mut front = Front::new(13, 1.0);
+    let mut last = path[0].clone();
+    for now in &path {
+        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+        again
+            .add_surface(&patch.vertices, &patch.triangles)
+            .unwrap();
+        last.clone_from(now);
+    }
+    assert_eq!(cuts.surface(), again.surface());
+    assert!(front.points().all(|at| at.is_none()), "the blade is out");
+}
+
+#[test]
+fn the_edge_of_a_cut_is_carried_through_a_point() {
+    let block = Block::new();
+    let mut cuts = lead(&block, &down(0.3, 0.2));
+    let pair = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(1.0, 0.0, -0.4)];
+    assert!(!cuts.crosses(pair[0], pair[1]));
+    close_edge(&mut cuts, pair[0].midpoint(pair[1]), 1.0, &inside).unwrap();
+    assert!(cuts.crosses(pair[0], pair[1]));
+    let far = close_edge(&mut cuts, DVec3::splat(-2.9), 0.1, &inside).unwrap();
+    assert!(far.triangles.is_empty());
+}
+
+#[test]
+fn cuts_across_each_other_dice_the_block() {
+    let block = Block::new();
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    for axis in 0..3 {
+        for side in [-1.2, 1.2] {
+            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+            let middle = DVec3::AXES[axis] * side;
+            let edge = |t: f64| -> Vec<DVec3> {
+                (0..13)
+                    .map(|k| middle + v * t + u * (f64::from(k) - 6.3))
+                    .collect()
+            };
+            let mut path = Vec::new();
+            let mut t = -5.0;
+            while t < 5.0 {
+                path.push(edge(t));
+                t += 0.45;
+            }
+            lead_into(&block, &mut cuts, &path);
+            println!(
+                "axis {axis} side {side}: {} pieces",
+                block.pieces(&cuts).len()
+            );
+        }
+    }
+    let sizes = block.pieces(&cuts);
+    assert_eq!(sizes.len(), 27, "{sizes:?}");
+}
+
+/// A blade along y at a height, from one x to another, in steps of 0.45 or less.
+fn sideways(from: f64, to: f64, z: f64) -> Vec<Vec<DVec3>> {
+    let count = ((to - from).abs() / 0.45).ceil();
+    let mut path = Vec::new();
+    let mut step = 0.0;
+    while step <= count {
+        path.push(edge(from + (to - from) * (step / count), z));
+        step += 1.0;
+    }
+    path
+}
+
+#[test]
+fn a_blade_that_ends_at_a_face_of_an_older_sheet_severs() {
+    let block = Block::new();
+    let face = 0.3;
+    for end in [0.09, 0.05, 0.0, -0.05, -0.2] {
+        let mut cuts = lead(&block, &down(face, -3.4));
+        lead_into(&block, &mut cuts, &sideways(5.0, face + end, 0.4));
+        let sizes = block.pieces(&cuts);
+        assert_eq!(sizes.len(), 3, "{end} from the face: {sizes:?}");
+    }
+}
+
+#[test]
+fn a_blade_that_is_put_in_beside_a_sheet_severs_where_it_leaves_it() {
+    let block = Block::new();
+    let face = 0.3;
+    for beside in [0.0, 0.04, 0.09, -0.2] {
+        let mut cuts = lead(&block, &down(face, -3.4));
+        lead_into(&block, &mut cuts, &sideways(face + beside, 4.0, 0.4));
+        let sizes = block.pieces(&cuts);
+        assert_eq!(sizes.len(), 3, "{beside} beside the face: {sizes:?}");
+    }
+}
+
+#[test]
+fn a_blade_that_is_put_in_near_a_sheet_does_not_turn_to_it() {
+    let block = Block::new();
+    let mut cuts = lead(&block, &down(1.3, -3.4));
+    let older = cuts.triangle_count();
+    lead_into(&block, &mut cuts, &sideways(0.2, -1.6, 0.4));
+    for t in older..cuts.triangle_count() {
+        let corners = cuts.triangle(t);
+        let highest = corners.map(|x| x.x).into_iter().fold(-9.0, f64::max);
+        assert!(highest < 0.2 + 1e-9, "{corners:?} reaches back");
+    }
+}
+
+#[test]
+fn the_front_is_led_to_points_straight_ahead_of_it_only() {
+    let block = Block::new();
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut front = Front::new(13, 1.0);
+    let path = down(0.3, 0.2);
+    let mut last = &path[0];
+    for now in &path {
+        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+        last = now;
+    }
+    let across = |z: f64, y: f64| cuts_at(DVec3::new(0.3, y, z));
+    let before = cuts.triangle_count();
+    let [a, b] = across(-0.3, 0.8);
+    assert!(!cuts.crosses(a, b));
+    front
+        .reach(&mut cuts, &[DVec3::new(0.3, 0.8, -0.3)], &inside)
+        .unwrap();
+    assert!(cuts.crosses(a, b), "it lies between two samples");
+    let sheet = before..cuts.triangle_count();
+    let area: f64 = sheet.map(|t| cuts.area(t)).sum();
+    // Two samples go on by 0.65, and their neighbours stay: a trapezoid of 1 and 3.
+    assert!((area - 0.65 * 2.0).abs() < 1e-9, "{area}");
+    let again = front.reach(&mut cuts, &[DVec3::new(0.3, 0.8, 1.0)], &inside);
+    assert!(again.unwrap().triangles.is_empty(), "behind it");
+    let again = front.reach(&mut cuts, &[DVec3::new(0.9, 0.8, -0.5)], &inside);
+    assert!(again.unwrap().triangles.is_empty(), "beside it");
+    assert!(front.is_sound() && block.nodes.len() == 343);
+}
+
+/// A segment through a point, across the plane x.
+fn cuts_at(point: DVec3) -> [DVec3; 2] {
+    [point - DVec3::X * 0.4, point + DVec3::X * 0.4]
+}
+
+#[test]
+fn the_edge_that_is_carried_on_lies_across_the_way() {
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+    let corners = corners.map(|[x, y]| DVec3::new(x, y, 0.0));
+    cuts.add_surface(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+    // Off the corner, along one of the edges that meet there.
+    for point in [DVec3::new(2.5, 1.999, 0.0), DVec3::new(1.999, 2.5, 0.0)] {
+        let patch = close_edge(&mut cuts.clone(), point, 1.0, &inside).unwrap();
+        let [p, q, r] = [0, 1, 2].map(|k| patch.vertices[k]);
+        let area = 0.5 * (q - p).cross(r - p).length();
+        assert!(area > 0.4, "{point}: {patch:?}");
+    }
+    for point in [DVec3::new(2.6, 2.0001, 0.0), DVec3::new(2.0001, 2.6, 0.0)] {
+        let patch = close_edge(&mut cuts.clone(), point, 1.0, &inside).unwrap();
+        let [p, q, r] = [0, 1, 2].map(|k| patch.vertices[k]);
+        let area = 0.5 * (q - p).cross(r - p).length();
+        assert!(area > 0.4, "{point}: {patch:?}");
+    }
+}
