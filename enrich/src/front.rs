@@ -75,6 +75,8 @@ pub struct Front {
     /// Distance of the nodes (m).
     spacing: f64,
     samples: Vec<Sample>,
+    /// First and last point (m) where the sheet began, and of the front when it moved last.
+    line: Option<[[DVec3; 2]; 2]>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -125,6 +127,7 @@ impl Front {
         Self {
             spacing,
             samples: vec![sample; samples],
+            line: None,
         }
     }
 
@@ -149,8 +152,10 @@ impl Front {
         let hangs = |(k, sample): (usize, &Sample)| {
             !sample.joined || next(k).is_some_and(|next| next.anchor.is_some())
         };
+        let mut line = self.line.iter().flatten().flatten();
         self.spacing > 0.0
             && self.spacing.is_finite()
+            && line.all(|x| x.is_finite())
             && self
                 .samples
                 .iter()
@@ -164,16 +169,11 @@ impl Front {
         anchors.map(|anchor| anchor.map(|anchor| anchor.at))
     }
 
-    /// First and last point of the front (m), also those beyond the surface; `None` if there is none.
+    /// First and last point (m) of the line at which the sheet began, and of the front when it moved
+    /// last, also those beyond the surface; `None` if there is no sheet yet.
     #[must_use]
-    pub fn ends(&self) -> Option<[DVec3; 2]> {
-        let mut anchors = self.samples.iter().filter_map(|s| s.anchor.as_ref());
-        let first = anchors.next()?;
-        let last = anchors.next_back().unwrap_or(first);
-        Some([
-            first.before.unwrap_or(first.at),
-            last.after.unwrap_or(last.at),
-        ])
+    pub fn line(&self) -> Option<[[DVec3; 2]; 2]> {
+        self.line
     }
 
     /// Moves the front to where the blade is now, and adds the strip to the cut.

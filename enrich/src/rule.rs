@@ -93,7 +93,7 @@ impl Rule {
             Self::Visibility => None,
             Self::Detour => detour(cut, a, b, reach, inside, &mut scratch.ways),
             Self::Transparency { kappa, exponent } => {
-                transparency_depth(cut, a, b, kappa * reach, scratch)
+                transparency_depth(cut, a, b, kappa * reach, inside, scratch)
                     .map(|depth| direct + reach * (depth / (kappa * reach)).powf(exponent))
             }
         };
@@ -107,13 +107,14 @@ impl Rule {
     }
 }
 
-/// Largest distance, over the pieces that `ab` crosses, of the crossing from the nearest edge; none
-/// if it is `limit` or more.
+/// Largest distance, over the pieces that `ab` crosses, of the crossing from the nearest edge inside the
+/// body; none if it is `limit` or more.
 fn transparency_depth<C: Obstacle>(
     cut: &C,
     a: DVec3,
     b: DVec3,
     limit: f64,
+    inside: &(dyn Fn(DVec3) -> bool + Sync),
     scratch: &mut Scratch,
 ) -> Option<f64> {
     let mut pieces = Vec::new();
@@ -128,6 +129,7 @@ fn transparency_depth<C: Obstacle>(
         let nearest = scratch
             .near
             .iter()
+            .filter(|&&bend| inside(cut.bend(bend, at, at).point))
             .map(|&bend| cut.bend_distance(bend, at))
             .fold(f64::INFINITY, f64::min);
         depth = depth.max(nearest);

@@ -31,12 +31,14 @@ impl Front {
     ) -> Result<Patch, CutError> {
         let mut corners: Vec<[DVec3; 3]> = Vec::new();
         let mut fronts: Vec<Vec<Vertex>> = Vec::new();
+        let mut before: Vec<DVec3> = Vec::new();
         let around = Surroundings { cuts, inside };
         for run in self.runs(steps) {
             let mut old = self.old_front(&run, steps);
             let new = self.new_front(&run, steps, places, &around);
             carry_back_ends(&mut old, &new, steps);
             span(&old, &new, &mut corners);
+            before.extend(old.iter().map(|vertex| vertex.at));
             fronts.push(new);
         }
         let patch = patch_of(&corners);
@@ -49,6 +51,13 @@ impl Front {
             for vertex in front {
                 vertex.at = place_of(vertex.at);
             }
+        }
+        let after: Vec<DVec3> = fronts.iter().flatten().map(|vertex| vertex.at).collect();
+        let ends = |line: &[DVec3]| Some([*line.first()?, *line.last()?]);
+        if let (false, Some(old), Some(new)) =
+            (patch.triangles.is_empty(), ends(&before), ends(&after))
+        {
+            self.line = Some([self.line.map_or(old, |[start, _]| start), new]);
         }
         self.settle(steps, &fronts);
         Ok(patch)
@@ -88,11 +97,11 @@ impl Front {
 
     fn old_front(&self, &[first, last]: &[usize; 2], steps: &[Step]) -> Vec<Vertex> {
         let mut front: Vec<Vertex> = Vec::new();
-        for k in first..=last {
+        for (k, step) in steps.iter().enumerate().take(last + 1).skip(first) {
             let anchor = self.samples[k].anchor.as_ref();
             let at = place_along(k);
-            let start = steps[k].ends(anchor).map(|[start, _]| start);
-            let old = anchor.filter(|_| steps[k].goes_on());
+            let start = step.ends(anchor).map(|[start, _]| start);
+            let old = anchor.filter(|_| step.goes_on());
             let vertex =
                 |place: f64, at: Option<DVec3>, sample| at.map(|at| Vertex { place, at, sample });
             let before = vertex(at - 0.5, old.and_then(|anchor| anchor.before), None);

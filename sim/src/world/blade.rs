@@ -86,7 +86,7 @@ impl Blade {
         };
         let inside = |point: DVec3| tissue.body.solid.contains(point);
         let mut patches = Vec::new();
-        let before = self.front.ends();
+        let before = self.front.line();
         let mut from = self.last.clone();
         for share in self.looks(&now, tissue.body) {
             let to: Vec<DVec3> = (self.last.iter().zip(&now))
@@ -102,13 +102,8 @@ impl Blade {
         let missed = self.settle_debts(&now, cuts, tissue, moment, &mut patches)?;
         self.last = now;
         patches.retain(|patch: &Patch| !patch.triangles.is_empty());
-        let ends = (!patches.is_empty()).then(|| {
-            let first = patches.first().and_then(|patch| patch.vertices.first());
-            let last = patches.last().and_then(|patch| patch.vertices.last());
-            let [a, b] = [first, last].map(|end| end.copied().unwrap_or(DVec3::ZERO));
-            let now = self.front.ends().unwrap_or([a, b]);
-            [before.unwrap_or([a, b]), now]
-        });
+        let ends = self.front.line().filter(|_| !patches.is_empty());
+        let ends = ends.map(|[start, now]| [before.map_or(start, |[_, before]| before), now]);
         Ok((Sweep { patches, ends }, missed))
     }
 

@@ -347,17 +347,19 @@ impl Cutting {
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let mut touched = Vec::new();
         let stroke = self.strokes.iter_mut().find(|stroke| stroke.cut == cut);
-        if let (Some(stroke), Some([from, to])) = (stroke, &sweep.ends) {
-            if !stroke.cuts {
+        if let (Some(stroke), false) = (stroke, new.is_empty()) {
+            if let (false, Some(ends)) = (stroke.cuts, &sweep.ends) {
                 stroke.cuts = true;
-                self.factors.start(number, from);
+                self.factors.start(number, &ends[0]);
             }
+            // Without a front, at the edge of an older sheet, it has no ends and is no piece of a grid.
+            let ends = &sweep.ends.unwrap_or_default();
             let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
             let inside = |point| body.solid.contains_within(point, round_off);
             let graph = graph_of(body);
             touched = self
                 .factors
-                .update(&graph, &self.cuts, new, (number, to), &inside)?;
+                .update(&graph, &self.cuts, new, (number, ends), &inside)?;
         }
         if moment == Moment::End {
             self.strokes.retain(|stroke| stroke.cut != cut);

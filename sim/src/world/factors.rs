@@ -105,12 +105,15 @@ impl Factors {
         graph: &Graph<'_>,
         cuts: &Cuts,
         new: Range<usize>,
-        (stroke, edge): (usize, &[DVec3]),
+        (stroke, [before, edge]): (usize, &[[DVec3; 2]; 2]),
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Result<Vec<u32>, BodyProblem> {
         match self {
             Self::Pairs(factors) => Ok(factors.update(graph, cuts, new, inside).nodes),
-            Self::Grids(_) if new.is_empty() => Ok(Vec::new()),
+            // A grid's piece lies between two edges: no edge and no way, no piece.
+            Self::Grids(_) if new.is_empty() || edge[0] == edge[1] || before == edge => {
+                Ok(Vec::new())
+            }
             Self::Grids(grids) => Ok(grids.update(graph, stroke, edge)?),
         }
     }
