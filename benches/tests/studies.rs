@@ -137,6 +137,12 @@ fn hertz_study_meets_the_block_and_the_half_space() {
     // Nodal volumes of eqs (17) and (18) sum to half as much again as the cube's.
     let paper = errors("dissertation");
     assert!(paper.iter().all(|error| *error > 15.0), "{paper:?}");
+    // The other program's elements and ours are those of one cube.
+    let other = errors("another program");
+    assert!(other[0].abs() < 5.0, "{other:?}");
+    // Elements of order 2 come near with few nodes.
+    let quadratic = errors("triquadratic");
+    assert!(quadratic[1].abs() < 4.0, "{quadratic:?}");
     let space = entries(&findings, "half-space", "force");
     assert!(space[0].1.abs() < 6.0, "{space:?}");
     let (_, blocks) = &entries(&findings, "half-space", "block")[0];

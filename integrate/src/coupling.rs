@@ -39,6 +39,27 @@ impl Coupling {
         }
     }
 
+    /// The rows of a stiffness matrix (CSR) as they are: symmetric, rising, each with its own node.
+    ///
+    /// # Panics
+    /// If the CSR arrays do not fit each other, or a row does not rise or lacks its own node.
+    #[must_use]
+    pub fn of_rows(offsets: Vec<u32>, indices: Vec<u32>) -> Self {
+        assert_eq!(
+            offsets.last().map_or(0, |end| *end as usize),
+            indices.len(),
+            "the last offset is the number of entries"
+        );
+        let found = Self { offsets, indices };
+        for node in 0..found.node_count() {
+            let row = found.row(node);
+            assert!(row.is_sorted_by(|a, b| a < b), "row {node} rises");
+            let own = |i: &u32| *i as usize == node;
+            assert!(row.iter().any(own), "row {node} has its own node");
+        }
+        found
+    }
+
     /// Number of nodes.
     #[must_use]
     pub fn node_count(&self) -> usize {
@@ -98,6 +119,20 @@ mod tests {
         assert_eq!(coupling.node_count(), 5, "nodes");
         assert_eq!(coupling.row(0), [0, 1, 2], "end");
         assert_eq!(coupling.row(2), [0, 1, 2, 3, 4], "middle");
+    }
+
+    #[test]
+    fn rows_of_a_matrix_are_taken_as_they_are() {
+        let coupling = Coupling::of_rows(vec![0, 2, 5, 7], vec![0, 1, 0, 1, 2, 1, 2]);
+        assert_eq!(coupling.node_count(), 3, "nodes");
+        assert_eq!(coupling.row(1), [0, 1, 2], "middle");
+        assert_eq!(coupling.row(2), [1, 2], "end");
+    }
+
+    #[test]
+    #[should_panic(expected = "row 1 has its own node")]
+    fn a_row_without_its_own_node_is_refused() {
+        let _ = Coupling::of_rows(vec![0, 2, 3], vec![0, 1, 0]);
     }
 
     #[test]

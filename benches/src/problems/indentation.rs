@@ -4,11 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactPoint, ContactSettings, ContactSurface, NewtonSettings, Pose, Pressed, Shape,
-    StaticLoad, StaticReport, Supports, penalty, solve_static,
+    Contact, ContactPoint, ContactSettings, ContactSurface, ForceLaw, NewtonSettings, Pose,
+    Preconditioner, Pressed, Shape, StaticLoad, StaticReport, Supports, penalty, solve_static,
 };
 
 use super::block::lattice;
+use super::elements::{Elements, Order};
 use super::model::{ElasticBody, Solid};
 use crate::StudyError;
 
@@ -66,11 +67,16 @@ pub fn block_force((radius, depth, force): (f64, f64, f64)) -> f64 {
 
 /// A body with held nodes whose top a sphere is pressed into.
 #[derive(Debug)]
-pub struct Press {
+pub struct Press<B = ElasticBody> {
     /// The body.
-    pub body: ElasticBody,
+    pub body: B,
+    /// Its rest positions (m).
+    pub rest: Vec<DVec3>,
+    /// Where the last sphere left its nodes (m).
+    pub positions: Vec<DVec3>,
     supports: Supports,
     contact: Contact,
+    preconditioner: Preconditioner,
 }
 
 /// What a sphere found.
@@ -134,25 +140,70 @@ impl Press {
         Self::on(body, supports, &near, spacing)
     }
 
-    /// Where it touches, after [`Press::press`].
-    #[must_use]
-    pub fn points(&self) -> &[ContactPoint] {
-        self.contact.points()
-    }
-
     fn on(
         body: ElasticBody,
         supports: Supports,
         top: &[[u32; 3]],
         spacing: f64,
     ) -> Result<Self, StudyError> {
-        let surface = ContactSurface::from_triangles(top, &body.rest, 6)?;
+        let rest = body.rest.clone();
+        Self::of(body, rest, supports, top, spacing, Preconditioner::Blocks)
+    }
+}
+
+impl Press<Elements> {
+    /// The 2 m cube of [`Press::cube`] of finite elements, on even lines or on those of
+    /// [`graded_lattice`], solved by a sparse Cholesky factor.
+    ///
+    /// # Errors
+    /// As [`Press::cube`].
+    ///
+    /// # Panics
+    /// As [`Elements::new`].
+    pub fn of_elements(cells: u32, order: Order, is_graded: bool) -> Result<Self, StudyError> {
+        let part = |k: u32| f64::from(k) / f64::from(cells);
+        let place = |s: f64| if is_graded { grade(s) } else { s };
+        let across = || (0..=cells).map(|k| place(2.0 * part(k) - 1.0)).collect();
+        let down = (0..=cells).map(|k| -2.0 * place(1.0 - part(k))).collect();
+        let body = Elements::new([across(), across(), down], order, SOFT);
+        let rest = body.rest.clone();
+        let edge = 1e-9;
+        let held = |x: DVec3| x.x.abs().max(x.y.abs()) > 1.0 - edge || x.z < edge - 2.0;
+        let supports = Supports::fixed_where(&rest, held);
+        let on_top = |t: &&[u32; 3]| t.iter().all(|v| rest[*v as usize].z > -edge);
+        let top: Vec<[u32; 3]> = body.triangles.iter().filter(on_top).copied().collect();
+        let even = 2.0 / f64::from(cells);
+        let spacing = if is_graded { 0.45 * even } else { even };
+        let rest = body.rest.clone();
+        Self::of(body, rest, supports, &top, spacing, Preconditioner::Factor)
+    }
+}
+
+impl<B: ForceLaw> Press<B> {
+    fn of(
+        body: B,
+        rest: Vec<DVec3>,
+        supports: Supports,
+        top: &[[u32; 3]],
+        spacing: f64,
+        preconditioner: Preconditioner,
+    ) -> Result<Self, StudyError> {
+        let surface = ContactSurface::from_triangles(top, &rest, 6)?;
         let settings = ContactSettings::new(penalty(SOFT.youngs_modulus, spacing));
         Ok(Self {
             body,
+            positions: rest.clone(),
+            rest,
             supports,
             contact: Contact::new(surface, settings),
+            preconditioner,
         })
+    }
+
+    /// Where it touches, after [`Press::press`].
+    #[must_use]
+    pub fn points(&self) -> &[ContactPoint] {
+        self.contact.points()
     }
 
     /// Presses a sphere of `radius` to `depth` (m); unbalanced forces fall to `tolerance`.
@@ -166,16 +217,18 @@ impl Press {
         tolerance: f64,
     ) -> Result<Pressing, StudyError> {
         let pose = Pose::at(DVec3::Z * (radius - depth));
-        let mut x = self.body.rest.clone();
+        let mut x = self.rest.clone();
         let shape = Shape::Sphere { radius };
         let mut law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
         let settings = NewtonSettings {
             tolerance,
+            preconditioner: self.preconditioner,
             ..NewtonSettings::default()
         };
         let load = StaticLoad::default();
         let report = solve_static(&mut law, &mut x, &self.supports, &load, &settings)?;
         let sum = law.tool_forces[0];
+        self.positions = x;
         Ok(Pressing {
             force: sum.force.z,
             contact_radius: (sum.area / PI).sqrt(),
@@ -277,11 +330,15 @@ pub fn cube_lattice(cells: u32) -> (Vec<DVec3>, Vec<[u32; 4]>) {
 /// The same with nodes drawn towards the middle of the top, `s -> 0.45 s + 0.55 s³` along each axis.
 #[must_use]
 pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
-    let grade = |s: f64| 0.45 * s + 0.55 * s * s * s;
     lattice(cells, |s| {
         let across = |s: f64| grade(2.0 * s - 1.0);
         DVec3::new(across(s.x), across(s.y), -2.0 * grade(1.0 - s.z))
     })
+}
+
+/// Draws 0 nearer, from -1..=1 to -1..=1.
+fn grade(s: f64) -> f64 {
+    0.45 * s + 0.55 * s * s * s
 }
 
 /// Mean pressure in rings round the middle of a contact.

@@ -5,6 +5,7 @@
 pub mod block;
 pub mod cantilever;
 pub mod cracks;
+pub mod elements;
 pub mod indentation;
 pub mod model;
 pub(crate) mod noise;
