@@ -70,10 +70,11 @@ impl Elements {
         assert!(cells.iter().all(whole), "whole elements along each axis");
         let counts = cells.map(|cells| u32::try_from(cells).unwrap_or(u32::MAX));
         let place = |s: f64, axis: usize| {
-            let at = (s * f64::from(counts[axis])).round();
-            let nearest = lines[axis].iter().zip(0..);
-            let found = nearest.min_by_key(|&(_, k)| (at - f64::from(k)).abs() as u64);
-            found.map_or(0.0, |(x, _): (&f64, u32)| *x)
+            let at = s * f64::from(counts[axis]);
+            let away = |k: u32| (f64::from(k) - at).abs();
+            let nearest = lines[axis].iter().zip(0_u32..);
+            let found = nearest.min_by(|p, q| away(p.1).total_cmp(&away(q.1)));
+            found.map_or(0.0, |(x, _)| *x)
         };
         let (rest, tetrahedra) = lattice(counts, |s| {
             DVec3::new(place(s.x, 0), place(s.y, 1), place(s.z, 2))
