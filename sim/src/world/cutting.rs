@@ -224,8 +224,9 @@ impl Cutting {
         if capture.changed {
             let stored = body.motion.audit().elastic;
             let jump = body.reload()?;
-            self.energy.book(jump, stored);
-            self.by_stroke[number].energy.book(jump, stored);
+            let round_off = body.elastic.energy_round_off();
+            self.energy.book(jump, stored, round_off);
+            self.by_stroke[number].energy.book(jump, stored, round_off);
             if body.is_explicit() {
                 self.fit_step(body, &touched)?;
             }

@@ -290,6 +290,8 @@ fn a_line_across_an_organ_without_load_severs_it() {
     assert!(session.blade().is_empty(), "the stroke has ended");
     assert!(session.severed_pairs() > 100, "{}", session.severed_pairs());
     assert_eq!(session.world().retaken().stretches, 0, "nothing went wrong");
+    let cutting = session.world().members()[0].cutting.as_ref().unwrap();
+    assert!(cutting.energy().largest_addition < 0.01, "of nothing");
 }
 
 #[test]
