@@ -74,12 +74,25 @@ pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Box<
         .collect()
 }
 
-/// Whether `x` lies behind the tangent planes of both surfels nearest to it (Aras 2014, fig. 65).
+/// Whether `x` lies inside by the two surfels nearest to it (Aras 2014, fig. 65): behind the tangent
+/// planes of both where the surface between them is convex, behind one of them at least where it is
+/// concave, that is, where each lies in front of the other.
 pub(crate) fn behind_two_nearest(surfels: &Surfels, tree: &NodeTree, x: DVec3) -> bool {
-    tree.nearest_neighbor_iter(x.to_array())
-        .take(2)
-        .map(|p| index(p.data))
-        .all(|i| (x - surfels.positions[i]).dot(surfels.normals[i]) < 0.0)
+    let mut nearest = tree.nearest_neighbor_iter(x.to_array());
+    let mut next = || nearest.next().map(|p| index(p.data));
+    let before = |x: DVec3, i: usize| (x - surfels.positions[i]).dot(surfels.normals[i]);
+    let behind = |i: usize| before(x, i) < 0.0;
+    match (next(), next()) {
+        (Some(a), Some(b)) => {
+            let (p, q) = (surfels.positions[a], surfels.positions[b]);
+            if before(p, b) > 0.0 && before(q, a) > 0.0 {
+                behind(a) || behind(b)
+            } else {
+                behind(a) && behind(b)
+            }
+        }
+        (only, _) => only.is_none_or(behind),
+    }
 }
 
 /// Moves an anchor away from new walls that pass closer than `clearance`, to the side it is on.

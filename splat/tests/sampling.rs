@@ -143,6 +143,33 @@ fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
         wrong(&round, &at(0.98), true) + wrong(&round, &at(1.01), false),
         0
     );
+    // A convex and a concave rim: of two faces that meet at a right angle, a body is what lies behind both
+    // or behind one at least. Across the rim the nearest are one of each face.
+    let (mut x, mut n) = (Vec::new(), Vec::new());
+    for i in 0..20 {
+        for j in 0..20 {
+            let (along, off) = (f64::from(i) / 20.0, (f64::from(j) + 0.5) / 20.0);
+            x.extend([DVec3::new(off, along, 0.0), DVec3::new(0.0, along, off)]);
+            n.extend([DVec3::Z, DVec3::X]);
+        }
+    }
+    let around: Vec<DVec3> = (0..360)
+        .map(|i| {
+            let (sine, cosine) = (f64::from(i) + 0.5).to_radians().sin_cos();
+            DVec3::new(0.02 * cosine, 0.51, 0.02 * sine)
+        })
+        .collect();
+    for sign in [1.0, -1.0] {
+        let normals: Vec<DVec3> = n.iter().map(|&n| n * sign).collect();
+        let rim = tissue(&x, &normals).unwrap();
+        let misjudged = around.iter().filter(|&&p| {
+            let (front, side) = (sign * p.z > 0.0, sign * p.x > 0.0);
+            // The faces stand on their own normals' sides of each other: concave for +1.
+            let inside = if sign > 0.0 { !front || !side } else { !front && !side };
+            rim.is_behind_surfels(p) != inside
+        });
+        assert_eq!(misjudged.count(), 0, "{sign}");
+    }
     // A plate a tenth as thick as its surfels are apart, two below beside each one above: a point
     // over the plate but nearer to two surfels of the other side is taken to be inside.
     let (mut x, mut n) = (Vec::new(), Vec::new());
