@@ -165,7 +165,11 @@ fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
         let misjudged = around.iter().filter(|&&p| {
             let (front, side) = (sign * p.z > 0.0, sign * p.x > 0.0);
             // The faces stand on their own normals' sides of each other: concave for +1.
-            let inside = if sign > 0.0 { !front || !side } else { !front && !side };
+            let inside = if sign > 0.0 {
+                !front || !side
+            } else {
+                !front && !side
+            };
             rim.is_behind_surfels(p) != inside
         });
         assert_eq!(misjudged.count(), 0, "{sign}");

@@ -265,7 +265,7 @@ impl Cutting {
         let graph = graph_of(body);
         let touched = self
             .factors
-            .update(&graph, &self.cuts, new, (stroke, edge), &inside)?;
+            .update(&graph, &self.cuts, new, (stroke, edge), &inside);
         let changed = !touched.is_empty();
         if changed {
             self.updates += 1;

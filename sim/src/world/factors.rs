@@ -7,7 +7,6 @@ use phyxel_enrich::{
     Cuts, FactorSettings, Graph, GridFactors, GridSettings, PairFactors, Reach, Rule,
 };
 
-use super::error::BodyProblem;
 use crate::scene::CutRule;
 
 /// Factors of either kind.
@@ -16,7 +15,7 @@ pub enum Factors {
     /// Pair by pair, where a cut crosses it.
     Pairs(PairFactors),
     /// From the dissertation's grids, one for each stroke.
-    Grids(GridFactors),
+    Grids(Box<GridFactors>),
 }
 
 impl Factors {
@@ -42,14 +41,17 @@ impl Factors {
             CutRule::Grid {
                 spacing: points,
                 inflate,
+                cells,
             } => {
-                let usual = GridSettings::for_spacing(spacing);
+                let ours = GridSettings::for_spacing(spacing);
                 let settings = GridSettings {
-                    spacing: points.unwrap_or(usual.spacing),
-                    inflate: inflate.unwrap_or(usual.inflate),
-                    ..usual
+                    spacing: points.unwrap_or(ours.spacing),
+                    inflate: inflate.unwrap_or(ours.inflate),
+                    ..ours
                 };
-                return Self::Grids(GridFactors::new(graph.indices().len(), radii, &settings));
+                let grids =
+                    GridFactors::new(graph, radii, &settings, cells.map(|cells| cells.into()));
+                return Self::Grids(Box::new(grids));
             }
         };
         Self::Pairs(PairFactors::new(graph, &settings))
@@ -91,6 +93,16 @@ impl Factors {
         }
     }
 
+    /// Lattices of the dissertation's grids and undirected pairs without one; `None` where the rule is
+    /// another.
+    #[must_use]
+    pub fn grid_counts(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::Pairs(_) => None,
+            Self::Grids(grids) => Some((grids.lattice_count(), grids.count_without_lattice())),
+        }
+    }
+
     /// Notes where a stroke starts.
     pub(super) fn start(&mut self, stroke: usize, edge: &[DVec3]) {
         if let Self::Grids(grids) = self {
@@ -107,11 +119,11 @@ impl Factors {
         new: Range<usize>,
         (stroke, edge): (usize, &[DVec3]),
         inside: &(dyn Fn(DVec3) -> bool + Sync),
-    ) -> Result<Vec<u32>, BodyProblem> {
+    ) -> Vec<u32> {
         match self {
-            Self::Pairs(factors) => Ok(factors.update(graph, cuts, new, inside).nodes),
-            Self::Grids(_) if new.is_empty() => Ok(Vec::new()),
-            Self::Grids(grids) => Ok(grids.update(graph, stroke, edge)?),
+            Self::Pairs(factors) => factors.update(graph, cuts, new, inside).nodes,
+            Self::Grids(_) if new.is_empty() => Vec::new(),
+            Self::Grids(grids) => grids.update(graph, cuts, new, (stroke, edge), inside),
         }
     }
 }

@@ -36,15 +36,15 @@ impl GridForm {
 /// looked up at the nearest lattice point, as in the dissertation.
 ///
 /// # Arguments
-/// * `grids` -- one per cut, rebuilt for each new piece of it.
+/// * `grids` -- one per cut, or per sheet of it, rebuilt for each new piece of it.
 /// * `graph` -- nodes and pairs.
 /// * `support_radius` -- per node (m).
 ///
 /// # Panics
 /// If there is not one support radius per node.
 #[must_use]
-pub fn grid_pair_factors(
-    grids: &[EnrichmentGrid],
+pub fn grid_pair_factors<'a>(
+    grids: impl IntoIterator<Item = &'a EnrichmentGrid>,
     graph: &Graph<'_>,
     support_radius: &[f64],
     form: GridForm,

@@ -286,6 +286,12 @@ impl Spatial {
         enrichment(region, normal.dot(point - corners[0]), d_plus)
     }
 
+    /// Cosine of the largest angle between a triangle and the common plane.
+    pub(super) fn least_cosine(&self) -> f64 {
+        let cosines = self.triangles.iter().map(|(_, _, n)| n.dot(self.normal));
+        cosines.fold(1.0, f64::min)
+    }
+
     /// Refuses projections that cover themselves and regions that are not the pieces' own.
     fn check(&self) -> Result<(), GridError> {
         let across = self.normal.any_orthonormal_vector();
