@@ -42,10 +42,11 @@ fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes() {
             lattices >= cuts,
             "{name}, {nodes} nodes: {lattices} lattices"
         );
-        let severed = cutting.severed_pairs();
+        // The edge bends in the material, the more the coarser the body is; yet lattices decide some.
+        let weakened = cutting.factors().crossed_count();
         assert!(
-            without < severed,
-            "{name}, {nodes} nodes: {without} of {severed}"
+            without < weakened,
+            "{name}, {nodes} nodes: {without} of {weakened}"
         );
         let graph = &member.body.neighborhoods;
         let weights = member.body.stencils.weights();

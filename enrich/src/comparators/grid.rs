@@ -223,14 +223,6 @@ impl EnrichmentGrid {
         }
     }
 
-    /// Cosine of the largest angle between a piece and the common plane; 1 in the plane.
-    pub(super) fn least_cosine(&self) -> f64 {
-        match &self.frame {
-            Frame::Planar(_) => 1.0,
-            Frame::Spatial(frame) => frame.least_cosine(),
-        }
-    }
-
     /// Number of lattice points along x, y, z; one along z in the plane.
     #[must_use]
     pub fn size(&self) -> [usize; 3] {

@@ -14,19 +14,35 @@ use crate::index::Bounds;
 /// (64)): a chain of grids for each stroke ([`GridSheets`]), its last one built anew with each edge of the
 /// blade. For comparison with [`PairFactors`]; takes the two ends of an edge alone.
 ///
-/// A piece of a cut that no grid takes is left to [`PairFactors`], and the smaller factor counts.
+/// [`PairFactors`] decides what no grid does: pairs that it severs and none of them, and pairs that it
+/// weakens where none of them has a say. Such are those that cross a piece which has no grid, as it folds, or
+/// as the edge bends in the material, of which a grid knows the ends alone; and those beside the end of a grid
+/// whose last piece is tilted. [`GridFactors::count_without_lattice`] counts them.
 #[derive(Debug, Clone)]
 pub struct GridFactors {
     settings: GridSettings,
     /// Box of the body (m) and cells along x, y and z, for lattices as in the appendix.
     cells: Option<(Bounds, [u32; 3])>,
-    /// Where an edge counts: the nodes' box with the margin of the lattices (m).
-    reach: Bounds,
     radii: Vec<f64>,
-    strokes: Vec<(usize, GridSheets)>,
-    /// Pairs that cross pieces of which there is no lattice.
+    strokes: Vec<Blade>,
+    /// What decides where no lattice does.
     rest: PairFactors,
+    /// Factors of the lattices alone, and of both.
+    by_lattice: Vec<f64>,
     factors: Vec<f64>,
+}
+
+/// A stroke's last edge and its lattices.
+#[derive(Debug, Clone)]
+struct Blade {
+    stroke: usize,
+    /// Points of the last edge (m).
+    edge: Vec<DVec3>,
+    /// Places of the ends of its part in the body; none where it is in the air.
+    part: Option<[usize; 2]>,
+    /// Whether its ends stand for it.
+    straight: bool,
+    sheets: GridSheets,
 }
 
 impl GridFactors {
@@ -43,10 +59,10 @@ impl GridFactors {
         Self {
             settings: *settings,
             cells: cells.map(|cells| (body, cells)),
-            reach: body.grown(settings.inflate),
             radii,
             strokes: Vec::new(),
             rest: PairFactors::new(graph, &FactorSettings::default()),
+            by_lattice: vec![1.0; graph.indices.len()],
             factors: vec![1.0; graph.indices.len()],
         }
     }
@@ -72,27 +88,24 @@ impl GridFactors {
     /// Number of lattices.
     #[must_use]
     pub fn lattice_count(&self) -> usize {
-        let counts = self.strokes.iter().map(|(_, sheets)| sheets.grids().len());
+        let counts = self.strokes.iter().map(|blade| blade.sheets.grids().len());
         counts.sum()
     }
 
     /// Number of undirected pairs that no lattice decides, and that [`PairFactors`] weakens or severs.
     #[must_use]
     pub fn count_without_lattice(&self) -> usize {
-        let factors = self.factors.iter().enumerate();
-        let theirs = |&(pair, factor): &(usize, &f64)| {
-            let rest = self.rest.factor(pair);
-            rest < 1.0 && rest <= *factor
-        };
-        factors.filter(theirs).count() / 2
+        let both = self.factors.iter().zip(&self.by_lattice);
+        both.filter(|(factor, lattice)| factor != lattice).count() / 2
     }
 
     /// Bytes held on the heap, about.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let lattices = self.strokes.iter().map(|(_, sheets)| sheets.bytes());
+        let lattices = self.strokes.iter().map(|blade| blade.sheets.bytes());
         lattices.sum::<usize>()
             + size_of_val(&*self.factors)
+            + size_of_val(&*self.by_lattice)
             + size_of_val(&*self.radii)
             + self.rest.bytes()
     }
@@ -101,9 +114,17 @@ impl GridFactors {
     ///
     /// # Panics
     /// If the edge has no points.
-    pub fn start(&mut self, stroke: usize, edge: &[DVec3]) {
-        let sheets = GridSheets::new(self.ends(edge), &self.settings, self.cells);
-        self.strokes.push((stroke, sheets));
+    pub fn start(&mut self, graph: &Graph<'_>, stroke: usize, edge: &[DVec3]) {
+        let part = self.part(graph, edge);
+        let [first, last] = part.unwrap_or([0, edge.len() - 1]);
+        let ends = [edge[first], edge[last]];
+        self.strokes.push(Blade {
+            stroke,
+            edge: edge.to_vec(),
+            part,
+            straight: is_straight(&edge[first..=last], self.settings.spacing),
+            sheets: GridSheets::new(ends, &self.settings, self.cells),
+        });
     }
 
     /// Takes the stroke's next edge (m), with which `cuts` grew by the pieces `new`, and brings all factors up
@@ -120,19 +141,41 @@ impl GridFactors {
         (stroke, edge): (usize, &[DVec3]),
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Vec<u32> {
-        let ends = self.ends(edge);
+        let part = self.part(graph, edge);
+        let tolerance = self.settings.spacing;
         let mut strokes = self.strokes.iter_mut();
-        let Some((_, sheets)) = strokes.find(|(known, _)| *known == stroke) else {
+        let Some(blade) = strokes.find(|blade| blade.stroke == stroke) else {
             return Vec::new();
         };
-        if sheets.append(ends).is_err() {
-            self.rest.update(graph, cuts, new, inside);
+        // Of an edge in the air counts what is nearest to the ends in the body of the other edge of its piece.
+        if let (None, Some([first, last])) = (blade.part, part) {
+            let [from, to] = nearest(&blade.edge, [edge[first], edge[last]]);
+            blade.straight = is_straight(&blade.edge[from..=to], tolerance);
+            blade.sheets.go_on_from([blade.edge[from], blade.edge[to]]);
         }
-        let grids = self.strokes.iter().flat_map(|(_, sheets)| sheets.grids());
-        let mut factors = grid_pair_factors(grids, graph, &self.radii, GridForm::default());
-        for (pair, factor) in factors.iter_mut().enumerate() {
-            *factor = factor.min(self.rest.factor(pair));
+        let beside = blade
+            .part
+            .map(|last| nearest(edge, last.map(|end| blade.edge[end])));
+        let [first, last] = part.or(beside).unwrap_or([0, edge.len() - 1]);
+        let ends = [edge[first], edge[last]];
+        let straight = is_straight(&edge[first..=last], tolerance);
+        if blade.straight && straight {
+            // A piece that no lattice takes leaves those that there are as they were.
+            let _refused = blade.sheets.append(ends);
+        } else {
+            blade.sheets.go_on_from(ends);
         }
+        (blade.edge, blade.part, blade.straight) = (edge.to_vec(), part, straight);
+        self.rest.update(graph, cuts, new, inside);
+        let grids = self.strokes.iter().flat_map(|blade| blade.sheets.grids());
+        self.by_lattice = grid_pair_factors(grids, graph, &self.radii, GridForm::default());
+        let both = self.by_lattice.iter().enumerate();
+        let factors: Vec<f64> = both
+            .map(|(pair, &lattice)| match self.rest.factor(pair) {
+                rest if rest == 0.0 || lattice == 1.0 => rest,
+                _ => lattice,
+            })
+            .collect();
         let rows = graph.offsets.windows(2).zip(0_u32..);
         let touched = rows
             .filter(|(row, _)| {
@@ -145,16 +188,36 @@ impl GridFactors {
         touched
     }
 
-    /// The ends of a blade's edge in the body, or of all of it where that is not there: an edge that was
-    /// mapped from the world into the material means little far from the body.
-    fn ends(&self, edge: &[DVec3]) -> [DVec3; 2] {
-        let near = |point: &&DVec3| self.reach.distance(**point) <= 0.0;
-        let mut inside = edge.iter().filter(near);
-        match (inside.next(), inside.next_back()) {
-            (Some(first), Some(last)) => [*first, *last],
-            _ => [edge[0], edge[edge.len() - 1]],
-        }
+    /// The first and the last point of an edge (m) that lies in the support of a node. Farther out a point
+    /// that was mapped from the world into the material means little.
+    fn part(&self, graph: &Graph<'_>, edge: &[DVec3]) -> Option<[usize; 2]> {
+        let near = |point: &DVec3| {
+            let mut nodes = graph.positions.iter().zip(&self.radii);
+            nodes.any(|(node, radius)| node.distance_squared(*point) < radius * radius)
+        };
+        Some([edge.iter().position(near)?, edge.iter().rposition(near)?])
     }
+}
+
+/// Places, rising, of the points of an edge that are nearest to others.
+fn nearest(edge: &[DVec3], to: [DVec3; 2]) -> [usize; 2] {
+    let [a, b] = to.map(|end| {
+        let far = |&k: &usize| edge[k].distance_squared(end);
+        let places = 0..edge.len();
+        places.min_by(|p, q| far(p).total_cmp(&far(q))).unwrap_or(0)
+    });
+    [a.min(b), a.max(b)]
+}
+
+/// Whether no point of a line is farther than `tolerance` (m) from the straight way between its ends.
+fn is_straight(line: &[DVec3], tolerance: f64) -> bool {
+    let (from, to) = (line[0], line[line.len() - 1]);
+    let way = to - from;
+    let off = |point: &DVec3| {
+        let at = way.dot(*point - from) / way.length_squared().max(f64::MIN_POSITIVE);
+        point.distance(from + way * at.clamp(0.0, 1.0))
+    };
+    line.iter().all(|point| off(point) <= tolerance)
 }
 
 #[cfg(test)]
@@ -177,7 +240,7 @@ mod tests {
             let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
             let mut factors = GridFactors::new(&graph, vec![0.6; 2], &settings, None);
             let stroke = cuts.start(&edge(-3.0)).expect("an edge");
-            factors.start(stroke, &edge(-3.0));
+            factors.start(&graph, stroke, &edge(-3.0));
             let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
             let mut update = |stroke| {
                 let edge = edge(3.0);

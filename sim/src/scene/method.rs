@@ -70,8 +70,8 @@ pub enum CutRule {
     },
     /// The dissertation's enrichment grid, one for each cut, built anew at each capture (Aras 2014,
     /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends in the body. Where
-    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; pairs that cross a piece
-    /// which no grid takes are weakened by `Detour()`, and the summary counts them.
+    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Detour()` decides the
+    /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
     Grid {
         /// Distance (m) of its points; half the distance of nodes where not given.
         #[serde(default)]

@@ -246,7 +246,7 @@ impl Cutting {
                 let number = self.by_stroke.len();
                 self.by_stroke.push(StrokeEnergy::of(cut));
                 self.strokes.push(Stroke { cut, id, number });
-                self.factors.start(id, edge);
+                self.factors.start(&graph_of(body), id, edge);
                 (id, number)
             }
         };

@@ -104,9 +104,9 @@ impl Factors {
     }
 
     /// Notes where a stroke starts.
-    pub(super) fn start(&mut self, stroke: usize, edge: &[DVec3]) {
+    pub(super) fn start(&mut self, graph: &Graph<'_>, stroke: usize, edge: &[DVec3]) {
         if let Self::Grids(grids) = self {
-            grids.start(stroke, edge);
+            grids.start(graph, stroke, edge);
         }
     }
 

@@ -218,6 +218,15 @@ impl Frame {
         }
     }
 
+    /// Cosine of the largest angle between a triangle and the common plane; 1 in the plane.
+    pub(super) fn least_cosine(&self) -> f64 {
+        let Self::Spatial(frame) = self else {
+            return 1.0;
+        };
+        let cosines = frame.triangles.iter().map(|(.., n)| n.dot(frame.normal));
+        cosines.fold(1.0, f64::min)
+    }
+
     pub(super) fn evaluate(&self, point: DVec3) -> Enrichment {
         match self {
             Self::Planar(frame) => frame.evaluate(point.truncate()),
@@ -284,12 +293,6 @@ impl Spatial {
         let d_plus = if d_plus > self.beside { d_plus } else { 0.0 };
         let (corners, _, normal) = self.triangles[master];
         enrichment(region, normal.dot(point - corners[0]), d_plus)
-    }
-
-    /// Cosine of the largest angle between a triangle and the common plane.
-    pub(super) fn least_cosine(&self) -> f64 {
-        let cosines = self.triangles.iter().map(|(_, _, n)| n.dot(self.normal));
-        cosines.fold(1.0, f64::min)
     }
 
     /// Refuses projections that cover themselves and regions that are not the pieces' own.
