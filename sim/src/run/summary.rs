@@ -451,7 +451,7 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
             },
         },
         momentum_error: worst.momentum_error,
-        smallest_determinant: body.smallest_ratio.min(1.0),
+        smallest_determinant: body.smallest_ratio,
         largest_speed: worst.largest_speed,
     }
 }

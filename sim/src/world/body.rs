@@ -77,7 +77,7 @@ pub struct Body {
     pub(super) eigenvector: Vec<DVec3>,
     /// Stiffness indicator (1/s²) when an estimate was last made because of it.
     pub(super) indicator: f64,
-    /// Smallest `det F` of nodes that carry strain energy, over all steps.
+    /// Smallest `det F` of nodes that carry strain energy, over all steps and the rest state.
     pub smallest_ratio: f64,
     /// The first time that its energy balance was off for many steps on end, if it was.
     pub doubt: Option<phyxel_integrate::Warning>,
@@ -221,7 +221,7 @@ impl Body {
             estimates: [eigenvalue.value; 2],
             eigenvector,
             indicator: 0.0,
-            smallest_ratio: f64::INFINITY,
+            smallest_ratio: 1.0,
             doubt: None,
             leveled,
             eigenvalue,
