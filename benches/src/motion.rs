@@ -20,6 +20,10 @@ pub(crate) fn with_velocities(
     let nodes = motion.masses().iter().zip(&velocities);
     let kinetic: f64 = nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum();
     let mut kept = serde_json::to_value(world.state()).map_err(StudyError::State)?;
+    // A step that is taken back must not end at rest.
+    if let Some(whole) = kept.as_object_mut() {
+        whole.insert("kept".to_owned(), Value::Null);
+    }
     let motion = kept
         .pointer_mut("/bodies/0/motion")
         .and_then(Value::as_object_mut);
