@@ -4,10 +4,11 @@ use std::ops::{ControlFlow, Range};
 
 use glam::DVec3;
 
+use crate::edges::Edges;
 use crate::error::CutError;
 use crate::forest::Forest;
-use crate::index::{Bounds, BoxIndex, CellMap};
-use crate::obstacle::{Bend, Obstacle, before, index32, outward, share_to_zero};
+use crate::index::{Bounds, BoxIndex};
+use crate::obstacle::{Bend, Obstacle, index32, share_to_zero};
 use crate::predicate::{normal_signs, segment_crosses_triangle};
 
 /// Lengths that a cut needs to know.
@@ -73,16 +74,6 @@ struct Stroke {
     ended: bool,
 }
 
-#[derive(Debug, Clone)]
-struct Edge {
-    /// End points, the one [`before`] the other first.
-    ends: [u32; 2],
-    /// Third corners of the triangles at this edge.
-    opposite: Vec<u32>,
-    /// Unit vector out of the cut, zero where the cut goes straight on.
-    outward: DVec3,
-}
-
 /// All cuts of one body, as one set of triangles in material coordinates.
 ///
 /// Several strokes may be open at once; they may cross, branch, close, fold and leave the body. See
@@ -108,11 +99,9 @@ pub struct Cuts {
     triangles: Vec<[u32; 3]>,
     stroke_of: Vec<u32>,
     strokes: Vec<Stroke>,
-    edges: Vec<Edge>,
-    edge_of: CellMap<[u32; 2], u32>,
+    edges: Edges,
     pub(crate) vertex_index: BoxIndex,
     forest: Forest,
-    edge_index: Forest,
     dropped: Dropped,
 }
 
@@ -130,11 +119,9 @@ impl Cuts {
             triangles: Vec::new(),
             stroke_of: Vec::new(),
             strokes: Vec::new(),
-            edges: Vec::new(),
-            edge_of: CellMap::default(),
+            edges: Edges::default(),
             vertex_index: BoxIndex::new(settings.index_cell.max(settings.weld_tolerance)),
             forest: Forest::default(),
-            edge_index: Forest::default(),
             dropped: Dropped::default(),
         }
     }
@@ -361,10 +348,7 @@ impl Cuts {
 
     /// End points of all edges at which the cut ends (m): those with one triangle.
     pub fn free_edges(&self) -> impl Iterator<Item = [DVec3; 2]> + '_ {
-        self.edges
-            .iter()
-            .filter(|edge| edge.opposite.len() == 1)
-            .map(|edge| edge.ends.map(|v| self.vertices[v as usize]))
+        self.edges.free(&self.vertices)
     }
 
     /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
@@ -374,35 +358,7 @@ impl Cuts {
         point: DVec3,
         within: f64,
     ) -> Option<([DVec3; 2], DVec3)> {
-        let mut near: Vec<(f64, u32)> = Vec::new();
-        self.edge_index
-            .in_box(&Bounds::of(&[point]).grown(within), |edge| {
-                if self.edges[edge as usize].opposite.len() == 1 {
-                    let distance = self.bend_distance(edge, point);
-                    if distance <= within {
-                        near.push((distance, edge));
-                    }
-                }
-            });
-        let nearest = near.iter().map(|found| found.0).reduce(f64::min)?;
-        let round_off = 1e-9 * (nearest + within);
-        let ends = |edge: u32| {
-            let ends = self.edges[edge as usize].ends;
-            ends.map(|v| self.vertices[v as usize])
-        };
-        let across = |edge: u32| {
-            let [p, q] = ends(edge);
-            let along = (q - p).normalize_or_zero();
-            let [from_p, from_q] = [point - p, point - q].map(|way| way.cross(along).length());
-            from_p.max(from_q)
-        };
-        let tied = near.iter().filter(|found| found.0 <= nearest + round_off);
-        let (_, edge) =
-            tied.max_by(|a, b| across(a.1).total_cmp(&across(b.1)).then(b.1.cmp(&a.1)))?;
-        let [p, q] = ends(*edge);
-        let along = q - p;
-        let t = (point - p).dot(along) / along.length_squared();
-        Some(([p, q], p + t.clamp(0.0, 1.0) * along))
+        self.edges.nearest_free(&self.vertices, point, within)
     }
 
     /// Triangles that were not taken so far.
@@ -436,12 +392,9 @@ impl Cuts {
     pub fn bytes(&self) -> usize {
         self.vertices.capacity() * 24
             + self.triangles.capacity() * 16
-            + self.edges.capacity() * size_of::<Edge>()
-            + self.edges.len() * 16
-            + self.edge_of.capacity() * 16
+            + self.edges.bytes()
             + self.vertex_index.bytes()
             + self.forest.bytes()
-            + self.edge_index.bytes()
     }
 
     fn open(&self, stroke: usize) -> Result<(), CutError> {
@@ -498,10 +451,7 @@ impl Cuts {
             self.dropped.zero_area += 1;
             return;
         }
-        let first = self.edge_key(corners[0], corners[1]);
-        if let Some(&edge) = self.edge_of.get(&first)
-            && self.edges[edge as usize].opposite.contains(&corners[2])
-        {
+        if self.edges.has(&self.vertices, corners) {
             self.dropped.duplicate += 1;
             return;
         }
@@ -509,46 +459,8 @@ impl Cuts {
         self.triangles.push(corners);
         self.stroke_of.push(index32(stroke));
         self.forest.insert(triangle, [p, q, r]);
-        for k in 0..3 {
-            let ends = self.edge_key(corners[k], corners[(k + 1) % 3]);
-            self.add_edge(ends, corners[(k + 2) % 3]);
-        }
-    }
-
-    fn edge_key(&self, a: u32, b: u32) -> [u32; 2] {
-        if before(self.vertices[a as usize], self.vertices[b as usize]) {
-            [a, b]
-        } else {
-            [b, a]
-        }
-    }
-
-    fn add_edge(&mut self, ends: [u32; 2], opposite: u32) {
-        let number = *self.edge_of.entry(ends).or_insert_with(|| {
-            let number = index32(self.edges.len());
-            self.edges.push(Edge {
-                ends,
-                opposite: Vec::new(),
-                outward: DVec3::ZERO,
-            });
-            let [p, q] = ends.map(|v| self.vertices[v as usize]);
-            self.edge_index.insert(number, [p, q, q]);
-            number
-        });
-        let edge = &mut self.edges[number as usize];
-        edge.opposite.push(opposite);
-        let [a, b] = ends.map(|v| self.vertices[v as usize]);
-        let along = (b - a).normalize_or_zero();
-        let mut inward: Vec<(DVec3, DVec3)> = edge
-            .opposite
-            .iter()
-            .map(|&v| {
-                let corner = self.vertices[v as usize];
-                let to = corner - a;
-                (corner, to - to.dot(along) * along)
-            })
-            .collect();
-        edge.outward = outward(&mut inward, self.settings.index_cell);
+        self.edges
+            .add(&self.vertices, corners, self.settings.index_cell);
     }
 }
 
@@ -591,39 +503,11 @@ impl Obstacle for Cuts {
     }
 
     fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
-        out.clear();
-        let mut ends = false;
-        self.edge_index.in_box(near, |number| {
-            let edge = &self.edges[number as usize];
-            ends |= edge.opposite.len() % 2 == 1;
-            if edge.outward != DVec3::ZERO {
-                out.push(number);
-            }
-        });
-        out.sort_unstable();
-        ends
+        self.edges.bends_into(near, out)
     }
 
-    /// The best point of an edge is where the way, unfolded into a plane, is straight:
-    /// `t = (t_a d_b + t_b d_a) / (d_a + d_b)` with the coordinates t along the edge and the
-    /// distances d to its line; clamped to the edge.
     fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
-        let edge = &self.edges[bend as usize];
-        let [p, q] = edge.ends.map(|v| self.vertices[v as usize]);
-        let length = p.distance(q);
-        let along = (q - p) / length;
-        let (t_a, t_b) = ((a - p).dot(along), (b - p).dot(along));
-        let d_a = (a - p - t_a * along).length();
-        let d_b = (b - p - t_b * along).length();
-        let t = if d_a + d_b > 0.0 {
-            (t_a * d_b + t_b * d_a) / (d_a + d_b)
-        } else {
-            0.5 * (t_a + t_b)
-        };
-        Bend {
-            point: p + t.clamp(0.0, length) * along,
-            outward: edge.outward,
-        }
+        self.edges.bend(&self.vertices, bend, a, b)
     }
 
     fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
@@ -640,11 +524,6 @@ impl Obstacle for Cuts {
     }
 
     fn bend_distance(&self, bend: u32, point: DVec3) -> f64 {
-        let [p, q] = self.edges[bend as usize]
-            .ends
-            .map(|v| self.vertices[v as usize]);
-        let along = q - p;
-        let t = (point - p).dot(along) / along.length_squared();
-        point.distance(p + t.clamp(0.0, 1.0) * along)
+        self.edges.distance(&self.vertices, bend, point)
     }
 }

@@ -2,6 +2,7 @@
 
 mod comparators;
 mod cuts;
+mod edges;
 mod error;
 mod face;
 mod factors;

@@ -314,11 +314,11 @@ fn anew(browser: &mut Chromium, action: &str) {
     browser.wait("!stage.panel.last.playing && !stage.dirty");
 }
 
-#[test]
-fn a_line_across_the_picture_slices_through() {
+/// A small liver without load on a page whose time stands, where there is a browser.
+fn unloaded_and_paused() -> Option<(Live, Chromium)> {
     let Some(program) = find() else {
         eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
-        return;
+        return None;
     };
     let mut scene = liver(300, 2_000);
     scene.integration.settle = None;
@@ -330,6 +330,14 @@ fn a_line_across_the_picture_slices_through() {
     browser.evaluate("stage.renderer.supersampling = 1; stage.link.ask({ do: 'pause' })");
     browser.wait("!stage.panel.last.playing");
     step(&mut browser, 2);
+    Some((live, browser))
+}
+
+#[test]
+fn a_line_across_the_picture_slices_through() {
+    let Some((_live, mut browser)) = unloaded_and_paused() else {
+        return;
+    };
     let [x, _] = middle(&mut browser);
     browser.key("2");
     let line = [[x, 20.0], [x + 10.0, 580.0]];
@@ -342,20 +350,9 @@ fn a_line_across_the_picture_slices_through() {
 
 #[test]
 fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
-    let Some(program) = find() else {
-        eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
+    let Some((live, mut browser)) = unloaded_and_paused() else {
         return;
     };
-    let mut scene = liver(300, 2_000);
-    scene.integration.settle = None;
-    scene.gravity = None;
-    let live = Live::start(&scene);
-    let mut browser = Chromium::start(&program, [900, 600]);
-    browser.go(&live.url);
-    browser.wait("window.stage && stage.state && stage.panel.last");
-    browser.evaluate("stage.renderer.supersampling = 1; stage.link.ask({ do: 'pause' })");
-    browser.wait("!stage.panel.last.playing");
-    step(&mut browser, 2);
     let [x, y] = middle(&mut browser);
     let severed = |browser: &mut Chromium| browser.evaluate("stage.panel.last.severed").as_u64();
 

@@ -1,0 +1,183 @@
+//! Edges of a cut's triangles: where it ends, and round which ways bend.
+
+use glam::DVec3;
+
+use crate::forest::Forest;
+use crate::index::{Bounds, CellMap};
+use crate::obstacle::{Bend, before, index32, outward};
+
+#[derive(Debug, Clone)]
+struct Edge {
+    /// End points, the one [`before`] the other first.
+    ends: [u32; 2],
+    /// Third corners of the triangles at this edge.
+    opposite: Vec<u32>,
+    /// Unit vector out of the cut, zero where the cut goes straight on.
+    outward: DVec3,
+}
+
+/// Edges by their ends and by place; vertices (m) are the caller's, the same in every call.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Edges {
+    edges: Vec<Edge>,
+    of: CellMap<[u32; 2], u32>,
+    index: Forest,
+}
+
+fn key(vertices: &[DVec3], a: u32, b: u32) -> [u32; 2] {
+    if before(vertices[a as usize], vertices[b as usize]) {
+        [a, b]
+    } else {
+        [b, a]
+    }
+}
+
+impl Edges {
+    /// Adds the three edges of a triangle; `straight` (m) as [`outward`] takes it.
+    pub(crate) fn add(&mut self, vertices: &[DVec3], corners: [u32; 3], straight: f64) {
+        for k in 0..3 {
+            let ends = key(vertices, corners[k], corners[(k + 1) % 3]);
+            self.add_edge(vertices, ends, corners[(k + 2) % 3], straight);
+        }
+    }
+
+    fn add_edge(&mut self, vertices: &[DVec3], ends: [u32; 2], opposite: u32, straight: f64) {
+        let number = *self.of.entry(ends).or_insert_with(|| {
+            let number = index32(self.edges.len());
+            self.edges.push(Edge {
+                ends,
+                opposite: Vec::new(),
+                outward: DVec3::ZERO,
+            });
+            let [p, q] = ends.map(|v| vertices[v as usize]);
+            self.index.insert(number, [p, q, q]);
+            number
+        });
+        let edge = &mut self.edges[number as usize];
+        edge.opposite.push(opposite);
+        let [a, b] = ends.map(|v| vertices[v as usize]);
+        let along = (b - a).normalize_or_zero();
+        let mut inward: Vec<(DVec3, DVec3)> = edge
+            .opposite
+            .iter()
+            .map(|&v| {
+                let corner = vertices[v as usize];
+                let to = corner - a;
+                (corner, to - to.dot(along) * along)
+            })
+            .collect();
+        edge.outward = outward(&mut inward, straight);
+    }
+
+    /// Whether there is a triangle with these corners.
+    pub(crate) fn has(&self, vertices: &[DVec3], [a, b, c]: [u32; 3]) -> bool {
+        let found = self.of.get(&key(vertices, a, b));
+        found.is_some_and(|&edge| self.edges[edge as usize].opposite.contains(&c))
+    }
+
+    /// End points (m) of all edges with one triangle.
+    pub(crate) fn free<'a>(
+        &'a self,
+        vertices: &'a [DVec3],
+    ) -> impl Iterator<Item = [DVec3; 2]> + 'a {
+        self.edges
+            .iter()
+            .filter(|edge| edge.opposite.len() == 1)
+            .map(|edge| edge.ends.map(|v| vertices[v as usize]))
+    }
+
+    /// The edge with one triangle that is nearest to a point, and its point there, if there is one within a
+    /// distance. Of edges that meet at that point it is the one most across the way to it.
+    pub(crate) fn nearest_free(
+        &self,
+        vertices: &[DVec3],
+        point: DVec3,
+        within: f64,
+    ) -> Option<([DVec3; 2], DVec3)> {
+        let mut near: Vec<(f64, u32)> = Vec::new();
+        self.index
+            .in_box(&Bounds::of(&[point]).grown(within), |edge| {
+                if self.edges[edge as usize].opposite.len() == 1 {
+                    let distance = self.distance(vertices, edge, point);
+                    if distance <= within {
+                        near.push((distance, edge));
+                    }
+                }
+            });
+        let nearest = near.iter().map(|found| found.0).reduce(f64::min)?;
+        let round_off = 1e-9 * (nearest + within);
+        let across = |edge: u32| {
+            let [p, q] = self.ends(vertices, edge);
+            let along = (q - p).normalize_or_zero();
+            let [from_p, from_q] = [point - p, point - q].map(|way| way.cross(along).length());
+            from_p.max(from_q)
+        };
+        let tied = near.iter().filter(|found| found.0 <= nearest + round_off);
+        let (_, edge) =
+            tied.max_by(|a, b| across(a.1).total_cmp(&across(b.1)).then(b.1.cmp(&a.1)))?;
+        Some((
+            self.ends(vertices, *edge),
+            self.nearest(vertices, *edge, point),
+        ))
+    }
+
+    /// Edges round which ways can bend near a box, sorted; whether the cut ends there.
+    pub(crate) fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+        out.clear();
+        let mut ends = false;
+        self.index.in_box(near, |number| {
+            let edge = &self.edges[number as usize];
+            ends |= edge.opposite.len() % 2 == 1;
+            if edge.outward != DVec3::ZERO {
+                out.push(number);
+            }
+        });
+        out.sort_unstable();
+        ends
+    }
+
+    /// The best point of an edge is where the way, unfolded into a plane, is straight:
+    /// `t = (t_a d_b + t_b d_a) / (d_a + d_b)` with the coordinates t along the edge and the
+    /// distances d to its line; clamped to the edge.
+    pub(crate) fn bend(&self, vertices: &[DVec3], edge: u32, a: DVec3, b: DVec3) -> Bend {
+        let [p, q] = self.ends(vertices, edge);
+        let length = p.distance(q);
+        let along = (q - p) / length;
+        let (t_a, t_b) = ((a - p).dot(along), (b - p).dot(along));
+        let d_a = (a - p - t_a * along).length();
+        let d_b = (b - p - t_b * along).length();
+        let t = if d_a + d_b > 0.0 {
+            (t_a * d_b + t_b * d_a) / (d_a + d_b)
+        } else {
+            0.5 * (t_a + t_b)
+        };
+        Bend {
+            point: p + t.clamp(0.0, length) * along,
+            outward: self.edges[edge as usize].outward,
+        }
+    }
+
+    /// Distance (m) of a point from an edge.
+    pub(crate) fn distance(&self, vertices: &[DVec3], edge: u32, point: DVec3) -> f64 {
+        point.distance(self.nearest(vertices, edge, point))
+    }
+
+    /// Bytes held on the heap, about.
+    pub(crate) fn bytes(&self) -> usize {
+        self.edges.capacity() * size_of::<Edge>()
+            + self.edges.len() * 16
+            + self.of.capacity() * 16
+            + self.index.bytes()
+    }
+
+    fn ends(&self, vertices: &[DVec3], edge: u32) -> [DVec3; 2] {
+        self.edges[edge as usize].ends.map(|v| vertices[v as usize])
+    }
+
+    fn nearest(&self, vertices: &[DVec3], edge: u32, point: DVec3) -> DVec3 {
+        let [p, q] = self.ends(vertices, edge);
+        let along = q - p;
+        let t = (point - p).dot(along) / along.length_squared();
+        p + t.clamp(0.0, 1.0) * along
+    }
+}
