@@ -270,29 +270,33 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             let constants = fixed.constants(first / BLOCK);
             block.gradients::<A, _>(constants, 1.0);
             if continues {
-                self.rest.continuation.add_to(first, count, &mut block);
+                for lane in 0..count {
+                    self.rest.continuation.carry(first + lane, lane, &mut block);
+                }
             }
             laws.load(model, first, count);
             block.stresses::<A>(&laws, model.logarithm);
             for lane in 0..count {
                 let node = first + lane;
+                let continuation = self.rest.continuation;
                 if plain && block.holds(model, node, lane) {
                     let volume = laws.volume[lane];
                     if volume > 0.0 {
                         watch.ratio = watch.ratio.min(block.ratio[lane]);
                         if watched {
-                            let square = model.gradient_squares[node];
+                            let square = model.gradient_squares[node] * continuation.gain(node);
                             let stiffness = volume * square * block.bound[lane];
                             watch.stiffness = watch.stiffness.max(stiffness);
                         }
                     }
                 } else {
                     let f = single(model, self.rest.viscosity, node, &mut block, lane);
-                    watch = watch.and(watch_node(model, node, f));
+                    watch = watch.and(watch_node((model, continuation), node, f));
                 }
                 if continues {
                     let stress = block.matrix(&block.stress, lane);
-                    block.work[lane] += self.rest.continuation.excess(node, stress);
+                    block.work[lane] += continuation.excess(node, stress);
+                    continuation.pull(node, lane, &mut block);
                 }
             }
             block.records::<A, _>(constants);
@@ -350,11 +354,15 @@ fn single<const L: usize>(
 }
 
 /// What is watched of a node.
-pub(crate) fn watch_node(model: &Model, node: usize, f: DMat3) -> Watch {
+pub(crate) fn watch_node(
+    (model, continuation): (&Model, &Continuation),
+    node: usize,
+    f: DMat3,
+) -> Watch {
     if model.elastic_volumes[node] > 0.0 {
         Watch {
             ratio: volume_ratio(f),
-            stiffness: indicator(model, node, f),
+            stiffness: indicator(model, node, f) * continuation.gain(node),
         }
     } else {
         Watch::NOTHING

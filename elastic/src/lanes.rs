@@ -180,14 +180,6 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Adds to a lane's deformation gradient.
-    pub(crate) fn add_gradient(&mut self, lane: usize, more: DMat3) {
-        let more = more.transpose().to_cols_array();
-        for k in 0..9 {
-            self.deformation[k][lane] += more[k];
-        }
-    }
-
     /// Whether the node in a lane is one for which the lanes hold.
     #[inline(always)]
     pub(crate) fn holds(&self, model: &Model, node: usize, lane: usize) -> bool {
@@ -441,12 +433,22 @@ impl<const L: usize> Block<L> {
 
     /// Replaces a lane's deformation gradient (or its change) and stress.
     pub(crate) fn set_matrix(&mut self, lane: usize, f: DMat3, stress: DMat3) {
-        let (f, stress) = (
-            f.transpose().to_cols_array(),
-            stress.transpose().to_cols_array(),
-        );
+        self.set_deformation(lane, f);
+        self.set_stress(lane, stress);
+    }
+
+    /// Replaces a lane's deformation gradient, or its change.
+    pub(crate) fn set_deformation(&mut self, lane: usize, f: DMat3) {
+        let f = f.transpose().to_cols_array();
         for k in 0..9 {
             self.deformation[k][lane] = f[k];
+        }
+    }
+
+    /// Replaces a lane's stress, or its change.
+    pub(crate) fn set_stress(&mut self, lane: usize, stress: DMat3) {
+        let stress = stress.transpose().to_cols_array();
+        for k in 0..9 {
             self.stress[k][lane] = stress[k];
         }
     }

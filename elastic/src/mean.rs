@@ -38,8 +38,11 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
         |chunk, f, ratios| {
             let first = chunk * CHUNK;
             work.each(first, ratios.len(), |node, h| {
-                let h = h + continuation.of(node);
-                let (at, value) = (node - first, model.deformation_gradient(node, h));
+                let mut value = model.deformation_gradient(node, h);
+                if let Some(factor) = continuation.factor(node) {
+                    value *= factor;
+                }
+                let at = node - first;
                 set_gradient(f, at, value);
                 ratios[at] = volume_ratio(value);
             });
@@ -83,8 +86,10 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
             let (energy, stress) = model.energy_and_stress(viscosity, node, f);
             let pressure = means.pressure(model, node, &pressures.pressures);
             let stress = stress * volume + cofactor(f) * pressure;
-            let stress = model.seen_stress(node, f, stress);
-            // Of displacements alone: what an offset adds to F does no virtual work.
+            let mut stress = model.seen_stress(node, f, stress);
+            if let Some(factor) = continuation.factor(node) {
+                stress *= factor.transpose();
+            }
             (stress, volume * energy - 0.5 * double_dot(stress, h))
         };
         *sum += work.records(chunk * CHUNK, records, forces, stress);
@@ -93,7 +98,8 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
     for (chunk, watch) in state.watches.iter_mut().enumerate() {
         let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(model.node_count());
         *watch = nodes.fold(Watch::NOTHING, |worst, node| {
-            worst.and(watch_node(model, node, gradient(deformation, node)))
+            let f = gradient(deformation, node);
+            worst.and(watch_node((model, continuation), node, f))
         });
     }
 }
@@ -107,7 +113,7 @@ pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
     let (Some(means), Some(pressures)) = (&model.means, &state.pressures) else {
         return;
     };
-    let parallel = parallel(model);
+    let (parallel, continuation) = (parallel(model), &state.continuation);
     let Scratch { moves, changes, .. } = scratch;
     let [ratios, slopes] = changes;
     let work = Work {
@@ -125,6 +131,7 @@ pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
             work.each(chunk * CHUNK, outputs.len(), |node, dh| {
                 if let Some(ratio) = outputs.next() {
                     let f = gradient(deformation, node);
+                    let dh = continuation.factor(node).map_or(dh, |factor| dh * factor);
                     *ratio = double_dot(cofactor(f), model.deformation_change(node, f, dh));
                 }
             });
@@ -154,6 +161,8 @@ pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
     let run = |(chunk, (records, own)): (usize, (&mut [_], &mut [DVec3]))| {
         let change = |node: usize, dh: DMat3| {
             let f = gradient(deformation, node);
+            let factor = continuation.factor(node);
+            let dh = factor.map_or(dh, |factor| dh * factor);
             let df = model.deformation_change(node, f, dh);
             let cof = cofactor(f);
             let volume = model.elastic_volumes[node];
@@ -165,6 +174,7 @@ pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
             let change = model.seen_change(node, f, dh, change, || {
                 model.energy_and_stress(viscosity, node, f).1 * volume + cof * p
             });
+            let change = factor.map_or(change, |factor| change * factor.transpose());
             (change, 0.0)
         };
         work.records(chunk * CHUNK, records, own, change);

@@ -2,8 +2,11 @@
 //!
 //! A row of full support does not see its own node's zero-energy displacement; the one-sided row that
 //! a cut leaves reads it as strain, and energy appears out of nothing. So a rebuilt row keeps the
-//! deformation gradient that the node had: `F = F(u) + D`, `D = F_before - F_after`, and `D` decays.
-//! The energy that the decay adds or takes is `∫ V P : dD`, by the trapezoidal rule over a step.
+//! deformation gradient that the node had: `F = F(u) (I + A)`, `A = F_after⁻¹ F_before - I`, and `A`
+//! decays. The factor stands on the side of the material: a rotation `Q` of the whole makes
+//! `Q F(u) (I + A)`, so forces `V P (I + A)ᵀ g` keep the angular momentum, which those of a sum
+//! `F(u) + D` do not. The energy that the decay adds or takes is `∫ V P : F(u) dA`, by the trapezoidal
+//! rule over a step.
 
 use glam::{DMat3, DVec3};
 
@@ -17,6 +20,10 @@ use crate::storage::Storage;
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
 /// modulus, and what dropping it adds to the energy is booked like the decay.
 const SMALLEST_OFFSET: f64 = 1e-5;
+/// Where the rebuilt row gives a gradient whose inverse is larger than this, the gradient of before is
+/// met only as far as `(Fᵀ F + ε² I)⁻¹ Fᵀ` inverts it, `ε` the reciprocal: `I + A` multiplies the
+/// stiffness, so it must stay bounded where a row sees the body all but flat.
+const LARGEST_INVERSE: f64 = 4.0;
 
 /// Offsets of deformation gradients, as a checkpoint keeps them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,7 +46,7 @@ pub(crate) struct Continuation {
 }
 
 impl Continuation {
-    /// `V P : D / 2` of a node, from `V P`: what the virtual work of the stresses with all of `F`
+    /// `V P : A / 2` of a node, from `V P`: what the virtual work of the stresses with all of `F`
     /// counts too much.
     pub(crate) fn excess(&self, node: usize, stress: DMat3) -> f64 {
         0.5 * double_dot(stress, self.of(node))
@@ -50,12 +57,39 @@ impl Continuation {
         self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
     }
 
-    /// Adds the offsets of `count` nodes from `first` on to a block's deformation gradients.
-    pub(crate) fn add_to<const L: usize>(&self, first: usize, count: usize, block: &mut Block<L>) {
-        for (lane, offset) in self.of_node[first..first + count].iter().enumerate() {
-            if *offset != DMat3::ZERO {
-                block.add_gradient(lane, *offset);
-            }
+    /// `I + A` of a node that has an offset.
+    pub(crate) fn factor(&self, node: usize) -> Option<DMat3> {
+        let offset = self.of_node.get(node)?;
+        (*offset != DMat3::ZERO).then(|| DMat3::IDENTITY + *offset)
+    }
+
+    /// What an offset multiplies a node's share of the stiffness with: at least `|I + A|²`.
+    pub(crate) fn gain(&self, node: usize) -> f64 {
+        self.factor(node).map_or(1.0, |factor| {
+            let sum = |m: DMat3| {
+                let columns = [m.x_axis, m.y_axis, m.z_axis];
+                columns
+                    .map(|c| c.abs().element_sum())
+                    .into_iter()
+                    .fold(0.0, f64::max)
+            };
+            sum(factor) * sum(factor.transpose())
+        })
+    }
+
+    /// Multiplies a block's deformation gradients, or their changes, of nodes with an offset.
+    pub(crate) fn carry<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
+        if let Some(factor) = self.factor(node) {
+            let f = block.matrix(&block.deformation, lane);
+            block.set_deformation(lane, f * factor);
+        }
+    }
+
+    /// Turns a block's stress, or its change, of a node with an offset into what its row sees.
+    pub(crate) fn pull<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
+        if let Some(factor) = self.factor(node) {
+            let stress = block.matrix(&block.stress, lane);
+            block.set_stress(lane, stress * factor.transpose());
         }
     }
 
@@ -79,8 +113,9 @@ impl Continuation {
 
 impl Elastic {
     /// Lets the deformation gradients of `nodes`, whose rows were rebuilt by [`Elastic::update_rows`],
-    /// go on from what they were: `F = F(u) + D` with `D = before - F(u)` where `u` are the
-    /// displacements to `positions` (m). Nodes without a full row get none; one of before ends.
+    /// go on from what they were: `F = F(u) (I + A)` with `A = F(u)⁻¹ before - I` where `u` are the
+    /// displacements to `positions` (m). Nodes without a full row get none; one of before ends. Where
+    /// the new row gives a gradient that is all but singular, `before` is met in part only.
     ///
     /// # Panics
     /// If the slices' lengths do not fit or a node does not exist.
@@ -93,7 +128,8 @@ impl Elastic {
                 let at = node as usize;
                 let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
                 let offset = if full {
-                    before - gradient_at(model, &table.fixed, at, positions)
+                    inverse(gradient_at(model, &table.fixed, at, positions)) * before
+                        - DMat3::IDENTITY
                 } else {
                     DMat3::ZERO
                 };
@@ -125,8 +161,8 @@ impl Elastic {
                 left.push(node);
             }
             work += self.half_work(at, next - offset);
-            decayed.push((node, next - offset));
             self.state.continuation.of_node[at] = next;
+            decayed.push((node, next - offset));
         }
         self.state.continuation.nodes = left;
         self.state.continuation.decayed = decayed;
@@ -146,9 +182,13 @@ impl Elastic {
         work
     }
 
+    /// `V P : F(u) dA / 2`, `F(u)` from the gradient last evaluated and the offset of now.
     fn half_work(&self, node: usize, change: DMat3) -> f64 {
+        let factor = self.state.continuation.factor(node);
+        let f = self.deformation_gradient(node);
+        let own = factor.map_or(f, |factor| f * factor.inverse());
         let volume = self.model.elastic_volumes[node];
-        0.5 * volume * double_dot(self.first_piola_kirchhoff(node), change)
+        0.5 * volume * double_dot(self.first_piola_kirchhoff(node), own * change)
     }
 
     /// Whether any node has an offset.
@@ -180,6 +220,20 @@ impl Elastic {
             continuation.set(n, node, DMat3::from_cols_array(value));
         }
     }
+}
+
+/// `F⁻¹`, or what stands for it where that is too large.
+fn inverse(f: DMat3) -> DMat3 {
+    let size = |m: DMat3| {
+        let columns = [m.x_axis, m.y_axis, m.z_axis];
+        columns.map(DVec3::length_squared).iter().sum::<f64>()
+    };
+    let inverse = f.inverse();
+    if size(inverse) <= LARGEST_INVERSE * LARGEST_INVERSE {
+        return inverse;
+    }
+    let least = DMat3::from_diagonal(DVec3::splat(LARGEST_INVERSE.powi(-2)));
+    (f.transpose() * f + least).inverse() * f.transpose()
 }
 
 /// `I + sum_j u_ij ⊗ g_ij` of a node with a full row, without its offset.

@@ -81,6 +81,8 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
     fn run<A: Arithmetic>(self) {
         let mut block = Block::<L>::new();
         let mut laws = Laws::new(self.model);
+        let continuation = &self.state.continuation;
+        let continues = !continuation.of_node.is_empty();
         let mut first = self.first;
         for (records, own) in self.records.iter_mut().zip(self.own.chunks_mut(BLOCK)) {
             let count = own.len();
@@ -92,6 +94,11 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
             let constants = self.fixed.constants(first / BLOCK);
             laws.load(self.model, first, count);
             block.gradients::<A, _>(constants, 0.0);
+            if continues {
+                for lane in 0..count {
+                    continuation.carry(first + lane, lane, &mut block);
+                }
+            }
             block.stress_changes::<A>(&laws, self.model.logarithm);
             for lane in 0..count {
                 finish(self.model, self.state, first + lane, &mut block, lane);
@@ -106,7 +113,8 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
     }
 }
 
-/// Replaces the change of stress of a node that the lanes do not hold for.
+/// Replaces the change of stress of a node that the lanes do not hold for, and turns it into what the
+/// node's row sees.
 #[inline(always)]
 fn finish<const L: usize>(
     model: &Model,
@@ -118,6 +126,7 @@ fn finish<const L: usize>(
     if !(state.viscosity.is_none() && block.holds(model, node, lane)) {
         single(model, state, node, block, lane);
     }
+    state.continuation.pull(node, lane, block);
 }
 
 #[inline(never)]
@@ -207,6 +216,10 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
             }
             let constants = table.fixed.copied(&copies);
             block.gradients::<A, _>(constants, 0.0);
+            for (lane, &node) in nodes.iter().enumerate() {
+                let continuation = &self.state.continuation;
+                continuation.carry(node as usize, lane, &mut block);
+            }
             block.stress_changes::<A>(&laws, model.logarithm);
             for (lane, &node) in nodes.iter().enumerate() {
                 finish(model, self.state, node as usize, &mut block, lane);

@@ -3,7 +3,7 @@
 //!
 //! A bound on what a node's own strain energy adds to the largest eigenvalue of `M⁻¹ K` is
 //! `r_i = V_i c(F_i) s_i`, `s_i = sum_j |g_ij|²/m_j` with `j = i` included, `c` a bound on the
-//! eigenvalues of `d²W/dF²`. It is too large to be a step's limit, but it rises when the limit falls,
+//! eigenvalues of `d²W/dF²`, times `|I + A|²` where a gradient goes on over a rebuild. It is too large to be a step's limit, but it rises when the limit falls,
 //! at once and at every node, which an estimate by products with a vector of before does not.
 
 use glam::{DMat3, DVec3};
@@ -108,7 +108,8 @@ impl Elastic {
             .map(|(node, square)| {
                 let f = self.deformation_gradient(node);
                 let bound = model.law_shared(node).tangent_bound(f);
-                (model.elastic_volumes[node] * bound * square, node)
+                let gain = self.state.continuation.gain(node);
+                (model.elastic_volumes[node] * bound * square * gain, node)
             })
             .collect();
         let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));

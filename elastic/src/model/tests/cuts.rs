@@ -166,6 +166,17 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
             }
         }
         check_derivatives("offsets", &mut body, &shaken(&whole, 0.01, 4), 1e-3, 1e-3);
+        // Moved on, turned or not, it keeps both momenta.
+        for turn in [0.0, 2.0] {
+            let by = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), turn);
+            let x: Vec<DVec3> = shaken(&whole, 0.02, 7).iter().map(|&x| by * x).collect();
+            body.forces_into(&x, &mut f);
+            let torque: DVec3 = x.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+            let size: f64 = x.iter().zip(&f).map(|(x, f)| x.length() * f.length()).sum();
+            assert_below("torque", torque.length(), 1e-12 * size);
+            let sum: DVec3 = f.iter().sum();
+            assert_below("sum", sum.length(), 1e-12 * size);
+        }
         let start = body.forces_into(&x, &mut f);
         let kept = body.offsets();
         assert!(
