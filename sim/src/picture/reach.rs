@@ -3,14 +3,14 @@
 use glam::DVec3;
 use phyxel_discretize::Bounds;
 
-/// The triangle, if it is not larger than the body's box; else the part of it within the box grown by
-/// half its diagonal. A blade may reach any way beyond the body, and skin is looked for by area.
+/// Least share of a triangle near the body for which all of it is sampled.
+const LEAST_SHARE: f64 = 0.25;
+
+/// The part of a triangle within the body's box, grown by half its size along each axis; all of the
+/// triangle if that is most of it. A blade may reach any way beyond a body, which may be a thousand
+/// times as long as it is thick, and skin is looked for by area.
 pub(super) fn within(triangle: [DVec3; 3], bounds: &Bounds) -> Vec<[DVec3; 3]> {
-    let diagonal = bounds.diagonal();
-    if Bounds::of(triangle).diagonal() <= diagonal {
-        return vec![triangle];
-    }
-    let margin = DVec3::splat(0.5 * diagonal);
+    let margin = 0.5 * (bounds.max - bounds.min);
     let mut polygon = triangle.to_vec();
     for axis in 0..3 {
         let low = bounds.min[axis] - margin[axis];
@@ -18,9 +18,19 @@ pub(super) fn within(triangle: [DVec3; 3], bounds: &Bounds) -> Vec<[DVec3; 3]> {
         polygon = clip(&polygon, |p| p[axis] - low);
         polygon = clip(&polygon, |p| high - p[axis]);
     }
-    (2..polygon.len())
+    let part: Vec<[DVec3; 3]> = (2..polygon.len())
         .map(|k| [polygon[0], polygon[k - 1], polygon[k]])
-        .collect()
+        .collect();
+    if area(&part) < LEAST_SHARE * area(&[triangle]) {
+        part
+    } else {
+        vec![triangle]
+    }
+}
+
+fn area(triangles: &[[DVec3; 3]]) -> f64 {
+    let of = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+    triangles.iter().map(of).sum()
 }
 
 /// The part of a convex polygon where a linear function is not negative.
@@ -43,11 +53,6 @@ fn clip(polygon: &[DVec3], depth: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
 mod tests {
     use super::*;
 
-    fn area(triangles: &[[DVec3; 3]]) -> f64 {
-        let of = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
-        triangles.iter().map(of).sum()
-    }
-
     #[test]
     fn a_large_triangle_is_clipped_to_the_body() {
         let bounds = Bounds {
@@ -58,9 +63,15 @@ mod tests {
         assert_eq!(within(small, &bounds), [small], "as it is");
         // A plane through the middle: what is left is the section of the grown box.
         let large = [(-1e3, -1e3), (3e3, -1e3), (-1e3, 3e3)].map(|(x, y)| DVec3::new(x, y, 0.5));
-        let side = 1.0 + 3.0_f64.sqrt();
         let found = area(&within(large, &bounds));
-        assert!((found / (side * side) - 1.0).abs() < 1e-9, "{found}");
+        assert!((found / 4.0 - 1.0).abs() < 1e-9, "{found}");
+        // A needle of a body: its section counts, not its length.
+        let needle = Bounds {
+            min: DVec3::ZERO,
+            max: DVec3::new(0.1, 0.1, 1e4),
+        };
+        let found = area(&within(large, &needle));
+        assert!((found / 0.04 - 1.0).abs() < 1e-9, "{found}");
         let beyond = large.map(|p| p + 10.0 * DVec3::Z);
         assert!(within(beyond, &bounds).is_empty(), "nothing near the body");
     }

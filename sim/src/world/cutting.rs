@@ -386,8 +386,9 @@ impl Cutting {
         let elastic = &mut body.elastic;
         elastic.update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
         elastic.scale_control(touched, TOUCHED_CONTROL);
-        let weak = self.weak_nodes(body, touched);
         let positions = body.motion.positions();
+        let lost = body.elastic.lost_gradients(touched, &before, positions);
+        let weak = self.weak_nodes(body, touched, &lost);
         body.elastic.weaken(&weak, positions, &factor);
         body.elastic
             .continue_deformation(touched, &before, positions);
@@ -409,8 +410,8 @@ impl Cutting {
     }
 
     /// Those of the touched nodes that cuts have left without a strain of their own, by what they took:
-    /// a node that had no more from the start keeps its stiffness.
-    fn weak_nodes(&self, body: &Body, touched: &[u32]) -> Vec<u32> {
+    /// a node that had no more from the start keeps its stiffness. What is `lost` is weak, too.
+    fn weak_nodes(&self, body: &Body, touched: &[u32], lost: &[u32]) -> Vec<u32> {
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
         let ranks = body.stencils.ranks();
         let (offsets, indices) = (graph.offsets(), graph.indices());
@@ -425,6 +426,7 @@ impl Cutting {
                 || (now.condition > LARGEST_CONDITION
                     && now.condition > CONDITION_GROWTH * condition)
                 || debris.binary_search(node).is_ok()
+                || lost.binary_search(node).is_ok()
                 || body.elastic.weak_nodes().binary_search(node).is_ok()
         };
         touched.iter().copied().filter(is_weak).collect()
