@@ -129,6 +129,12 @@ impl Bonds {
         energy
     }
 
+    /// Nodes at the ends of bonds, and those that take their deformation from others.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = u32> + '_ {
+        let ends = self.list.iter().flat_map(|bond| [bond.node, bond.other]);
+        ends.chain(self.nodes.iter().copied())
+    }
+
     pub(crate) fn add_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
         for bond in &self.list {
             let (i, j) = (bond.node as usize, bond.other as usize);
@@ -219,6 +225,7 @@ impl Elastic {
     /// If a node does not exist or `positions` is not one per node.
     pub fn weaken(&mut self, nodes: &[u32], positions: &[DVec3], share: &dyn Fn(usize) -> f64) {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
+        self.scratch.stale.add(nodes);
         let mut bonds = std::mem::take(&mut self.state.bonds);
         for &node in nodes {
             let held = self.weaken_one(node as usize);

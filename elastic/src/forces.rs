@@ -10,6 +10,7 @@ use crate::law::{double_dot, volume_ratio};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
+use crate::stale::Stale;
 use crate::storage::{BLOCK, Number, Sixteen, Storage};
 use crate::viscosity::Viscosity;
 use crate::watch::{Watch, indicator};
@@ -119,20 +120,33 @@ pub(crate) fn set_moves(parallel: bool, moves: &mut [Move], of: impl Fn(usize) -
     }
 }
 
-/// Forces and energy; see [`crate::Elastic::forces_into`].
+/// Displacement (m) of a node as passes read it.
+#[inline(always)]
+pub(crate) fn displacement<S: Storage>(model: &Model, positions: &[DVec3], node: usize) -> DVec3 {
+    let least = S::LEAST_DISPLACEMENT;
+    let u = (positions[node] - model.rest[node]).to_array();
+    DVec3::from_array(u.map(|u| if u.abs() < least { 0.0 } else { u }))
+}
+
+/// Forces and energy; see [`crate::Elastic::forces_into`]. Of chunks that are not among `chosen`, all
+/// that the last evaluation left is kept; with mean dilatation all are evaluated.
 pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
     table: &mut Table<S, L, R>,
     positions: &[DVec3],
     forces: &mut [DVec3],
+    chosen: Option<&[bool]>,
 ) -> f64 {
     let parallel = parallel(model);
-    let least = S::LEAST_DISPLACEMENT;
     set_moves(parallel, &mut scratch.moves, |node| {
-        let u = (positions[node] - model.rest[node]).to_array();
-        DVec3::from_array(u.map(|u| if u.abs() < least { 0.0 } else { u }))
+        displacement::<S>(model, positions, node)
     });
-    scratch.partial.fill(0.0);
+    let is_kept = |chunk: usize| chosen.is_some_and(|chosen| !chosen[chunk]);
+    for (chunk, sum) in scratch.partial.iter_mut().enumerate() {
+        if !is_kept(chunk) {
+            *sum = 0.0;
+        }
+    }
     if model.means.is_some() {
         mean::stresses((model, state, scratch), table, forces);
     } else {
@@ -152,6 +166,9 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             usize,
             Slots<'_, S, L, R>,
         )| {
+            if is_kept(chunk) {
+                return;
+            }
             model.arch.dispatch(Stresses {
                 model,
                 rest,
@@ -187,6 +204,9 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     let sum = (&mut scratch.partial[..], 1);
     let outputs = (&mut *forces, CHUNK);
     chunks(parallel, outputs, sum, |chunk, forces, sum| {
+        if is_kept(chunk) {
+            return;
+        }
         model.arch.dispatch(Received {
             model,
             table: reader,
@@ -197,6 +217,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             sign: 1.0,
         });
     });
+    scratch.stale = Stale::default();
     let energy: f64 = scratch.partial.iter().sum();
     energy
         + state

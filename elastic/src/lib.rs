@@ -20,6 +20,7 @@ mod offset;
 mod pairs;
 mod part;
 mod planes;
+mod stale;
 mod still;
 mod storage;
 mod stress;

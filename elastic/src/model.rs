@@ -15,6 +15,7 @@ use crate::material::{Law, Material};
 use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
+use crate::stale::Stale;
 use crate::still::Still;
 use crate::storage::{Compact, Double, Storage};
 use crate::tangent;
@@ -115,6 +116,7 @@ impl Elastic {
         let scratch = Scratch {
             moves: vec![[0.0; 3]; node_count],
             partial: vec![0.0; node_count.div_ceil(CHUNK)],
+            stale: Stale::everything(),
             changes,
         };
         let plain = stencils.multipliers.is_empty();
@@ -150,6 +152,7 @@ impl Elastic {
             unit.push(direction.try_normalize().ok_or(error)?);
         }
         self.model.fiber_directions = unit;
+        self.scratch.stale = Stale::everything();
         Ok(())
     }
 
@@ -252,6 +255,7 @@ impl Elastic {
     /// If a node does not exist.
     pub fn set_held(&mut self, nodes: &[u32]) {
         self.model.still = Still::new(&self.model.pairs, nodes);
+        self.scratch.stale = Stale::everything();
     }
 
     /// Writes the forces `f = -dE/dx` (N) at `positions` (m) and returns the energy `E` (J).
@@ -271,7 +275,7 @@ impl Elastic {
         assert_eq!(positions.len(), n, "one position per node");
         assert_eq!(forces.len(), n, "one force per node");
         let parts = (&self.model, &mut self.state, &mut self.scratch);
-        with_table!(&mut self.tables, table => forces::forces(parts, table, positions, forces))
+        with_table!(&mut self.tables, table => forces::forces(parts, table, positions, forces, None))
     }
 
     /// Writes `K v` with `K = d²E/dx²` (N/m, symmetric) at the state last evaluated by
@@ -289,6 +293,7 @@ impl Elastic {
         with_table!(&mut self.tables, table => {
             tangent::product(parts, table, vector, product);
         });
+        self.scratch.stale = Stale::everything();
         self.state.bonds.add_product(vector, product);
     }
 

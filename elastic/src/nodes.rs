@@ -13,6 +13,7 @@ use crate::law::Prepared;
 use crate::material::Material;
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
+use crate::stale::Stale;
 use crate::still::Still;
 use crate::viscosity::Viscosity;
 use crate::watch::Watch;
@@ -71,6 +72,8 @@ pub(crate) struct Scratch {
     pub(crate) moves: Vec<Move>,
     /// Energies of chunks of nodes.
     pub(crate) partial: Vec<f64>,
+    /// What is not as the last evaluation left it.
+    pub(crate) stale: Stale,
     /// Changes of `J_i` and of `V_i_el / V_i U'(J̄_i)`; with mean dilatation.
     pub(crate) changes: [Vec<f64>; 2],
 }
@@ -297,7 +300,11 @@ impl State {
 impl Scratch {
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        of(&self.moves) + of(&self.partial) + of(&self.changes[0]) + of(&self.changes[1])
+        of(&self.moves)
+            + of(&self.partial)
+            + of(&self.changes[0])
+            + of(&self.changes[1])
+            + self.stale.bytes()
     }
 }
 

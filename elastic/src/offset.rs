@@ -15,6 +15,7 @@ use crate::lanes::Block;
 use crate::law::{double_dot, outer};
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
+use crate::stale::Stale;
 use crate::storage::Storage;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
@@ -123,6 +124,7 @@ impl Elastic {
     pub fn continue_deformation(&mut self, nodes: &[u32], before: &[DMat3], positions: &[DVec3]) {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
+        self.scratch.stale.add(nodes);
         let (model, continuation) = (&self.model, &mut self.state.continuation);
         with_table!(&self.tables, table => {
             for (&node, &before) in nodes.iter().zip(before) {
@@ -168,6 +170,7 @@ impl Elastic {
     /// that of [`Elastic::offset_work`] after the next evaluation.
     pub fn decay_offsets(&mut self, factor: f64) -> f64 {
         let nodes = std::mem::take(&mut self.state.continuation.nodes);
+        self.scratch.stale.add(&nodes);
         let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
         decayed.clear();
         let mut work = 0.0;
@@ -240,6 +243,7 @@ impl Elastic {
     pub fn set_offsets(&mut self, offsets: &Offsets) {
         let n = self.node_count();
         self.state.continuation = Continuation::default();
+        self.scratch.stale = Stale::everything();
         for (&node, value) in offsets.nodes.iter().zip(&offsets.values) {
             let continuation = &mut self.state.continuation;
             continuation.set(n, node, DMat3::from_cols_array(value));

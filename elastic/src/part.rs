@@ -74,6 +74,9 @@ impl Elastic {
         with_table!(&mut self.tables, table => {
             tangent::product_within(parts, table, part, vector, product);
         });
+        self.scratch
+            .stale
+            .add_part(part, self.model.means.is_some());
         self.state
             .bonds
             .add_product_within(&part.bonds, vector, product);

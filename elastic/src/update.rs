@@ -8,6 +8,7 @@ use crate::fixed::{Fixed, Moments};
 use crate::input::{Stencils, same_length};
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
+use crate::stale::Stale;
 use crate::storage::Storage;
 
 impl Elastic {
@@ -33,6 +34,7 @@ impl Elastic {
         touched: &[u32],
         stencils: &Stencils<'_>,
     ) -> Result<(), ElasticError> {
+        self.scratch.stale.add(touched);
         let model = &mut self.model;
         stencils.check_lengths(model.node_count())?;
         // The graph is that of the start; severed pairs get zeros.
@@ -43,9 +45,12 @@ impl Elastic {
         for &node in touched {
             model.pairs.check_symmetry(node as usize)?;
         }
-        with_table!(&mut self.tables, table => {
-            take_rows(model, &mut table.fixed, touched, stencils)?;
+        let all = with_table!(&mut self.tables, table => {
+            take_rows(model, &mut table.fixed, touched, stencils)?
         });
+        if all {
+            self.scratch.stale = Stale::everything();
+        }
         self.refresh_squares(touched.iter().map(|&node| node as usize));
         Ok(())
     }
@@ -57,6 +62,7 @@ impl Elastic {
     /// # Panics
     /// If a node does not exist.
     pub fn scale_control(&mut self, nodes: &[u32], factor: f64) {
+        self.scratch.stale.add(nodes);
         let model = &mut self.model;
         model.control_scales.resize(model.node_count(), 1.0);
         for &node in nodes {
@@ -84,19 +90,21 @@ pub(crate) fn refresh_control<S: Storage, const L: usize>(
     }
 }
 
-/// Takes the rows of `touched` nodes, whose weights are taken already, and what follows from them.
+/// Takes the rows of `touched` nodes, whose weights are taken already, and what follows from them; true
+/// if all rows had to be read again.
 fn take_rows<S: Storage, const L: usize>(
     model: &mut Model,
     fixed: &mut Fixed<S, L>,
     touched: &[u32],
     stencils: &Stencils<'_>,
-) -> Result<(), ElasticError> {
+) -> Result<bool, ElasticError> {
     assert_eq!(
         Fixed::<S, L>::CORRECTED,
         !stencils.multipliers.is_empty(),
         "multipliers as at the start"
     );
-    if fixed.outgrown(touched, stencils.multipliers) {
+    let all = fixed.outgrown(touched, stencils.multipliers);
+    if all {
         for node in 0..model.node_count() {
             set_row(model, fixed, node, stencils)?;
         }
@@ -109,7 +117,7 @@ fn take_rows<S: Storage, const L: usize>(
         }
     }
     set_drags(model, fixed, touched.iter().map(|&node| node as usize));
-    Ok(())
+    Ok(all)
 }
 
 /// Reads a row of the stencils, but for its weights, and everything that follows from it but drags.

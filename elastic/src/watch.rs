@@ -12,6 +12,7 @@ use crate::fixed::Fixed;
 use crate::law::cofactor;
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
+use crate::stale::Stale;
 use crate::storage::Storage;
 
 /// What the last evaluation saw, over a chunk of nodes or all of them.
@@ -61,6 +62,7 @@ impl Elastic {
             masses.is_empty() || masses.len() == n,
             "one mass per node, or none"
         );
+        self.scratch.stale = Stale::everything();
         self.model.inverse_masses = masses.iter().map(|m| m.recip()).collect();
         self.model.gradient_squares = vec![0.0; masses.len()];
         let all: Vec<usize> = (0..masses.len()).collect();

@@ -31,7 +31,7 @@ pub use glam;
 pub use graph::{Graph, Reach, Rows};
 pub use index::Bounds;
 pub use obstacle::{Bend, Obstacle};
-pub use pieces::{Pieces, connected_pieces, nodes_in_small_pieces};
+pub use pieces::{Pieces, connected_pieces, is_parted, nodes_in_small_pieces};
 pub use rule::{Rule, Scratch};
 
 #[cfg(test)]

@@ -51,6 +51,138 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
     Pieces { piece, sizes }
 }
 
+/// Whether some nodes of one piece, all pairs between which a cut has severed, are in several now.
+///
+/// A walk begins at every node and goes on, one neighbour farther at a time, until all that began in a
+/// piece have met or but one of them still finds new nodes: near a cut's front that is round the front,
+/// so that the time follows the cut, and where a piece comes off the size of the smaller one.
+///
+/// # Arguments
+/// * `offsets`, `indices`, `factors` -- as for [`connected_pieces`], after the cut.
+/// * `touched` -- nodes that include both ends of every pair whose factor became 0.
+/// * `piece` -- the pieces of before.
+///
+/// # Panics
+/// If the slices do not fit each other or a node is out of range.
+#[must_use]
+pub fn is_parted(
+    offsets: &[u32],
+    indices: &[u32],
+    factors: &[f64],
+    touched: &[u32],
+    piece: &[u32],
+) -> bool {
+    assert_eq!(indices.len(), factors.len(), "one factor per pair");
+    let mut walks = Walks::new(touched, piece);
+    loop {
+        match walks.standing() {
+            Standing::Parted => return true,
+            Standing::Whole => return false,
+            Standing::Open => walks.advance(offsets, indices, factors),
+        }
+    }
+}
+
+/// Walks from nodes, which become one where they meet.
+struct Walks {
+    /// Walk that reached a node, counted from one; 0 for none.
+    of_node: Vec<u32>,
+    /// The walk that each became part of, itself if none.
+    into: Vec<u32>,
+    /// Nodes that each walk reached last; empty where it became part of another.
+    ends: Vec<Vec<u32>>,
+    /// Piece that each began in.
+    piece: Vec<u32>,
+}
+
+enum Standing {
+    Whole,
+    Parted,
+    Open,
+}
+
+impl Walks {
+    fn new(touched: &[u32], piece: &[u32]) -> Self {
+        let mut walks = Self {
+            of_node: vec![0; piece.len()],
+            into: vec![0],
+            ends: vec![Vec::new()],
+            piece: vec![u32::MAX],
+        };
+        for &node in touched {
+            let at = node as usize;
+            if walks.of_node[at] == 0 {
+                walks.of_node[at] = crate::obstacle::index32(walks.into.len());
+                walks.into.push(walks.of_node[at]);
+                walks.ends.push(vec![node]);
+                walks.piece.push(piece[at]);
+            }
+        }
+        walks
+    }
+
+    fn root(&mut self, mut walk: u32) -> u32 {
+        while self.into[walk as usize] != walk {
+            let next = self.into[walk as usize];
+            self.into[walk as usize] = self.into[next as usize];
+            walk = next;
+        }
+        walk
+    }
+
+    /// Of every piece: whether its walks have met, or one of several can go no farther.
+    fn standing(&self) -> Standing {
+        let roots = (1..self.into.len()).filter(|&walk| self.into[walk] as usize == walk);
+        let mut roots: Vec<(u32, bool)> = roots
+            .map(|walk| (self.piece[walk], self.ends[walk].is_empty()))
+            .collect();
+        roots.sort_unstable();
+        let of_piece = || roots.chunk_by(|a, b| a.0 == b.0);
+        // A walk that ends has seen all of its piece; another in the same one is then in a piece apart.
+        if of_piece().any(|walks| walks.len() > 1 && walks.iter().any(|(_, ended)| *ended)) {
+            Standing::Parted
+        } else if of_piece().all(|walks| walks.len() == 1) {
+            Standing::Whole
+        } else {
+            Standing::Open
+        }
+    }
+
+    /// Every walk goes one neighbour farther.
+    fn advance(&mut self, offsets: &[u32], indices: &[u32], factors: &[f64]) {
+        for walk in 1..self.into.len() {
+            let from = std::mem::take(&mut self.ends[walk]);
+            for node in from {
+                let row = offsets[node as usize] as usize..offsets[node as usize + 1] as usize;
+                for pair in row {
+                    if factors[pair] > 0.0 {
+                        self.reach(walk, indices[pair]);
+                    }
+                }
+            }
+        }
+    }
+
+    fn reach(&mut self, walk: usize, node: u32) {
+        let own = self.root(crate::obstacle::index32(walk));
+        match self.of_node[node as usize] {
+            0 => {
+                self.of_node[node as usize] = own;
+                self.ends[own as usize].push(node);
+            }
+            other => {
+                let other = self.root(other);
+                if other != own {
+                    let [low, high] = [own.min(other), own.max(other)];
+                    self.into[high as usize] = low;
+                    let moved = std::mem::take(&mut self.ends[high as usize]);
+                    self.ends[low as usize].extend(moved);
+                }
+            }
+        }
+    }
+}
+
 /// Finds those of some nodes whose piece has fewer than `limit` nodes, by a walk from each of them that
 /// ends at the limit: the time does not depend on the size of the body.
 ///

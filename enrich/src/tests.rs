@@ -12,6 +12,7 @@ mod growth;
 mod hard;
 mod joints;
 mod memory;
+mod pieces;
 mod planar_cases;
 mod planar_growth;
 mod shapes;

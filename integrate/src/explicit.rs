@@ -123,7 +123,7 @@ impl Motion {
     }
 
     /// Evaluates the forces again where the nodes are, after the force law changed (a cut), books the
-    /// jump of its energy and returns it (J).
+    /// jump of its energy and returns it (J). The slice that `forces` writes holds the forces of before.
     ///
     /// # Errors
     /// [`StepError::ForceNotFinite`].
@@ -135,6 +135,7 @@ impl Motion {
             self.evaluate_first(&mut forces)?;
             return Ok(0.0);
         }
+        self.next_forces.clone_from(&self.state.forces);
         let energy = forces(&self.state.positions, &mut self.next_forces);
         self.check_forces(energy)?;
         std::mem::swap(&mut self.state.forces, &mut self.next_forces);

@@ -53,16 +53,20 @@ pub fn swept_pairs(
     if corners.is_empty() {
         return found;
     }
+    // Both ends of a pair that misses the box on one side lie beyond that side.
     let whole = Bounds::of(&corners);
+    let beyond: Vec<u8> = (present.positions.iter())
+        .map(|x| sides_beyond(&whole, *x))
+        .collect();
     for i in 0..rest.len() {
         let a = present.positions[i];
         for pair in present.pairs(i) {
             let j = present.indices[pair] as usize;
-            let b = present.positions[j];
-            let bounds = Bounds::of(&[a, b]);
-            if j < i || !bounds.meets(&whole) || known(pair) {
+            if beyond[i] & beyond[j] != 0 || j < i || known(pair) {
                 continue;
             }
+            let b = present.positions[j];
+            let bounds = Bounds::of(&[a, b]);
             let passed = sweep.iter().zip(&boxes).find(|&(&[p, q, r], near)| {
                 bounds.meets(near) && segment_crosses_triangle(a, b, p, q, r)
             });
@@ -78,6 +82,15 @@ pub fn swept_pairs(
         }
     }
     found
+}
+
+/// A bit for each side of a box that a point lies beyond.
+fn sides_beyond(bounds: &Bounds, x: DVec3) -> u8 {
+    let low = x.cmplt(bounds.low).bitmask();
+    let high = x.cmpgt(bounds.high).bitmask();
+    #[allow(clippy::cast_possible_truncation, reason = "three bits each")]
+    let sides = (low | high << 3) as u8;
+    sides
 }
 
 /// Those of the swept pairs that the cut does not cross in the material.

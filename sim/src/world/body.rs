@@ -477,10 +477,10 @@ impl Body {
         self.eigenvector = eigenvector;
     }
 
-    /// Evaluates the forces anew after the model changed; the energy's jump (J) is booked.
+    /// Evaluates the forces anew after rows of the model changed; the energy's jump (J) is booked.
     pub(super) fn reload(&mut self) -> Result<f64, StepError> {
         let elastic = &mut self.elastic;
-        self.motion.refresh(|x, f| elastic.forces_into(x, f))
+        self.motion.refresh(|x, f| elastic.forces_again(x, f))
     }
 
     /// Whether the stable step is to be watched.

@@ -1,7 +1,9 @@
 //! Blades that pass through a body: from the edge in the world to rows of the model.
 
 use glam::{DMat3, DVec3};
-use phyxel_enrich::{CutSettings, Cuts, Graph, Patch, connected_pieces, nodes_in_small_pieces};
+use phyxel_enrich::{
+    CutSettings, Cuts, Graph, Patch, connected_pieces, is_parted, nodes_in_small_pieces,
+};
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +40,8 @@ pub struct Cutting {
     map: MaterialMap,
     /// Neighbours and condition of each node before any cut.
     uncut: Vec<(usize, f64)>,
+    /// Piece of each node; empty before the first cut.
+    pieces: Vec<u32>,
     /// Open strokes.
     strokes: Vec<Stroke>,
     /// Pairs that blades passed and that a cut's surface does not cross.
@@ -127,6 +131,7 @@ impl Cutting {
             factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
             map,
             uncut: supports_of_rows(body),
+            pieces: Vec::new(),
             strokes: Vec::new(),
             missed: 0,
             growth: 1.0,
@@ -152,7 +157,11 @@ impl Cutting {
     /// Heap bytes of all that a cut needs.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.cuts.bytes() + self.factors.bytes() + self.map.bytes() + size_of_val(&*self.uncut)
+        self.cuts.bytes()
+            + self.factors.bytes()
+            + self.map.bytes()
+            + size_of_val(&*self.uncut)
+            + size_of_val(&*self.pieces)
     }
 
     /// Blade edges taken up, and how many of them changed the connectivity.
@@ -393,8 +402,11 @@ impl Cutting {
         body.elastic
             .continue_deformation(touched, &before, positions);
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
-        let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
-        body.motion.set_pieces(&pieces.piece);
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
+            self.pieces = connected_pieces(offsets, indices, weights).piece;
+            body.motion.set_pieces(&self.pieces);
+        }
         Ok(())
     }
 

@@ -275,3 +275,80 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
         assert!(stiffest.0 > 0.5 * value, "{} for {value}", stiffest.0);
     }
 }
+
+/// Everything that an evaluation leaves, as bits.
+fn left_behind(body: &Elastic, energy: f64, forces: &[DVec3]) -> Vec<u64> {
+    let gradients = body.deformation_gradients();
+    let gradients = gradients.iter().flat_map(DMat3::to_cols_array);
+    let forces = forces.iter().flat_map(DVec3::to_array);
+    let watched = [body.smallest_volume_ratio(), body.stiffness_indicator()];
+    let all = gradients.chain(forces).chain(watched).chain([energy]);
+    all.map(f64::to_bits).collect()
+}
+
+#[test]
+fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
+    for precision in [Precision::Double, Precision::Single] {
+        let mut block = Block::new([6, 6, 60], DVec3::splat(0.1), 0.2, 3);
+        let settings = Settings {
+            precision,
+            ..Settings::default()
+        };
+        let mut body = built(&block, law(), &settings);
+        let n = body.node_count();
+        body.watch_stiffness(&vec![1.0; n]);
+        let x = shaken(&block, 0.01, 4);
+        let mut forces = vec![DVec3::ZERO; n];
+        body.forces_into(&x, &mut forces);
+        let middle = block.positions[n / 2];
+        for round in 0..4 {
+            let before = body.deformation_gradients();
+            // A slit across the bar, one layer deeper in every round.
+            let at = block.positions.clone();
+            let deep = 0.1 * f64::from(round + 2);
+            let touched = cut(&mut block, |i, j| {
+                let side = |k: usize| at[k].z > middle.z;
+                side(i) == side(j) || at[i].x.max(at[j].x) > deep
+            });
+            body.update_rows(&touched, &stencils(&block))
+                .expect("sound");
+            body.scale_control(&touched, 3.0);
+            let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
+            body.weaken(&touched[..3], &x, &share);
+            let old: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
+            body.continue_deformation(&touched, &old, &x);
+            let part = body.part(&touched[3..20]);
+            let mut product = vec![DVec3::ONE; part.nodes().len()];
+            let ones = product.clone();
+            body.tangent_product_within(&part, &ones, &mut product);
+            if round == 3 {
+                body.decay_offsets(0.5);
+                body.decay_bonds(0.5);
+            }
+            let chosen = body.changed_chunks();
+            let count = chosen.iter().filter(|chosen| **chosen).count();
+            assert!(2 * count <= chosen.len(), "{count} of {}", chosen.len());
+            let mut whole = body.clone();
+            let mut expected = vec![DVec3::ZERO; n];
+            let energy = whole.forces_into(&x, &mut expected);
+            let expected = left_behind(&whole, energy, &expected);
+            let energy = body.forces_again(&x, &mut forces);
+            assert_eq!(left_behind(&body, energy, &forces), expected);
+        }
+        // Elsewhere, and after a product of the whole, everything is evaluated.
+        let there = shaken(&block, 0.02, 5);
+        for x in [&there, &x] {
+            let mut whole = body.clone();
+            let mut expected = vec![DVec3::ZERO; n];
+            let energy = whole.forces_into(x, &mut expected);
+            let expected = left_behind(&whole, energy, &expected);
+            body.tangent_product_into(&there, &mut forces);
+            let energy = body.forces_again(x, &mut forces);
+            assert_eq!(left_behind(&body, energy, &forces), expected);
+        }
+        let mut whole = vec![DVec3::ZERO; n];
+        body.forces_again(&there, &mut forces);
+        body.forces_into(&there, &mut whole);
+        assert_eq!(forces, whole, "a body that moved");
+    }
+}

@@ -1,0 +1,120 @@
+//! Forces again after a few rows changed, at a cost that follows the change.
+
+use glam::DVec3;
+
+use crate::forces::{self, CHUNK, displacement};
+use crate::gather::Move;
+use crate::model::{Elastic, with_table};
+use crate::nodes::Model;
+use crate::part::Part;
+use crate::storage::Storage;
+
+/// What is not as the last evaluation of forces left it.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Stale {
+    /// Everything may have changed.
+    all: bool,
+    /// Nodes whose rows, control, strain energy or offset changed, in any order.
+    nodes: Vec<u32>,
+    /// Nodes whose records a product wrote over.
+    records: Vec<u32>,
+    /// Nodes whose displacements it wrote over.
+    moves: Vec<u32>,
+}
+
+impl Stale {
+    pub(crate) fn everything() -> Self {
+        Self {
+            all: true,
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn add(&mut self, nodes: &[u32]) {
+        if !self.all {
+            self.nodes.extend_from_slice(nodes);
+        }
+    }
+
+    /// After a product within a part, which with mean dilatation is one of the whole.
+    pub(crate) fn add_part(&mut self, part: &Part, mean: bool) {
+        if mean {
+            *self = Self::everything();
+        } else if !self.all && !self.records.ends_with(&part.rows) {
+            self.records.extend_from_slice(&part.rows);
+            self.moves.extend_from_slice(&part.seen);
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let nodes = self.nodes.capacity() + self.records.capacity() + self.moves.capacity();
+        nodes * size_of::<u32>()
+    }
+
+    /// Whether what is kept of the last evaluation is one at these positions.
+    fn is_at<S: Storage>(&self, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
+        let mut overwritten = vec![false; moves.len()];
+        for &node in &self.moves {
+            overwritten[node as usize] = true;
+        }
+        let same = |node: usize| {
+            let u = displacement::<S>(model, positions, node);
+            u == DVec3::from_array(moves[node])
+        };
+        (0..moves.len()).all(|node| overwritten[node] || same(node))
+    }
+}
+
+impl Elastic {
+    /// As [`Elastic::forces_into`], with the same bits, where `forces` holds what the last evaluation gave
+    /// at the same positions and a cut has changed the model since: only what follows from the change
+    /// is evaluated, in whole chunks of 256 nodes. A body with mean dilatation or viscosity, one that
+    /// has moved, and one of which more than rows changed is evaluated as a whole.
+    ///
+    /// # Panics
+    /// If a slice is not as long as there are nodes.
+    pub fn forces_again(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        let n = self.node_count();
+        assert_eq!(positions.len(), n, "one position per node");
+        assert_eq!(forces.len(), n, "one force per node");
+        let (model, stale) = (&self.model, &self.scratch.stale);
+        let whole = stale.all || model.means.is_some() || self.state.viscosity.is_some();
+        let moves = &self.scratch.moves;
+        let still = !whole
+            && with_table!(&self.tables, table => table.is_at(stale, model, moves, positions));
+        if !still {
+            return self.forces_into(positions, forces);
+        }
+        let chosen = self.changed_chunks();
+        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        with_table!(&mut self.tables, table => {
+            forces::forces(parts, table, positions, forces, Some(&chosen))
+        })
+    }
+
+    /// Chunks whose records or forces follow from what changed.
+    pub(crate) fn changed_chunks(&self) -> Vec<bool> {
+        let (pairs, stale) = (&self.model.pairs, &self.scratch.stale);
+        let mut chosen = vec![false; self.node_count().div_ceil(CHUNK)];
+        for &node in &stale.nodes {
+            chosen[node as usize / CHUNK] = true;
+            let (row, incoming) = (pairs.row(node as usize), pairs.incoming(node as usize));
+            for pair in row.iter().chain(incoming) {
+                chosen[pair.to as usize / CHUNK] = true;
+            }
+        }
+        // Forces of bonds are added to what the passes give.
+        let ends = self.state.bonds.ends();
+        for node in stale.records.iter().copied().chain(ends) {
+            chosen[node as usize / CHUNK] = true;
+        }
+        chosen
+    }
+}
+
+impl<S: Storage, const L: usize, const R: usize> forces::Table<S, L, R> {
+    /// See [`Stale::is_at`].
+    fn is_at(&self, stale: &Stale, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
+        stale.is_at::<S>(model, moves, positions)
+    }
+}
