@@ -99,7 +99,7 @@ pub struct SolveReport {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ConservativeStencils {
-    /// `g_ij` (1/m), shape `(pairs)`.
+    /// `g_ij` (1/m), shape `(pairs)`; empty after [`ConservativeStencils::forget_pair_gradients`].
     pub pair_gradients: Vec<DVec3>,
     /// `g_ii = −Σ_j g_ij` (1/m), shape `(n)`.
     pub self_gradients: Vec<DVec3>,
@@ -223,13 +223,33 @@ impl ConservativeStencils {
         Ok(stencils)
     }
 
-    /// For every pair the position of its counterpart, shape `(pairs)`.
+    /// Lets go of `g_ij` and of the counterparts of pairs, 28 bytes a pair, where only the factored form is
+    /// read: weights, matrices, scales and multipliers. Rows are updated as before;
+    /// [`ConservativeStencils::finish_stroke`] and [`ConservativeStencils::conservation_error`] are not to be
+    /// had any more.
+    pub fn forget_pair_gradients(&mut self) {
+        self.pair_gradients = Vec::new();
+        self.reverse = Vec::new();
+    }
+
+    /// Panics if a method needs what was let go of.
+    fn assert_not_forgotten(&self) {
+        assert_eq!(
+            self.pair_gradients.len(),
+            self.weights.len(),
+            "pair gradients that were not forgotten"
+        );
+    }
+
+    /// For every pair the position of its counterpart, shape `(pairs)`; empty after
+    /// [`ConservativeStencils::forget_pair_gradients`].
     #[must_use]
     pub fn reverse_pairs(&self) -> &[u32] {
         &self.reverse
     }
 
-    /// Memory held: 24 + 72 + 72 + 8 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair. The set-up
+    /// Memory held: 24 + 72 + 72 + 8 + 40 + 24 + 24 + 8 bytes per node, 24 + 8 + 8 + 4 per pair, 8 + 8
+    /// per pair after [`ConservativeStencils::forget_pair_gradients`]. The set-up
     /// solve needs about 700 bytes per node and 8 per pair more while it runs.
     #[must_use]
     pub fn memory_bytes(&self) -> StencilMemory {
@@ -285,6 +305,8 @@ impl ConservativeStencils {
             "the graph of the set-up"
         );
         let frame = self.frame(positions, neighborhoods);
+        let forgotten = self.pair_gradients.is_empty();
+        let mut unread = Vec::new();
         for &node in touched {
             let node = node as usize;
             let pairs = neighborhoods.pairs(node);
@@ -294,13 +316,15 @@ impl ConservativeStencils {
                 &factor,
                 pairs.clone(),
             )?;
-            let row = frame.build(
-                node,
-                &self.weights[pairs.clone()],
-                self.volumes[node],
-                &self.multipliers,
-                &mut self.pair_gradients[pairs],
-            );
+            let gradients = if forgotten {
+                unread.resize(pairs.len(), DVec3::ZERO);
+                &mut unread[..]
+            } else {
+                &mut self.pair_gradients[pairs.clone()]
+            };
+            let weights = &self.weights[pairs];
+            let volume = self.volumes[node];
+            let row = frame.build(node, weights, volume, &self.multipliers, gradients);
             self.store(node, row);
         }
         Ok(())

@@ -60,6 +60,10 @@ pub fn swept_pairs(
         .collect();
     for i in 0..rest.len() {
         let a = present.positions[i];
+        let row = &present.indices[present.pairs(i)];
+        if row.iter().all(|&j| beyond[i] & beyond[j as usize] != 0) {
+            continue;
+        }
         for pair in present.pairs(i) {
             let j = present.indices[pair] as usize;
             if beyond[i] & beyond[j] != 0 || j < i || known(pair) {

@@ -32,9 +32,10 @@ impl ConservativeStencils {
     /// Largest violation `max_j |Σ_i V_i g_ij − b_j|` (m²) for the current stencils.
     ///
     /// # Panics
-    /// If the neighbourhoods are not those of the set-up.
+    /// If the neighbourhoods are not those of the set-up or the pair gradients were forgotten.
     #[must_use]
     pub fn conservation_error(&self, neighborhoods: &Neighborhoods) -> f64 {
+        self.assert_not_forgotten();
         assert_eq!(
             neighborhoods.pair_count(),
             self.weights.len(),

@@ -56,7 +56,8 @@ impl ConservativeStencils {
     /// * `projectors` -- `N_j`, shape of `nodes`; see [`normal_projector`].
     ///
     /// # Panics
-    /// If slices do not have their stated lengths or a node is out of range.
+    /// If slices do not have their stated lengths, a node is out of range or the pair gradients were
+    /// forgotten.
     ///
     /// # Numerics
     /// Pieces with fewer nodes than the settings' `smallest_piece` keep their stencils: small debris
@@ -76,6 +77,7 @@ impl ConservativeStencils {
             "the graph of the set-up"
         );
         assert_eq!(nodes.len(), projectors.len(), "one projector per node");
+        self.assert_not_forgotten();
         let before = self.clone();
         let defect = self.defect(neighborhoods);
         let scale = self

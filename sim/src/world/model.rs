@@ -139,7 +139,7 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
             // Nodes of tetrahedra that lie flat on the surface see no third direction along edges.
             let (neighborhoods, _) = widen_deficient_rows(rest, &edges, FLAT)?;
             let weights = inverse_square_weights(rest, &neighborhoods);
-            let stencils = ConservativeStencils::new(
+            let mut stencils = ConservativeStencils::new(
                 rest,
                 &sampling.volumes,
                 &sampling.boundary_vectors,
@@ -147,6 +147,8 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
                 weights,
                 &ConservativeSettings::for_cutting(),
             )?;
+            // The model reads the factored form.
+            stencils.forget_pair_gradients();
             Ok(Coupled {
                 neighborhoods,
                 stencils: Stencils::Conservative(Box::new(stencils)),

@@ -80,6 +80,27 @@ fn memory_is_what_is_stated() {
 }
 
 #[test]
+fn rows_are_updated_alike_without_pair_gradients() {
+    let block = block([5, 5, 5], 1.0, 0.2, 8);
+    let (graph, mut kept) = build(&block);
+    let mut light = kept.clone();
+    light.forget_pair_gradients();
+    let saved = kept.memory_bytes().total - light.memory_bytes().total;
+    assert!(saved >= 28 * graph.pair_count(), "{saved} bytes");
+    let touched: Vec<u32> = (0..20).collect();
+    let factor = |pair: usize| [1.0, 0.5, 0.0][pair % 3];
+    for stencils in [&mut kept, &mut light] {
+        stencils
+            .update_rows(&block.positions, &graph, factor, &touched)
+            .expect("sound factors");
+    }
+    assert_eq!(light.matrices, kept.matrices);
+    assert_eq!(light.scales, kept.scales);
+    assert_eq!(light.weights, kept.weights);
+    assert_eq!(light.self_gradients, kept.self_gradients);
+}
+
+#[test]
 fn bad_input_is_named() {
     let block = block([2, 2, 2], 1.0, 0.0, 1);
     let graph = graph(&block);
