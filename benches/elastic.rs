@@ -169,6 +169,16 @@ fn setup(c: &mut Criterion) {
     group.bench_function("update 100 rows", |b| {
         b.iter(|| body.update_rows(&touched, &stencils(&block)));
     });
+    let x = deformed(&block);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(&x, &mut f);
+    group.bench_function("update 100 rows and evaluate what follows", |b| {
+        b.iter(|| {
+            body.update_rows(&touched, &stencils(&block))
+                .expect("sound rows");
+            body.forces_again(&x, &mut f)
+        });
+    });
     group.finish();
 }
 

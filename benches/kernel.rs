@@ -6,8 +6,9 @@
 //! turns; times are the least of all, *median ratio* is that of the turns. The bounds, per pair: to read as
 //! many bytes as the model holds once, front to back, on one thread; and to multiply and add at peak.
 //!
-//! Built as a release is: how well a compiler turns the former kernel's loops into vector instructions
-//! depends on how a program is divided into units, by a factor of two (README).
+//! Built as a release is. Whether the compiler turns the former kernel's loops into vector instructions
+//! changes with anything else in the program, and its time by a factor of two: its times are to be
+//! compared over several builds.
 #![allow(clippy::print_stdout, reason = "prints a table")]
 #![allow(
     clippy::needless_range_loop,
