@@ -385,6 +385,10 @@ fn model_cases() -> Vec<Case> {
             "bodies[0].cut_rule=Grid(spacing: 0)",
         ),
         set(
+            "grid without cells",
+            "bodies[0].cut_rule=Grid(cells: (8, 0, 8))",
+        ),
+        set(
             "transparency of exponent 0",
             "bodies[0].cut_rule=Transparency(exponent: 0)",
         ),
