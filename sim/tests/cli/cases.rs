@@ -164,6 +164,11 @@ fn resume_cases() -> Vec<Case> {
         ),
         set("too coarse inside", "bodies[0].sampling.coarsest=40"),
         set(
+            "lattice of a liver",
+            "bodies[0].sampling.target=Lattice(8, 8, 22)",
+        ),
+        set("picture of splats of no size", "pictures.splat_scale=0"),
+        set(
             "refined to nothing",
             "bodies[0].sampling.refine=[(from: (0, 0, 0), to: (0, 0, 0), radius: 0.01, factor: 0)]",
         ),
