@@ -10,7 +10,7 @@ use crate::row::{Bars, Row};
 /// Node counts of every embedded body.
 pub const NODES: [u32; 3] = [600, 1_500, 3_000];
 
-/// Every embedded scene with `cut_rule: Grid()` at each of [`NODES`].
+/// Every embedded scene with `cut_rule: Grid()` at each of [`NODES`], and beside it by the default rule.
 ///
 /// # Errors
 /// [`StudyError::Scene`].
@@ -18,19 +18,22 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     for embedded in EMBEDDED {
         for nodes in NODES {
-            let mut scene = plain(embedded.name)?;
-            for body in &mut scene.bodies {
-                body.sampling.target = Target::Nodes(nodes);
-                body.cut_rule = CutRule::Grid {
-                    spacing: None,
-                    inflate: None,
-                    cells: None,
-                };
+            let grid = CutRule::Grid {
+                spacing: None,
+                inflate: None,
+                cells: None,
+            };
+            for (rule, name) in [(grid, "grid"), (CutRule::default(), "default")] {
+                let mut scene = plain(embedded.name)?;
+                for body in &mut scene.bodies {
+                    body.sampling.target = Target::Nodes(nodes);
+                    body.cut_rule = rule;
+                }
+                cases.push(Case {
+                    name: format!("{} {nodes} {name}", embedded.name),
+                    scene,
+                });
             }
-            cases.push(Case {
-                name: format!("{} {nodes} grid", embedded.name),
-                scene,
-            });
         }
     }
     Ok(cases)

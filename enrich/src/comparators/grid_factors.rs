@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::grid::{GridForm, GridSettings, GridSheets, grid_pair_factors, piece_between};
+use super::grid::{
+    EnrichmentGrid, GridForm, GridSettings, GridSheets, grid_pair_factors, piece_between,
+};
 use crate::cuts::Cuts;
 use crate::face::nearest_on_triangle;
 use crate::factors::{FactorSettings, PairFactors};
@@ -80,11 +82,15 @@ impl GridFactors {
         self.factors.iter().filter(|f| **f == 0.0).count() / 2
     }
 
+    /// The lattices, stroke by stroke.
+    pub fn lattices(&self) -> impl Iterator<Item = &EnrichmentGrid> {
+        self.strokes.iter().flat_map(|blade| blade.sheets.grids())
+    }
+
     /// Number of lattices.
     #[must_use]
     pub fn lattice_count(&self) -> usize {
-        let counts = self.strokes.iter().map(|blade| blade.sheets.grids().len());
-        counts.sum()
+        self.lattices().count()
     }
 
     /// Number of undirected pairs that no lattice decides, and that [`PairFactors`] weakens or severs.
