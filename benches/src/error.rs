@@ -127,6 +127,9 @@ pub enum StudyError {
     /// A cut of a study is none.
     #[error("a study's cut: {0}")]
     Cut(#[from] phyxel_enrich::CutError),
+    /// A cut of a study has no grid.
+    #[error("a study's cut: {0}")]
+    Grid(#[from] phyxel_enrich::GridError),
 }
 
 impl From<phyxel::world::WorldError> for StudyError {

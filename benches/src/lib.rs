@@ -9,6 +9,7 @@ pub mod column;
 pub mod cook;
 mod eigenvalue;
 mod error;
+pub mod grids;
 pub mod griffith;
 pub mod incision;
 pub mod matrix;

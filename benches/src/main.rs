@@ -10,8 +10,8 @@ use std::process::ExitCode;
 use benches::batch::{Case, Sheet, chosen, run_all};
 use benches::studies::{STUDIES, write_page};
 use benches::{
-    Effort, Options, Row, Study, StudyError, column, cook, griffith, incision, matrix, organs,
-    random, spin,
+    Effort, Options, Row, Study, StudyError, column, cook, grids, griffith, incision, matrix,
+    organs, random, spin,
 };
 use clap::{Args, Command, FromArgMatches, Subcommand};
 use phyxel::output::OutputFolder;
@@ -38,6 +38,8 @@ enum Verdict {
     },
     /// The organ meshes of the folder that `PHYXEL_MESHES` names, in the default scene.
     Organs(Batch),
+    /// The embedded scenes with the dissertation's enrichment grid, at three node counts each.
+    Grids(Batch),
     /// A double cantilever cut along its middle: energy set free per area is the energy release rate.
     Griffith(One),
     /// The embedded liver's cuts over node counts, captures and step factors: flat, and the same?
@@ -159,6 +161,7 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Matrix(batch) => run_matrix(batch),
         Verdict::Random { seed, count, batch } => run_random(*seed, *count, batch),
         Verdict::Organs(batch) => run_organs(batch),
+        Verdict::Grids(batch) => run_grids(batch),
         Verdict::Griffith(one) => run_griffith(one),
         Verdict::Incision { filter, one } => run_incision(filter.as_deref(), one),
         Verdict::Spin(one) => run_spin(one),
@@ -279,6 +282,27 @@ fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
         );
     }
     verdict(&found)
+}
+
+fn run_grids(batch: &Batch) -> Result<bool, StudyError> {
+    let mut cases = grids::cases()?;
+    if batch.quick {
+        cases.truncate(1);
+    }
+    let Some(rows) = run_batch(cases, batch, "grids.csv")? else {
+        return Ok(true);
+    };
+    for row in &rows {
+        if let Some((lattices, without)) = row.lattices.zip(row.without_lattice) {
+            writeln!(
+                io::stdout(),
+                "{}: {lattices} lattices, {} pairs severed, {without} pairs left to Detour",
+                row.scene,
+                row.severed
+            )?;
+        }
+    }
+    verdict(&grids::breaches(&rows))
 }
 
 fn run_griffith(one: &One) -> Result<bool, StudyError> {

@@ -64,6 +64,10 @@ pub struct Row {
     pub debris: f64,
     /// Undirected pairs severed.
     pub severed: usize,
+    /// Lattices of the dissertation's grids, where `cut_rule` is `Grid`.
+    pub lattices: Option<usize>,
+    /// Undirected pairs that none of them decides.
+    pub without_lattice: Option<usize>,
     /// Elastic energy (J) at the end.
     pub elastic: f64,
     /// Most elastic energy (J) at any step.

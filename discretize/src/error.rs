@@ -121,6 +121,17 @@ pub enum SampleError {
         /// Its radius.
         radius: f64,
     },
+    /// A regular lattice without a cell, or too large.
+    #[error(
+        "a lattice of {} x {} x {} nodes: give two or more along each axis and at most {limit:.0e} in all",
+        counts[0], counts[1], counts[2]
+    )]
+    Lattice {
+        /// Nodes along x, y and z.
+        counts: [u32; 3],
+        /// Most nodes.
+        limit: f64,
+    },
     /// Too few nodes asked for to make tetrahedra.
     #[error("{nodes} nodes are too few: ask for at least {least}")]
     TooFewNodes {

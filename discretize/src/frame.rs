@@ -147,7 +147,8 @@ impl Frame {
             | SampleError::Refinement { .. }
             | SampleError::TooFewNodes { .. }
             | SampleError::TooManyNodes { .. }
-            | SampleError::NodeCount { .. }) => same,
+            | SampleError::NodeCount { .. }
+            | SampleError::Lattice { .. }) => same,
         }
     }
 }

@@ -23,6 +23,7 @@ mod patch;
 mod points;
 mod quality;
 mod read;
+mod regular;
 mod repair;
 mod sampling;
 mod slimness;
@@ -49,6 +50,7 @@ pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{
     Format, MeshFile, Place, ReadError, ReadErrorKind, parse_mesh, read_mesh, read_point_cloud,
 };
+pub use regular::{lattice_tetrahedra, sample_lattice};
 pub use repair::{MeshReport, RepairSettings, repair};
 pub use sampling::{
     SampleSettings, Sampling, SamplingReport, Target, estimate_tetrahedra_nodes, sample_tetrahedra,

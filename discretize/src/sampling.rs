@@ -223,7 +223,11 @@ fn fill(oracle: &Oracle<'_>, settings: &SampleSettings) -> Result<(Stuffed, f64)
 }
 
 /// Refuses lost parts, orders the nodes, sums volumes and boundary vectors, measures.
-fn finish(oracle: &Oracle<'_>, stuffed: Stuffed, spacing: f64) -> Result<Sampling, SampleError> {
+pub(crate) fn finish(
+    oracle: &Oracle<'_>,
+    stuffed: Stuffed,
+    spacing: f64,
+) -> Result<Sampling, SampleError> {
     let lost_cavities = check_parts(oracle, &stuffed.parts_hit, spacing)?;
     let order = space_filling_order(&stuffed.positions);
     let positions = order.apply(&stuffed.positions);

@@ -10,6 +10,8 @@ pub use fields::{
     polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,
     triangle_solid_angle,
 };
-pub use grid::{Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
+pub use grid::{
+    Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, GridSheets, grid_pair_factors,
+};
 pub use grid_factors::GridFactors;
 pub use planar::PlanarCuts;

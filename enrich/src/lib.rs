@@ -18,8 +18,8 @@ mod rule;
 mod way;
 
 pub use comparators::{
-    Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, PlanarCuts,
-    grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
+    Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
+    PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
     triangle_enrichment, triangle_solid_angle,
 };
 pub use cuts::{CutSettings, Cuts, Dropped};

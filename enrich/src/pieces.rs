@@ -12,8 +12,9 @@ pub struct Pieces {
 /// Finds the pieces that pairs with a factor above 0 hold together.
 ///
 /// # Arguments
-/// * `offsets`, `indices` -- the graph's rows, shape `(n + 1)` and `(pairs)`; symmetric.
-/// * `factors` -- one per pair; weights that the factors are in do as well.
+/// * `offsets`, `indices` -- the graph's rows, shape `(n + 1)` and `(pairs)`.
+/// * `factors` -- one per pair; weights that the factors are in do as well. A pair holds if it does in
+///   either direction.
 ///
 /// # Panics
 /// If the slices do not fit each other.
@@ -25,28 +26,35 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
     );
     assert_eq!(indices.len(), factors.len(), "one factor per pair");
     let nodes = offsets.len() - 1;
-    let mut piece = vec![u32::MAX; nodes];
-    let mut sizes = Vec::new();
-    let mut stack = Vec::new();
-    for start in 0..nodes {
-        if piece[start] != u32::MAX {
-            continue;
+    // The lowest node of a piece stands for it; on the way to it every second link is shortened.
+    let mut lower: Vec<u32> = (0..crate::obstacle::index32(nodes)).collect();
+    let lowest = |lower: &mut [u32], mut node: usize| {
+        while lower[node] as usize != node {
+            lower[node] = lower[lower[node] as usize];
+            node = lower[node] as usize;
         }
-        let number = crate::obstacle::index32(sizes.len());
-        let mut size = 0;
-        piece[start] = number;
-        stack.push(start);
-        while let Some(node) = stack.pop() {
-            size += 1;
-            for pair in offsets[node] as usize..offsets[node + 1] as usize {
-                let next = indices[pair] as usize;
-                if factors[pair] > 0.0 && piece[next] == u32::MAX {
-                    piece[next] = number;
-                    stack.push(next);
-                }
+        node
+    };
+    for node in 0..nodes {
+        for pair in offsets[node] as usize..offsets[node + 1] as usize {
+            if factors[pair] > 0.0 {
+                let ends = [node, indices[pair] as usize].map(|end| lowest(&mut lower, end));
+                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                lower[high] = crate::obstacle::index32(low);
             }
         }
-        sizes.push(size);
+    }
+    let mut piece = vec![0; nodes];
+    let mut sizes = Vec::new();
+    for node in 0..nodes {
+        let first = lowest(&mut lower, node);
+        piece[node] = if first == node {
+            sizes.push(0);
+            crate::obstacle::index32(sizes.len() - 1)
+        } else {
+            piece[first]
+        };
+        sizes[piece[node] as usize] += 1;
     }
     Pieces { piece, sizes }
 }

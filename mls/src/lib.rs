@@ -5,6 +5,7 @@ mod boundary;
 mod cloud;
 mod conservative;
 mod deformation;
+mod dissertation;
 mod error;
 mod kernel;
 mod map;
@@ -24,6 +25,7 @@ pub use conservative::{
     ConservativeSettings, ConservativeStencils, SolveReport, StrokeReport, normal_projector,
 };
 pub use deformation::{deformation_gradient, gradient_sum};
+pub use dissertation::{DissertationCloud, dissertation_cloud};
 pub use error::{BoundaryError, CloudError, GraphError, MapError, ShapeError, StencilError};
 pub use glam;
 pub use kernel::{Kernel, Weight};

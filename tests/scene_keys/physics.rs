@@ -39,7 +39,7 @@ fn at_rest(material: &str, body: &str) -> World {
     world
 }
 
-fn imbalance(world: &World) -> f64 {
+pub(super) fn imbalance(world: &World) -> f64 {
     let audit = world.members()[0].body.motion.audit();
     audit.balance().abs() / audit.elastic.max(audit.dissipated)
 }

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    boundary_triangles, nodal_boundary_vectors, nodal_volumes, space_filling_order,
-    tetrahedra_edges, tetrahedron_volume,
+    boundary_triangles, lattice_tetrahedra, nodal_boundary_vectors, nodal_volumes,
+    space_filling_order, tetrahedra_edges,
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_mls::{
@@ -14,18 +14,8 @@ use phyxel_mls::{
 use super::model::Solid;
 use crate::StudyError;
 
-/// Ways from a cell's first corner to its last along the three axes: one tetrahedron each.
-const WAYS: [[usize; 3]; 6] = [
-    [0, 1, 2],
-    [0, 2, 1],
-    [1, 0, 2],
-    [1, 2, 0],
-    [2, 0, 1],
-    [2, 1, 0],
-];
-
-/// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), as six tetrahedra a
-/// cell, mirrored from cell to cell so that no diagonal is preferred. Nodes run along x first.
+/// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), with the tetrahedra of
+/// [`lattice_tetrahedra`].
 pub fn lattice(cells: [u32; 3], map: impl Fn(DVec3) -> DVec3) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     let n = cells.map(|c| c + 1);
     let size = DVec3::from_array(cells.map(f64::from));
@@ -37,29 +27,7 @@ pub fn lattice(cells: [u32; 3], map: impl Fn(DVec3) -> DVec3) -> (Vec<DVec3>, Ve
             }
         }
     }
-    let mut tetrahedra = Vec::new();
-    for k in 0..cells[2] {
-        for j in 0..cells[1] {
-            for i in 0..cells[0] {
-                let corner = |s: [u32; 3]| {
-                    let [a, b, c] = [i + (s[0] ^ i & 1), j + (s[1] ^ j & 1), k + (s[2] ^ k & 1)];
-                    a + n[0] * (b + n[1] * c)
-                };
-                for way in WAYS {
-                    let mut at = [0; 3];
-                    let mut t = [corner(at), 0, 0, 0];
-                    for (slot, axis) in t[1..].iter_mut().zip(way) {
-                        at[axis] = 1;
-                        *slot = corner(at);
-                    }
-                    if tetrahedron_volume(t.map(|v| nodes[v as usize])) < 0.0 {
-                        t.swap(2, 3);
-                    }
-                    tetrahedra.push(t);
-                }
-            }
-        }
-    }
+    let tetrahedra = lattice_tetrahedra(n);
     (nodes, tetrahedra)
 }
 

@@ -8,8 +8,7 @@ use phyxel_integrate::{
     Coupling, Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue,
 };
 use phyxel_mls::{
-    GradientStencils, Kernel, NearestSettings, Neighborhoods, dissertation_masses, k_nearest,
-    kernel_weights,
+    DissertationCloud, NearestSettings, Neighborhoods, dissertation_cloud, k_nearest,
 };
 
 use super::block::{Block, lattice, nodes_where};
@@ -211,16 +210,11 @@ pub fn dissertation(
     density: f64,
 ) -> Result<(Elastic, Vec<f64>), StudyError> {
     let near = k_nearest(rest, &NearestSettings::default())?;
-    let graph = &near.neighborhoods;
-    let weights = kernel_weights(Kernel::Polynomial, rest, &near.support_radii, graph);
-    let rows = GradientStencils::new(rest, graph, weights, 1e-3)?;
-    let masses = dissertation_masses(
-        rest,
-        graph,
-        &near.mean_distances,
-        &near.support_radii,
-        density,
-    );
+    let DissertationCloud {
+        neighborhoods: graph,
+        stencils: rows,
+        masses,
+    } = dissertation_cloud(rest, &near, density, 1e-3)?;
     let stencils = Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),

@@ -6,10 +6,10 @@
 mod beam;
 mod crack;
 mod cut;
+mod figures;
 mod gradient;
 mod hanging;
 mod hertz;
-mod nearest;
 mod splat;
 mod stretch;
 mod time;
@@ -87,6 +87,12 @@ pub const STUDIES: &[Study] = &[
         title: "Surfaces drawn as splats",
         question: "how far is a picture of splats from the exact one, and what does it cost?",
         run: splat::run,
+    },
+    Study {
+        name: "figures",
+        title: "The dissertation's figures",
+        question: "what does each figure with data show there, and what does it show here?",
+        run: figures::run,
     },
     Study {
         name: "time",

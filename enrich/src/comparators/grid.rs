@@ -2,12 +2,15 @@
 
 mod factors;
 mod frame;
+mod sheets;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 pub use factors::{GridForm, grid_pair_factors};
 pub use frame::GridError;
+pub(super) use frame::piece_between;
+pub use sheets::GridSheets;
 
 use crate::index::Bounds;
 use frame::Frame;
@@ -74,7 +77,8 @@ pub struct Enrichment {
 pub struct EnrichmentGrid {
     frame: Frame,
     origin: DVec3,
-    spacing: f64,
+    /// Distance (m) of lattice points along x, y, z.
+    spacing: DVec3,
     size: [usize; 3],
     values: Vec<Enrichment>,
 }
@@ -88,7 +92,7 @@ impl EnrichmentGrid {
         points: &[glam::DVec2],
         settings: &GridSettings,
     ) -> Result<Self, GridError> {
-        Self::build(Frame::planar(points)?, settings)
+        Self::build(Frame::planar(points)?, settings, None)
     }
 
     /// The grid of a cut in space: end points of the blade's edge at each capture (m).
@@ -96,7 +100,29 @@ impl EnrichmentGrid {
     /// # Errors
     /// See [`GridError`].
     pub fn from_blades(blades: &[[DVec3; 2]], settings: &GridSettings) -> Result<Self, GridError> {
-        Self::build(Frame::spatial(blades)?, settings)
+        Self::build(Frame::spatial(blades)?, settings, None)
+    }
+
+    /// As [`EnrichmentGrid::from_blades`], with a lattice as in the text's appendix: `cells` of them along
+    /// x, y and z, over a box (m) of the whole body that is grown by `settings.inflate`. The spacing of
+    /// `settings` then counts for nothing.
+    ///
+    /// # Errors
+    /// See [`GridError`].
+    ///
+    /// # Panics
+    /// If there is no cell along an axis.
+    pub fn from_blades_in(
+        blades: &[[DVec3; 2]],
+        body: Bounds,
+        cells: [u32; 3],
+        settings: &GridSettings,
+    ) -> Result<Self, GridError> {
+        assert!(
+            cells.iter().all(|count| *count > 0),
+            "no cell along an axis"
+        );
+        Self::build(Frame::spatial(blades)?, settings, Some((body, cells)))
     }
 
     #[allow(
@@ -105,13 +131,28 @@ impl EnrichmentGrid {
         clippy::cast_precision_loss,
         reason = "the number of lattice points is limited before the cast"
     )]
-    fn build(frame: Frame, settings: &GridSettings) -> Result<Self, GridError> {
-        let mut bounds: Bounds = frame.bounds().grown(settings.inflate.max(0.0));
+    fn build(
+        frame: Frame,
+        settings: &GridSettings,
+        cells: Option<(Bounds, [u32; 3])>,
+    ) -> Result<Self, GridError> {
+        let box_of = cells.map_or_else(|| frame.bounds(), |(body, _)| body);
+        let mut bounds = box_of.grown(settings.inflate.max(0.0));
         if frame.is_planar() {
             bounds.low.z = 0.0;
             bounds.high.z = 0.0;
         }
-        let counts = ((bounds.high - bounds.low) / settings.spacing).ceil() + DVec3::ONE;
+        let extent = bounds.high - bounds.low;
+        let (spacing, counts) = match cells {
+            Some((_, cells)) => {
+                let cells = DVec3::from_array(cells.map(f64::from));
+                (extent / cells, cells + DVec3::ONE)
+            }
+            None => (
+                DVec3::splat(settings.spacing),
+                (extent / settings.spacing).ceil() + DVec3::ONE,
+            ),
+        };
         let points = counts.x * counts.y * counts.z;
         // A spacing of zero or NaN gives a count that is not finite.
         if !points.is_finite() || points > settings.most_points as f64 {
@@ -124,7 +165,7 @@ impl EnrichmentGrid {
         let mut grid = Self {
             frame,
             origin: bounds.low,
-            spacing: settings.spacing,
+            spacing,
             size,
             values: Vec::new(),
         };
@@ -147,6 +188,21 @@ impl EnrichmentGrid {
     #[must_use]
     pub fn look_up(&self, point: DVec3) -> Option<Enrichment> {
         self.index_of(point).map(|k| self.values[k])
+    }
+
+    /// As [`EnrichmentGrid::look_up`], but by the formulas themselves where the nearest lattice point is so near to
+    /// the cut that it may lie on the other side. The text takes its side then, and a layer of nodes beside a
+    /// cut, half a cell from it, comes to the wrong piece.
+    #[must_use]
+    pub fn on_its_side(&self, point: DVec3) -> Option<Enrichment> {
+        let found = self.look_up(point)?;
+        // No point is farther from its nearest lattice point, and s changes by no more than the way.
+        let farthest = 0.5 * self.spacing.length();
+        Some(if found.s.abs() <= farthest {
+            self.evaluate(point)
+        } else {
+            found
+        })
     }
 
     /// Places in the lattice of the nodes' nearest points, once for all look-ups (section 5.6).

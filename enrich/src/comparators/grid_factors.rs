@@ -1,42 +1,66 @@
-//! Factors on pairs from the dissertation's grids, one grid a stroke; for comparison.
+//! Factors on pairs from the dissertation's grids, a chain of them a stroke; for comparison.
+
+use std::ops::Range;
 
 use glam::DVec3;
 
-use super::grid::{EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors};
+use super::grid::{
+    EnrichmentGrid, GridForm, GridSettings, GridSheets, grid_pair_factors, piece_between,
+};
+use crate::cuts::Cuts;
+use crate::face::nearest_on_triangle;
+use crate::factors::{FactorSettings, PairFactors};
 use crate::graph::Graph;
+use crate::index::Bounds;
 
 /// The dissertation's enrichment grids and what they make of the pairs (Aras 2014, eqs. (39)-(48),
-/// (64)): a grid for each stroke, built anew with each edge of its blade. For comparison with
-/// [`crate::PairFactors`]; takes the two ends of an edge alone.
+/// (64)): a chain of grids for each stroke ([`GridSheets`]), its last one built anew with each edge of the
+/// blade. For comparison with [`PairFactors`]; takes the two ends of an edge alone.
+///
+/// [`PairFactors`] decides what no grid does: pairs that it severs and none of them, and pairs that it
+/// weakens where none of them has a say. Such are those that cross a piece which has no grid, as it folds, or
+/// as the cut between two edges is not what their ends span; and those beside the end of a grid
+/// whose last piece is tilted. [`GridFactors::count_without_lattice`] counts them.
 #[derive(Debug, Clone)]
 pub struct GridFactors {
     settings: GridSettings,
+    /// Box of the body (m) and cells along x, y and z, for lattices as in the appendix.
+    cells: Option<(Bounds, [u32; 3])>,
     radii: Vec<f64>,
-    strokes: Vec<Blades>,
-    grids: Vec<EnrichmentGrid>,
+    strokes: Vec<Blade>,
+    /// What decides where no lattice does.
+    rest: PairFactors,
+    /// Factors of the lattices alone, and of both.
+    by_lattice: Vec<f64>,
     factors: Vec<f64>,
 }
 
-/// Where a stroke's blade was.
+/// A stroke and its lattices.
 #[derive(Debug, Clone)]
-struct Blades {
+struct Blade {
     stroke: usize,
-    /// Ends of the edge at each capture (m).
-    ends: Vec<[DVec3; 2]>,
-    /// Place of its grid; `None` before it has one.
-    grid: Option<usize>,
+    sheets: GridSheets,
 }
 
 impl GridFactors {
-    /// All factors of `pairs` directed pairs 1; `radii` are the support radii of the nodes (m).
+    /// All factors 1; `radii` are the support radii of the nodes (m), `cells` the numbers of lattice cells
+    /// along x, y and z over the nodes' box with its margin, in place of a spacing.
     #[must_use]
-    pub fn new(pairs: usize, radii: Vec<f64>, settings: &GridSettings) -> Self {
+    pub fn new(
+        graph: &Graph<'_>,
+        radii: Vec<f64>,
+        settings: &GridSettings,
+        cells: Option<[u32; 3]>,
+    ) -> Self {
+        let body = Bounds::of(graph.positions);
         Self {
             settings: *settings,
+            cells: cells.map(|cells| (body, cells)),
             radii,
             strokes: Vec::new(),
-            grids: Vec::new(),
-            factors: vec![1.0; pairs],
+            rest: PairFactors::new(graph, &FactorSettings::default()),
+            by_lattice: vec![1.0; graph.indices.len()],
+            factors: vec![1.0; graph.indices.len()],
         }
     }
 
@@ -58,53 +82,81 @@ impl GridFactors {
         self.factors.iter().filter(|f| **f == 0.0).count() / 2
     }
 
-    /// Bytes held on the heap.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let grids = self.grids.iter().map(EnrichmentGrid::bytes);
-        grids.sum::<usize>() + size_of_val(&*self.factors) + size_of_val(&*self.radii)
+    /// The lattices, stroke by stroke.
+    pub fn lattices(&self) -> impl Iterator<Item = &EnrichmentGrid> {
+        self.strokes.iter().flat_map(|blade| blade.sheets.grids())
     }
 
-    /// Notes the edge (m) with which a stroke starts.
-    ///
-    /// # Panics
-    /// If the edge has no points.
-    pub fn start(&mut self, stroke: usize, edge: &[DVec3]) {
-        self.strokes.push(Blades {
+    /// Number of lattices.
+    #[must_use]
+    pub fn lattice_count(&self) -> usize {
+        self.lattices().count()
+    }
+
+    /// Number of undirected pairs that no lattice decides, and that [`PairFactors`] weakens or severs.
+    #[must_use]
+    pub fn count_without_lattice(&self) -> usize {
+        let both = self.factors.iter().zip(&self.by_lattice);
+        both.filter(|(factor, lattice)| factor != lattice).count() / 2
+    }
+
+    /// Bytes held on the heap, about.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let lattices = self.strokes.iter().map(|blade| blade.sheets.bytes());
+        lattices.sum::<usize>()
+            + size_of_val(&*self.factors)
+            + size_of_val(&*self.by_lattice)
+            + size_of_val(&*self.radii)
+            + self.rest.bytes()
+    }
+
+    /// Notes the ends (m) of the front with which a stroke starts to cut.
+    pub fn start(&mut self, stroke: usize, ends: [DVec3; 2]) {
+        self.strokes.push(Blade {
             stroke,
-            ends: vec![ends(edge)],
-            grid: None,
+            sheets: GridSheets::new(ends, &self.settings, self.cells),
         });
     }
 
-    /// Takes the stroke's next edge (m) and brings all factors up to date; the nodes of the pairs that
-    /// changed, rising. A stroke that was not started changes nothing.
-    ///
-    /// # Errors
-    /// [`GridError`] if the stroke's cut has no grid: it is closed or folded.
+    /// Takes the way of the front of a stroke between two pairs of ends (m), with which `cuts` grew by the
+    /// triangles `new`, and brings all factors up to date; the nodes of the pairs that changed, rising.
+    /// Without ends, or for a stroke that was not started, no lattice grows. `inside` as in
+    /// [`PairFactors::update`].
     ///
     /// # Panics
-    /// If the edge has no points, or the graph is not of as many pairs and nodes as at the start.
+    /// If the graph is not of as many pairs and nodes as at the start.
     pub fn update(
         &mut self,
         graph: &Graph<'_>,
-        stroke: usize,
-        edge: &[DVec3],
-    ) -> Result<Vec<u32>, GridError> {
-        let known = |blades: &&mut Blades| blades.stroke == stroke;
-        let Some(blades) = self.strokes.iter_mut().find(known) else {
-            return Ok(Vec::new());
-        };
-        blades.ends.push(ends(edge));
-        let grid = EnrichmentGrid::from_blades(&blades.ends, &self.settings)?;
-        match blades.grid {
-            Some(place) => self.grids[place] = grid,
-            None => {
-                blades.grid = Some(self.grids.len());
-                self.grids.push(grid);
+        cuts: &Cuts,
+        new: Range<usize>,
+        (stroke, ends): (usize, Option<[[DVec3; 2]; 2]>),
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+    ) -> Vec<u32> {
+        let cell = self.settings.spacing;
+        let known = |blade: &&mut Blade| blade.stroke == stroke;
+        if let (Some(blade), Some([before, now])) = (self.strokes.iter_mut().find(known), ends) {
+            if blade.sheets.last_edge() != before {
+                blade.sheets.go_on_from(before);
+            }
+            if spans(before, now, cuts, new.clone(), cell) {
+                // A piece that no lattice takes leaves those that there are as they were.
+                let _refused = blade.sheets.append(now);
+            } else {
+                blade.sheets.go_on_from(now);
             }
         }
-        let factors = grid_pair_factors(&self.grids, graph, &self.radii, GridForm::default());
+        self.rest.update(graph, cuts, new, inside);
+        let grids = self.strokes.iter().flat_map(|blade| blade.sheets.grids());
+        self.by_lattice = grid_pair_factors(grids, graph, &self.radii, GridForm::default());
+        let both = self.by_lattice.iter().enumerate();
+        let factors: Vec<f64> = both
+            .map(|(pair, &lattice)| match self.rest.factor(pair) {
+                rest if rest == 0.0 || lattice == 1.0 => rest,
+                _ => lattice,
+            })
+            .collect();
         let rows = graph.offsets.windows(2).zip(0_u32..);
         let touched = rows
             .filter(|(row, _)| {
@@ -114,42 +166,58 @@ impl GridFactors {
             .map(|(_, node)| node)
             .collect();
         self.factors = factors;
-        Ok(touched)
+        touched
     }
 }
 
-/// The two ends of a blade's edge.
-fn ends(edge: &[DVec3]) -> [DVec3; 2] {
-    [edge[0], edge[edge.len() - 1]]
+/// Whether the piece between two edges is what a cut grew by: no corner and no middle of a triangle of either
+/// is farther than `cell` (m) from the other. Between two lattice points no lattice tells them apart.
+fn spans(from: [DVec3; 2], to: [DVec3; 2], cuts: &Cuts, new: Range<usize>, cell: f64) -> bool {
+    let piece = piece_between(from, to);
+    let grown: Vec<[DVec3; 3]> = new.map(|triangle| cuts.triangle(triangle)).collect();
+    let lies_on = |of: &[[DVec3; 3]], other: &[[DVec3; 3]]| {
+        of.iter().all(|corners| {
+            let middle = corners.iter().sum::<DVec3>() / 3.0;
+            let points = corners.iter().chain([&middle]);
+            let near = |point: DVec3| {
+                let mut others = other.iter();
+                others.any(|&other| nearest_on_triangle(other, point).distance(point) <= cell)
+            };
+            points.copied().all(near)
+        })
+    };
+    !grown.is_empty() && lies_on(&grown, &piece) && lies_on(&piece, &grown)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cuts::CutSettings;
 
-    /// Two nodes beside a cut: severed once the blade is past them, and both told of.
+    /// Two nodes beside a cut: severed once the blade is past them, and both told of; by the lattice, or by
+    /// the other rule where the piece has none.
     #[test]
-    fn a_stroke_severs_the_pair_it_passes() {
+    fn a_stroke_severs_the_pair_it_passes_with_a_lattice_or_without() {
         let positions = [DVec3::new(-0.2, 0.0, 0.0), DVec3::new(0.2, 0.0, 0.0)];
         let graph = Graph::new(&positions, &[0, 1, 2], &[1, 0]).expect("a pair");
-        let settings = GridSettings::for_spacing(0.2);
-        let mut factors = GridFactors::new(2, vec![0.6; 2], &settings);
         let edge = |y: f64| [DVec3::new(0.0, y, -2.0), DVec3::new(0.0, y, 2.0)];
-        factors.start(3, &edge(-3.0));
-        assert_eq!(
-            factors.update(&graph, 7, &edge(3.0)),
-            Ok(Vec::new()),
-            "another stroke"
-        );
-        let touched = factors
-            .update(&graph, 3, &edge(3.0))
-            .expect("a plane cut has a grid");
-        assert_eq!(touched, [0, 1], "both rows changed");
-        assert!(
-            factors.factor(0) < 1.0 && factors.factor(1) < 1.0,
-            "{factors:?}"
-        );
-        assert_eq!(factors.crossed_count(), 1, "one pair");
-        assert!(factors.bytes() > 0, "a grid is held");
+        for (most_points, lattices, without) in [(1 << 20, 1, 0), (1, 0, 1)] {
+            let settings = GridSettings {
+                most_points,
+                ..GridSettings::for_spacing(0.2)
+            };
+            let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
+            let mut factors = GridFactors::new(&graph, vec![0.6; 2], &settings, None);
+            let stroke = cuts.start(&edge(-3.0)).expect("an edge");
+            factors.start(stroke, edge(-3.0));
+            let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
+            let ends = Some([edge(-3.0), edge(3.0)]);
+            let touched = factors.update(&graph, &cuts, new, (stroke, ends), &|_| true);
+            assert_eq!(touched, [0, 1], "both rows changed");
+            let counts = (factors.severed_count(), factors.crossed_count());
+            assert_eq!(counts, (1, 1), "{factors:?}");
+            let counts = (factors.lattice_count(), factors.count_without_lattice());
+            assert_eq!(counts, (lattices, without), "{factors:?}");
+        }
     }
 }

@@ -7,8 +7,8 @@ use testkit::tol::{assert_below, assert_within};
 use super::shapes::{plane, space};
 use super::slow::Cloud;
 use crate::{
-    CutSettings, Cuts, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors,
-    polyline_angle, product_of_segments, triangle_solid_angle,
+    Bounds, CutSettings, Cuts, EnrichmentGrid, Graph, GridError, GridForm, GridSettings,
+    GridSheets, grid_pair_factors, polyline_angle, product_of_segments, triangle_solid_angle,
 };
 
 fn through() -> Vec<DVec2> {
@@ -245,6 +245,111 @@ fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
         if (distance - 0.1).abs() > 0.01 {
             assert_eq!(touched, distance < 0.1, "{i}");
         }
+    }
+}
+
+/// Captures of an upright blade that goes round: from angle 0 to `turn` (degrees) at radius 1.
+fn round(turn: f64, captures: u32) -> Vec<[DVec3; 2]> {
+    (0..=captures)
+        .map(|k| {
+            let (sin, cos) = (turn * f64::from(k) / f64::from(captures))
+                .to_radians()
+                .sin_cos();
+            [-0.5, 0.5].map(|z| DVec3::new(cos, sin, z))
+        })
+        .collect()
+}
+
+#[test]
+fn a_cut_that_turns_has_a_lattice_for_each_sheet_and_a_flat_one_has_one() {
+    let settings = GridSettings {
+        spacing: 0.02,
+        inflate: 0.3,
+        most_points: 1 << 22,
+    };
+    let chain = |blades: &[[DVec3; 2]]| {
+        let mut sheets = GridSheets::new(blades[0], &settings, None);
+        for edge in &blades[1..] {
+            sheets.append(*edge).unwrap();
+        }
+        sheets
+    };
+    let flat: Vec<[DVec3; 2]> = (0..6)
+        .map(|k| [-0.5, 0.5].map(|z| DVec3::new(0.1 * f64::from(k), 0.0, z)))
+        .collect();
+    let one = EnrichmentGrid::from_blades(&flat, &settings).unwrap();
+    let sheets = chain(&flat);
+    assert_eq!(sheets.grids().len(), 1);
+    assert_eq!(sheets.grids()[0].values(), one.values());
+    for turn in [170.0, 350.0, 720.0] {
+        let blades = round(turn, 60);
+        // Up to half a round the projection does not cover itself, but its ends are seen nearly on edge.
+        let alone = EnrichmentGrid::from_blades(&blades, &settings);
+        assert_eq!(alone.is_err(), turn > 180.0, "{turn}");
+        let sheets = chain(&blades);
+        // 45 degrees to each side of the mean, or less where a piece would be on its edge.
+        let least: f64 = f64::ceil(turn / 90.0);
+        let count = f64::from(u32::try_from(sheets.grids().len()).unwrap());
+        assert!((least..=2.0 * least).contains(&count), "{turn}: {count}");
+        // Every piece parts two nodes on its sides, and spares two on the same side.
+        for pair in blades.windows(2) {
+            let middle = pair.iter().flatten().sum::<DVec3>() / 4.0;
+            let out = middle.with_z(0.0).normalize();
+            let at = [
+                middle - 0.08 * out,
+                middle + 0.08 * out,
+                middle + 0.12 * out,
+            ];
+            let graph = Graph::new(&at, &[0, 1, 3, 4], &[1, 0, 2, 1]).unwrap();
+            let factors =
+                grid_pair_factors(sheets.grids(), &graph, &[0.25; 3], GridForm::default());
+            // At the end of a sheet a point beside the last piece lies beyond it in the common plane.
+            assert!(factors[0] < 0.1, "{turn}, {middle}: {factors:?}");
+            assert!(factors[2] > 0.4, "{turn}, {middle}: {factors:?}");
+        }
+    }
+}
+
+#[test]
+fn a_piece_without_a_lattice_is_refused_and_the_rest_stays() {
+    let settings = GridSettings::for_spacing(0.1);
+    let edge = |x: f64, z: f64| [DVec3::new(x, 0.0, -z), DVec3::new(x, 0.0, z)];
+    let mut sheets = GridSheets::new(edge(0.0, 0.5), &settings, None);
+    sheets.append(edge(0.1, 0.5)).unwrap();
+    let before = sheets.grids()[0].values().to_vec();
+    // An edge turned over its middle spans a piece that covers itself.
+    let turned = edge(0.2, -0.5);
+    assert!(sheets.append(turned).is_err());
+    assert_eq!(sheets.grids().len(), 1);
+    assert_eq!(sheets.grids()[0].values(), before);
+    sheets.append(edge(0.3, -0.5)).unwrap();
+    assert_eq!(sheets.grids().len(), 2);
+}
+
+#[test]
+fn lattices_as_in_the_appendix_have_their_cells_over_the_body() {
+    let settings = GridSettings {
+        spacing: f64::NAN,
+        inflate: 0.5,
+        most_points: 1 << 20,
+    };
+    let body = Bounds {
+        low: DVec3::new(-1.0, -2.0, 0.0),
+        high: DVec3::new(1.0, 2.0, 1.0),
+    };
+    let blades = [0.0, 0.5].map(|x| [-0.5, 0.5].map(|z| DVec3::new(x, 0.0, z)));
+    let grid = EnrichmentGrid::from_blades_in(&blades, body, [6, 10, 4], &settings).unwrap();
+    assert_eq!(grid.size(), [7, 11, 5]);
+    let last = grid.values().len() - 1;
+    assert_eq!(grid.lattice_point(0), body.low - DVec3::splat(0.5));
+    assert!(
+        grid.lattice_point(last)
+            .distance(body.high + DVec3::splat(0.5))
+            < 1e-14
+    );
+    for k in (0..=last).step_by(7) {
+        let point = grid.lattice_point(k);
+        assert_eq!(grid.look_up(point), Some(grid.evaluate(point)));
     }
 }
 

@@ -31,8 +31,10 @@ pub(super) fn scenes(arguments: &ScenesArguments) -> Result<(), CliError> {
         return Ok(());
     }
     let Some(name) = &arguments.name else {
+        let longest = EMBEDDED.iter().map(|scene| scene.name.len()).max();
+        let width = longest.unwrap_or(0) + 2;
         for scene in EMBEDDED {
-            writeln!(out, "{:12}{}", scene.name, scene.summary)?;
+            writeln!(out, "{:width$}{}", scene.name, scene.summary)?;
         }
         return Ok(());
     };

@@ -7,6 +7,7 @@ mod sampling;
 mod style;
 mod surfels;
 mod tool;
+mod views;
 
 pub use sampling::surfels_on_solid;
 
@@ -19,7 +20,7 @@ use phyxel_splat::{
     SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture,
 };
 
-use crate::scene::{self, Coloring, Pictures, read_file};
+use crate::scene::{self, Coloring, Pictures, Show, read_file};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 
 /// What light reaches the bottom of a wound, where its sides do not quite meet.
@@ -65,6 +66,8 @@ pub struct Painter {
     renderer: Renderer,
     camera: Camera,
     coloring: Coloring,
+    splat_scale: f64,
+    show: Show,
     bare: bool,
     frames: usize,
 }
@@ -130,6 +133,8 @@ impl Painter {
             renderer,
             camera,
             coloring: pictures.color,
+            splat_scale: pictures.splat_scale,
+            show: pictures.show,
             bare: style.is_some_and(|style| style.bare),
             frames: 0,
         })
@@ -298,14 +303,29 @@ impl Painter {
     /// Draws one frame of what [`Painter::carry`] has moved.
     pub fn draw(&mut self, world: &World) -> Frame {
         self.frames += 1;
-        let tools = if self.bare {
+        let mut meshes = if self.bare || self.show != Show::Surface {
             Vec::new()
         } else {
             tool::meshes(world)
         };
+        for (skin, member) in self.skins.iter().zip(world.members()) {
+            meshes.extend(views::meshes(self.show, member, &skin.tissue, &skin.splats));
+        }
+        if self.show == Show::BladePath {
+            meshes.extend(views::blade_paths(world));
+        }
         let mut frame = match &self.skins[..] {
-            [only] => self.renderer.draw(&only.view(), &tools, &self.camera),
-            skins => Merged::of(skins).draw(&mut self.renderer, &tools, &self.camera),
+            _ if !views::has_surface(self.show) => {
+                Merged::default().draw(&mut self.renderer, &meshes, &self.camera)
+            }
+            [only] if self.splat_scale >= 1.0 => {
+                self.renderer.draw(&only.view(), &meshes, &self.camera)
+            }
+            skins => {
+                let mut all = Merged::of(skins);
+                all.scale(self.splat_scale);
+                all.draw(&mut self.renderer, &meshes, &self.camera)
+            }
         };
         if let Some((scale, title)) = coloring::legend(self.coloring) {
             Overlay::new(&mut frame).legend(&scale, title);
@@ -434,6 +454,13 @@ impl Merged {
             first_material = first_material.saturating_add(own);
         }
         all
+    }
+
+    /// Draws its splats at a share of their radius.
+    fn scale(&mut self, share: f64) {
+        let axes = self.splats.axes_u.iter_mut().chain(&mut self.splats.axes_v);
+        axes.for_each(|axis| *axis *= share);
+        self.radii.iter_mut().for_each(|radius| *radius *= share);
     }
 
     fn draw(&self, renderer: &mut Renderer, tools: &[Mesh], camera: &Camera) -> Frame {

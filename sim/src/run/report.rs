@@ -163,6 +163,17 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             row(text, "", format_args!("and {more} more in summary.json"))?;
         }
     }
+    if let Some((lattices, pairs)) = summary
+        .cuts
+        .as_ref()
+        .and_then(|cuts| cuts.lattices.zip(cuts.pairs_without_lattice))
+    {
+        row(
+            text,
+            "grids",
+            format_args!("{lattices} lattices; {pairs} pairs without one, by Detour"),
+        )?;
+    }
     for tool in &summary.tools {
         row(
             text,

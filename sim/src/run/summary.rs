@@ -162,6 +162,13 @@ pub struct CutSummary {
     pub weak_nodes: usize,
     /// Those of them that hang on no sound node: debris.
     pub loose_nodes: usize,
+    /// Lattices of the dissertation's grids; absent without `cut_rule: Grid`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lattices: Option<usize>,
+    /// Undirected pairs that no lattice could decide and that `Detour` weakened or severed; absent without
+    /// `cut_rule: Grid`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pairs_without_lattice: Option<usize>,
     /// One entry per stroke and body, in the order in which they began.
     pub strokes: Vec<StrokeSummary>,
 }
@@ -565,6 +572,8 @@ fn cut_summary(world: &World) -> CutSummary {
         weak_nodes: 0,
         loose_nodes: 0,
         strokes: Vec::new(),
+        lattices: None,
+        pairs_without_lattice: None,
     };
     for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
         let (captures, updates) = cutting.counts();
@@ -574,6 +583,10 @@ fn cut_summary(world: &World) -> CutSummary {
         all.weakened_pairs += cutting.factors().crossed_count();
         all.severed_pairs += cutting.severed_pairs();
         all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth());
+        if let Some((lattices, without)) = cutting.factors().grid_counts() {
+            *all.lattices.get_or_insert(0) += lattices;
+            *all.pairs_without_lattice.get_or_insert(0) += without;
+        }
     }
     for Member { body, cutting, .. } in world.members() {
         let strokes = cutting.iter().flat_map(Cutting::by_stroke);

@@ -233,7 +233,7 @@ impl Axis {
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Sampling {
-    /// What is asked for: a distance between nodes or a number of nodes.
+    /// What is asked for: a distance between nodes, a number of nodes, or a lattice of them.
     pub target: Target,
     /// Most nodes that the body may have; a sampling that would make more is refused.
     pub limit: u32,
@@ -294,6 +294,9 @@ pub enum Target {
     Spacing(f64),
     /// Number of nodes, met approximately.
     Nodes(u32),
+    /// Nodes along x, y and z of a `Box`, its faces included, each cell six tetrahedra: as in Aras 2014,
+    /// chapter 6.
+    Lattice(u32, u32, u32),
 }
 
 /// Surface points of a body and their colours.

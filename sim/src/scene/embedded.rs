@@ -11,6 +11,27 @@ pub struct Embedded {
     pub text: &'static str,
 }
 
+/// A body of the dissertation's chapter 6 in one of two models: one template, its parts put together.
+macro_rules! chapter6 {
+    ($name:literal, $summary:literal, $body:literal, $model:literal) => {
+        Embedded {
+            name: $name,
+            summary: $summary,
+            text: concat!(
+                include_str!("../../scenes/chapter6/head.ron"),
+                "    name: \"",
+                $name,
+                "\",\n    description: \"",
+                $summary,
+                "\",\n",
+                include_str!(concat!("../../scenes/chapter6/", $body, ".ron")),
+                include_str!(concat!("../../scenes/chapter6/", $model, ".ron")),
+                include_str!("../../scenes/chapter6/tail.ron"),
+            ),
+        }
+    };
+}
+
 /// Every embedded scene; the first is the one that runs when nothing is named.
 pub const EMBEDDED: &[Embedded] = &[
     Embedded {
@@ -33,6 +54,42 @@ pub const EMBEDDED: &[Embedded] = &[
         summary: "the least that shows something: a beam bends by its weight; start your own from it",
         text: include_str!("../../scenes/minimal.ron"),
     },
+    chapter6!(
+        "block-1408",
+        "the dissertation's block of 8 x 8 x 22 nodes hangs, is cut once and cut through",
+        "block-1408",
+        "ours"
+    ),
+    chapter6!(
+        "block-436",
+        "the dissertation's hierarchical block hangs, is cut once and cut through",
+        "block-436",
+        "ours"
+    ),
+    chapter6!(
+        "liver-181",
+        "a liver as coarse as the dissertation's hangs, is cut once and cut through",
+        "liver-181",
+        "ours"
+    ),
+    chapter6!(
+        "block-1408-dissertation",
+        "block-1408 in the dissertation's model",
+        "block-1408",
+        "dissertation"
+    ),
+    chapter6!(
+        "block-436-dissertation",
+        "block-436 in the dissertation's model",
+        "block-436",
+        "dissertation-unlimited"
+    ),
+    chapter6!(
+        "liver-181-dissertation",
+        "liver-181 in the dissertation's model",
+        "liver-181",
+        "dissertation-unlimited"
+    ),
 ];
 
 /// The embedded scene `name`.

@@ -279,7 +279,9 @@ fn simple(kind: &str, definition: &Value) -> String {
         "boolean" => "`true` or `false`".to_owned(),
         "null" => "`None`".to_owned(),
         "array" => {
-            let item = definition.get("items").map(value_of).unwrap_or_default();
+            let first = definition.get("prefixItems").and_then(|items| items.get(0));
+            let item = definition.get("items").or(first);
+            let item = item.map(value_of).unwrap_or_default();
             match definition.get("minItems").and_then(Value::as_u64) {
                 Some(length) => format!("{length} {item}s"),
                 None if item.ends_with("numbers") => format!("list of ({item})"),

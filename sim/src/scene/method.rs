@@ -11,7 +11,7 @@ pub enum Method {
     /// volumes that sum to the body's.
     #[default]
     Conservative,
-    /// The dissertation's, for comparison: nearest nodes (both ways), plain moving least squares
+    /// The dissertation's, for comparison: nearest nodes (each looks for its own), plain moving least squares
     /// (Aras 2014, eqs. (15), (16), (25)-(27)), masses and volumes of eqs. (17) and (18), which exceed
     /// the body's. It has no control of zero-energy modes, so `material.stabilization` must be 0.
     Dissertation {
@@ -69,8 +69,9 @@ pub enum CutRule {
         exponent: f64,
     },
     /// The dissertation's enrichment grid, one for each cut, built anew at each capture (Aras 2014,
-    /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends; it refuses
-    /// closed and folded cuts.
+    /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends in the body. Where
+    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Detour()` decides the
+    /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
     Grid {
         /// Distance (m) of its points; half the distance of nodes where not given.
         #[serde(default)]
@@ -78,6 +79,11 @@ pub enum CutRule {
         /// Margin (m) round the cut; three distances of nodes where not given.
         #[serde(default)]
         inflate: Option<f64>,
+        /// Numbers of its cells along x, y and z over the body's box with the margin, in place of
+        /// `spacing` (the appendix's resX, resY, resZ).
+        #[serde(default)]
+        #[cfg_attr(feature = "cli", schemars(with = "Option<[u32; 3]>"))]
+        cells: Option<(u32, u32, u32)>,
     },
 }
 

@@ -49,7 +49,7 @@ pub(crate) use read::read_file;
 #[cfg(feature = "cli")]
 pub(crate) use read::{parse_ron, place_of_body, read_text};
 pub use settings::{
-    Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, View,
+    Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, Show, View,
 };
 #[cfg(feature = "cli")]
 pub(crate) use suggest::nearest;

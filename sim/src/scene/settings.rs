@@ -165,6 +165,10 @@ pub struct Pictures {
     pub background: Option<Backdrop>,
     /// How surfels are drawn.
     pub mode: DrawMode,
+    /// Share of their radius at which surfels are drawn, to 1; with less they are seen one by one.
+    pub splat_scale: f64,
+    /// What is drawn: surfaces, or what lies behind them.
+    pub show: Show,
     /// Frames per simulated second (1/s); also the speed of the animation.
     pub rate: f64,
     /// Where the camera stands.
@@ -185,6 +189,8 @@ impl Default for Pictures {
             samples: 2,
             background: None,
             mode: DrawMode::default(),
+            splat_scale: 1.0,
+            show: Show::default(),
             rate: 25.0,
             view: View::default(),
             color: Coloring::default(),
@@ -228,6 +234,37 @@ pub enum Coloring {
         /// Value of the last colour (1/m); the first is its negative.
         most: f64,
     },
+}
+
+/// What pictures show, to look into a model (the displays of Aras 2014, appendix).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub enum Show {
+    /// Surfaces, tools and blades.
+    #[default]
+    Surface,
+    /// Nodes and, as lines, the pairs that they see.
+    Neighbors {
+        /// The node whose pairs are shown; all where not given.
+        #[serde(default)]
+        node: Option<u32>,
+    },
+    /// Points of the lattices of `cut_rule: Grid`, where they lie in the body at rest, coloured by the
+    /// enrichment from -1 to 1.
+    Lattice,
+    /// Surfaces with the normals of their surfels.
+    Normals {
+        /// Length of a normal (m).
+        length: f64,
+    },
+    /// Nodes, a surfel and, as lines as thick as their weights, the nodes that carry it.
+    Binding {
+        /// Number of the surfel.
+        surfel: u32,
+    },
+    /// Surfaces, and where the edges of blades have passed in the world.
+    BladePath,
 }
 
 /// How surfels are drawn.

@@ -360,16 +360,14 @@ impl Cutting {
         if let (Some(stroke), false) = (stroke, new.is_empty()) {
             if let (false, Some(ends)) = (stroke.cuts, &sweep.ends) {
                 stroke.cuts = true;
-                self.factors.start(number, &ends[0]);
+                self.factors.start(number, ends[0]);
             }
-            // Without a front, at the edge of an older sheet, it has no ends and is no piece of a grid.
-            let ends = &sweep.ends.unwrap_or_default();
             let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
             let inside = |point| body.solid.contains_within(point, round_off);
             let graph = graph_of(body);
             touched = self
                 .factors
-                .update(&graph, &self.cuts, new, (number, ends), &inside)?;
+                .update(&graph, &self.cuts, new, (number, sweep.ends), &inside);
         }
         if moment == Moment::End {
             self.strokes.retain(|stroke| stroke.cut != cut);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use phyxel_discretize::{ReadError, RepairError, SampleError};
 use phyxel_elastic::ElasticError;
-use phyxel_enrich::{CutError, GridError};
+use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
 use phyxel_mls::{CloudError, GraphError, MapError, StencilError};
 use phyxel_splat::{ImageError, SurfelError};
@@ -47,9 +47,6 @@ pub enum BodyProblem {
     /// The blade's edge cannot be taken up.
     #[error(transparent)]
     Cut(#[from] CutError),
-    /// The dissertation's grid does not take the cut.
-    #[error("the cut does not suit cut_rule Grid: {0}; take Detour")]
-    Grid(#[from] GridError),
     /// The motion cannot be set up.
     #[error(transparent)]
     Motion(#[from] MotionError),

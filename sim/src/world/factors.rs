@@ -7,7 +7,6 @@ use phyxel_enrich::{
     Cuts, FactorSettings, Graph, GridFactors, GridSettings, PairFactors, Reach, Rule,
 };
 
-use super::error::BodyProblem;
 use crate::scene::CutRule;
 
 /// Factors of either kind.
@@ -16,7 +15,7 @@ pub enum Factors {
     /// Pair by pair, where a cut crosses it.
     Pairs(PairFactors),
     /// From the dissertation's grids, one for each stroke.
-    Grids(GridFactors),
+    Grids(Box<GridFactors>),
 }
 
 impl Factors {
@@ -42,14 +41,17 @@ impl Factors {
             CutRule::Grid {
                 spacing: points,
                 inflate,
+                cells,
             } => {
-                let usual = GridSettings::for_spacing(spacing);
+                let ours = GridSettings::for_spacing(spacing);
                 let settings = GridSettings {
-                    spacing: points.unwrap_or(usual.spacing),
-                    inflate: inflate.unwrap_or(usual.inflate),
-                    ..usual
+                    spacing: points.unwrap_or(ours.spacing),
+                    inflate: inflate.unwrap_or(ours.inflate),
+                    ..ours
                 };
-                return Self::Grids(GridFactors::new(graph.indices().len(), radii, &settings));
+                let grids =
+                    GridFactors::new(graph, radii, &settings, cells.map(|cells| cells.into()));
+                return Self::Grids(Box::new(grids));
             }
         };
         Self::Pairs(PairFactors::new(graph, &settings))
@@ -91,30 +93,36 @@ impl Factors {
         }
     }
 
-    /// Notes where a stroke starts.
-    pub(super) fn start(&mut self, stroke: usize, edge: &[DVec3]) {
-        if let Self::Grids(grids) = self {
-            grids.start(stroke, edge);
+    /// Lattices of the dissertation's grids and undirected pairs without one; `None` where the rule is
+    /// another.
+    #[must_use]
+    pub fn grid_counts(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::Pairs(_) => None,
+            Self::Grids(grids) => Some((grids.lattice_count(), grids.count_without_lattice())),
         }
     }
 
-    /// Brings the factors up to date with the `new` triangles that the stroke's next edge made; the
-    /// nodes of the pairs that changed, rising.
+    /// Notes where the front of a stroke starts to cut.
+    pub(super) fn start(&mut self, stroke: usize, ends: [DVec3; 2]) {
+        if let Self::Grids(grids) = self {
+            grids.start(stroke, ends);
+        }
+    }
+
+    /// Brings the factors up to date with the `new` triangles, by which a cut grew as the front of a
+    /// stroke went from ends to ends; the nodes of the pairs that changed, rising.
     pub(super) fn update(
         &mut self,
         graph: &Graph<'_>,
         cuts: &Cuts,
         new: Range<usize>,
-        (stroke, [before, edge]): (usize, &[[DVec3; 2]; 2]),
+        front: (usize, Option<[[DVec3; 2]; 2]>),
         inside: &(dyn Fn(DVec3) -> bool + Sync),
-    ) -> Result<Vec<u32>, BodyProblem> {
+    ) -> Vec<u32> {
         match self {
-            Self::Pairs(factors) => Ok(factors.update(graph, cuts, new, inside).nodes),
-            // A grid's piece lies between two edges: no edge and no way, no piece.
-            Self::Grids(_) if new.is_empty() || edge[0] == edge[1] || before == edge => {
-                Ok(Vec::new())
-            }
-            Self::Grids(grids) => Ok(grids.update(graph, stroke, edge)?),
+            Self::Pairs(factors) => factors.update(graph, cuts, new, inside).nodes,
+            Self::Grids(grids) => grids.update(graph, cuts, new, front, inside),
         }
     }
 }

@@ -6,9 +6,8 @@ use phyxel_elastic::{
     Dilatation, Elastic, Fiber, Material, Materials, Nodes, Precision, PronyTerm, Settings,
 };
 use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, GradientStencils, Kernel, NearestSettings,
-    Neighborhoods, dissertation_masses, inverse_square_weights, k_nearest, kernel_weights,
-    widen_deficient_rows,
+    ConservativeSettings, ConservativeStencils, NearestSettings, Neighborhoods, dissertation_cloud,
+    inverse_square_weights, k_nearest, widen_deficient_rows,
 };
 
 use super::error::BodyProblem;
@@ -169,18 +168,13 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
                     limit: neighbor_limit.map(|limit| limit as usize),
                 },
             )?;
-            let neighborhoods = near.neighborhoods.symmetrized()?;
-            let radii = &near.support_radii;
-            let weights = kernel_weights(Kernel::Polynomial, rest, radii, &neighborhoods);
             let tolerance = ConservativeSettings::for_cutting().rank_tolerance;
-            let stencils = GradientStencils::new(rest, &neighborhoods, weights, tolerance)?;
-            let masses =
-                dissertation_masses(rest, &neighborhoods, &near.mean_distances, radii, density);
+            let cloud = dissertation_cloud(rest, &near, density, tolerance)?;
             Ok(Coupled {
-                neighborhoods,
-                stencils: Stencils::Plain(Box::new(stencils)),
-                volumes: masses.volumes,
-                masses: masses.masses,
+                neighborhoods: cloud.neighborhoods,
+                stencils: Stencils::Plain(Box::new(cloud.stencils)),
+                volumes: cloud.masses.volumes,
+                masses: cloud.masses.masses,
             })
         }
     }

@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Shape as Primitive,
-    Solid, Target, estimate_point_nodes, estimate_tetrahedra_nodes, read_mesh, repair,
-    sample_points, sample_tetrahedra,
+    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Sampling,
+    Shape as Primitive, Solid, Target, estimate_point_nodes, estimate_tetrahedra_nodes, read_mesh,
+    repair, sample_lattice, sample_points, sample_tetrahedra,
 };
 
 use super::error::{BodyProblem, WorldError};
@@ -134,9 +134,26 @@ pub(super) struct Sampled {
     pub(super) missed: f64,
 }
 
+impl Sampled {
+    fn of(found: Sampling) -> Self {
+        Self {
+            positions: found.positions,
+            volumes: found.volumes,
+            boundary_vectors: found.boundary_vectors,
+            tetrahedra: found.tetrahedra,
+            outer: Vec::new(),
+            volume_error: found.report.volume_error,
+            missed: found.report.missed,
+        }
+    }
+}
+
 pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyProblem> {
     let wish = &body.sampling;
     let target = match wish.target {
+        scene::Target::Lattice(x, y, z) => {
+            return Ok(Sampled::of(sample_lattice(solid.bounds(), [x, y, z])?));
+        }
         scene::Target::Spacing(spacing) => {
             check_count(solid, spacing, body)?;
             Target::Spacing(spacing)
@@ -159,18 +176,7 @@ pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
         ..SampleSettings::default()
     };
     Ok(match wish.form {
-        Form::Tetrahedra => {
-            let found = sample_tetrahedra(solid, &settings)?;
-            Sampled {
-                positions: found.positions,
-                volumes: found.volumes,
-                boundary_vectors: found.boundary_vectors,
-                tetrahedra: found.tetrahedra,
-                outer: Vec::new(),
-                volume_error: found.report.volume_error,
-                missed: found.report.missed,
-            }
-        }
+        Form::Tetrahedra => Sampled::of(sample_tetrahedra(solid, &settings)?),
         Form::Points => {
             let found = sample_points(solid, &settings, true)?;
             let outer = (0..).zip(&found.on_surface).filter(|(_, on)| **on);

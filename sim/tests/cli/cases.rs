@@ -164,6 +164,11 @@ fn resume_cases() -> Vec<Case> {
         ),
         set("too coarse inside", "bodies[0].sampling.coarsest=40"),
         set(
+            "lattice of a liver",
+            "bodies[0].sampling.target=Lattice(8, 8, 22)",
+        ),
+        set("picture of splats of no size", "pictures.splat_scale=0"),
+        set(
             "refined to nothing",
             "bodies[0].sampling.refine=[(from: (0, 0, 0), to: (0, 0, 0), radius: 0.01, factor: 0)]",
         ),
@@ -383,6 +388,10 @@ fn model_cases() -> Vec<Case> {
         set(
             "grid without spacing",
             "bodies[0].cut_rule=Grid(spacing: 0)",
+        ),
+        set(
+            "grid without cells",
+            "bodies[0].cut_rule=Grid(cells: (8, 0, 8))",
         ),
         set(
             "transparency of exponent 0",

@@ -4,7 +4,7 @@ mod adaptive;
 mod cuts;
 mod exact;
 mod inside;
-mod sheet;
+pub(super) mod sheet;
 mod speed;
 mod stills;
 
@@ -44,7 +44,7 @@ fn plain_renderer(width: u32, height: u32) -> Renderer {
 }
 
 /// Surfels that nothing carries: a tissue of one node, at rest.
-fn at_rest(surfels: &Surfels, radius: RadiusRule) -> Result<Tissue, StudyError> {
+pub(super) fn at_rest(surfels: &Surfels, radius: RadiusRule) -> Result<Tissue, StudyError> {
     let settings = TissueSettings {
         radius,
         ..TissueSettings::default()

@@ -33,18 +33,19 @@ impl GridForm {
 /// Factors of all pairs from the grids of all cuts, multiplied over cuts (eq. (38) between cuts).
 ///
 /// Pairs of which a node is farther from the cut than its support radius keep the factor 1. Values are
-/// looked up at the nearest lattice point, as in the dissertation.
+/// looked up at the nearest lattice point, as in the dissertation, but on the node's own side
+/// ([`EnrichmentGrid::on_its_side`]).
 ///
 /// # Arguments
-/// * `grids` -- one per cut, rebuilt for each new piece of it.
+/// * `grids` -- one per cut, or per sheet of it, rebuilt for each new piece of it.
 /// * `graph` -- nodes and pairs.
 /// * `support_radius` -- per node (m).
 ///
 /// # Panics
 /// If there is not one support radius per node.
 #[must_use]
-pub fn grid_pair_factors(
-    grids: &[EnrichmentGrid],
+pub fn grid_pair_factors<'a>(
+    grids: impl IntoIterator<Item = &'a EnrichmentGrid>,
     graph: &Graph<'_>,
     support_radius: &[f64],
     form: GridForm,
@@ -60,7 +61,7 @@ pub fn grid_pair_factors(
             .positions
             .iter()
             .zip(support_radius)
-            .map(|(&p, &radius)| grid.look_up(p).filter(|e| e.distance < radius))
+            .map(|(&p, &radius)| grid.on_its_side(p).filter(|e| e.distance < radius))
             .collect();
         for i in 0..graph.positions.len() {
             let Some(at_i) = values[i] else { continue };

@@ -67,6 +67,14 @@ pub enum GridError {
     },
 }
 
+/// The two triangles of the piece between two edges (m).
+pub(in crate::comparators) fn piece_between(
+    [a, b]: [DVec3; 2],
+    [c, d]: [DVec3; 2],
+) -> [[DVec3; 3]; 2] {
+    [[a, b, c], [c, b, d]]
+}
+
 /// Below this length of the mean of unit vectors a common frame means nothing: pieces stand at more
 /// than 60 degrees to it on average.
 const SMALLEST_MEAN: f64 = 0.5;
@@ -158,8 +166,7 @@ impl Frame {
         }
         let mut corners = Vec::new();
         for w in blades.windows(2) {
-            corners.push([w[0][0], w[0][1], w[1][0]]);
-            corners.push([w[1][0], w[0][1], w[1][1]]);
+            corners.extend(piece_between(w[0], w[1]));
         }
         let (mut total, mut origin, mut mean) = (0.0, DVec3::ZERO, DVec3::ZERO);
         let mut normals = Vec::new();
@@ -216,6 +223,15 @@ impl Frame {
             }
             Self::Spatial(frame) => Bounds::of(frame.blades.as_flattened()),
         }
+    }
+
+    /// Cosine of the largest angle between a triangle and the common plane; 1 in the plane.
+    pub(super) fn least_cosine(&self) -> f64 {
+        let Self::Spatial(frame) = self else {
+            return 1.0;
+        };
+        let cosines = frame.triangles.iter().map(|(.., n)| n.dot(frame.normal));
+        cosines.fold(1.0, f64::min)
     }
 
     pub(super) fn evaluate(&self, point: DVec3) -> Enrichment {

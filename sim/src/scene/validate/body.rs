@@ -7,7 +7,7 @@ use super::check::{
 };
 use super::{material, method};
 use crate::scene::body::{
-    Body, Sampling, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
+    Body, Form, Sampling, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
 };
 
 pub(super) fn body(path: &str, body: &Body) -> Check {
@@ -158,6 +158,28 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
                 "it must be from {FEWEST_NODES} to {limit} nodes; for more raise {path}.limit"
             ),
         ),
+        Target::Lattice(x, y, z) => {
+            let found = format!("Lattice({x}, {y}, {z})");
+            let plain = sampling.form == Form::Tetrahedra
+                && sampling.coarsest <= 1.0
+                && sampling.refine.is_empty();
+            require(
+                plain && matches!(shape, Shape::Box { .. }),
+                &target,
+                &found,
+                "a lattice is of a Box, of form Tetrahedra, with coarsest 1 and nothing to refine",
+            )?;
+            let nodes: f64 = [x, y, z].into_iter().map(f64::from).product();
+            require(
+                x.min(y).min(z) >= 2 && nodes <= f64::from(limit),
+                target,
+                found,
+                format_args!(
+                    "it must have 2 nodes or more along each axis, and {limit} at most in all; for more raise \
+                     {path}.limit"
+                ),
+            )
+        }
         Target::Spacing(spacing) => {
             require(
                 spacing.is_finite() && spacing > 0.0,

@@ -70,7 +70,20 @@ pub(super) fn cut_rule(path: &str, rule: CutRule) -> Check {
                 "it must be finite and 2 or more",
             )
         }
-        CutRule::Grid { spacing, inflate } => {
+        CutRule::Grid {
+            spacing,
+            inflate,
+            cells,
+        } => {
+            if let Some(cells) = cells {
+                let fits = [cells.0, cells.1, cells.2].iter().all(|count| *count > 0);
+                require(
+                    fits && spacing.is_none(),
+                    format_args!("{path}.cells"),
+                    format_args!("{cells:?}"),
+                    "give one cell or more along each axis, and no spacing beside them",
+                )?;
+            }
             for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
                 if let Some(length) = length {
                     positive(format_args!("{path}.{name}"), length, " (m)")?;

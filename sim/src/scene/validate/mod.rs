@@ -8,7 +8,7 @@ mod method;
 
 pub(super) use check::Fault;
 
-use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, View};
+use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, Show, View};
 use super::{Scene, VERSION};
 use body::body;
 use check::{Check, color, finite, not_negative, positive, require, triple};
@@ -237,6 +237,15 @@ fn pictures(pictures: &Pictures) -> Check {
         color("pictures.background.bottom", behind.bottom)?;
     }
     positive("pictures.rate", pictures.rate, " (frames per second)")?;
+    require(
+        pictures.splat_scale > 0.0 && pictures.splat_scale <= 1.0,
+        "pictures.splat_scale",
+        pictures.splat_scale,
+        "it must be above 0 and 1 at most",
+    )?;
+    if let Show::Normals { length } = pictures.show {
+        positive("pictures.show.length", length, " (m)")?;
+    }
     match pictures.color {
         Coloring::Tissue => {}
         Coloring::Displacement { most } => positive("pictures.color.most", most, " (m)")?,

@@ -1,12 +1,11 @@
-//! Figures 29 to 37: a cut in space.
-
-use std::error::Error;
-use std::path::Path;
+//! Figures 29 to 37 and 66 to 68: a cut in space.
 
 use glam::{DVec2, DVec3};
 use phyxel_enrich::{EnrichmentGrid, GridSettings};
 
-use crate::canvas::{Image, Plot, View, region_colour};
+use super::Drawn;
+use super::canvas::{Image, Plot, View, region_colour};
+use crate::StudyError;
 
 const RED: [f64; 3] = [215.0, 60.0, 50.0];
 const BLUE: [f64; 3] = [70.0, 110.0, 220.0];
@@ -39,8 +38,7 @@ fn strip(view: &View, image: &mut Image, blades: &[[DVec3; 2]], colour: [f64; 3]
     }
 }
 
-pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
-    let file = |name: &str| folder.join(format!("{name}.png"));
+pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
     let settings = GridSettings {
         spacing: 0.02,
         inflate: 0.35,
@@ -60,7 +58,7 @@ pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
     strip(&view, &mut image, &blades, RED);
     strip(&view, &mut image, &flat, BLUE);
     view.arrow(&mut image, origin, origin - 0.35 * normal, BLACK);
-    image.save(&file("figure-29-projection"))?;
+    let mut drawn = vec![Drawn::new(29, "the strip (red) and its projection", &image)];
 
     let along_normal = View::from(DVec3::new(-0.3, -1.0, 0.2));
     let mut image = Image::new();
@@ -71,7 +69,7 @@ pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
         let from = *p + 0.02 * along_normal.toward();
         along_normal.arrow(&mut image, from, from + 0.09 * along, RED);
     }
-    image.save(&file("figure-30-separators"))?;
+    drawn.push(Drawn::new(30, "separators", &image));
 
     let mut image = Image::new();
     view.frame(&mut image);
@@ -98,7 +96,7 @@ pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
     for (region, w) in (0..).zip(blades.windows(2)) {
         strip(&view, &mut image, w, region_colour(region));
     }
-    image.save(&file("figure-31-regions"))?;
+    drawn.push(Drawn::new(31, "regions", &image));
 
     // Figures 32 to 36 and 67 in slices, three views each of 32, 33 and 67.
     let slices: [(&str, Slice, u32); 3] = [
@@ -107,30 +105,58 @@ pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
         ("along", |p| DVec3::new(p.x, 0.55, p.y), 36),
     ];
     for (name, place, phi) in slices {
-        let phi = format!("{phi}-phi");
         let fields: [Plot<'_>; 4] = [
-            Plot("32-d2", &|p| of(place(p)).d_plus, [-0.3, 0.3], 12),
-            Plot("33-s", &|p| of(place(p)).s, [-0.5, 0.5], 20),
-            Plot(&phi, &|p| of(place(p)).phi, [-1.0, 1.0], 20),
-            Plot("67-d3", &|p| of(place(p)).distance, [-0.5, 0.5], 20),
+            Plot((32, "d2+"), &|p| of(place(p)).d_plus, [-0.3, 0.3], 12),
+            Plot((33, "s"), &|p| of(place(p)).s, [-0.5, 0.5], 20),
+            Plot((phi, "phi"), &|p| of(place(p)).phi, [-1.0, 1.0], 20),
+            Plot((67, "d3"), &|p| of(place(p)).distance, [-0.5, 0.5], 20),
         ];
-        for Plot(what, field, range, levels) in fields {
+        for Plot((number, what), field, range, levels) in fields {
             let mut image = Image::new();
             image.field(field, range, levels);
-            image.save(&file(&format!("figure-{what}-{name}")))?;
+            drawn.push(Drawn::new(number, format!("{what}, {name}"), &image));
         }
     }
 
     // Figure 37: the level sets of the enrichment (1 + phi) / 2. Its sets of 1 and 0 fill the prisms
     // beside the cut; what is drawn is their hull.
     let view = View::from(DVec3::new(-0.6, -1.0, 0.5));
-    for (name, level) in [("a-1", 0.98), ("b-half", 0.5), ("c-0", 0.02)] {
+    for (name, level) in [("(a) 1", 0.98), ("(b) 0.5", 0.5), ("(c) 0", 0.02)] {
         let mut image = Image::new();
         view.frame(&mut image);
         let h = |p: DVec3| 0.5 * (1.0 + grid.evaluate(p).phi);
         view.level_set(&mut image, h, level, [120.0, 200.0, 160.0]);
         strip(&view, &mut image, &blades, RED);
-        image.save(&file(&format!("figure-37{name}")))?;
+        drawn.push(Drawn::new(37, name, &image));
     }
-    Ok(())
+    // Figure 68: level sets of d3, in node spacings of a fifth of the cut's length.
+    for (name, level) in [("(a) 0.5 spacings", 0.5), ("(b) 1.5 spacings", 1.5)] {
+        let mut image = Image::new();
+        view.frame(&mut image);
+        let d3 = |p: DVec3| grid.evaluate(p).distance / 0.12;
+        view.level_set(&mut image, d3, level, [120.0, 200.0, 160.0]);
+        strip(&view, &mut image, &blades, RED);
+        drawn.push(Drawn::new(68, name, &image));
+    }
+    // Figure 66: the nodes whose supports the cut meets, by looking d3 up, on a lattice of nodes.
+    let nodes: Vec<DVec3> = (0..9 * 9 * 9)
+        .map(|k| DVec3::new(f64::from(k % 9), f64::from(k / 9 % 9), f64::from(k / 81)) / 8.0)
+        .collect();
+    let touched = grid.touched_nodes(&nodes, &vec![0.12; nodes.len()]);
+    let mut image = Image::new();
+    view.frame(&mut image);
+    strip(&view, &mut image, &blades, RED);
+    for (node, &at) in (0..).zip(&nodes) {
+        let is_touched = touched.binary_search(&node).is_ok();
+        let (size, colour) = if is_touched {
+            (0.014, BLUE)
+        } else {
+            (0.006, [170.0; 3])
+        };
+        for axis in DVec3::AXES {
+            view.line(&mut image, at - size * axis, at + size * axis, colour);
+        }
+    }
+    drawn.push(Drawn::new(66, "touched (blue)", &image));
+    Ok(drawn)
 }

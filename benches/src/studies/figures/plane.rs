@@ -1,38 +1,28 @@
-//! Figures 20 to 28: cuts in the plane.
-
-use std::error::Error;
-use std::path::Path;
+//! Figures 18 and 20 to 28: cuts in the plane.
 
 use glam::{DVec2, DVec3};
 use phyxel_enrich::{
     CutSettings, EnrichmentGrid, GridSettings, PlanarCuts, Rule, Scratch, product_of_segments,
     segment_enrichment,
 };
+use phyxel_mls::Kernel;
 
-use crate::canvas::{Image, Plot, View, hue};
+use super::Drawn;
+use super::canvas::{Image, Plot, View, hue};
+use crate::StudyError;
 
 const BLACK: [f64; 3] = [0.0; 3];
 
 /// A field with level lines and a polyline over it.
-fn picture(
-    path: &Path,
-    field: impl Fn(DVec2) -> f64,
-    range: [f64; 2],
-    levels: u32,
-    line: &[DVec2],
-) -> Result<(), Box<dyn Error>> {
+fn picture(field: impl Fn(DVec2) -> f64, range: [f64; 2], levels: u32, line: &[DVec2]) -> Image {
     let mut image = Image::new();
     image.field(field, range, levels);
     image.polyline(line, BLACK);
-    image.save(path)
+    image
 }
 
 /// A field over the unit square as a surface in space, height and colour by value.
-fn surface(
-    path: &Path,
-    field: impl Fn(DVec2) -> f64,
-    range: [f64; 2],
-) -> Result<(), Box<dyn Error>> {
+fn surface(field: impl Fn(DVec2) -> f64, range: [f64; 2]) -> Image {
     const CELLS: u32 = 120;
     let view = View::from(DVec3::new(-0.7, -1.0, 0.9));
     let mut image = Image::new();
@@ -57,26 +47,25 @@ fn surface(
         view.triangle(&mut image, [a, b, c], colour);
         view.triangle(&mut image, [a, c, d], colour);
     }
-    image.save(path)
+    image
 }
 
-/// Factor of the default between a point and a probe: what a node there knows of the other.
-fn detour_field(cuts: &PlanarCuts, p: DVec2, probe: DVec2) -> f64 {
+/// Factor between a point and a probe: what a node there knows of the other.
+fn factor(rule: Rule, cuts: &PlanarCuts, p: DVec2, probe: DVec2) -> f64 {
     let inside = |p: DVec3| p.cmpge(DVec3::ZERO).all() && p.cmple(DVec3::ONE).all();
     let reach = 3.0 * p.distance(probe).max(1e-9);
     let mut scratch = Scratch::default();
     let (a, b) = (p.extend(0.0), probe.extend(0.0));
-    Rule::Detour.factor(cuts, a, b, reach, &inside, &mut scratch)
+    rule.factor(cuts, a, b, reach, &inside, &mut scratch)
 }
 
-pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
-    let file = |name: &str| folder.join(format!("{name}.png"));
+pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
     let settings = GridSettings {
         spacing: 0.01,
         inflate: 0.5,
         most_points: 1 << 24,
     };
-    one_segment(folder)?;
+    let mut drawn = one_segment()?;
 
     let on_grid = |grid: &EnrichmentGrid, p: DVec2| {
         let p = p.extend(0.0);
@@ -97,51 +86,76 @@ pub(crate) fn draw(folder: &Path) -> Result<(), Box<dyn Error>> {
             image.arrow(origin, origin + 0.3 * along, [40.0, 70.0, 200.0]);
             image.arrow(origin, origin + 0.3 * along.perp(), [40.0, 150.0, 60.0]);
             image.polyline(line, [200.0, 40.0, 40.0]);
-            image.save(&file(&format!("figure-24-frame-{label}")))?;
+            drawn.push(Drawn::new(24, format!("frame, {label}"), &image));
             let fields: [Plot<'_>; 5] = [
                 Plot(
-                    "23-product",
+                    (23, "product"),
                     &|p| product_of_segments(line, p),
                     [0.0, 1.0],
                     10,
                 ),
-                Plot("25-d1", &|p| on_grid(&grid, p).d_plus, [-0.3, 0.3], 12),
+                Plot((25, "d1+"), &|p| on_grid(&grid, p).d_plus, [-0.3, 0.3], 12),
                 Plot(
-                    "26-regions",
+                    (26, "regions"),
                     &|p| f64::from(on_grid(&grid, p).region),
                     [-0.5, 2.5],
                     3,
                 ),
-                Plot("27-s", &|p| on_grid(&grid, p).s, [-0.5, 0.5], 20),
+                Plot((27, "s"), &|p| on_grid(&grid, p).s, [-0.5, 0.5], 20),
                 Plot(
-                    "28-grid",
+                    (28, "grid"),
                     &|p| 0.5 * (1.0 + on_grid(&grid, p).phi),
                     [0.0, 1.0],
                     10,
                 ),
             ];
             for Plot(what, field, range, levels) in fields {
-                let path = file(&format!("figure-{what}-{label}"));
-                picture(&path, field, range, levels, line)?;
+                let (number, what) = what;
+                let image = picture(field, range, levels, line);
+                drawn.push(Drawn::new(number, format!("{what}, {label}"), &image));
             }
             let mut cuts = PlanarCuts::new(&CutSettings::for_spacing(0.02));
             cuts.add_polyline(line)?;
             let probe = DVec2::new(0.5, 0.65);
-            picture(
-                &file(&format!("figure-28-default-{label}")),
-                |p| detour_field(&cuts, p, probe),
+            let image = picture(
+                |p| factor(Rule::Detour, &cuts, p, probe),
                 [0.0, 1.0],
                 10,
                 line,
-            )?;
+            );
+            drawn.push(Drawn::new(28, format!("default, {label}"), &image));
         }
     }
-    Ok(())
+    drawn.extend(influences()?);
+    Ok(drawn)
+}
+
+/// Figure 18: the weight of a node beside the tip of a cut.
+fn influences() -> Result<Vec<Drawn>, StudyError> {
+    let line = [DVec2::new(-0.3, 0.5), DVec2::new(0.55, 0.5)];
+    let mut cuts = PlanarCuts::new(&CutSettings::for_spacing(0.02));
+    cuts.add_polyline(&line)?;
+    let (node, radius) = (DVec2::new(0.4, 0.38), 0.45);
+    let rules = [
+        (Rule::Visibility, "(a) visibility"),
+        (Rule::Detour, "(b) detour, as diffraction"),
+    ];
+    let drawn = rules.into_iter().map(|(rule, caption)| {
+        let weight = |p: DVec2| {
+            let kernel = Kernel::Polynomial.value(p.distance(node) / radius);
+            if kernel > 0.0 {
+                kernel * factor(rule, &cuts, p, node)
+            } else {
+                0.0
+            }
+        };
+        Drawn::new(18, caption, &picture(weight, [0.0, 1.2], 12, &line))
+    });
+    Ok(drawn.collect())
 }
 
 /// Figures 20 to 22.
-fn one_segment(folder: &Path) -> Result<(), Box<dyn Error>> {
-    let file = |name: &str| folder.join(format!("{name}.png"));
+fn one_segment() -> Result<Vec<Drawn>, StudyError> {
     let settings = GridSettings {
         spacing: 0.02,
         inflate: 0.1,
@@ -161,18 +175,21 @@ fn one_segment(folder: &Path) -> Result<(), Box<dyn Error>> {
         .map(|t| axis(t, unit.evaluate(DVec3::X * t).d_plus))
         .collect();
     image.polyline(&curve, [200.0, 40.0, 40.0]);
-    image.save(&file("figure-20-d1"))?;
+    let mut drawn = vec![Drawn::new(20, "d1+ over t", &image)];
 
     let segment = [DVec2::new(0.3, 0.5), DVec2::new(0.7, 0.5)];
     let one = EnrichmentGrid::from_polyline(&segment, &settings)?;
     let of = |p: DVec2| one.evaluate(p.extend(0.0));
-    surface(&file("figure-21a-d2"), |p| of(p).distance, [0.0, 0.7])?;
-    surface(&file("figure-21b-phi"), |p| of(p).phi, [-1.0, 1.0])?;
-    picture(
-        &file("figure-22-phi"),
+    let image = surface(|p| of(p).distance, [0.0, 0.7]);
+    drawn.push(Drawn::new(21, "(a) d2", &image));
+    let image = surface(|p| of(p).phi, [-1.0, 1.0]);
+    drawn.push(Drawn::new(21, "(b) phi", &image));
+    let image = picture(
         |p| segment_enrichment(segment, p),
         [-1.0, 1.0],
         20,
         &segment,
-    )
+    );
+    drawn.push(Drawn::new(22, "phi", &image));
+    Ok(drawn)
 }

@@ -1,15 +1,20 @@
 //! Pictures of fields over a square, and of triangles and lines in space.
 
-use std::error::Error;
-use std::path::Path;
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "colours and pixel numbers are clamped"
+)]
 
 use glam::{DVec2, DVec3};
+use phyxel_splat::Frame;
 
 const PIXELS: usize = 360;
 
-/// Name of a picture, its field, the range of its colours and the number of its levels.
+/// Figure and name of a picture, its field, the range of its colours and the number of its levels.
 pub(crate) struct Plot<'a>(
-    pub(crate) &'a str,
+    pub(crate) (u32, &'a str),
     pub(crate) &'a dyn Fn(DVec2) -> f64,
     pub(crate) [f64; 2],
     pub(crate) u32,
@@ -29,15 +34,13 @@ impl Image {
         }
     }
 
-    pub(crate) fn save(&self, path: &Path) -> Result<(), Box<dyn Error>> {
-        let bytes: Vec<u8> = self.pixels.iter().flatten().map(|&c| c as u8).collect();
-        let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-        let side = u32::try_from(PIXELS)?;
-        let mut encoder = png::Encoder::new(file, side, side);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.write_header()?.write_image_data(&bytes)?;
-        Ok(())
+    pub(crate) fn frame(&self) -> Frame {
+        let mut frame = Frame::blank(PIXELS as u32, PIXELS as u32);
+        for (pixel, colour) in frame.pixels.iter_mut().zip(&self.pixels) {
+            let [r, g, b] = colour.map(|c| c as u8);
+            *pixel = [r, g, b, 255];
+        }
+        frame
     }
 
     /// Sets a pixel unless something nearer is there.

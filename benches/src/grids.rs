@@ -1,0 +1,63 @@
+//! The dissertation's enrichment grid in the embedded scenes: bodies that move while a blade passes.
+
+use phyxel::scene::{CutRule, EMBEDDED, Target};
+
+use crate::batch::Case;
+use crate::error::StudyError;
+use crate::matrix::plain;
+use crate::row::{Bars, Row};
+
+/// Node counts of every embedded body.
+pub const NODES: [u32; 3] = [600, 1_500, 3_000];
+
+/// Every embedded scene with `cut_rule: Grid()` at each of [`NODES`], and beside it by the default rule.
+///
+/// # Errors
+/// [`StudyError::Scene`].
+pub fn cases() -> Result<Vec<Case>, StudyError> {
+    let mut cases = Vec::new();
+    for embedded in EMBEDDED {
+        for nodes in NODES {
+            let grid = CutRule::Grid {
+                spacing: None,
+                inflate: None,
+                cells: None,
+            };
+            for (rule, name) in [(grid, "grid"), (CutRule::default(), "default")] {
+                let mut scene = plain(embedded.name)?;
+                for body in &mut scene.bodies {
+                    body.sampling.target = Target::Nodes(nodes);
+                    body.cut_rule = rule;
+                }
+                cases.push(Case {
+                    name: format!("{} {nodes} {name}", embedded.name),
+                    scene,
+                });
+            }
+        }
+    }
+    Ok(cases)
+}
+
+/// What breaks a bar, in words: a run ends well if it comes to its end with energies accounted for, no
+/// node that carries strain turned inside out and a step that lasts. What updates add and set free, and how
+/// far single nodes go, is not judged: the grid weakens pairs ahead of the blade and lets cut pairs know each
+/// other again, and the rows say by how much.
+#[must_use]
+pub fn breaches(rows: &[Row]) -> Vec<String> {
+    let bars = Bars {
+        released: None,
+        added: f64::INFINITY,
+        farthest: f64::INFINITY,
+        followers: 1.0,
+        ..Bars::ordinary()
+    };
+    let of_row = |row: &Row| {
+        let found = row.breaches(&bars);
+        let named = found
+            .into_iter()
+            .map(|breach| format!("{}: {breach}", row.scene));
+        named.collect::<Vec<_>>()
+    };
+    rows.iter().flat_map(of_row).collect()
+}

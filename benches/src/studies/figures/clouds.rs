@@ -1,0 +1,291 @@
+//! Figures 5 to 7, 11 and 14 to 17 and table 1: approximation on a line.
+
+use glam::DVec3;
+use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch, sph_value};
+use testkit::cloud::Random;
+
+use crate::StudyError;
+use crate::report::{Axis, Cell, Plot, Scale, Series, Table};
+use crate::studies::cut::columns;
+
+/// Nodes on a line with the length each stands for.
+struct Nodes {
+    at: Vec<DVec3>,
+    lengths: Vec<f64>,
+}
+
+/// Nodes 0..=20, moved by up to `jitter`.
+fn nodes(jitter: f64) -> Nodes {
+    let mut random = Random::new(7);
+    let at: Vec<f64> = (0..=20)
+        .map(|i| {
+            let moved = if jitter > 0.0 {
+                random.range(-jitter, jitter)
+            } else {
+                0.0
+            };
+            f64::from(i) + moved
+        })
+        .collect();
+    let last = at.len() - 1;
+    let edge = |i: usize| f64::midpoint(at[i], at[i + 1]);
+    let lengths = (0..=last)
+        .map(|i| {
+            let left = if i == 0 { at[0] } else { edge(i - 1) };
+            let right = if i == last { at[last] } else { edge(i) };
+            right - left
+        })
+        .collect();
+    Nodes {
+        at: at.iter().map(|&x| DVec3::X * x).collect(),
+        lengths,
+    }
+}
+
+/// Random values at 21 nodes.
+fn data() -> Vec<f64> {
+    let mut random = Random::new(2014);
+    (0..21).map(|_| random.unit()).collect()
+}
+
+/// Weights, or shape functions, of the nodes at a place.
+fn shapes(nodes: &Nodes, radius: f64, order: Order, x: f64) -> Result<Vec<f64>, StudyError> {
+    let radii = vec![radius; nodes.at.len()];
+    let all: Vec<u32> = (0..).take(nodes.at.len()).collect();
+    let approximation = Approximation {
+        nodes: &nodes.at,
+        support_radii: &radii,
+        basis: Basis::polynomial(order, Dimension::One),
+        kernel: Kernel::Polynomial,
+    };
+    let mut phi = vec![0.0; nodes.at.len()];
+    let mut scratch = ShapeScratch::default();
+    approximation.shape_values_into(DVec3::X * x, &all, &mut scratch, &mut phi)?;
+    Ok(phi)
+}
+
+/// Places along the nodes.
+fn places(nodes: &Nodes) -> impl Iterator<Item = f64> {
+    let first = nodes.at[0].x;
+    let length = nodes.at[nodes.at.len() - 1].x - first;
+    (0..=400).map(move |step| first + length * f64::from(step) / 400.0)
+}
+
+/// Curve over the nodes by moving least squares.
+fn mls(
+    nodes: &Nodes,
+    radius: f64,
+    order: Order,
+    data: &[f64],
+) -> Result<Vec<(f64, f64)>, StudyError> {
+    places(nodes)
+        .map(|x| {
+            let phi = shapes(nodes, radius, order, x)?;
+            Ok((x, phi.iter().zip(data).map(|(p, u)| p * u).sum()))
+        })
+        .collect()
+}
+
+/// Curve over the nodes by SPH.
+fn sph(nodes: &Nodes, radius: f64, data: &[f64]) -> Result<Vec<(f64, f64)>, StudyError> {
+    let radii = vec![radius; nodes.at.len()];
+    let all: Vec<u32> = (0..).take(nodes.at.len()).collect();
+    let approximation = Approximation {
+        nodes: &nodes.at,
+        support_radii: &radii,
+        basis: Basis::polynomial(Order::Constant, Dimension::One),
+        kernel: Kernel::Polynomial,
+    };
+    let value = |x: f64| sph_value(&approximation, DVec3::X * x, &all, &nodes.lengths, data);
+    places(nodes).map(|x| Ok((x, value(x)?))).collect()
+}
+
+/// Largest deviation from a function.
+fn deviation(curve: &[(f64, f64)], exact: impl Fn(f64) -> f64) -> f64 {
+    let off = curve.iter().map(|&(x, y)| (y - exact(x)).abs());
+    off.fold(0.0, f64::max)
+}
+
+fn plot(name: &'static str, title: &str, labels: [&str; 2], series: Vec<Series>) -> Plot {
+    let axis = |label: &str| Axis {
+        label: label.to_owned(),
+        scale: Scale::Linear,
+    };
+    Plot {
+        name,
+        title: title.to_owned(),
+        x: axis(labels[0]),
+        y: axis(labels[1]),
+        series,
+    }
+}
+
+fn dots(nodes: &Nodes, data: &[f64]) -> Series {
+    let points = nodes.at.iter().zip(data).map(|(x, &u)| (x.x, u)).collect();
+    Series::dots("data", points)
+}
+
+const AXES: [&str; 2] = ["x (node distances)", "u"];
+
+pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
+    let even = nodes(0.0);
+    let ones = vec![1.0; even.at.len()];
+    let mut rows = Vec::new();
+    let mut row = |figure: &str, what: &str, error: f64| {
+        rows.push(vec![
+            Cell::Word(figure.to_owned()),
+            Cell::Word(what.to_owned()),
+            Cell::Number(error),
+        ]);
+    };
+    let mut plots = Vec::new();
+
+    let mut lines = vec![dots(&even, &ones)];
+    for radius in [1.5, 2.5, 5.0] {
+        let curve = sph(&even, radius, &ones)?;
+        let name = format!("SPH, radius {radius}");
+        row("5", &name, deviation(&curve, |_| 1.0));
+        lines.push(Series::line(name, curve));
+    }
+    let curve = mls(&even, 2.5, Order::Linear, &ones)?;
+    row("5", "MLS, radius 2.5", deviation(&curve, |_| 1.0));
+    lines.push(Series::line("MLS, linear", curve));
+    plots.push(plot(
+        "figure5",
+        "Figure 5: constant data, even nodes",
+        AXES,
+        lines,
+    ));
+
+    let mut lines = Vec::new();
+    for jitter in [0.0, 0.2, 0.45] {
+        let uneven = nodes(jitter);
+        let curve = sph(&uneven, 1.8, &ones)?;
+        // Inside, away from the ends, where even nodes are nearly right.
+        let inside = curve.iter().filter(|p| p.0 > 3.0 && p.0 < 17.0);
+        let inside: Vec<_> = inside.copied().collect();
+        let name = format!("SPH, nodes moved by {jitter}");
+        row("6", &name, deviation(&inside, |_| 1.0));
+        let exact = mls(&uneven, 2.5, Order::Linear, &ones)?;
+        let same = format!("MLS, nodes moved by {jitter}");
+        row("6", &same, deviation(&exact, |_| 1.0));
+        lines.push(Series::line(name, curve));
+    }
+    plots.push(plot(
+        "figure6",
+        "Figure 6: constant data, uneven nodes",
+        AXES,
+        lines,
+    ));
+
+    let squares: Vec<f64> = even.at.iter().map(|x| x.x * x.x).collect();
+    let mut lines = vec![dots(&even, &squares)];
+    for (order, name) in ORDERS {
+        let curve = mls(&even, 5.0, order, &squares)?;
+        row(
+            "7",
+            &format!("MLS, {name} basis"),
+            deviation(&curve, |x| x * x),
+        );
+        lines.push(Series::line(format!("{name} basis"), curve));
+    }
+    plots.push(plot(
+        "figure7",
+        "Figure 7: data of x^2, radius 5",
+        AXES,
+        lines,
+    ));
+
+    let kernel = (-60..=60).map(|k| f64::from(k) / 50.0);
+    let kernel = kernel
+        .map(|r| (r, Kernel::Polynomial.value(r.abs())))
+        .collect();
+    plots.push(plot(
+        "figure11",
+        "Figure 11: the polynomial kernel",
+        ["distance over support radius", "w"],
+        vec![Series::line("w", kernel)],
+    ));
+    plots.extend(random_data(&even)?);
+    let errors = Table {
+        name: "approximation",
+        title: "Largest deviation from the data's function (figures 5 to 7)".to_owned(),
+        columns: columns(&[("figure", ""), ("curve", ""), ("deviation", "1")]),
+        rows,
+    };
+    Ok((plots, vec![errors, table_1(&even)]))
+}
+
+const ORDERS: [(Order, &str); 2] = [(Order::Linear, "linear"), (Order::Quadratic, "quadratic")];
+
+/// Figures 14 to 17: random data, and the weight and shape function of its middle node.
+fn random_data(even: &Nodes) -> Result<Vec<Plot>, StudyError> {
+    let data = data();
+    let names = [
+        (
+            "figure14",
+            "figure15",
+            "Figure 14: random data, linear basis",
+            "Figure 15: weight and shape function, linear basis",
+        ),
+        (
+            "figure16",
+            "figure17",
+            "Figure 16: random data, quadratic basis",
+            "Figure 17: weight and shape function, quadratic basis",
+        ),
+    ];
+    let mut plots = Vec::new();
+    for ((order, _), (curves, functions, data_title, function_title)) in
+        ORDERS.into_iter().zip(names)
+    {
+        let mut lines = vec![dots(even, &data)];
+        for radius in [3.0, 5.0, 7.0] {
+            let curve = mls(even, radius, order, &data)?;
+            lines.push(Series::line(format!("radius {radius}"), curve));
+        }
+        plots.push(plot(curves, data_title, AXES, lines));
+        let (middle, radius) = (10, 4.0);
+        let mut shape = Vec::new();
+        for x in places(even) {
+            shape.push((x, shapes(even, radius, order, x)?[middle]));
+        }
+        let weight = |x: f64| Kernel::Polynomial.value((x - even.at[middle].x).abs() / radius);
+        let weights = places(even).map(|x| (x, weight(x))).collect();
+        let lines = vec![
+            Series::line("weight of node 10, radius 4", weights),
+            Series::line("its shape function", shape),
+        ];
+        plots.push(plot(functions, function_title, AXES, lines));
+    }
+    Ok(plots)
+}
+
+/// Table 1: root mean square errors at the nodes; empty where a moment matrix is singular.
+fn table_1(even: &Nodes) -> Table {
+    let data = data();
+    let error = |order: Order, radius: f64| {
+        let mut sum = 0.0;
+        for (node, value) in even.at.iter().zip(&data) {
+            let phi = shapes(even, radius, order, node.x).ok()?;
+            let found: f64 = phi.iter().zip(&data).map(|(p, u)| p * u).sum();
+            sum += (found - value) * (found - value);
+        }
+        let count = u32::try_from(data.len()).unwrap_or(u32::MAX);
+        Some((sum / f64::from(count)).sqrt())
+    };
+    let rows = (1..=7_u32).map(|radius| {
+        let mut row = vec![Cell::Number(f64::from(radius))];
+        for (order, _) in ORDERS {
+            row.push(error(order, f64::from(radius)).map_or(Cell::Nothing, Cell::Number));
+        }
+        row
+    });
+    Table {
+        name: "table1",
+        title: "Table 1: error of moving least squares at the nodes; none where a moment matrix is singular"
+            .to_owned(),
+        columns: columns(&[("radius", "1"), ("linear", "1"), ("quadratic", "1")]),
+        rows: rows.collect(),
+    }
+}

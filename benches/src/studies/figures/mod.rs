@@ -1,0 +1,363 @@
+//! The dissertation's figures that no other study draws, each beside what it shows there.
+
+mod bodies;
+mod canvas;
+mod clouds;
+mod plane;
+mod skins;
+mod space;
+
+use phyxel_splat::Frame;
+
+use self::canvas::Image;
+use super::splat::sheet::{Panel, sheet};
+use crate::report::{Picture, Report};
+use crate::{Effort, StudyError};
+
+/// A panel of a figure.
+struct Drawn {
+    number: u32,
+    caption: String,
+    frame: Frame,
+}
+
+impl Drawn {
+    fn new(number: u32, caption: impl Into<String>, image: &Image) -> Self {
+        Self {
+            number,
+            caption: caption.into(),
+            frame: image.frame(),
+        }
+    }
+}
+
+/// What a figure shows there, and where ours differs.
+struct Figure {
+    /// Number of its panels.
+    number: u32,
+    name: &'static str,
+    title: &'static str,
+    there: &'static str,
+    here: &'static str,
+}
+
+const fn figure(
+    number: u32,
+    name: &'static str,
+    title: &'static str,
+    there: &'static str,
+    here: &'static str,
+) -> Figure {
+    Figure {
+        number,
+        name,
+        title,
+        there,
+        here,
+    }
+}
+
+const FIGURES: &[Figure] = &[
+    figure(
+        18,
+        "figure18",
+        "Figure 18",
+        "The weight of a node beside a cut by the visibility criterion and by diffraction.",
+        "The same two with the rules of this program: the shadow of a straight cut in (a), the way round its tip in (b).",
+    ),
+    figure(
+        20,
+        "figure20",
+        "Figure 20",
+        "d1+ of a segment from t = 0 to 1.",
+        "The same function, from the grid of that segment.",
+    ),
+    figure(
+        21,
+        "figure21",
+        "Figure 21",
+        "d2 and phi of a segment as surfaces.",
+        "The same.",
+    ),
+    figure(
+        22,
+        "figure22",
+        "Figure 22",
+        "Contours of phi of a segment.",
+        "The same, with its tips at 0.3 and 0.7.",
+    ),
+    figure(
+        23,
+        "figure23",
+        "Figure 23",
+        "Enrichments of consecutive segments, multiplied: wrong beside the joints.",
+        "The same product for a cut that ends inside and one that goes through: wrong at the same places.",
+    ),
+    figure(
+        24,
+        "figure24",
+        "Figure 24",
+        "The common frame turns as the cut grows.",
+        "The same; directions are averaged as vectors, not as angles (eq. (40)).",
+    ),
+    figure(
+        25,
+        "figure25",
+        "Figure 25",
+        "d1+ of the series of segments.",
+        "The same.",
+    ),
+    figure(
+        26,
+        "figure26",
+        "Figure 26",
+        "Regions of the segments.",
+        "The same.",
+    ),
+    figure(
+        27,
+        "figure27",
+        "Figure 27",
+        "s by the region's segment.",
+        "The same.",
+    ),
+    figure(
+        28,
+        "figure28",
+        "Figure 28",
+        "The enrichment of the series for two cuts.",
+        "The same, and below each what the default rule makes of it for a node above the cut: no pair ahead of the tip is weakened.",
+    ),
+    figure(
+        29,
+        "figure29",
+        "Figure 29",
+        "A strip in space and its projection to the common plane.",
+        "The same for a strip of ours.",
+    ),
+    figure(
+        30,
+        "figure30",
+        "Figure 30",
+        "Separators between the groups of triangles.",
+        "The same.",
+    ),
+    figure(
+        31,
+        "figure31",
+        "Figure 31",
+        "Regions of lattice points in space.",
+        "The same, on three faces of the lattice's box.",
+    ),
+    figure(
+        32,
+        "figure32",
+        "Figure 32",
+        "d2+ in space.",
+        "The same, in three slices.",
+    ),
+    figure(
+        33,
+        "figure33",
+        "Figure 33",
+        "s in space.",
+        "The same, in three slices.",
+    ),
+    figure(
+        34,
+        "figure34",
+        "Figure 34",
+        "Contours of phi, view 1.",
+        "The same, across z.",
+    ),
+    figure(
+        35,
+        "figure35",
+        "Figure 35",
+        "Contours of phi, view 2.",
+        "The same, across x.",
+    ),
+    figure(
+        36,
+        "figure36",
+        "Figure 36",
+        "Contours of phi, view 3.",
+        "The same, along the cut.",
+    ),
+    figure(
+        37,
+        "figure37",
+        "Figure 37",
+        "Level sets 1, 0.5 and 0 of the enrichment.",
+        "The same at 0.98, 0.5 and 0.02: those of 1 and 0 fill prisms beside the cut, of which the hull is drawn.",
+    ),
+    figure(
+        43,
+        "figure43",
+        "Figures 43 and 44",
+        "An alpha texture of eq. (50) on a polygon makes an oriented splat.",
+        "One splat drawn with that weight, and without; there is no texture and no polygon, the weight is computed per pixel.",
+    ),
+    figure(
+        45,
+        "figure45",
+        "Figures 45 and 46",
+        "Pixels of several splats land on one place, and the steps in which a graphics card blends them.",
+        "The result of each way of drawing for three splats; the card's buffers have no counterpart.",
+    ),
+    figure(
+        62,
+        "figure62",
+        "Figure 62",
+        "Points sampled uniformly on pairs of triangles of a cut, by density.",
+        "The same for two densities; by a low-discrepancy sequence, which keeps the density asked for.",
+    ),
+    figure(
+        64,
+        "figure64",
+        "Figure 64",
+        "The points that the inside test keeps.",
+        "The same samples by the dissertation's own test of the two nearest surfels, in a ball.",
+    ),
+    figure(
+        66,
+        "figure66",
+        "Figure 66",
+        "A cut meets the spherical support of a node.",
+        "The nodes of a lattice whose supports a cut meets, by looking d3 up.",
+    ),
+    figure(
+        67,
+        "figure67",
+        "Figure 67",
+        "d3 in space.",
+        "The same, in three slices.",
+    ),
+    figure(
+        68,
+        "figure68",
+        "Figure 68",
+        "Level sets 0.5 and 1.5 of d3.",
+        "The same, in units of a tenth of the cut's size.",
+    ),
+    figure(
+        74,
+        "figure74",
+        "Figure 74",
+        "The block of 8 x 8 x 22 nodes hangs; its neighbours as lines.",
+        "The scene block-1408-dissertation at rest under its weight: nodes, and pairs that a node sees.",
+    ),
+    figure(
+        75,
+        "figure75",
+        "Figure 75",
+        "The block of 436 nodes from tetrahedra.",
+        "The scene block-436-dissertation, with tetrahedra of its own.",
+    ),
+    figure(
+        76,
+        "figure76",
+        "Figure 76",
+        "The block's splats, scaled down and coloured by curvature.",
+        "The scene block-1408, disks at half their radius, coloured by curvature from blue to red.",
+    ),
+    figure(
+        77,
+        "figure77",
+        "Figure 77",
+        "The block drawn with splats.",
+        "The same scene in the default way.",
+    ),
+    figure(
+        78,
+        "figure78",
+        "Figure 78",
+        "The block cut once; scaled-down splats, curvature computed again.",
+        "The same, by both models; curvature is that of the splats as they are carried.",
+    ),
+    figure(
+        79,
+        "figure79",
+        "Figure 79",
+        "The block cut a second time: a piece comes off.",
+        "The same, by both models.",
+    ),
+    figure(
+        80,
+        "figure80",
+        "Figure 80",
+        "The cut block drawn with splats; artefacts at sharp turns of the normals.",
+        "The same; splats are clipped at edges and cuts, so these artefacts are not there.",
+    ),
+    figure(
+        81,
+        "figure81",
+        "Figure 81",
+        "Nodes of the liver, 181 of them.",
+        "The scene liver-181-dissertation: another liver.",
+    ),
+    figure(
+        82,
+        "figure82",
+        "Figure 82",
+        "The liver's splats, scaled down and coloured by curvature.",
+        "The scene liver-181.",
+    ),
+    figure(
+        83,
+        "figure83",
+        "Figure 83",
+        "The liver drawn with splats, uncut.",
+        "The same scene before its cuts.",
+    ),
+    figure(
+        84,
+        "figure84",
+        "Figure 84",
+        "A cut of the liver: scaled-down and full splats.",
+        "The same scene, cut once, by both models.",
+    ),
+];
+
+pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
+    let mut drawn = plane::draw()?;
+    drawn.extend(space::draw()?);
+    drawn.extend(skins::draw()?);
+    drawn.extend(bodies::draw(effort)?);
+    let mut pictures = Vec::new();
+    for figure in FIGURES {
+        let (panels, rest): (Vec<_>, Vec<_>) = drawn
+            .into_iter()
+            .partition(|panel| panel.number == figure.number);
+        drawn = rest;
+        let panels: Vec<Panel> = panels
+            .into_iter()
+            .map(|panel| Panel::new(panel.caption, panel.frame))
+            .collect();
+        let columns = u32::try_from(panels.len().clamp(1, 3)).unwrap_or(3);
+        pictures.push(Picture {
+            name: figure.name,
+            title: format!(
+                "{}. There: {} Here: {}",
+                figure.title, figure.there, figure.here
+            ),
+            frame: sheet(panels, columns),
+        });
+    }
+    let (plots, tables) = clouds::draw()?;
+    Ok(Report {
+        words: vec![
+            "Figures of Aras 2014 that show data; sketches are left out. Its figures 41, 42, 47, 48, 50, 53 to 55 and \
+             65 are drawn by the study splat, 69 to 73 by hertz, and the frames per second of chapter 6 are in cut. \
+             Figure 5: there and here SPH misses a constant, most at the ends, and moving least squares do not. \
+             Figure 6: SPH gets worse as nodes lose their evenness. Figure 7: a quadratic basis reproduces a parabola, a linear \
+             one does not. Figure 11: the kernel of eq. (15). Figures 14 to 17: data of ours, as those there are random and not \
+             given; the functions are the same. Table 1: the same cells are singular, the error grows with the \
+             radius, quadratic below linear."
+                .to_owned(),
+        ],
+        tables,
+        plots,
+        pictures,
+    })
+}

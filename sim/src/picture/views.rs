@@ -1,0 +1,216 @@
+//! What pictures show in place of surfaces, or beside them: to look into a model.
+
+use glam::{DVec3, Vec3};
+use phyxel_splat::{ColorScale, Mesh, Splats, Tissue};
+
+use crate::scene::{Cut, Show};
+use crate::world::{Factors, Member, World};
+
+/// Half the width of a node's mark and of a line, in distances of nodes.
+const MARK: f64 = 0.12;
+const LINE: f64 = 0.03;
+/// Marks of a lattice at most; of a larger one every second point is drawn, or every third and so on.
+const MOST_MARKS: f64 = 20_000.0;
+/// Steps of a colour scale.
+const SHADES: u32 = 11;
+/// Pieces into which the way of a blade is divided.
+const PIECES: u32 = 64;
+
+/// Whether the surfaces are drawn too.
+pub(super) fn has_surface(show: Show) -> bool {
+    matches!(show, Show::Surface | Show::Normals { .. } | Show::BladePath)
+}
+
+/// Meshes of what is to be shown of a body.
+pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Splats) -> Vec<Mesh> {
+    let body = &member.body;
+    let (mark, line) = (MARK * body.spacing, LINE * body.spacing);
+    let at = body.motion.positions();
+    match show {
+        Show::Surface | Show::BladePath => Vec::new(),
+        Show::Neighbors { node } => {
+            let graph = &body.neighborhoods;
+            let weights = body.stencils.weights();
+            let (mut marks, mut lines) = (Shape::default(), Shape::default());
+            for (k, &from) in (0_u32..).zip(at) {
+                let row = k as usize;
+                if node.is_none() || node == Some(k) {
+                    marks.mark(from, mark);
+                }
+                for (pair, &other) in graph.pairs(row).zip(graph.row(row)) {
+                    // One way of a pair is enough, the other if it is the only one.
+                    let back = graph.find_pair(other as usize, k);
+                    let twice = back.is_some_and(|back| weights[back] > 0.0) && other < k;
+                    let shown = node.map_or(!twice, |node| node == k);
+                    if weights[pair] > 0.0 && shown {
+                        lines.line(from, at[other as usize], line);
+                    }
+                }
+            }
+            vec![
+                marks.colored(Vec3::new(0.6, 0.05, 0.05)),
+                lines.colored(Vec3::new(0.05, 0.12, 0.5)),
+            ]
+        }
+        Show::Lattice => lattices(member, mark),
+        Show::Normals { length } => {
+            let mut lines = Shape::default();
+            for (&from, normal) in splats.positions.iter().zip(&splats.normals) {
+                lines.line(from, from + length * *normal, 0.03 * length);
+            }
+            vec![lines.colored(Vec3::new(0.02, 0.3, 0.05))]
+        }
+        Show::Binding { surfel } => {
+            let surfel = surfel as usize;
+            let (mut nodes, mut lines) = (Shape::default(), Shape::default());
+            let Some(&from) = splats.positions.get(surfel) else {
+                return Vec::new();
+            };
+            let (bound, weights) = tissue.binding().row(surfel);
+            for (&node, &weight) in bound.iter().zip(weights) {
+                if weight > 0.0 {
+                    let to = at[node as usize];
+                    nodes.mark(to, mark);
+                    // As thick as its weight, 1 if one node carries it alone.
+                    lines.line(from, to, 8.0 * line * weight);
+                }
+            }
+            let mut all = Shape::default();
+            for &node in at {
+                all.mark(node, 0.25 * mark);
+            }
+            let mut own = Shape::default();
+            own.mark(from, 0.7 * mark);
+            vec![
+                nodes.colored(Vec3::new(0.6, 0.05, 0.05)),
+                lines.colored(Vec3::new(0.05, 0.12, 0.5)),
+                all.colored(Vec3::splat(0.3)),
+                own.colored(Vec3::new(0.02, 0.3, 0.05)),
+            ]
+        }
+    }
+}
+
+/// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
+fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
+    let Some(Factors::Grids(grids)) = member.cutting.as_ref().map(|cutting| cutting.factors())
+    else {
+        return Vec::new();
+    };
+    let scale = ColorScale {
+        low: -1.0,
+        high: 1.0,
+    };
+    let mut shades: Vec<Shape> = (0..SHADES).map(|_| Shape::default()).collect();
+    for grid in grids.lattices() {
+        let [nx, ny, nz] = grid.size();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_precision_loss,
+            clippy::cast_sign_loss,
+            reason = "a few, from a count far below 2^53"
+        )]
+        let stride = (grid.values().len() as f64 / MOST_MARKS)
+            .cbrt()
+            .ceil()
+            .max(1.0) as usize;
+        for z in (0..nz).step_by(stride) {
+            for y in (0..ny).step_by(stride) {
+                for x in (0..nx).step_by(stride) {
+                    let k = x + nx * (y + ny * z);
+                    let share = 0.5 * (grid.values()[k].phi + 1.0) * f64::from(SHADES - 1);
+                    #[allow(
+                        clippy::cast_possible_truncation,
+                        clippy::cast_sign_loss,
+                        reason = "from 0 to the number of shades"
+                    )]
+                    let shade = share.round() as usize;
+                    shades[shade].mark(grid.lattice_point(k), 0.5 * mark);
+                }
+            }
+        }
+    }
+    let shades = (0_u32..).zip(shades);
+    let meshes = shades.map(|(shade, marks)| {
+        let phi = 2.0 * f64::from(shade) / f64::from(SHADES - 1) - 1.0;
+        marks.colored(scale.color(phi))
+    });
+    meshes.collect()
+}
+
+/// The ways of all blades' edges in the world up to now, and the edges themselves.
+pub(super) fn blade_paths(world: &World) -> Vec<Mesh> {
+    let Some(now) = world.scene_time() else {
+        return Vec::new();
+    };
+    let begun = world.scene().cuts.iter().filter(|cut| cut.start() <= now);
+    begun.map(|cut| blade_path(cut, now)).collect()
+}
+
+fn blade_path(cut: &Cut, now: f64) -> Mesh {
+    let end = cut.end().min(now);
+    let mut shape = Shape::default();
+    let place = |piece: u32| {
+        let share = f64::from(piece) / f64::from(PIECES);
+        cut.edge_at(cut.start() + share * (end - cut.start()))
+    };
+    for piece in 0..PIECES {
+        let (from, to) = (place(piece), place(piece + 1));
+        for (a, b) in from.windows(2).zip(to.windows(2)) {
+            shape.triangle([a[0], a[1], b[0]]);
+            shape.triangle([b[0], a[1], b[1]]);
+        }
+    }
+    shape.colored(Vec3::new(0.1, 0.3, 0.6))
+}
+
+/// Triangles that are put together.
+#[derive(Debug, Default)]
+struct Shape {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Shape {
+    fn triangle(&mut self, corners: [DVec3; 3]) {
+        let first = u32::try_from(self.vertices.len()).unwrap_or(u32::MAX);
+        self.vertices.extend(corners);
+        self.triangles.push([first, first + 1, first + 2]);
+    }
+
+    /// An octahedron.
+    fn mark(&mut self, at: DVec3, radius: f64) {
+        for x in [-radius, radius] {
+            for y in [-radius, radius] {
+                for z in [-radius, radius] {
+                    self.triangle([at + x * DVec3::X, at + y * DVec3::Y, at + z * DVec3::Z]);
+                }
+            }
+        }
+    }
+
+    /// A prism of three sides.
+    fn line(&mut self, from: DVec3, to: DVec3, radius: f64) {
+        let Some(axis) = (to - from).try_normalize() else {
+            return;
+        };
+        let (a, b) = axis.any_orthonormal_pair();
+        let out = [0.0_f64, 120.0, 240.0].map(|angle| {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            radius * (a * cos + b * sin)
+        });
+        for k in 0..3 {
+            let (p, q) = (out[k], out[(k + 1) % 3]);
+            self.triangle([from + p, from + q, to + p]);
+            self.triangle([to + p, from + q, to + q]);
+        }
+    }
+
+    fn colored(self, color: Vec3) -> Mesh {
+        Mesh {
+            color,
+            specular: 0.0,
+            ..Mesh::metal(self.vertices, self.triangles)
+        }
+    }
+}

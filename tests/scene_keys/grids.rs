@@ -1,0 +1,63 @@
+//! The dissertation's enrichment grid in bodies that move.
+
+use phyxel::scene::{EMBEDDED, Override, Scene};
+use phyxel::world::World;
+use phyxel_enrich::connected_pieces;
+
+use super::physics::imbalance;
+
+/// Whatever blades do in a body that sags and opens, the grid's chain of lattices takes it, the pairs that
+/// it cannot decide are left to the default rule, and the run comes to its end.
+#[test]
+fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes() {
+    let runs: Vec<(&str, u32)> = EMBEDDED
+        .iter()
+        .flat_map(|scene| [300, 600, 1_100].map(|nodes| (scene.name, nodes)))
+        .collect();
+    for (name, nodes) in runs {
+        let changes = [
+            "pictures=None".to_owned(),
+            "bodies[0].cut_rule=Grid()".to_owned(),
+            format!("bodies[0].sampling.target=Nodes({nodes})"),
+        ];
+        let changes = changes.map(|text| Override::parse(&text).unwrap());
+        let scene = Scene::embedded(name, &changes).unwrap();
+        let last = |cut: &phyxel::scene::Cut| cut.end();
+        let end = scene.cuts.iter().map(last).fold(0.2, f64::max) + 0.1;
+        let names = ["resection", "through"];
+        let through = scene.cuts.iter().any(|cut| names.contains(&&*cut.name));
+        let cuts = scene.cuts.len();
+        let mut world = World::new(scene).unwrap();
+        let played = world.play(end, |_| {});
+        assert!(played.is_ok(), "{name}, {nodes} nodes: {played:?}");
+        let unexplained = imbalance(&world);
+        assert!(unexplained < 0.05, "{name}, {nodes} nodes: {unexplained}");
+        let member = &world.members()[0];
+        let Some(cutting) = &member.cutting else {
+            assert_eq!(cuts, 0, "{name}");
+            continue;
+        };
+        let (lattices, without) = cutting.factors().grid_counts().expect("it is the grid");
+        assert!(
+            lattices >= cuts,
+            "{name}, {nodes} nodes: {lattices} lattices"
+        );
+        // The edge bends in the material, the more the coarser the body is; yet lattices decide some.
+        let weakened = cutting.factors().crossed_count();
+        assert!(
+            without < weakened,
+            "{name}, {nodes} nodes: {without} of {weakened}"
+        );
+        let graph = &member.body.neighborhoods;
+        let weights = member.body.stencils.weights();
+        let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
+        let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
+        let expected = 1 + usize::from(through);
+        if name.ends_with("dissertation") {
+            // Nothing there keeps a layer beside a cut from losing its last neighbours.
+            assert!(whole >= expected, "{name}, {nodes} nodes: {whole} pieces");
+        } else {
+            assert_eq!(whole, expected, "{name}, {nodes} nodes");
+        }
+    }
+}
