@@ -6,14 +6,18 @@ use super::check::{
     Check, color, fault, finite, not_negative, positive, positive_components, require, triple,
 };
 use super::{material, method};
-use crate::scene::body::{
-    Body, Sampling, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
-};
+use crate::scene::body::{Body, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target};
 
 pub(super) fn body(path: &str, body: &Body) -> Check {
     shape(&format!("{path}.shape"), &body.shape)?;
     finite(format_args!("{path}.position"), body.position)?;
-    sampling(&format!("{path}.sampling"), &body.sampling, &body.shape)?;
+    finite(format_args!("{path}.rotation"), body.rotation)?;
+    positive(
+        format_args!("{path}.scale"),
+        body.scale,
+        ", 1 for the size that the shape says",
+    )?;
+    sampling(&format!("{path}.sampling"), body)?;
     material::of(path, body)?;
     method::method(path, body)?;
     method::cut_rule(&format!("{path}.cut_rule"), body.cut_rule)?;
@@ -121,7 +125,8 @@ fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
     }
 }
 
-fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
+fn sampling(path: &str, body: &Body) -> Check {
+    let sampling = &body.sampling;
     const FEWEST_NODES: u32 = 4;
     let limit = sampling.limit;
     require(
@@ -165,7 +170,7 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
                 format_args!("Spacing({spacing:?})"),
                 "it must be above 0 (m), such as 0.006 for an organ",
             )?;
-            let Some(volume) = shape.rough_volume() else {
+            let Some(volume) = body.rough_volume() else {
                 return Ok(());
             };
             let nodes = volume / (spacing * spacing * spacing);
