@@ -84,6 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .drain(..)
         .map(|(i, j, factor)| ((i.min(j), i.max(j)), factor))
         .collect();
+    let (mut whole, mut gone) = (String::new(), String::new());
     let (mut severed, mut partly) = (0, 0);
     for i in 0..count {
         for j in (i + 1..count).filter(|&j| near(i, j)) {
@@ -101,18 +102,29 @@ fn main() -> Result<(), Box<dyn Error>> {
             severed += u32::from(factor == 0.0);
             partly += u32::from(factor > 0.0 && factor < 1.0);
             let ((x1, y1), (x2, y2)) = (pixel(x[i as usize]), pixel(x[j as usize]));
-            let style = if factor == 0.0 {
-                "stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"2 3\"".to_owned()
+            let way = format!("M{x1:.0} {y1:.0}L{x2:.0} {y2:.0}");
+            if factor == 0.0 {
+                gone.push_str(&way);
+            } else if factor < 1.0 {
+                let color = color(factor);
+                writeln!(
+                    svg,
+                    "<path d=\"{way}\" stroke=\"{color}\" stroke-width=\"3\"/>"
+                )?;
             } else {
-                let width = if factor < 1.0 { 3.0 } else { 1.2 };
-                format!("stroke=\"{}\" stroke-width=\"{width}\"", color(factor))
-            };
-            writeln!(
-                svg,
-                "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" {style}/>"
-            )?;
+                whole.push_str(&way);
+            }
         }
     }
+    let grey = color(1.0);
+    writeln!(
+        svg,
+        "<path d=\"{whole}\" stroke=\"{grey}\" stroke-width=\"1.2\"/>"
+    )?;
+    writeln!(
+        svg,
+        "<path d=\"{gone}\" stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"2 3\"/>"
+    )?;
     let line: Vec<String> = places
         .iter()
         .map(|&p| pixel(p))
@@ -125,10 +137,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     )?;
     for &p in &x {
         let (x, y) = pixel(p);
-        writeln!(
-            svg,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"#333\"/>"
-        )?;
+        writeln!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"3\"/>")?;
     }
     // The scale: what colour a factor has.
     for k in 0..40 {

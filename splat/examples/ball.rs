@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let seen = depth.is_finite();
             if inside <= 0.0 {
                 outside += u32::from(seen);
-            } else if !seen || f64::from(*depth) > AWAY {
+            } else if !seen {
                 holes += 1;
             } else {
                 let exact = (AWAY - inside.sqrt()) / square;
