@@ -262,11 +262,18 @@ fn no_key_is_left_out() {
     let mut all = BTreeSet::new();
     for line in key_reference().lines() {
         if let Some(title) = line.strip_prefix("## ") {
+            title.clone_into(&mut section);
+        }
+        if let Some(title) = line.strip_prefix("### ") {
             section = title.split(' ').next().unwrap_or_default().to_owned();
         }
-        // The table of everyday keys names some of the sections' again.
-        if section == "Keys" {
+        // The tables of everyday keys and of those to compare with name some of the sections' again.
+        if section.starts_with("Keys") {
             continue;
+        }
+        if let Some(compared) = line.strip_prefix("And [to compare with]") {
+            let names = compared.split('`').skip(1).step_by(2);
+            all.extend(names.map(|name| format!("{section}.{name}")));
         }
         let Some(rest) = line.strip_prefix("| ") else {
             continue;

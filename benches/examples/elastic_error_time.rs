@@ -1,7 +1,7 @@
 //! Error of a cantilever against time: materials, neighbour rules, precisions and stabilisations of
 //! `phyxel-elastic`, with the dissertation's own mode and linear tetrahedra beside them.
 //!
-//! `cargo run --release -p tests --example elastic_error_time -- target/studies/elastic`
+//! `cargo run --release -p benches --example elastic_error_time -- target/studies/elastic`
 //!
 //! Prints a table and writes it as CSV, and two plots as SVG: error against milliseconds a step, and
 //! against the time to a solution, which is one period of the beam's first bending mode in explicit
@@ -164,6 +164,9 @@ fn study() -> Result<(), StudyError> {
                     ] {
                         if dilatation == Dilatation::Mean && name.starts_with("Saint") {
                             continue; // has no volumetric part to average
+                        }
+                        if dilatation == Dilatation::Mean && precision == Precision::Single {
+                            continue; // under so small a pull it finds no equilibrium to 1e-4
                         }
                         let settings = Settings {
                             zero_energy_control,

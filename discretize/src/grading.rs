@@ -6,6 +6,7 @@ use crate::error::SampleError;
 
 /// A place where smaller tetrahedra are wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refinement {
     /// One end of the axis (m).
     pub from: DVec3,
@@ -39,6 +40,7 @@ impl Refinement {
 /// below the surface and the surface's edge h, `(factor + growth d / h) h` with the distance d from
 /// a refined place, and `coarsest h`.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grading {
     /// Largest spacing inside over that at the surface: 1 to 32; 1 for the same everywhere.
     pub coarsest: f64,

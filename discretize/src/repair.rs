@@ -17,6 +17,7 @@ const SAMPLES: usize = 5;
 
 /// What [`repair()`] may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RepairSettings {
     /// Vertices nearer than this fraction of the box's diagonal become one.
     pub weld_tolerance: f64,

@@ -19,6 +19,7 @@ use crate::sums::{boundary_triangles, nodal_boundary_vectors, nodal_volumes};
 
 /// How fine to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Target {
     /// Mean distance between neighbouring nodes at and under the surface (length unit of the body),
     /// met within 5 %; a box gets the cells nearest to it that fit.
@@ -29,6 +30,7 @@ pub enum Target {
 
 /// What [`sample_tetrahedra`] is asked for.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleSettings {
     /// Spacing or number of nodes.
     pub target: Target,

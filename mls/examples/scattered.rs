@@ -1,7 +1,7 @@
 //! Interpolates a smooth function from 10,000 random points at 100,000 others.
 //!
 //! `cargo run --release -p phyxel-mls --example scattered`; the same task with `SciPy` is
-//! `python3 benches/peers/scipy_rbf.py`, whose points are the same. Fails if an error is above what the
+//! `python3 benches/peers/interpolation.py`, whose points are the same. Fails if an error is above what the
 //! README states.
 
 #![allow(clippy::print_stdout, reason = "an example prints its table")]

@@ -25,6 +25,7 @@ const REACH: f64 = 1.5;
 
 /// How [`MapFrame::to_material`] searches.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MapSettings {
     /// Weight function of the support.
     pub kernel: Kernel,

@@ -1,4 +1,4 @@
-//! Points and normals to a lit picture: the one at the top of the README.
+//! Points and normals to a lit picture: points, their disks and the lit surface side by side, as at the top of the README.
 //!
 //! `cargo run --release -p phyxel-splat --example picture -- splat/knot.png`. Fails if the surface has a hole.
 
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::fs::File;
 
 use phyxel_splat::glam::{DVec3, Vec3};
-use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
+use phyxel_splat::{Camera, Frame, Lens, RenderSettings, Renderer, SplatView, Splats, Surfels};
 
 /// Points on a tube round a trefoil knot, with their normals and colours.
 fn knot(along: u32, round: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<Vec3>) {
@@ -47,15 +47,39 @@ fn knot(along: u32, round: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<Vec3>) {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).ok_or("name the file to write")?;
-    let (points, normals, colors) = knot(360, 48);
+    let (points, normals, colors) = knot(270, 36);
 
     let surfels = Surfels::covering(&points, &normals)?;
-    let splats = Splats::at_rest(&surfels);
-    let camera = Camera::around(&points, DVec3::new(0.25, 0.55, -1.0), 16.0 / 9.0);
-    let view = SplatView::new(&splats, &surfels, &colors);
-    let frame = Renderer::new(RenderSettings::default()).draw(&view, &[], &camera);
+    let (width, height) = (420, 300);
+    let aspect = f64::from(width) / f64::from(height);
+    let mut camera = Camera::around(&points, DVec3::new(0.25, 0.55, -1.0), aspect);
+    if let Lens::Perspective { focal } = &mut camera.lens {
+        // The knot fills less than the box round it.
+        *focal *= 1.4;
+    }
+    let settings = RenderSettings {
+        width,
+        height,
+        ..RenderSettings::default()
+    };
+    let mut renderer = Renderer::new(settings);
+    let mut draw = |share: f64| {
+        let mut smaller = surfels.clone();
+        smaller.radii.iter_mut().for_each(|radius| *radius *= share);
+        let splats = Splats::at_rest(&smaller);
+        renderer.draw(&SplatView::new(&splats, &smaller, &colors), &[], &camera)
+    };
+    // A fifth of the radius is a point; with 0.55 of it disks stand apart; with all of it they just cover.
+    let (dots, disks, frame) = (draw(0.22), draw(0.55), draw(1.0));
 
-    frame.write_png(File::create(&file)?)?;
+    let mut row = Frame::blank(3 * width, height);
+    let columns = usize::try_from(width)?;
+    for (y, line) in row.pixels.chunks_exact_mut(3 * columns).enumerate() {
+        for (part, of) in line.chunks_exact_mut(columns).zip([&dots, &disks, &frame]) {
+            part.copy_from_slice(&of.pixels[y * columns..(y + 1) * columns]);
+        }
+    }
+    row.write_png(File::create(&file)?)?;
     // A hole is a pixel of the background with the body on all four sides.
     let (width, depth) = (usize::try_from(frame.width)?, &frame.depth);
     let seen = |at: usize| depth[at].is_finite();

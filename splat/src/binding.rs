@@ -9,6 +9,7 @@ use rstar::primitives::GeomWithData;
 
 /// Weight of a node at distance d from a surfel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WeightLaw {
     /// `(1 - d²/h²)²` with h = 1.1 times the distance of the farthest node: smooth, and a node on
     /// its way out fades.
@@ -20,6 +21,7 @@ pub enum WeightLaw {
 
 /// How surfels are bound to nodes.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BindSettings {
     /// Nodes per surfel at most.
     pub neighbors: usize,

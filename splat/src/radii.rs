@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 /// How radii are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RadiusRule {
     /// Circumradius of each surfel's Voronoi cell in its tangent plane: see [`covering_radii`].
     #[default]
@@ -30,6 +31,7 @@ pub enum RadiusRule {
 
 /// What a neighbourhood says about detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Measure {
     /// Mean distance to the neighbours (m), Aras 2014, eq. (52): dense means detailed.
     Density,

@@ -39,19 +39,14 @@ pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
         weld_tolerance: scene.cuts.iter().find_map(|cut| cut.weld_tolerance),
     }];
     if scene.tools.is_empty() {
-        scene.tools.push(Tool {
-            name: PROBE.to_owned(),
-            body: None,
-            shape: ToolShape::Sphere {
-                radius: PROBE_SIZE * extent,
-            },
-            path: vec![key(0.0)],
-            release: None,
-            friction: 0.1,
-            penalty: None,
-        });
+        let radius = PROBE_SIZE * extent;
+        let mut probe = Tool::new(ToolShape::Sphere { radius }, Vec::new());
+        PROBE.clone_into(&mut probe.name);
+        probe.friction = 0.1;
+        scene.tools.push(probe);
     }
     for tool in &mut scene.tools {
+        tool.position = DVec3::ZERO;
         tool.path = vec![key(0.0)];
         tool.release = None;
     }

@@ -119,7 +119,7 @@ pub(super) fn scene_of(
 
 fn tool_of(tool: &crate::scene::Tool) -> ToolInfo {
     let zero = [0.0; 3];
-    let (shape, points, radius) = match tool.shape {
+    let (shape, points, radius) = match tool.solid() {
         ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
         ToolShape::Capsule { from, to, radius } => {
             ("capsule", [from.to_array(), to.to_array()], radius)

@@ -363,7 +363,7 @@ impl Skin {
         let wish = &description.surfels;
         let body = &member.body;
         let surfels = match &wish.points {
-            Some(points) => surfels::scanned(points, description.position, body)?,
+            Some(points) => surfels::scanned(points, description, body)?,
             None => surfels::spread(wish.target, wish.spacing, share, body)?,
         };
         let tissue = Tissue::new(

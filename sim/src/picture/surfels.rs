@@ -1,6 +1,5 @@
 //! Surfels on a body's surface at rest: spread on its shape, or points of a file.
 
-use glam::DVec3;
 use phyxel_discretize::{Surfels, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
 
@@ -47,17 +46,20 @@ pub(super) fn spread(
     Ok(surfels_on_solid(&body.solid, &surface, count, spacing))
 }
 
-/// The points of a file where the body at `position` (m) has them, with areas by how near their
+/// The points of a file where the body as it is `placed` has them, with areas by how near their
 /// nearest are.
 pub(super) fn scanned(
     points: &PointFile,
-    position: DVec3,
+    placed: &crate::scene::Body,
     body: &Body,
 ) -> Result<Surfels, BodyProblem> {
     let mut surfels = read_point_cloud(&points.file)?;
-    let turn = points.up.rotation();
+    let (turn, scale) = (
+        placed.turn() * points.up.rotation(),
+        placed.scale * points.scale,
+    );
     for (x, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
-        *x = turn * (*x * points.scale) + position;
+        *x = turn * (*x * scale) + placed.position;
         *normal = turn * *normal;
     }
     #[allow(clippy::cast_precision_loss, reason = "a number of points")]

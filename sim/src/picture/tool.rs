@@ -26,7 +26,7 @@ pub(super) fn meshes(world: &World) -> Vec<Mesh> {
     });
     let extent = PLANE_SIZE * extent.fold(0.0, f64::max);
     let mut meshes: Vec<Mesh> = tools
-        .map(|(tool, now)| rigid(&tool.shape, &now.pose, extent))
+        .map(|(tool, now)| rigid(&tool.solid(), &now.pose, extent))
         .collect();
     meshes.extend(blades(world));
     meshes

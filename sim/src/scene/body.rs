@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
 use super::method::{CutRule, Method, Precision};
+use super::path::turn;
 use super::path_text;
 
 /// A deformable body.
@@ -24,6 +25,14 @@ pub struct Body {
     #[serde(default)]
     #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
+    /// Rotation vector (degrees) of the shape about its own origin: direction is the axis, length the angle;
+    /// applied before the translation.
+    #[serde(default)]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    pub rotation: DVec3,
+    /// Size of the body over that which its shape says; applied before rotation and translation.
+    #[serde(default = "Body::default_scale")]
+    pub scale: f64,
     /// How finely the body is filled with nodes.
     #[serde(default)]
     pub sampling: Sampling,
@@ -67,6 +76,8 @@ impl Body {
             name: Self::default_name(),
             shape,
             position: DVec3::ZERO,
+            rotation: DVec3::ZERO,
+            scale: 1.0,
             sampling: Sampling::default(),
             material: Material::default(),
             inclusions: Vec::new(),
@@ -84,6 +95,21 @@ impl Body {
         "body".to_owned()
     }
 
+    /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
+    pub(crate) fn rough_volume(&self) -> Option<f64> {
+        let volume = self.shape.rough_volume()?;
+        Some(volume * self.scale * self.scale * self.scale)
+    }
+
+    /// Rotation of the shape.
+    pub(crate) fn turn(&self) -> DMat3 {
+        DMat3::from_quat(turn(self.rotation))
+    }
+
+    const fn default_scale() -> f64 {
+        1.0
+    }
+
     const fn default_moved_mass() -> f64 {
         0.003
     }
@@ -93,7 +119,7 @@ impl Body {
     }
 }
 
-/// What a body occupies at rest, before `position` moves it.
+/// What a body occupies at rest, before `scale`, `rotation` and `position` place it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -167,8 +193,8 @@ impl Shape {
         RepairSettings::default().largest_hole
     }
 
-    /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
-    pub(crate) fn rough_volume(&self) -> Option<f64> {
+    /// [`Body::rough_volume`] at scale 1.
+    fn rough_volume(&self) -> Option<f64> {
         use std::f64::consts::PI;
         Some(match *self {
             // 1.2 litres at 0.166 m.

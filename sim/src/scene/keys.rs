@@ -19,28 +19,42 @@ pub fn key_reference() -> String {
         .and_then(Value::as_object)
         .unwrap_or(&empty);
     let mut page = String::from(INTRODUCTION);
-    everyday(&mut page, definitions);
-    let mut sections = vec!["Scene".to_owned()];
-    let mut next = 0;
-    while let Some(name) = sections.get(next).cloned() {
-        next += 1;
-        let definition = if name == "Scene" {
-            &schema
-        } else {
-            &definitions[&name]
-        };
-        section(&mut page, &name, definition);
-        // A type follows the one that first names it.
-        let mut named = Vec::new();
-        references(definition, &mut named);
-        let at = next;
-        for reference in named.into_iter().rev() {
-            if !sections.contains(&reference) {
-                sections.insert(at, reference);
-            }
-        }
+    rows_of(&mut page, &EVERYDAY, definitions);
+    page.push_str(ALL);
+    let mut told = vec!["Scene".to_owned()];
+    section(&mut page, "Scene", &schema);
+    let mut named = Vec::new();
+    references("Scene", &schema, &mut named);
+    sections(&mut page, named, &mut told, definitions);
+    page.push_str(COMPARED);
+    rows_of(&mut page, &COMPARISON, definitions);
+    let mut named = Vec::new();
+    for (_, name, key) in COMPARISON {
+        references("", &definitions[name]["properties"][key], &mut named);
     }
+    sections(&mut page, named, &mut told, definitions);
     page
+}
+
+/// Sections of the types that are `named`, each followed by those that it is the first to name.
+fn sections(
+    page: &mut String,
+    mut named: Vec<String>,
+    told: &mut Vec<String>,
+    definitions: &Map<String, Value>,
+) {
+    named.reverse();
+    while let Some(name) = named.pop() {
+        if told.contains(&name) {
+            continue;
+        }
+        let definition = &definitions[&name];
+        section(page, &name, definition);
+        told.push(name.clone());
+        let mut next = Vec::new();
+        references(&name, definition, &mut next);
+        named.extend(next.into_iter().rev());
+    }
 }
 
 /// The JSON Schema of a scene: what editors complete the keys of a `.json` scene from.
@@ -60,10 +74,23 @@ key that may be `None` is switched off by it. Relative paths start at the scene 
 can be set on the command line, such as `--set 'bodies[0].material.density=1000'`.
 
 The embedded scenes are written to be started from: `phyxel scenes minimal > my.ron`.
-This page is what `phyxel scenes --keys` prints: first the keys of every day, then all of them. What is
-there to compare with, and should not be chosen for itself, says so.
+This page is what `phyxel scenes --keys` prints, in three parts: the keys of every day; all keys, group by
+group, for those who know why; and keys whose other choices are there to compare with.
 
 ## Keys of every day
+
+| key | value | default | meaning |
+|---|---|---|---|
+";
+
+const ALL: &str = "
+## All keys
+";
+
+const COMPARED: &str = "
+## Keys to compare with
+
+Their defaults are what is tested; the other choices are the dissertation's, or simpler, and are there to be compared with.
 
 | key | value | default | meaning |
 |---|---|---|---|
@@ -98,23 +125,29 @@ const EVERYDAY: [(&str, &str, &str); 25] = [
     ("pictures", "Pictures", "color"),
 ];
 
-/// Keys whose other choices are there to compare with.
-const COMPARISON: [(&str, &str); 7] = [
-    ("Body", "method"),
-    ("Body", "cut_rule"),
-    ("Material", "volume_constant"),
-    ("Surfels", "weights"),
-    ("Surfels", "radius"),
-    ("Surfels", "inside"),
-    ("Pictures", "mode"),
+/// Keys whose other choices are there to compare with, as above.
+const COMPARISON: [(&str, &str, &str); 7] = [
+    ("bodies[]", "Body", "method"),
+    ("bodies[]", "Body", "cut_rule"),
+    ("bodies[].material", "Material", "volume_constant"),
+    ("bodies[].surfels", "Surfels", "weights"),
+    ("bodies[].surfels", "Surfels", "radius"),
+    ("bodies[].surfels", "Surfels", "inside"),
+    ("pictures", "Pictures", "mode"),
 ];
 
-/// Rows of the keys of every day.
-fn everyday(page: &mut String, definitions: &Map<String, Value>) {
-    for (place, name, key) in EVERYDAY {
-        let definition = &definitions[name];
-        let content = &definition["properties"][key];
-        key_row(page, definition, name, key, content, &format!("{place}."));
+fn is_compared(name: &str, key: &str) -> bool {
+    COMPARISON
+        .iter()
+        .any(|(_, owner, one)| (*owner, *one) == (name, key))
+}
+
+/// Rows of keys with the places where they stand.
+fn rows_of(page: &mut String, rows: &[(&str, &str, &str)], definitions: &Map<String, Value>) {
+    for (place, name, key) in rows {
+        let definition = &definitions[*name];
+        let content = &definition["properties"][*key];
+        key_row(page, definition, key, content, &format!("{place}."));
     }
 }
 
@@ -125,7 +158,7 @@ fn section(page: &mut String, name: &str, definition: &Value) {
     } else {
         name
     };
-    push(page, format_args!("\n## {title}\n"));
+    push(page, format_args!("\n### {title}\n"));
     for paragraph in paragraphs.by_ref() {
         push(page, format_args!("\n{}\n", paragraph.replace('\n', " ")));
     }
@@ -149,6 +182,13 @@ fn section(page: &mut String, name: &str, definition: &Value) {
             "\n| key | value | default | meaning |\n|---|---|---|---|\n",
         );
         key_rows(page, definition, name, "");
+        let compared = properties(definition).filter(|(key, _)| is_compared(name, key));
+        let compared: Vec<String> = compared.map(|(key, _)| format!("`{key}`")).collect();
+        if !compared.is_empty() {
+            let keys = compared.join(", ");
+            let see = "[to compare with](#keys-to-compare-with)";
+            push(page, format_args!("\nAnd {see}: {keys}.\n"));
+        }
     }
 }
 
@@ -182,20 +222,13 @@ fn choice_rows(page: &mut String, choice: &Value) {
 }
 
 fn key_rows(page: &mut String, definition: &Value, name: &str, indent: &str) {
-    for (key, content) in properties(definition) {
-        key_row(page, definition, name, key, content, indent);
+    for (key, content) in properties(definition).filter(|(key, _)| !is_compared(name, key)) {
+        key_row(page, definition, key, content, indent);
     }
 }
 
-/// The row of a key of the type `name`; `before` stands before the key, in its quotes where it is a path.
-fn key_row(
-    page: &mut String,
-    definition: &Value,
-    name: &str,
-    key: &str,
-    content: &Value,
-    before: &str,
-) {
+/// The row of a key; `before` stands before it, in its quotes where it is a path.
+fn key_row(page: &mut String, definition: &Value, key: &str, content: &Value, before: &str) {
     let required = definition.get("required").and_then(Value::as_array);
     let default = if required.is_some_and(|keys| keys.iter().any(|one| one == key)) {
         "required".to_owned()
@@ -206,15 +239,10 @@ fn key_row(
         Some(path) => format!("`{path}.{key}`"),
         None => format!("{before}`{key}`"),
     };
-    let tier = if COMPARISON.contains(&(name, key)) {
-        " Other choices are there to compare with."
-    } else {
-        ""
-    };
     push(
         page,
         format_args!(
-            "| {shown} | {} | {default} | {}{tier} |\n",
+            "| {shown} | {} | {default} | {} |\n",
             value_of(content),
             one_line(content)
         ),
@@ -338,17 +366,18 @@ fn ron_of(value: &Value) -> String {
     }
 }
 
-/// The types that `definition` names, in order.
-fn references(definition: &Value, found: &mut Vec<String>) {
+/// The types that `definition`, that of the type `owner`, names, in order; those of keys to compare with are
+/// left out.
+fn references(owner: &str, definition: &Value, found: &mut Vec<String>) {
     if let Some(name) = reference(definition) {
         found.push(name.to_owned());
     }
     match definition {
         Value::Object(keys) => keys
             .iter()
-            .filter(|(key, _)| *key != "$defs" && *key != "default")
-            .for_each(|(_, value)| references(value, found)),
-        Value::Array(items) => items.iter().for_each(|item| references(item, found)),
+            .filter(|(key, _)| *key != "$defs" && *key != "default" && !is_compared(owner, key))
+            .for_each(|(_, value)| references(owner, value, found)),
+        Value::Array(items) => items.iter().for_each(|item| references(owner, item, found)),
         _ => {}
     }
 }

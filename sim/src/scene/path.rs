@@ -68,10 +68,15 @@ impl Key {
 
     fn pose(&self) -> Pose {
         Pose {
-            rotation: DQuat::from_scaled_axis(self.rotation * (std::f64::consts::PI / 180.0)),
+            rotation: turn(self.rotation),
             position: self.position,
         }
     }
+}
+
+/// Rotation that a rotation vector in degrees describes.
+pub(super) fn turn(degrees: DVec3) -> DQuat {
+    DQuat::from_scaled_axis(degrees * (std::f64::consts::PI / 180.0))
 }
 
 /// Pose of a path at `time` (s); the identity for a path without keys.

@@ -369,27 +369,39 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
     }
 }
 
-/// Every key that the page puts first exists, with its meaning.
+/// The page has its three parts in order, and every key that stands in the first or last exists, with its
+/// meaning; what is there to compare with stands in no table before.
 #[test]
-fn the_keys_of_every_day_stand_first() {
+fn the_page_has_three_parts() {
     let page = key_reference();
-    let rows = page
-        .lines()
-        .skip_while(|line| *line != "## Keys of every day");
-    let rows: Vec<&str> = rows.skip(4).take_while(|line| !line.is_empty()).collect();
-    assert_eq!(rows.len(), 25);
-    for row in rows {
+    let rows = |part: &str| -> Vec<String> {
+        let rows = page.lines().skip_while(|line| *line != part).skip(1);
+        let rows = rows.skip_while(|line| !line.starts_with("|---"));
+        let rows = rows.skip(1).take_while(|line| !line.is_empty());
+        rows.map(str::to_owned).collect()
+    };
+    let (everyday, compared) = (
+        rows("## Keys of every day"),
+        rows("## Keys to compare with"),
+    );
+    assert_eq!((everyday.len(), compared.len()), (25, 7));
+    let at = |part: &str| page.find(part).expect("it is a part of the page");
+    let all = at("\n## All keys\n")..at("\n## Keys to compare with\n");
+    assert!(at("\n## Keys of every day\n") < all.start);
+    for row in &compared {
+        let path = row.split('`').nth(1).expect("a path");
+        let key = path.rsplit('.').next().expect("a key");
+        let meaning = row.rsplit(" | ").next().expect("a meaning");
+        assert!(!page[all.clone()].contains(meaning), "{row}");
+        assert!(page[all.clone()].contains(&format!("`{key}`")), "{row}");
+    }
+    for row in everyday.iter().chain(&compared) {
         let cells: Vec<&str> = row.split(" | ").collect();
         assert!(
             cells.len() == 4 && cells[1].len() > 2 && cells[3].len() > 9,
             "{row}"
         );
     }
-    assert_eq!(
-        page.matches("Other choices are there to compare with.")
-            .count(),
-        7
-    );
 }
 
 /// The schema knows the keys that the reader knows, and a scene in JSON is the scene in RON.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::path::Key;
+use super::path::{Key, Pose, pose_at};
 
 /// A rigid tool that touches the bodies.
 ///
@@ -20,6 +20,13 @@ pub struct Tool {
     pub body: Option<String>,
     /// What the tool occupies in its own frame.
     pub shape: ToolShape,
+    /// Translation (m) of the tool with its whole path.
+    #[serde(default)]
+    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    pub position: DVec3,
+    /// Size of the tool over that which its shape says; its path stays.
+    #[serde(default = "Tool::default_scale")]
+    pub scale: f64,
     /// How the tool moves through the world; one key for a tool that stands still or is released.
     pub path: Vec<Key>,
     /// Lets the tool go at scene time 0 from its only key: forces move it from then on.
@@ -41,11 +48,43 @@ impl Tool {
             name: Self::default_name(),
             body: None,
             shape,
+            position: DVec3::ZERO,
+            scale: 1.0,
             path,
             release: None,
             friction: 0.0,
             penalty: None,
         }
+    }
+
+    /// Its shape at its scale.
+    #[must_use]
+    pub fn solid(&self) -> ToolShape {
+        let scale = self.scale;
+        match self.shape {
+            ToolShape::Sphere { radius } => ToolShape::Sphere {
+                radius: scale * radius,
+            },
+            ToolShape::Plane { normal } => ToolShape::Plane { normal },
+            ToolShape::Capsule { from, to, radius } => ToolShape::Capsule {
+                from: scale * from,
+                to: scale * to,
+                radius: scale * radius,
+            },
+            ToolShape::Box { size } => ToolShape::Box { size: scale * size },
+        }
+    }
+
+    /// Where its path has it at a scene time (s).
+    #[must_use]
+    pub fn pose_at(&self, time: f64) -> Pose {
+        let mut pose = pose_at(&self.path, time);
+        pose.position += self.position;
+        pose
+    }
+
+    const fn default_scale() -> f64 {
+        1.0
     }
 
     fn default_name() -> String {

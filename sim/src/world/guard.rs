@@ -217,8 +217,8 @@ impl World {
         } in &mut self.members
         {
             for touch in touches.iter_mut() {
-                let shape = &self.scene.tools[touch.tool].shape;
-                touch.lead(shape, &from[touch.tool], &to[touch.tool], time, step);
+                let shape = self.scene.tools[touch.tool].solid();
+                touch.lead(&shape, &from[touch.tool], &to[touch.tool], time, step);
             }
             if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
                 grip.lead(from.position, to.position, step);

@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::cutting::Moment;
-use crate::scene::{Cut, Pose, Scene, pose_at};
+use crate::scene::{Cut, Pose, Scene};
 
 /// One thing that a hand does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -184,7 +184,7 @@ impl Hands {
         Self {
             source: Source::Scene { due, next: 0 },
             poses: (scene.tools.iter())
-                .map(|tool| pose_at(&tool.path, 0.0))
+                .map(|tool| tool.pose_at(0.0))
                 .chain([Pose::IDENTITY])
                 .collect(),
             record: scene.observe.input.then(Vec::new),
@@ -282,7 +282,7 @@ impl Hands {
         match &mut self.source {
             Source::Scene { .. } => {
                 for (pose, tool) in poses.iter_mut().zip(&scene.tools) {
-                    *pose = pose_at(&tool.path, end.unwrap_or(0.0));
+                    *pose = tool.pose_at(end.unwrap_or(0.0));
                 }
             }
             Source::Given(given) => {

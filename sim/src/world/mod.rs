@@ -42,7 +42,7 @@ pub use stencils::Stencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
-use crate::scene::{Rest, Scene, pose_at};
+use crate::scene::{Rest, Scene};
 use grip::Adjusted;
 use guard::Kept;
 use input::Hands;
@@ -382,7 +382,7 @@ impl World {
             let mut sum = ToolForce::free(self.hands.poses()[index]);
             for touch in self.members.iter().flat_map(|member| &member.touches) {
                 if touch.tool == index {
-                    touch.add_to(&tool.shape, &mut sum);
+                    touch.add_to(&tool.solid(), &mut sum);
                 }
             }
             sum
@@ -538,7 +538,7 @@ fn touches_of(
     tools
         .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == body.name))
         .map(|(index, tool)| {
-            let pose = pose_at(&tool.path, 0.0);
+            let pose = tool.pose_at(0.0);
             let modulus = description.material.youngs_modulus;
             Touch::new(body, index, tool, &pose, modulus)
         })

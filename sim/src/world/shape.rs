@@ -14,8 +14,10 @@ use crate::scene::{self, Form, Shape};
 const LIVER_WIDTH: f64 = 0.166;
 /// The body's solid in the world's rest frame.
 pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>), BodyProblem> {
-    let at = body.position;
+    let (at, size, turned) = (body.position, body.scale, body.turn());
+    // A primitive in a frame of the shape's own.
     let placed = |primitive: Primitive, turn: DMat3, scale: f64, shift: DVec3| {
+        let (turn, scale, shift) = (turned * turn, size * scale, turned * (size * shift) + at);
         let inner = primitive.bounds();
         let corners = (0..8).map(|k| {
             let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
@@ -38,31 +40,33 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
         DMat3::from_cols(x, y, z)
     };
     let still = DMat3::IDENTITY;
-    Ok(match &body.shape {
+    let solid = match &body.shape {
         Shape::Liver { width } => {
             // The organ of an upright person: its head end up, its front to -y.
             let turn = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
-            let natural = LIVER_WIDTH;
-            (placed(Primitive::Liver, turn, width / natural, at), None)
+            placed(Primitive::Liver, turn, width / LIVER_WIDTH, DVec3::ZERO)
         }
-        Shape::Box { size } => {
-            let (min, max) = (at - *size * 0.5, at + *size * 0.5);
-            (Solid::from(Bounds { min, max }), None)
+        Shape::Box { size: edges } => {
+            let half_extents = *edges * size * 0.5;
+            if body.rotation == DVec3::ZERO {
+                // Cells that fit it are for boxes along the axes.
+                let (min, max) = (at - half_extents, at + half_extents);
+                Solid::from(Bounds { min, max })
+            } else {
+                let half_extents = *edges * 0.5;
+                placed(Primitive::Box { half_extents }, still, 1.0, DVec3::ZERO)
+            }
         }
         Shape::Ellipsoid { radii } => {
             let semi_axes = *radii;
-            (
-                placed(Primitive::Ellipsoid { semi_axes }, still, 1.0, at),
-                None,
-            )
+            placed(Primitive::Ellipsoid { semi_axes }, still, 1.0, DVec3::ZERO)
         }
         Shape::Capsule { from, to, radius } => {
             let capsule = Primitive::Capsule {
                 half_length: 0.5 * from.distance(*to),
                 radius: *radius,
             };
-            let shift = at + from.midpoint(*to);
-            (placed(capsule, along(*to - *from), 1.0, shift), None)
+            placed(capsule, along(*to - *from), 1.0, from.midpoint(*to))
         }
         Shape::Tube {
             from,
@@ -75,8 +79,7 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
                 outer_radius: *outer_radius,
                 inner_radius: *inner_radius,
             };
-            let shift = at + from.midpoint(*to);
-            (placed(tube, along(*to - *from), 1.0, shift), None)
+            placed(tube, along(*to - *from), 1.0, from.midpoint(*to))
         }
         Shape::Mesh {
             file,
@@ -85,9 +88,9 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
             largest_hole,
         } => {
             let mut mesh = read_mesh(file)?.mesh;
-            let turn = up.rotation();
+            let (turn, scale) = (turned * up.rotation(), size * *scale);
             for vertex in &mut mesh.vertices {
-                *vertex = turn * (*vertex * *scale) + at;
+                *vertex = turn * (*vertex * scale) + at;
             }
             let settings = RepairSettings {
                 largest_hole: *largest_hole,
@@ -98,9 +101,10 @@ pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>)
                 file: file.clone(),
                 problem: Box::new(problem),
             })?;
-            (Solid::from_mesh(mesh), Some(report))
+            return Ok((Solid::from_mesh(mesh), Some(report)));
         }
-    })
+    };
+    Ok((solid, None))
 }
 
 /// Diagonal (m) of the box round all bodies of a scene at rest.
@@ -199,7 +203,7 @@ fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), Bo
     let volume = solid
         .mesh()
         .map(phyxel_discretize::Mesh::volume)
-        .or_else(|| body.shape.rough_volume())
+        .or_else(|| body.rough_volume())
         .unwrap_or(0.0);
     let estimate = match wish.form {
         Form::Tetrahedra => estimate_tetrahedra_nodes(volume, spacing),
@@ -215,4 +219,78 @@ fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), Bo
         });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Body;
+
+    /// A body that is scaled, turned and moved has the distances of its shape, times the scale, at the places
+    /// taken back into the shape's frame; a turn by hand says what the rotation vector means.
+    #[test]
+    fn a_placed_body_is_its_shape_elsewhere() {
+        let at = DVec3::new;
+        let shapes = [
+            Shape::Liver { width: 0.2 },
+            Shape::Box {
+                size: at(0.1, 0.06, 0.04),
+            },
+            Shape::Ellipsoid {
+                radii: at(0.06, 0.03, 0.02),
+            },
+            Shape::Capsule {
+                from: at(0.01, 0.0, 0.0),
+                to: at(0.05, 0.02, 0.0),
+                radius: 0.02,
+            },
+            Shape::Tube {
+                from: at(0.0, 0.0, -0.03),
+                to: at(0.01, 0.02, 0.03),
+                inner_radius: 0.01,
+                outer_radius: 0.02,
+            },
+        ];
+        for shape in shapes {
+            let plain = Body::new(shape.clone());
+            let mut placed = Body::new(shape);
+            // A quarter turn about z, twice the size.
+            (placed.rotation, placed.scale) = (DVec3::Z * 90.0, 2.0);
+            placed.position = at(0.3, -0.2, 0.1);
+            let (solid, _) = solid_of(&plain).expect("a solid");
+            let (moved, _) = solid_of(&placed).expect("a solid");
+            let (mut inside, mut outside) = (0, 0);
+            for k in 0..729 {
+                let pick = |k: i32| f64::from(k % 9 - 4) * 0.011;
+                let p = at(pick(k), pick(k / 9), pick(k / 81));
+                let there = 2.0 * at(-p.y, p.x, p.z) + placed.position;
+                let (a, b) = (solid.signed_distance(p), moved.signed_distance(there));
+                assert!(
+                    (2.0 * a - b).abs() < 1e-15 + 1e-12 * a.abs(),
+                    "{:?} at {p}: {a} {b}",
+                    placed.shape
+                );
+                assert_eq!(
+                    solid.contains(p),
+                    moved.contains(there),
+                    "{:?} at {p}",
+                    placed.shape
+                );
+                if a < 0.0 { inside += 1 } else { outside += 1 }
+            }
+            assert!(
+                inside > 20 && outside > 20,
+                "{:?}: {inside} inside, {outside} outside",
+                placed.shape
+            );
+            let ratio = placed
+                .rough_volume()
+                .zip(plain.rough_volume())
+                .map(|(a, b)| a / b);
+            assert!(
+                ratio.is_some_and(|ratio| (ratio - 8.0).abs() < 1e-12),
+                "{ratio:?}"
+            );
+        }
+    }
 }

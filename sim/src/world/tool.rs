@@ -75,7 +75,7 @@ impl Touch {
         pose: &Pose,
         youngs_modulus: f64,
     ) -> Result<Self, BodyProblem> {
-        let (shape, _) = shape_of(&description.shape);
+        let (shape, _) = shape_of(&description.solid());
         let stiffness = description
             .penalty
             .unwrap_or_else(|| penalty(youngs_modulus, body.spacing));
@@ -86,7 +86,7 @@ impl Touch {
         let (surface, torn) = surface_of(body, None)?;
         let still = Path::new(vec![(0.0, DVec3::ZERO)], Ease::Linear);
         let path = still.expect("one finite key is a path");
-        let placed = placed(&description.shape, pose);
+        let placed = placed(&description.solid(), pose);
         Ok(Self {
             tool,
             hand: phyxel_integrate::Tool::on_path(shape, placed, path),

@@ -69,7 +69,7 @@ impl World {
         };
         let mut warnings = Vec::new();
         for (index, cut) in self.scene.cuts.iter().enumerate() {
-            if !sweeps(&cut.path, &cut.edge).any(near) {
+            if !sweeps(&cut.path, DVec3::ZERO, &cut.edge).any(near) {
                 warnings.push(format!(
                     "cuts[{index}] '{}' stays away from the bodies, which lie from {} to {}",
                     cut.name,
@@ -82,7 +82,7 @@ impl World {
             let Some(corners) = corners(tool).filter(|_| tool.release.is_none()) else {
                 continue;
             };
-            if !sweeps(&tool.path, &corners).any(near) {
+            if !sweeps(&tool.path, tool.position, &corners).any(near) {
                 warnings.push(format!(
                     "tools[{index}] '{}' stays away from the bodies, which lie from {} to {}",
                     tool.name,
@@ -144,8 +144,12 @@ fn way(path: &[Key]) -> f64 {
     Bounds::of(path.iter().map(|key| key.position)).diagonal()
 }
 
-/// Where some points of a thing are at two places of its path that follow each other.
-fn sweeps<'a>(path: &'a [Key], points: &'a [DVec3]) -> impl Iterator<Item = Vec<DVec3>> + 'a {
+/// Where some points of a thing are at two places of its path, moved as a whole, that follow each other.
+fn sweeps<'a>(
+    path: &'a [Key],
+    moved: DVec3,
+    points: &'a [DVec3],
+) -> impl Iterator<Item = Vec<DVec3>> + 'a {
     let times = path.windows(2).flat_map(|pair| {
         let (from, to) = (pair[0].time, pair[1].time);
         let at = move |k: u32| from + (to - from) * f64::from(k) / f64::from(PLACES);
@@ -156,14 +160,14 @@ fn sweeps<'a>(path: &'a [Key], points: &'a [DVec3]) -> impl Iterator<Item = Vec<
         let poses = [pose_at(path, from), pose_at(path, to)];
         let places = poses
             .iter()
-            .flat_map(|pose| points.iter().map(|p| pose.apply(*p)));
+            .flat_map(|pose| points.iter().map(|p| pose.apply(*p) + moved));
         places.collect()
     })
 }
 
 /// Corners of a box round a tool, in its frame; `None` for a plane, which has no end.
 fn corners(tool: &Tool) -> Option<Vec<DVec3>> {
-    let bounds = match tool.shape {
+    let bounds = match tool.solid() {
         ToolShape::Plane { .. } => return None,
         ToolShape::Sphere { radius } => Bounds {
             min: DVec3::splat(-radius),

@@ -24,6 +24,7 @@ use std::collections::HashMap;
 
 /// How a tissue is set up.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TissueSettings {
     /// Nodes per surfel.
     pub bind: BindSettings,
@@ -58,6 +59,7 @@ impl Default for TissueSettings {
 
 /// How it is decided whether a sample of a cut lies in the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum InsideTest {
     /// By the closure that [`Tissue::cut`] is given.
     #[default]

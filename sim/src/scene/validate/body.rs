@@ -1,5 +1,7 @@
 //! Bodies: shape, sampling, motion and looks.
 
+use glam::DVec3;
+
 use std::path::Path;
 
 use super::check::{
@@ -7,13 +9,19 @@ use super::check::{
 };
 use super::{material, method};
 use crate::scene::body::{
-    Body, Form, Sampling, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
+    Body, Form, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
 };
 
 pub(super) fn body(path: &str, body: &Body) -> Check {
     shape(&format!("{path}.shape"), &body.shape)?;
     finite(format_args!("{path}.position"), body.position)?;
-    sampling(&format!("{path}.sampling"), &body.sampling, &body.shape)?;
+    finite(format_args!("{path}.rotation"), body.rotation)?;
+    positive(
+        format_args!("{path}.scale"),
+        body.scale,
+        ", 1 for the size that the shape says",
+    )?;
+    sampling(&format!("{path}.sampling"), body)?;
     material::of(path, body)?;
     method::method(path, body)?;
     method::cut_rule(&format!("{path}.cut_rule"), body.cut_rule)?;
@@ -121,7 +129,8 @@ fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
     }
 }
 
-fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
+fn sampling(path: &str, body: &Body) -> Check {
+    let sampling = &body.sampling;
     const FEWEST_NODES: u32 = 4;
     let limit = sampling.limit;
     require(
@@ -164,10 +173,10 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
                 && sampling.coarsest <= 1.0
                 && sampling.refine.is_empty();
             require(
-                plain && matches!(shape, Shape::Box { .. }),
+                plain && matches!(body.shape, Shape::Box { .. }) && body.rotation == DVec3::ZERO,
                 &target,
                 &found,
-                "a lattice is of a Box, of form Tetrahedra, with coarsest 1 and nothing to refine",
+                "a lattice is of a Box that is not turned, of form Tetrahedra, with coarsest 1 and nothing to refine",
             )?;
             let nodes: f64 = [x, y, z].into_iter().map(f64::from).product();
             require(
@@ -187,7 +196,7 @@ fn sampling(path: &str, sampling: &Sampling, shape: &Shape) -> Check {
                 format_args!("Spacing({spacing:?})"),
                 "it must be above 0 (m), such as 0.006 for an organ",
             )?;
-            let Some(volume) = shape.rough_volume() else {
+            let Some(volume) = body.rough_volume() else {
                 return Ok(());
             };
             let nodes = volume / (spacing * spacing * spacing);

@@ -61,6 +61,12 @@ pub(super) fn tool(path: &str, tool: &Tool, bodies: &[Body]) -> Check {
         }
         ToolShape::Box { size } => positive_components(&format!("{path}.shape.size"), size)?,
     }
+    finite(format_args!("{path}.position"), tool.position)?;
+    positive(
+        format_args!("{path}.scale"),
+        tool.scale,
+        ", 1 for the size that the shape says",
+    )?;
     let keys = format!("{path}.path");
     keys_in_order(&keys, &tool.path, 1)?;
     not_negative(format_args!("{path}.friction"), tool.friction, "")?;
