@@ -29,7 +29,8 @@ pub(crate) struct Image {
 impl Image {
     pub(crate) fn new() -> Self {
         Self {
-            pixels: vec![[255.0; 3]; PIXELS * PIXELS],
+            // Dark enough for white captions, light enough for black lines.
+            pixels: vec![[126.0, 134.0, 142.0]; PIXELS * PIXELS],
             depths: vec![f64::NEG_INFINITY; PIXELS * PIXELS],
         }
     }

@@ -59,7 +59,7 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
         });
     }
     for (mode, caption) in [
-        (DrawMode::Disks, "three, one over the other"),
+        (DrawMode::Disks, "three disks"),
         (DrawMode::SinglePass, "blended from back to front"),
         (DrawMode::ThreePass, "blended in three passes"),
     ] {
