@@ -436,6 +436,11 @@ impl Watch {
             balance += audit.balance();
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             row.severed += severed;
+            let cutting = member.cutting.as_ref();
+            if let Some((lattices, without)) = cutting.and_then(|c| c.factors().grid_counts()) {
+                *row.lattices.get_or_insert(0) += lattices;
+                *row.without_lattice.get_or_insert(0) += without;
+            }
             for (carries, &apart) in carrying(member).zip(&links.debris) {
                 debris += usize::from(apart);
                 followers += usize::from(!carries && !apart);
@@ -511,6 +516,8 @@ impl Row {
             followers: 0.0,
             debris: 0.0,
             severed: 0,
+            lattices: None,
+            without_lattice: None,
             elastic: 0.0,
             most_elastic: 0.0,
             kinetic: 0.0,
