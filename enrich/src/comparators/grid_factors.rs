@@ -97,7 +97,9 @@ impl GridFactors {
     #[must_use]
     pub fn count_without_lattice(&self) -> usize {
         let both = self.factors.iter().zip(&self.by_lattice);
-        both.filter(|(factor, lattice)| factor != lattice).count() / 2
+        both.filter(|(factor, lattice)| factor.to_bits() != lattice.to_bits())
+            .count()
+            / 2
     }
 
     /// Bytes held on the heap, about.
@@ -153,7 +155,7 @@ impl GridFactors {
         let both = self.by_lattice.iter().enumerate();
         let factors: Vec<f64> = both
             .map(|(pair, &lattice)| match self.rest.factor(pair) {
-                rest if rest == 0.0 || lattice == 1.0 => rest,
+                rest if rest <= 0.0 || lattice >= 1.0 => rest,
                 _ => lattice,
             })
             .collect();
