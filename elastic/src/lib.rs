@@ -40,4 +40,4 @@ pub use offset::Offsets;
 pub use part::Part;
 pub use stress::von_mises_stress;
 pub use viscosity::PronyTerm;
-pub use watch::StiffNode;
+pub use watch::{StiffNode, WATCHED_NODES};

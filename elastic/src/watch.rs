@@ -15,6 +15,9 @@ use crate::nodes::Model;
 use crate::stale::Stale;
 use crate::storage::Storage;
 
+/// Nodes of a run of which the largest indicator is told.
+pub const WATCHED_NODES: usize = crate::forces::CHUNK;
+
 /// What the last evaluation saw, over a chunk of nodes or all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Watch {
@@ -88,6 +91,13 @@ impl Elastic {
         self.watched().stiffness
     }
 
+    /// [`Elastic::stiffness_indicator`] of each run of [`WATCHED_NODES`] nodes, the last one shorter.
+    /// One maximum over a body hides that its second stiffest place has become the stiffest: `r_i` bounds
+    /// the eigenvalues of different places by different factors.
+    pub fn stiffness_indicators(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.state.watches.iter().map(|watch| watch.stiffness)
+    }
+
     /// Smallest `det F` of the state last evaluated, over nodes that carry strain energy, infinite
     /// without any.
     #[must_use]
@@ -104,10 +114,27 @@ impl Elastic {
     /// ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
     #[must_use]
     pub fn stiffest_nodes(&self, count: usize) -> Vec<StiffNode> {
+        self.stiffest_nodes_of(count, 0..self.node_count())
+    }
+
+    /// [`Elastic::stiffest_nodes`] of some nodes only.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    #[must_use]
+    pub fn stiffest_nodes_of(
+        &self,
+        count: usize,
+        nodes: impl IntoIterator<Item = usize>,
+    ) -> Vec<StiffNode> {
         let model = &self.model;
-        let squares = model.gradient_squares.iter().enumerate();
-        let mut nodes: Vec<(f64, usize)> = squares
-            .map(|(node, square)| {
+        if model.gradient_squares.is_empty() {
+            return Vec::new();
+        }
+        let mut nodes: Vec<(f64, usize)> = nodes
+            .into_iter()
+            .map(|node| {
+                let square = model.gradient_squares[node];
                 let f = self.deformation_gradient(node);
                 let bound = model.law_shared(node).tangent_bound(f);
                 let gain = self.state.continuation.gain(node);

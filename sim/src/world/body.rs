@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{MeshReport, Solid};
-use phyxel_elastic::{Elastic, Part};
+use phyxel_elastic::{Elastic, Part, StiffNode, WATCHED_NODES};
 use phyxel_integrate::{
     Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, Supports,
     critical_step, largest_eigenvalue, level_masses,
@@ -33,6 +33,12 @@ const LOCAL_PRODUCTS: usize = 12;
 /// than this from one to the next. (Falling freely, two products once let the step of a liver grow by
 /// half past the limit.)
 const SLOWEST_FALL: f64 = 0.8;
+/// Rise of the stiffness indicator of a run of nodes since the last estimate that asks for the next, and
+/// fall of the largest.
+const ALARM_RISE: f64 = 1.1;
+const ALARM_FALL: f64 = 0.5;
+/// Share of the largest indicator from which on a run of nodes is listened to.
+const WATCHED_SHARE: f64 = 0.5;
 
 /// A body, its model and its motion.
 #[derive(Debug, Clone)]
@@ -75,8 +81,9 @@ pub struct Body {
     pub(super) estimates: [f64; 2],
     /// Vector of the last estimate, where the next one starts.
     pub(super) eigenvector: Vec<DVec3>,
-    /// Stiffness indicator (1/s²) when an estimate was last made because of it.
-    pub(super) indicator: f64,
+    /// Stiffness indicators (1/s²) of the runs of nodes when an estimate was last made because of them;
+    /// empty before the first.
+    pub(super) indicators: Vec<f64>,
     /// Smallest `det F` of nodes that carry strain energy, over all steps and the rest state.
     pub smallest_ratio: f64,
     /// The first time that its energy balance was off for many steps on end, if it was.
@@ -220,7 +227,7 @@ impl Body {
             motion,
             estimates: [eigenvalue.value; 2],
             eigenvector,
-            indicator: 0.0,
+            indicators: Vec::new(),
             smallest_ratio: 1.0,
             doubt: None,
             leveled,
@@ -278,15 +285,51 @@ impl Body {
         )?;
         let [whole, _] = &mut self.estimates;
         *whole = found.value.max(SLOWEST_FALL * *whole);
-        self.estimate_around_stiffest()
+        let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
+        self.estimates[1] *= SLOWEST_FALL;
+        self.estimate_around(&stiffest)
     }
 
-    /// Estimates the largest eigenvalue of what surrounds the stiffest nodes, all others held: where
+    /// Estimates anew where stiffness has risen by [`ALARM_RISE`] since the last estimate because of that,
+    /// or everywhere when it has fallen by [`ALARM_FALL`]; whether either is so.
+    pub(super) fn follow_stiffness(&mut self) -> Result<bool, BodyProblem> {
+        let largest = self.elastic.stiffness_indicator();
+        let runs = self.elastic.stiffness_indicators();
+        self.indicators.resize(runs.len(), 0.0);
+        let before = self.indicators.iter().copied().fold(0.0, f64::max);
+        if largest < ALARM_FALL * before {
+            self.indicators = runs.collect();
+            let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
+            self.estimates[1] *= SLOWEST_FALL;
+            self.estimate_around(&stiffest)?;
+            return Ok(true);
+        }
+        let mut risen: Vec<usize> = Vec::new();
+        for (run, (now, before)) in runs.zip(&mut self.indicators).enumerate() {
+            if now > ALARM_RISE * *before && now > WATCHED_SHARE * largest {
+                *before = now;
+                risen.push(run);
+            }
+        }
+        if risen.is_empty() {
+            return Ok(false);
+        }
+        let n = self.elastic.node_count();
+        let nodes = risen
+            .iter()
+            .flat_map(|run| run * WATCHED_NODES..((run + 1) * WATCHED_NODES).min(n));
+        let stiffest = self.elastic.stiffest_nodes_of(STIFFEST_NODES, nodes);
+        self.estimate_around(&stiffest)?;
+        Ok(true)
+    }
+
+    /// Estimates the largest eigenvalue of what surrounds stiff nodes, all others held: where
     /// stiffness rises it does so at few nodes, and the vector of the whole may know nothing of them.
-    pub(super) fn estimate_around_stiffest(&mut self) -> Result<(), BodyProblem> {
+    /// What was found elsewhere stays.
+    fn estimate_around(&mut self, stiffest: &[StiffNode]) -> Result<(), BodyProblem> {
         let mut around: Vec<u32> = Vec::new();
         let mut seeds = Vec::new();
-        for stiff in self.elastic.stiffest_nodes(STIFFEST_NODES) {
+        for stiff in stiffest {
             seeds.push((stiff.node, stiff.direction));
             for &near in self.neighborhoods.row(stiff.node as usize) {
                 around.push(near);
@@ -301,7 +344,7 @@ impl Body {
         let start = self.seeded(&part, &seeds);
         let found = self.part_eigenvalue(&part, start, LOCAL_PRODUCTS)?;
         let [_, local] = &mut self.estimates;
-        *local = found.value.max(SLOWEST_FALL * *local);
+        *local = local.max(found.value);
         Ok(())
     }
 

@@ -23,9 +23,6 @@ const STEPS_PER_ESTIMATE: u64 = 50;
 const ESTIMATE_PRODUCTS: usize = 2;
 /// Products where steps failed.
 const RETAKE_PRODUCTS: usize = 16;
-/// Rise and fall of the stiffness indicator since the last estimate that ask for the next.
-const ALARM_RISE: f64 = 1.1;
-const ALARM_FALL: f64 = 0.5;
 /// Divisions of the steps of a stretch that is done again.
 const DIVISIONS: [u32; 3] = [2, 4, 8];
 /// Energy that may appear or vanish over a stretch, as a share of the largest of the elastic and the
@@ -253,13 +250,8 @@ impl World {
         let start = Instant::now();
         let mut any = false;
         for Member { body, .. } in &mut self.members {
-            let now = body.elastic.stiffness_indicator();
-            if now > ALARM_RISE * body.indicator || now < ALARM_FALL * body.indicator {
-                body.indicator = now;
-                any = true;
-                let estimate = body.estimate_around_stiffest();
-                estimate.map_err(|problem| problem.of(body))?;
-            }
+            let followed = body.follow_stiffness();
+            any |= followed.map_err(|problem| problem.of(body))?;
         }
         if any {
             self.step = self.smallest_step_size();

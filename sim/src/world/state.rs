@@ -42,7 +42,7 @@ pub(super) struct BodyState {
     motion: phyxel_integrate::State,
     estimates: [f64; 2],
     eigenvector: Vec<DVec3>,
-    indicator: f64,
+    indicators: Vec<f64>,
     smallest_ratio: f64,
     doubt: Option<phyxel_integrate::Warning>,
     growth: Option<f64>,
@@ -78,7 +78,6 @@ impl BodyState {
         let n = body.rest.len();
         let cut = self.cut_energy.unwrap_or_default();
         let numbers = [
-            self.indicator,
             self.relaxed,
             self.growth.unwrap_or(1.0),
             cut.released,
@@ -86,7 +85,8 @@ impl BodyState {
             cut.largest_addition,
             cut.decay,
         ];
-        let lists = numbers.iter().chain(self.history.iter().flatten());
+        let lists = numbers.iter().chain(&self.indicators);
+        let lists = lists.chain(self.history.iter().flatten());
         let lists = lists.chain(self.offsets.iter().flatten());
         body.motion.fits(&self.motion)
             && self
@@ -122,7 +122,7 @@ impl Member {
             motion: body.motion.state().clone(),
             estimates: body.estimates,
             eigenvector: body.eigenvector.clone(),
-            indicator: body.indicator,
+            indicators: body.indicators.clone(),
             smallest_ratio: body.smallest_ratio,
             doubt: body.doubt,
             growth: cutting.as_ref().map(Cutting::growth),
@@ -152,7 +152,7 @@ impl Member {
             values: state.offsets,
         });
         body.elastic.set_bond_offsets(&state.bond_offsets);
-        body.indicator = state.indicator;
+        body.indicators = state.indicators;
         body.smallest_ratio = state.smallest_ratio;
         body.doubt = state.doubt;
         let viscous = (&*state.history, state.relaxed);

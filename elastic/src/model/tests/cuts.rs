@@ -263,8 +263,17 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
             stiffest.0,
             1e-12 * stiffest.0,
         );
+        let runs = body.stiffness_indicators();
+        assert_eq!(runs.len(), body.node_count().div_ceil(crate::WATCHED_NODES));
+        assert_eq!(
+            runs.fold(0.0, f64::max).to_bits(),
+            body.stiffness_indicator().to_bits()
+        );
         let nodes = body.stiffest_nodes(8);
         assert_eq!(nodes.len(), 8);
+        let some = body.stiffest_nodes_of(3, [stiffest.1, 1, 2].into_iter());
+        assert_eq!(some[0], nodes[0]);
+        assert_eq!(some.len(), 3);
         assert_eq!(nodes[0].node as usize, stiffest.1);
         assert!(nodes.windows(2).all(|w| w[0].indicator >= w[1].indicator));
         // It is at least of the size of the eigenvalue, which fibers raise.
