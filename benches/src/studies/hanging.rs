@@ -20,7 +20,7 @@ pub(crate) const BODIES: [(&str, f64); 3] = [
 ];
 
 /// Models: what is added to a scene's name.
-pub(crate) const MODELS: [(&str, &str); 2] = [("", "default"), ("-dissertation", "dissertation's")];
+pub(crate) const MODELS: [(&str, &str); 2] = [("", "default"), ("-dissertation", "dissertation")];
 
 /// States, and the scene times (s) at which the scenes' blades are between two strokes.
 pub(crate) const STATES: [(&str, f64); 3] =
