@@ -1,6 +1,6 @@
 //! Draws the pairs of a plate round a crack in the colour of their factor: the picture at the top of the README.
 //!
-//! `cargo run --release -p phyxel-enrich --example picture -- enrich/crack.svg`. Fails if a pair that the crack does not
+//! `cargo run --release -p phyxel-enrich --example crack -- enrich/crack.svg`. Fails if a pair that the crack does not
 //! cross is weakened, or one far behind its tip is not severed.
 
 #![allow(clippy::print_stdout, reason = "it says what it drew")]

@@ -1,6 +1,6 @@
 //! Draws the nodes of the liver as balls coloured by their volume.
 //!
-//! `cargo run --release -p phyxel-discretize --example picture -- FILE.png`
+//! `cargo run --release -p phyxel-discretize --example nodes -- FILE.png`
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
