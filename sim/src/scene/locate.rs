@@ -170,6 +170,24 @@ impl Node {
     }
 }
 
+impl Node {
+    /// The innermost key with its value round a byte: its name, and the bytes of both.
+    pub(crate) fn entry_around(&self, byte: usize) -> Option<(String, Range<usize>)> {
+        let held = |span: &Range<usize>| span.contains(&byte);
+        match &self.content {
+            Content::Struct { fields, .. } => fields.iter().find_map(|(name, key, value)| {
+                let whole = key.start..value.span.end;
+                let inner = value.entry_around(byte);
+                inner.or_else(|| held(&whole).then(|| (name.clone(), whole)))
+            }),
+            Content::List(items) | Content::Tuple { items, .. } => {
+                items.iter().find_map(|item| item.entry_around(byte))
+            }
+            Content::Leaf => None,
+        }
+    }
+}
+
 /// Line and column, both from 1 and the column in characters, of a byte of `text`.
 pub(crate) fn line_column(text: &str, byte: usize) -> (usize, usize) {
     let before = &text[..byte];

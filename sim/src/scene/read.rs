@@ -210,12 +210,21 @@ impl Scene {
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = read.map_err(|(position, problem)| SceneError::Format {
-            place: Place {
-                origin: origin.to_owned(),
-                position: Some(position),
-            },
-            problem: Box::new(problem),
+        let mut scene = read.map_err(|first| {
+            let misread = |(position, problem)| SceneError::Format {
+                place: Place {
+                    origin: origin.to_owned(),
+                    position: Some(position),
+                },
+                problem: Box::new(problem),
+            };
+            let mut errors: Vec<SceneError> =
+                all_misread(text, first).into_iter().map(misread).collect();
+            if errors.len() == 1 {
+                errors.remove(0)
+            } else {
+                SceneError::Values(errors)
+            }
         })?;
         for change in overrides {
             let error = |problem| SceneError::Override {
@@ -394,6 +403,44 @@ pub(crate) fn parse_ron<T: DeserializeOwned>(text: &str, whole: &str) -> Result<
         };
         (line_column(text, byte), problem)
     })
+}
+
+/// Most departures from the format that are told of at once.
+const MOST_MISREAD: usize = 20;
+
+/// What else of a scene's text departs from the format: a key that is misread is taken out, and the rest read
+/// again. A key that is missed for having been taken out ends it.
+fn all_misread(text: &str, first: Misread) -> Vec<Misread> {
+    let mut text = text.to_owned();
+    let mut taken = Vec::new();
+    let mut all = vec![first];
+    while let Some(((line, column), _)) = all.last()
+        && all.len() < MOST_MISREAD
+    {
+        let byte = byte_at(&text, *line, *column);
+        let Some((key, span)) = Node::read(&text).and_then(|tree| tree.entry_around(byte)) else {
+            break;
+        };
+        let rest = text[span.end..].trim_start();
+        let end = if rest.starts_with(',') {
+            text.len() - rest.len() + 1
+        } else {
+            span.end
+        };
+        // A space for each character: the places of all others stay.
+        let blank = |c: char| if c == '\n' { '\n' } else { ' ' };
+        let blanks: String = text[span.start..end].chars().map(blank).collect();
+        text.replace_range(span.start..end, &blanks);
+        taken.push(key);
+        match parse(&text) {
+            Err((_, FormatProblem::MissingKey { key, .. })) if taken.iter().any(|k| k == key) => {
+                break;
+            }
+            Err(next) => all.push(next),
+            Ok(_) => break,
+        }
+    }
+    all
 }
 
 /// What the value at a byte should have been, where the format tells; without the format's schema

@@ -524,6 +524,36 @@ fn all_values_that_are_wrong_are_told_at_once() {
     }
 }
 
+/// Unknown keys, unknown choices and values of another type are told with all others of their kind, each at its
+/// own place, also behind letters of several bytes.
+#[cfg(feature = "cli")]
+#[test]
+fn all_that_is_misread_is_told_at_once() {
+    let text = "(version: 1, bodies: [(shape: Liver(width: 1), damping: \"ä\", dampin: 3, sampling: (target: Nodes(6000.5)))],
+        gravty: None, integration: (duration: 1, scheme: Verlet))";
+    let error = read(text).expect_err("five places");
+    let SceneError::Values(errors) = &error else {
+        panic!("{error}");
+    };
+    let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    let wanted = [
+        ("damping", text.find("\"ä").map(|at| (1, at + 1))),
+        ("dampin", text.find("dampin:").map(|at| (1, at))),
+        ("target", text.find("6000.5").map(|at| (1, at))),
+        ("gravty", Some((2, 9))),
+        ("Verlet", Some((2, 58))),
+    ];
+    assert_eq!(told.len(), wanted.len(), "{told:?}");
+    for (told, (word, place)) in told.iter().zip(wanted) {
+        let (line, column) = place.expect("it is in the text");
+        assert!(told.contains(word), "{told}");
+        assert!(
+            told.starts_with(&format!("test.ron:{line}:{column}: ")),
+            "{told} at {line}:{column}"
+        );
+    }
+}
+
 #[test]
 fn a_tissue_gives_what_is_not_given() {
     let read = |changes: &[&str]| {
