@@ -271,7 +271,7 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
         );
         let nodes = body.stiffest_nodes(8);
         assert_eq!(nodes.len(), 8);
-        let some = body.stiffest_nodes_of(3, [stiffest.1, 1, 2].into_iter());
+        let some = body.stiffest_nodes_of(3, [stiffest.1, 1, 2]);
         assert_eq!(some[0], nodes[0]);
         assert_eq!(some.len(), 3);
         assert_eq!(nodes[0].node as usize, stiffest.1);
