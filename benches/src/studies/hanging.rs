@@ -26,6 +26,12 @@ pub(crate) const MODELS: [(&str, &str); 2] = [("", "default"), ("-dissertation",
 pub(crate) const STATES: [(&str, f64); 3] =
     [("hanging", 0.1), ("cut once", 1.0), ("cut through", 1.9)];
 
+/// Changes of scenes from their text.
+pub(crate) fn overrides(changes: &[&str]) -> Result<Vec<Override>, StudyError> {
+    let parsed = changes.iter().map(|change| Override::parse(change));
+    Ok(parsed.collect::<Result<_, _>>()?)
+}
+
 /// A body in one state.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
@@ -84,10 +90,7 @@ pub(crate) fn measure(effort: Effort) -> Result<Vec<State>, StudyError> {
             ],
         ),
     };
-    let changes = changes
-        .iter()
-        .map(|change| Override::parse(change))
-        .collect::<Result<Vec<_>, _>>()?;
+    let changes = overrides(changes)?;
     let mut found = Vec::new();
     for (body, then) in BODIES {
         for (suffix, model) in MODELS {

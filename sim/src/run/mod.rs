@@ -1,5 +1,6 @@
 //! Running a scene: from the validated scene to the files of its folder.
 
+mod ending;
 mod forces;
 mod history;
 mod kept;
@@ -302,11 +303,11 @@ impl Run {
         )?);
         files.extend([CHECKPOINT, "summary.json"].map(str::to_owned));
         let wall = self.course.wall + self.begun.elapsed().as_secs_f64();
-        let summary = summary::of(
+        let summary = ending::of(
             &mut self.world,
             self.painter.as_ref(),
             &self.records,
-            &summary::Ending {
+            &ending::Ending {
                 wall,
                 threads,
                 course: self.course,

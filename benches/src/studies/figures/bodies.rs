@@ -1,12 +1,12 @@
 //! Figures 74 to 84: the bodies of chapter 6, by the embedded scenes of their names.
 
 use phyxel::picture::Painter;
-use phyxel::scene::{Coloring, Override, Pictures, Scene, Show, View};
+use phyxel::scene::{Coloring, Pictures, Scene, Show, View};
 use phyxel::world::World;
 use phyxel_splat::Frame;
 
 use super::Drawn;
-use crate::studies::hanging::{MODELS, STATES};
+use crate::studies::hanging::{MODELS, STATES, overrides};
 use crate::{Effort, StudyError};
 
 /// Size (pixels) of a picture.
@@ -92,10 +92,7 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
             "integration.settle.limit=0.3",
         ],
     };
-    let changes = changes
-        .iter()
-        .map(|change| Override::parse(change))
-        .collect::<Result<Vec<_>, _>>()?;
+    let changes = overrides(changes)?;
     let scene = Scene::embedded(name, &changes)?;
     let mut view = scene.pictures.unwrap_or_default().view;
     if let View::Around { zoom, .. } = &mut view {
