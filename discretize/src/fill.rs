@@ -34,7 +34,7 @@ pub(crate) const SHIFT: DVec3 = DVec3::new(
 );
 /// Tolerances in which a count is met once the lattice has left the symmetry: a body a few cells thick has no
 /// sampling between one number of layers and the next.
-const JUMPS: f64 = 2.0;
+pub(crate) const JUMPS: f64 = 2.0;
 /// Relative tolerance of a wanted spacing, and rounds of the search for its cell size.
 const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;
@@ -194,7 +194,7 @@ impl<'a> Filler<'a> {
         };
         let mut ratio = 1.0;
         let (mut coarse, mut fine) = (f64::INFINITY, 0.0_f64);
-        let mut nearest = 0.0_f64;
+        let (mut nearest, mut accepted) = (0.0_f64, None);
         let (mut vanished, mut spent) = (false, 0.0);
         for round in 0..COUNT_ROUNDS {
             let mut cell = solve_cell(
@@ -238,16 +238,20 @@ impl<'a> Filler<'a> {
                 self.improve(&mut stuffed);
                 nodes = stuffed.positions.len() as f64;
                 removed = (raw - nodes) / on_surface;
+                let miss = (nodes - target).abs();
                 let jumps = if round > SYMMETRIC_ROUNDS && self.settings.grading.is_uniform() {
                     JUMPS
                 } else {
                     1.0
                 };
-                if (nodes - target).abs() <= jumps * tolerance {
+                if miss <= jumps * tolerance {
                     return Ok((stuffed, cell));
                 }
-                if (nodes - target).abs() < (nearest - target).abs() {
+                if miss < (nearest - target).abs() {
                     nearest = nodes;
+                    // Graded cells jump as well, where a tree halves them; later rounds may still meet
+                    // the count.
+                    accepted = (miss <= JUMPS * tolerance).then(|| (stuffed.clone(), cell));
                 }
             }
             if nodes < target {
@@ -265,6 +269,9 @@ impl<'a> Filler<'a> {
                 (volume, area) = (mesh.volume(), mesh.area());
             }
             ratio = nodes / model(cell, volume, area);
+        }
+        if let Some(accepted) = accepted {
+            return Ok(accepted);
         }
         if vanished || nearest == 0.0 {
             return Err(body.thin(wanted, first));

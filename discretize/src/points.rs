@@ -300,7 +300,7 @@ fn search(
     }
     let mut last: Option<(f64, f64)> = None;
     let (mut fine, mut coarse) = (0.0_f64, f64::INFINITY);
-    let mut nearest = 0;
+    let (mut nearest, mut accepted) = (0, None);
     let (mut vanished, mut spent) = (false, 0.0);
     for round in 0..ROUNDS {
         if cell < least || body.is_spent(&mut spent, cell) {
@@ -333,11 +333,14 @@ fn search(
             return Err(body.thin(wanted, cell));
         }
         let nodes = places.positions.len();
-        if (nodes as f64 - target).abs() <= settings.count_tolerance * target {
+        let miss = (nodes as f64 - target).abs();
+        let tolerance = settings.count_tolerance * target;
+        if miss <= tolerance {
             return Ok(places);
         }
         if nodes.abs_diff(wanted) < wanted.abs_diff(nearest) {
             nearest = nodes;
+            accepted = (miss <= crate::fill::JUMPS * tolerance).then_some(places);
         }
         if nodes < wanted {
             coarse = coarse.min(cell);
@@ -354,6 +357,9 @@ fn search(
         if round < STILL_ROUNDS && coarse.is_finite() && !(cell > fine && cell < coarse) {
             cell = 0.5 * (fine + coarse);
         }
+    }
+    if let Some(places) = accepted {
+        return Ok(places);
     }
     if vanished || nearest == 0 {
         return Err(body.thin(wanted, body.cell_of(target)));

@@ -34,8 +34,9 @@ pub enum Target {
 pub struct SampleSettings {
     /// Spacing or number of nodes.
     pub target: Target,
-    /// Relative tolerance of [`Target::NodeCount`]; twice that where cells of one size that share
-    /// the body's symmetry do not meet it, because the number jumps from one count of layers to the next.
+    /// Relative tolerance of [`Target::NodeCount`]; twice that where no round
+    /// of the search meets it, because the number jumps from one count of layers to the next (and where cells
+    /// of one size have left the body's symmetry, as soon as one does).
     pub count_tolerance: f64,
     /// Sweeps that collapse short edges and move nodes near the surface, to lengthen the explicit
     /// time step and round the tetrahedra; 0 leaves the stuffing as it is. A box needs none.

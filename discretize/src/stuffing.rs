@@ -10,7 +10,7 @@ use crate::oracle::Oracle;
 use crate::stencil::Stencil;
 
 /// Tetrahedra before renumbering: every node is used.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(crate) struct Stuffed {
     pub positions: Vec<DVec3>,
     /// On the surface (cut point or moved lattice point).
