@@ -1,5 +1,6 @@
 //! The server: listens on the loopback address, lets clients in, and passes messages on.
 
+use std::collections::VecDeque;
 use std::io;
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -21,8 +22,11 @@ use crate::socket;
 
 /// Name of the protocol, which clients ask for when they open a socket.
 pub const PROTOCOL: &str = "phyxel.1";
-/// Connections at a time, those included that have not said yet what they want.
-const MOST_CONNECTIONS: usize = 48;
+/// Connections at a time that have not become clients; the oldest gives way to one more, so that those
+/// who say nothing keep nobody out.
+const MOST_STRANGERS: usize = 40;
+/// Threads of connections at a time; one more waits until one ends.
+const MOST_CONNECTIONS: usize = 48 + MAX_CLIENTS;
 /// Messages of clients that may wait; readers wait then, and their clients with them.
 const MOST_EVENTS: usize = 4096;
 
@@ -74,10 +78,42 @@ struct Shared {
     clients: Mutex<[Option<Arc<Mailbox>>; MAX_CLIENTS]>,
     events: SyncSender<(ClientId, Event)>,
     connections: AtomicUsize,
+    strangers: Mutex<Strangers>,
     closing: AtomicBool,
 }
 
+/// Connections that have not become clients, oldest first.
+#[derive(Debug, Default)]
+struct Strangers {
+    next: u64,
+    open: VecDeque<(u64, TcpStream)>,
+}
+
+impl Strangers {
+    /// Lets one in; the oldest gives way.
+    fn admit(&mut self, stream: TcpStream) -> u64 {
+        if self.open.len() == MOST_STRANGERS
+            && let Some((_, oldest)) = self.open.pop_front()
+        {
+            // Its thread reads an end.
+            let _ = oldest.shutdown(Shutdown::Both);
+        }
+        self.next += 1;
+        self.open.push_back((self.next, stream));
+        self.next
+    }
+
+    /// One has left, or is a client now.
+    fn forget(&mut self, number: u64) {
+        self.open.retain(|(known, _)| *known != number);
+    }
+}
+
 impl Shared {
+    fn strangers(&self) -> MutexGuard<'_, Strangers> {
+        self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn clients(&self) -> MutexGuard<'_, [Option<Arc<Mailbox>>; MAX_CLIENTS]> {
         self.clients.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -134,6 +170,7 @@ impl Server {
             clients: Mutex::default(),
             events: sender,
             connections: AtomicUsize::new(0),
+            strangers: Mutex::default(),
             closing: AtomicBool::new(false),
         });
         let listening = Arc::clone(&shared);
@@ -247,26 +284,33 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
-        if shared.connections.fetch_add(1, Ordering::SeqCst) >= MOST_CONNECTIONS {
-            shared.connections.fetch_sub(1, Ordering::SeqCst);
+        let Ok(other) = stream.try_clone() else {
             continue;
+        };
+        let number = shared.strangers().admit(other);
+        // Those who gave way end as soon as their threads run.
+        while shared.connections.load(Ordering::SeqCst) >= MOST_CONNECTIONS {
+            std::thread::sleep(Duration::from_millis(1));
         }
+        shared.connections.fetch_add(1, Ordering::SeqCst);
         let own = Arc::clone(shared);
         let started = std::thread::Builder::new()
             .name("live-client".into())
             .spawn(move || {
                 // A connection that breaks concerns nobody else.
-                let _ = connection(stream, &own);
+                let _ = connection(stream, number, &own);
+                own.strangers().forget(number);
                 own.connections.fetch_sub(1, Ordering::SeqCst);
             });
         if started.is_err() {
+            shared.strangers().forget(number);
             shared.connections.fetch_sub(1, Ordering::SeqCst);
         }
     }
 }
 
 /// Serves one connection to its end.
-fn connection(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
+fn connection(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_write_timeout(Some(Duration::from_secs(10)))?;
     let plain = "text/plain; charset=utf-8";
     let Some((head, early)) = read_head(&mut stream)? else {
@@ -293,7 +337,7 @@ fn connection(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
             }
             linger(&stream)
         }
-        "/session" => session(stream, &head, early, shared),
+        "/session" => session(stream, number, &head, early, shared),
         path => {
             match assets::find(path) {
                 Some(asset) => respond(
@@ -317,6 +361,7 @@ fn linger(stream: &TcpStream) -> io::Result<()> {
 /// Upgrades a connection to a client's socket.
 fn session(
     mut stream: TcpStream,
+    number: u64,
     head: &Head,
     early: Vec<u8>,
     shared: &Arc<Shared>,
@@ -366,6 +411,7 @@ fn session(
         )?;
         return linger(&stream);
     };
+    shared.strangers().forget(number);
     let accept = derive_accept_key(key.as_bytes());
     let answer = format!(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
