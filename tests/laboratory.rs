@@ -1,7 +1,7 @@
 //! A dozen scenes of the laboratory, and the problems with a known answer.
 
 use benches::batch::{Case, run_all};
-use benches::{Options, cook, matrix, random};
+use benches::{Options, cook, griffith, matrix, random};
 
 /// The cases' rows, two at a time.
 fn rows(cases: &[Case], options: Options) -> Vec<benches::Row> {
@@ -40,4 +40,9 @@ fn random_scenes_depend_on_their_seed_and_number_alone() {
 #[test]
 fn cooks_membrane_rises_as_it_should() {
     none(&cook::breaches(&cook::measure(32).expect("it is solved")));
+}
+
+#[test]
+fn a_crack_sets_its_energy_release_rate_free_and_no_update_adds_any() {
+    none(&griffith::breaches(&griffith::measure(4.0).expect("it is a scene")));
 }

@@ -176,8 +176,8 @@ pub fn breaches(finding: &Finding) -> Vec<String> {
     // Round-off of sums over the body.
     if row.added > 1e-9 {
         found.push(format!(
-            "{}: an update adds {:.1e} of what is stored",
-            row.scene, row.added
+            "{}: an update adds {:.1e} of what is stored, at step {} of {}",
+            row.scene, row.added, row.added_at, row.steps
         ));
     }
     found

@@ -22,8 +22,6 @@ const MOST_STEPS: f64 = 30.0;
 
 /// Steps that may be taken back together.
 const LONGEST_STRETCH: usize = 50;
-/// Energies below this share of modulus times volume are round-off: strains of 1e-12.
-const ROUND_OFF: f64 = 1e-24;
 
 /// How a scene is watched.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -253,12 +251,13 @@ impl Watch {
             reason = "a count of steps, saturating"
         )]
         let most_steps = (MOST_STEPS * expected) as u64;
-        let bodies = world.members().iter().zip(&world.scene().bodies);
-        let whole = bodies.map(|(m, body)| m.body.initial.volume * body.material.youngs_modulus);
+        // An energy density is a difference of terms of the size of the modulus.
+        let round_off = world.members().iter();
+        let round_off = round_off.map(|member| member.body.elastic.energy_round_off());
         Self {
             options,
             most_steps,
-            round_off: ROUND_OFF * whole.sum::<f64>(),
+            round_off: round_off.sum(),
             before: world.members().iter().map(Energies::of).collect(),
             links: world.members().iter().map(Links::of).collect(),
             strokes: vec![Stroke::default(); world.scene().cuts.len()],

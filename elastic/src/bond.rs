@@ -13,6 +13,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::control::refresh_control;
 use crate::forces::{gradient, set_gradient};
 use crate::lanes::Planes;
 use crate::law::outer;
@@ -20,7 +21,6 @@ use crate::model::{Elastic, with_table};
 use crate::nodes::State;
 use crate::part::Part;
 use crate::storage::Number;
-use crate::update;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
@@ -254,7 +254,7 @@ impl Elastic {
         let held = model.elastic_volumes[node] * energy;
         model.elastic_volumes[node] = 0.0;
         with_table!(&mut self.tables, table => {
-            update::refresh_control(model, &mut table.fixed, &[node]);
+            refresh_control(model, &mut table.fixed, &[node]);
         });
         held.max(0.0)
     }

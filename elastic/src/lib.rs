@@ -4,6 +4,7 @@
 mod bond;
 mod bound;
 mod completion;
+mod control;
 mod dilatation;
 mod error;
 mod fiber;

@@ -1,8 +1,9 @@
-//! What changes when a cut passes: rows, and the control of their nodes.
+//! What changes when a cut passes: the rows of its nodes.
 
 use glam::{DMat3, DVec3};
 
 use crate::completion::{RowKind, row_kind};
+use crate::control::{set_control, set_drags};
 use crate::error::ElasticError;
 use crate::fixed::{Fixed, Moments};
 use crate::input::{Stencils, same_length};
@@ -53,40 +54,6 @@ impl Elastic {
         }
         self.refresh_squares(touched.iter().map(|&node| node as usize));
         Ok(())
-    }
-
-    /// Multiplies the zero-energy control of `nodes` with `factor`, in place of what an earlier call gave
-    /// them. A cut's one-sided rows leave more to it: 3 on touched nodes, at the default of 0.1, takes
-    /// 1 % from the work of a crack at 6.4 spacings; 10 takes 3 %.
-    ///
-    /// # Panics
-    /// If a node does not exist.
-    pub fn scale_control(&mut self, nodes: &[u32], factor: f64) {
-        self.scratch.stale.add(nodes);
-        let model = &mut self.model;
-        model.control_scales.resize(model.node_count(), 1.0);
-        for &node in nodes {
-            model.control_scales[node as usize] = factor;
-        }
-        let nodes: Vec<usize> = nodes.iter().map(|&node| node as usize).collect();
-        with_table!(&mut self.tables, table => {
-            refresh_control(model, &mut table.fixed, &nodes);
-        });
-    }
-}
-
-/// Recomputes `c_i` after volumes or scales of some nodes changed, and what their neighbours sum of it.
-pub(crate) fn refresh_control<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &mut Fixed<S, L>,
-    nodes: &[usize],
-) {
-    if model.controlled() {
-        for &node in nodes {
-            let spread = fixed.moments(node, model.pairs.row(node)).spread();
-            set_control(model, fixed, node, spread);
-        }
-        set_drags(model, fixed, nodes.iter().copied());
     }
 }
 
@@ -160,39 +127,6 @@ pub(crate) fn set_row<S: Storage, const L: usize>(
     };
     set_control(model, fixed, node, spread);
     Ok(())
-}
-
-/// `c_i = alpha mu V_i / sum_j w_ij |X_ij|²`; none for a node whose row is not full.
-fn set_control<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &mut Fixed<S, L>,
-    node: usize,
-    spread: f64,
-) {
-    if model.controlled() {
-        let factor = model.control_scales.get(node).copied().unwrap_or(1.0);
-        let alpha = model.settings.zero_energy_control * factor;
-        let stiffness = alpha * model.material(node).lame_mu() * model.elastic_volumes[node];
-        let full = model.ranks[node] == 3 && spread > 0.0;
-        fixed.set_control(node, if full { stiffness / spread } else { 0.0 });
-    }
-}
-
-/// Sums the control of neighbours again, where it changed.
-fn set_drags<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &mut Fixed<S, L>,
-    touched: impl Iterator<Item = usize>,
-) {
-    if !model.controlled() {
-        return;
-    }
-    for node in touched {
-        fixed.set_drag(&model.pairs, node);
-        for pair in model.pairs.row(node) {
-            fixed.set_drag(&model.pairs, pair.to as usize);
-        }
-    }
 }
 
 /// `A⁻¹` (xx, yy, zz, yz, zx, xy); `None` unless `A` is safely positive definite.

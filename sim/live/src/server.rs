@@ -111,7 +111,9 @@ impl Strangers {
 
 impl Shared {
     fn strangers(&self) -> MutexGuard<'_, Strangers> {
-        self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
+        self.strangers
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     fn clients(&self) -> MutexGuard<'_, [Option<Arc<Mailbox>>; MAX_CLIENTS]> {

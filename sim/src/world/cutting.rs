@@ -20,7 +20,8 @@ const FEWEST_NEIGHBORS: usize = 6;
 const LARGEST_CONDITION: f64 = 5.0;
 /// Growth of the condition by which a cut has to do with it.
 const CONDITION_GROWTH: f64 = 1.2;
-/// Factor on the zero-energy control of nodes that a cut touched, whose rows see less.
+/// Scale of the zero-energy control of nodes that a cut touched, whose rows see less, as far as what the cut
+/// takes from that control pays for it.
 const TOUCHED_CONTROL: f64 = 3.0;
 /// Pieces of fewer nodes are debris and count as weak.
 const SMALLEST_PIECE: usize = 12;
@@ -382,23 +383,25 @@ impl Cutting {
     }
 
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they
-    /// were; nodes that are left without a strain of their own get bonds.
+    /// were; nodes that are left without a strain of their own get bonds; control rises by what it lost.
     fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
         let before: Vec<DMat3> = touched.iter().map(before).collect();
+        let positions = body.motion.positions();
+        let held = body.elastic.control_energy(touched, positions);
         let factor = |pair| self.factors.factor(pair);
         body.stencils
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
         self.map.update_rows(factor, touched);
-        let elastic = &mut body.elastic;
-        elastic.update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
-        elastic.scale_control(touched, TOUCHED_CONTROL);
-        let positions = body.motion.positions();
+        body.elastic
+            .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
         let lost = body.elastic.lost_gradients(touched, &before, positions);
         let weak = self.weak_nodes(body, touched, &lost);
         body.elastic.weaken(&weak, positions, &factor);
         body.elastic
             .continue_deformation(touched, &before, positions);
+        body.elastic
+            .raise_control(touched, TOUCHED_CONTROL, held, positions);
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
         let (offsets, indices) = (graph.offsets(), graph.indices());
         if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {

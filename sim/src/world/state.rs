@@ -57,6 +57,8 @@ pub(super) struct BodyState {
     offset_nodes: Vec<u32>,
     offsets: Vec<[f64; 9]>,
     bond_offsets: Vec<f64>,
+    /// Scales of the zero-energy control, where they are not 1.
+    control_scales: Vec<(u32, f64)>,
     touches: Vec<Touch>,
     grip: Option<Grip>,
 }
@@ -101,6 +103,8 @@ impl BodyState {
             && self.offset_nodes.len() == self.offsets.len()
             && self.offset_nodes.iter().all(|&node| (node as usize) < n)
             && self.bond_offsets.len() == body.elastic.bond_offsets().len()
+            && (self.control_scales.iter())
+                .all(|&(node, scale)| (node as usize) < n && scale.is_finite() && scale >= 1.0)
             && self.touches.len() == member.touches.len()
             && (self.touches.iter().zip(&member.touches))
                 .all(|(kept, built)| kept.is_sound(n, built))
@@ -139,6 +143,7 @@ impl Member {
             offset_nodes: offsets.nodes,
             offsets: offsets.values,
             bond_offsets: body.elastic.bond_offsets(),
+            control_scales: body.elastic.control_scales(),
             touches: touches.clone(),
             grip: body.grip.clone(),
         }
@@ -152,6 +157,7 @@ impl Member {
             values: state.offsets,
         });
         body.elastic.set_bond_offsets(&state.bond_offsets);
+        body.elastic.set_control_scales(&state.control_scales);
         body.indicators = state.indicators;
         body.smallest_ratio = state.smallest_ratio;
         body.doubt = state.doubt;
@@ -393,7 +399,7 @@ mod tests {
         let places = |world: &World| world.members[0].body.motion.positions().to_vec();
         assert_eq!(places(&whole), places(&again));
 
-        let damages: [(&str, Damage); 14] = [
+        let damages: [(&str, Damage); 15] = [
             ("a position", |s| {
                 s.bodies[0].motion.positions[3].x = f64::NAN;
             }),
@@ -408,6 +414,7 @@ mod tests {
             ("history", |s| s.bodies[0].history.clear()),
             ("offsets", |s| s.bodies[0].offset_nodes.push(1 << 30)),
             ("bonds", |s| s.bodies[0].bond_offsets.push(0.0)),
+            ("control", |s| s.bodies[0].control_scales.push((0, 0.5))),
             ("touches", |s| s.bodies[0].touches.clear()),
             ("bodies", |s| s.bodies.clear()),
             ("steps", |s| s.caution = 0.0),

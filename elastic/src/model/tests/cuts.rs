@@ -296,6 +296,57 @@ fn left_behind(body: &Elastic, energy: f64, forces: &[DVec3]) -> Vec<u64> {
 }
 
 #[test]
+fn control_is_raised_as_far_as_its_energy_allows() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.2, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let n = rest.positions.len();
+    let [mut with, mut without] = [0.1, 0.0].map(|alpha| model(&rest, law(), alpha));
+    let nodes: Vec<u32> = (0..20).collect();
+    let all: Vec<u32> = (0..).take(n).collect();
+    let mut forces = vec![DVec3::ZERO; n];
+    let held = with.forces_into(&x, &mut forces) - without.forces_into(&x, &mut forces);
+    let own = with.control_energy(&all, &x);
+    assert!(own > 0.0, "{own}");
+    assert_within("the control's share of the energy", own / held, 1.0, 1e-9);
+    let before = with.control_energy(&nodes, &x);
+    with.raise_control(&nodes, 3.0, 0.9 * before, &x);
+    assert!(
+        with.control_scales().is_empty(),
+        "nothing is left to raise it"
+    );
+    // Two thirds of the energy that the whole way takes, in two calls.
+    for (most, scale) in [(2.0, 2.0), (7.0 / 3.0, 7.0 / 3.0), (9.0, 3.0), (9.0, 3.0)] {
+        let energy = with.forces_into(&x, &mut forces);
+        let held = with.control_energy(&nodes, &x);
+        with.raise_control(&nodes, 3.0, most * before, &x);
+        let added = with.forces_into(&x, &mut forces) - energy;
+        let now = with.control_energy(&nodes, &x);
+        assert_within("the energy", now / before, scale, 1e-9);
+        assert!((added - (now - held)).abs() < 1e-9 * energy, "{added}");
+        let scales = with.control_scales();
+        assert_eq!(scales.len(), nodes.len());
+        assert!(
+            scales.iter().all(|(_, s)| (s - scale).abs() < 1e-9),
+            "{scales:?}"
+        );
+        let mut again = model(&rest, law(), 0.1);
+        again.set_control_scales(&scales);
+        let mut same = vec![DVec3::ZERO; n];
+        again.forces_into(&x, &mut same);
+        assert_eq!(same, forces, "as kept");
+    }
+    // At rest nothing is held, and nothing is added.
+    let mut still = model(&rest, law(), 0.1);
+    still.raise_control(&nodes, 3.0, 0.0, &rest.positions);
+    assert!(
+        still
+            .control_scales()
+            .iter()
+            .all(|(_, scale)| *scale == 3.0)
+    );
+}
+
+#[test]
 fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
     for precision in [Precision::Double, Precision::Single] {
         let mut block = Block::new([6, 6, 60], DVec3::splat(0.1), 0.2, 3);
@@ -321,7 +372,7 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
             });
             body.update_rows(&touched, &stencils(&block))
                 .expect("sound");
-            body.scale_control(&touched, 3.0);
+            body.raise_control(&touched, 3.0, f64::INFINITY, &x);
             let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
             body.weaken(&touched[..3], &x, &share);
             let old: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
