@@ -23,6 +23,9 @@ const PATIENCE: f64 = 1.0;
 /// and a blade moves half of one.
 const ROUNDS: usize = 3;
 
+/// Nodes within so many spacings of a place of the edge carry it: fewer would be those of one side of the cut.
+const CARRYING: f64 = 1.5;
+
 /// A blade of more points than this is looked at only round the body.
 const MOST_POINTS: u32 = 4096;
 
@@ -34,6 +37,9 @@ pub(super) struct Blade {
     shares: Vec<Vec<f64>>,
     /// Where the samples were last (m), in the world.
     last: Vec<DVec3>,
+    /// Nodes round each sample there, and where all nodes were then (m); empty before.
+    around: Vec<Vec<u32>>,
+    then: Vec<DVec3>,
     /// Pairs that it passed and that the cut does not cross yet, with its way (m) since.
     owed: Vec<(SweptPair, f64)>,
 }
@@ -66,12 +72,15 @@ impl Blade {
             front: Front::new(last.len(), spacing),
             shares,
             last,
+            around: Vec::new(),
+            then: Vec::new(),
             owed: Vec::new(),
         }
     }
 
-    /// Leads the blade to where its edge is now, in steps of half a spacing through tissue that holds
-    /// still; also the number of pairs that it passed and the cut does not cross.
+    /// Leads the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
+    /// from where tissue has carried the places that the edge had in it, which a lobe that swings past the blade
+    /// moves farther than the hand does. Also the number of pairs that it passed and the cut does not cross.
     pub(super) fn sweep(
         &mut self,
         edge: &[DVec3],
@@ -85,6 +94,8 @@ impl Blade {
             resampled(edge, self.last.len())
         };
         let inside = |point: DVec3| tissue.body.solid.contains(point);
+        let positions = tissue.body.motion.positions();
+        self.carry(positions);
         let mut patches = Vec::new();
         let before = self.front.line();
         let mut from = self.last.clone();
@@ -100,11 +111,26 @@ impl Blade {
             from = to;
         }
         let missed = self.settle_debts(&now, cuts, tissue, moment, &mut patches)?;
+        self.around = now.iter().map(|at| tissue.around(*at)).collect();
+        self.then.clear();
+        self.then.extend_from_slice(positions);
         self.last = now;
         patches.retain(|patch: &Patch| !patch.triangles.is_empty());
         let ends = self.front.line().filter(|_| !patches.is_empty());
         let ends = ends.map(|[start, now]| [before.map_or(start, |[_, before]| before), now]);
         Ok((Sweep { patches, ends }, missed))
+    }
+
+    /// Moves the last places of the edge with the tissue round them.
+    fn carry(&mut self, positions: &[DVec3]) {
+        for (last, around) in self.last.iter_mut().zip(&self.around) {
+            let moved = around
+                .iter()
+                .map(|&node| positions[node as usize] - self.then[node as usize]);
+            #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
+            let count = around.len().max(1) as f64;
+            *last += moved.sum::<DVec3>() / count;
+        }
     }
 
     /// Leads the front to pairs that the blade passed a while ago and the cut does not cross; the number of
@@ -164,7 +190,14 @@ impl Blade {
             && self.front.sample_count() == count
             && self.front.is_sound()
             && shares.clone().all(|share| share.is_finite())
-            && self.last.iter().all(|x| x.is_finite())
+            && self.last.iter().chain(&self.then).all(|x| x.is_finite())
+            && self.then.len() == if self.around.is_empty() { 0 } else { nodes }
+            && (self.around.is_empty() || self.around.len() == count)
+            && self
+                .around
+                .iter()
+                .flatten()
+                .all(|&node| (node as usize) < nodes)
             && self.owed.iter().all(|(pair, way)| {
                 let known = pair.nodes.iter().all(|&node| (node as usize) < nodes);
                 known && pair.point.is_finite() && way.is_finite()
@@ -212,6 +245,19 @@ impl Tissue<'_> {
         } else {
             Place::Outside { at }
         }
+    }
+
+    /// Nodes that move a place of the edge with them: those of the nearest node's row, itself included, that are
+    /// no farther than [`CARRYING`] spacings, on both sides of a cut. None in the air.
+    fn around(&self, at: DVec3) -> Vec<u32> {
+        let (body, nearest) = (self.body, self.frame.nearest_node(at));
+        let positions = body.motion.positions();
+        let reach = CARRYING * body.spacing;
+        let row = body.neighborhoods.row(nearest as usize).iter();
+        row.chain([&nearest])
+            .copied()
+            .filter(|&node| positions[node as usize].distance(at) < reach)
+            .collect()
     }
 
     /// Pairs that a sweep of the blade passes and whose factors do not know of it.
