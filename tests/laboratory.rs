@@ -44,5 +44,7 @@ fn cooks_membrane_rises_as_it_should() {
 
 #[test]
 fn a_crack_sets_its_energy_release_rate_free_and_no_update_adds_any() {
-    none(&griffith::breaches(&griffith::measure(4.0).expect("it is a scene")));
+    none(&griffith::breaches(
+        &griffith::measure(4.0).expect("it is a scene"),
+    ));
 }
