@@ -77,7 +77,15 @@ impl<'a> Filler<'a> {
         let mut cell = spacing / MEAN_EDGE;
         let mut nearest: Option<(f64, Stuffed, f64)> = None;
         for _ in 0..SPACING_ROUNDS {
-            let stuffed = self.fill(cell)?;
+            let stuffed = match self.fill(cell) {
+                // Nearer to the limit than was asked for: what a round before it gave stands.
+                Err(SampleError::TooFine { .. } | SampleError::Vanished { .. })
+                    if nearest.is_some() =>
+                {
+                    break;
+                }
+                other => other?,
+            };
             if self.oracle.solid.is_box() {
                 return Ok((stuffed, cell));
             }
