@@ -66,7 +66,7 @@ impl Scene {
     }
 
     /// Reads a text, applies overrides to it, resolves its paths and validates it.
-    fn finished(
+    pub(super) fn finished(
         (text, format): (&str, Format),
         origin: &str,
         folder: &Path,

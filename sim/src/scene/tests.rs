@@ -127,43 +127,6 @@ fn the_shortest_scene_has_the_defaults() {
     assert_eq!(scene, Scene::new("scene", vec![body]));
 }
 
-/// Damage at any byte gives a scene or an error with a place inside the text, never a panic.
-#[test]
-fn damaged_text_gives_lines_with_places() {
-    let lines = LIVER.lines().count();
-    let mut failed = 0;
-    for (at, damaged) in LIVER.char_indices().flat_map(|(at, c)| {
-        let (before, after) = (&LIVER[..at], &LIVER[at + c.len_utf8()..]);
-        [
-            (at, format!("{before}{after}")),
-            (at, format!("{before}({after}")),
-            (at, format!("{before}\u{e9}{after}")),
-            (at, before.to_owned()),
-        ]
-    }) {
-        let Err(error) = read(&damaged) else { continue };
-        failed += 1;
-        let errors = match error {
-            SceneError::Several(errors) => errors,
-            error => vec![error],
-        };
-        for error in errors {
-            let text = error.to_string();
-            assert!(!text.contains('\n'), "damage at {at}: {text}");
-            let place = match error {
-                SceneError::Format { place, .. } | SceneError::Value { place, .. } => place,
-                other => panic!("damage at {at}: {other}"),
-            };
-            let (line, column) = place.position.expect("the text is at hand");
-            assert!(
-                (1..=lines + 1).contains(&line) && column >= 1,
-                "damage at {at}: {text}"
-            );
-        }
-    }
-    assert!(failed > LIVER.len(), "only {failed} failures");
-}
-
 #[cfg(feature = "cli")]
 #[test]
 fn the_key_page_is_in_step_with_the_types() {

@@ -3,6 +3,7 @@
 use super::*;
 #[cfg(feature = "cli")]
 use crate::scene::key_path::KeyPath;
+use crate::scene::read::Format;
 
 /// A scene with several bad values is told all of them, each on its line.
 #[test]
@@ -142,4 +143,52 @@ fn mistakes_within_misspelt_groups_are_told() {
     for (line, word) in told.lines().zip(words) {
         assert!(line.contains(word), "{line} without {word}");
     }
+}
+
+/// Damage at any byte gives a scene or an error with a place inside the text, never a panic.
+#[test]
+fn damaged_text_gives_lines_with_places() {
+    let read = |text: &str| read(text);
+    assert!(failures(LIVER, &['(', '\u{e9}'], read) > LIVER.len());
+    let scene = Scene::embedded("minimal", &[]).expect("it is valid");
+    let text = serde_json::to_string_pretty(&scene).expect("JSON says it");
+    let read = |text: &str| {
+        let json = Format::Json;
+        Scene::finished((text, json), "test.json", Path::new(""), &[])
+    };
+    assert!(failures(&text, &['{', '"', '\u{e9}'], read) > text.len());
+}
+
+/// How many damages at all characters of a text are told of.
+fn failures(
+    text: &str,
+    put_in: &[char],
+    read: impl Fn(&str) -> Result<Scene, SceneError>,
+) -> usize {
+    let lines = text.lines().count();
+    let mut failed = 0;
+    for (at, c) in text.char_indices() {
+        let (before, after) = (&text[..at], &text[at + c.len_utf8()..]);
+        let put_in = put_in.iter().map(|c| format!("{before}{c}{after}"));
+        let damaged = [format!("{before}{after}"), before.to_owned()];
+        for damaged in damaged.into_iter().chain(put_in) {
+            let Err(error) = read(&damaged) else { continue };
+            failed += 1;
+            let errors = match error {
+                SceneError::Several(errors) => errors,
+                error => vec![error],
+            };
+            for error in errors {
+                let told = error.to_string();
+                assert!(!told.contains('\n'), "damage at {at}: {told}");
+                let place = match error {
+                    SceneError::Format { place, .. } | SceneError::Value { place, .. } => place,
+                    other => panic!("damage at {at}: {other}"),
+                };
+                let (line, _) = place.position.expect("the text is at hand");
+                assert!((1..=lines + 1).contains(&line), "damage at {at}: {told}");
+            }
+        }
+    }
+    failed
 }
