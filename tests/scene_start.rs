@@ -96,17 +96,20 @@ fn a_world_refuses_a_scene_that_is_not_valid() {
     let Err(WorldError::Scene(error)) = World::new(scene.clone()) else {
         panic!("it is refused as a scene");
     };
-    let SceneError::Values(faults) = &*error else {
+    let SceneError::Several(faults) = &*error else {
         panic!("all that is wrong is told: {error}");
     };
     let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
-    for (fault, path) in told
-        .iter()
-        .zip(["bodies[0].material.density", "tools[0].path", "cuts[0]"])
-    {
+    let paths = [
+        "bodies[0].material.density",
+        "tools[0].path[0].position",
+        "cuts[0].edge",
+        "cuts[0].path",
+    ];
+    assert_eq!(told.len(), paths.len(), "{told:?}");
+    for (fault, path) in told.iter().zip(paths) {
         assert!(fault.contains(path), "{fault}");
     }
-    assert_eq!(told.len(), 3);
     scene.tools.clear();
     scene.cuts.clear();
     let one = scene.validate().expect_err("the density is left");

@@ -165,9 +165,6 @@ fn study() -> Result<(), StudyError> {
                         if dilatation == Dilatation::Mean && name.starts_with("Saint") {
                             continue; // has no volumetric part to average
                         }
-                        if dilatation == Dilatation::Mean && precision == Precision::Single {
-                            continue; // under so small a pull it finds no equilibrium to 1e-4
-                        }
                         let settings = Settings {
                             zero_energy_control,
                             precision,

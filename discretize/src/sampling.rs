@@ -28,7 +28,7 @@ pub enum Target {
     NodeCount(usize),
 }
 
-/// What [`sample_tetrahedra`] is asked for.
+/// Settings of [`sample_tetrahedra`].
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleSettings {

@@ -10,6 +10,7 @@ use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::lanes::Block;
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
 use crate::nodes::{Model, Scratch, State};
+use crate::offset::Continuation;
 use crate::storage::{BLOCK, Sixteen, Storage};
 use crate::watch::Watch;
 
@@ -38,10 +39,7 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
         |chunk, f, ratios| {
             let first = chunk * CHUNK;
             work.each(first, ratios.len(), |node, h| {
-                let mut value = model.deformation_gradient(node, h);
-                if let Some(factor) = continuation.factor(node) {
-                    value *= factor;
-                }
+                let value = deformation(model, continuation, node, h);
                 let at = node - first;
                 set_gradient(f, at, value);
                 ratios[at] = volume_ratio(value);
@@ -71,7 +69,6 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
         },
     );
     let (pressures, viscosity) = (&*pressures, state.viscosity.as_ref());
-    let deformation = &table.deformation[..];
     let energies = &mut scratch.partial[..];
     let outputs: Vec<_> = table
         .records
@@ -81,7 +78,8 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
         .collect();
     let run = |(chunk, ((records, forces), sum)): (usize, ((&mut [_], &mut [DVec3]), &mut f64))| {
         let stress = |node: usize, h: DMat3| {
-            let f = gradient(deformation, node);
+            // Not what is stored: rounded to single precision, F = I + H loses H below 6e-8.
+            let f = deformation(model, continuation, node, h);
             let volume = model.elastic_volumes[node];
             let (energy, stress) = model.energy_and_stress(viscosity, node, f);
             let pressure = means.pressure(model, node, &pressures.pressures);
@@ -98,7 +96,7 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
     for (chunk, watch) in state.watches.iter_mut().enumerate() {
         let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(model.node_count());
         *watch = nodes.fold(Watch::NOTHING, |worst, node| {
-            let f = gradient(deformation, node);
+            let f = gradient(&table.deformation, node);
             worst.and(watch_node((model, continuation), node, f))
         });
     }
@@ -180,6 +178,12 @@ pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
         work.records(chunk * CHUNK, records, own, change);
     };
     run_all(parallel, outputs, run);
+}
+
+/// `F` of a node from its displacement gradient, with what has been carried over from before a cut.
+fn deformation(model: &Model, continuation: &Continuation, node: usize, h: DMat3) -> DMat3 {
+    let f = model.deformation_gradient(node, h);
+    continuation.factor(node).map_or(f, |factor| f * factor)
 }
 
 /// Runs `work` on numbered outputs, on the pool or in place.

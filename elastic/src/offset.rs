@@ -1,4 +1,4 @@
-//! Deformation gradients that go on over a rebuild of rows.
+//! Deformation gradients that are kept over a rebuild of rows.
 //!
 //! A row of full support does not see its own node's zero-energy displacement; the one-sided row that
 //! a cut leaves reads it as strain, and energy appears out of nothing. So a rebuilt row keeps the
@@ -22,7 +22,7 @@ use crate::storage::Storage;
 /// modulus, and what dropping it adds to the energy is booked like the decay.
 const SMALLEST_OFFSET: f64 = 1e-5;
 /// Largest `|I + A|` (Frobenius). It multiplies what a node adds to the stiffness by its square, so a row
-/// that sees the body all but flat where it was not cannot go on from what it was. Of 2, 3, 5 and 8 (no
+/// that sees the body all but flat where it was not cannot keep its gradient. Of 2, 3, 5 and 8 (no
 /// change is 1.7), 3 missed the fewest bars in `benches -- matrix` (13 scenes of 48; 2: 18, 5: 16) and
 /// none in `random --seed 4045 --count 24` (8: one scene not ended).
 const LARGEST_FACTOR: f64 = 3.0;
@@ -114,10 +114,10 @@ impl Continuation {
 }
 
 impl Elastic {
-    /// Lets the deformation gradients of `nodes`, whose rows were rebuilt by [`Elastic::update_rows`],
-    /// go on from what they were: `F = F(u) (I + A)` with `A = F(u)⁻¹ before - I` where `u` are the
+    /// Keeps the deformation gradients that `nodes` had before [`Elastic::update_rows`] rebuilt their rows:
+    /// `F = F(u) (I + A)` with `A = F(u)⁻¹ before - I` where `u` are the
     /// displacements to `positions` (m). Nodes without a full row, or that [`Elastic::lost_gradients`]
-    /// names, get none; one of before ends.
+    /// names, get no such factor, and lose one that they had.
     ///
     /// # Panics
     /// If the slices' lengths do not fit or a node does not exist.
@@ -141,7 +141,7 @@ impl Elastic {
         });
     }
 
-    /// Those of `nodes` whose rebuilt full rows cannot go on from `before`: they see the body at
+    /// Those of `nodes` whose rebuilt full rows cannot keep the gradients `before`: they see the body at
     /// `positions` (m) all but flat, inverted or not at all where it was not, so that `I + A` has a
     /// Frobenius norm above 3 (that of no change is 1.7).
     ///
@@ -251,7 +251,7 @@ impl Elastic {
     }
 }
 
-/// `I + A` by which a row that gives `now` goes on from `before`; `None` where it is too large.
+/// `I + A` by which a row that gives `now` keeps `before`; `None` where it is too large.
 fn factor_between(now: DMat3, before: DMat3) -> Option<DMat3> {
     let factor = now.inverse() * before;
     let columns = [factor.x_axis, factor.y_axis, factor.z_axis];

@@ -3,8 +3,8 @@
 //!
 //! A bound on what a node's own strain energy adds to the largest eigenvalue of `M⁻¹ K` is
 //! `r_i = V_i c(F_i) s_i`, `s_i = sum_j |g_ij|²/m_j` with `j = i` included, `c` a bound on the
-//! eigenvalues of `d²W/dF²`, times `|I + A|²` where a gradient goes on over a rebuild. It is too large to be a step's limit, but it rises when the limit falls,
-//! at once and at every node, which an estimate by products with a vector of before does not.
+//! eigenvalues of `d²W/dF²`, times `|I + A|²` where a gradient is kept over a rebuild. It is too large to be a step's limit, but it
+//! rises when the limit falls, at once and at every node, which an estimate by products with an earlier vector does not.
 
 use glam::{DMat3, DVec3};
 

@@ -43,8 +43,8 @@ impl fmt::Display for Cause {
     }
 }
 
-/// Why an explicit step was refused or stopped. The state holds no NaN afterwards, but it is not one
-/// to go on from: restore an earlier one.
+/// Why an explicit step was refused or stopped. The state holds no NaN afterwards, but do not
+/// continue from it: restore an earlier one.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {

@@ -33,7 +33,7 @@ pub enum Support {
 pub struct CloudSettings {
     /// Functions that come back exactly; their dimension says which coordinates count.
     pub basis: Basis,
-    /// Weight function; [`Cloud::with_kernel`] takes one's own.
+    /// Weight function; [`Cloud::with_kernel`] takes your own.
     pub kernel: Kernel,
     /// Support radii.
     pub support: Support,
@@ -203,7 +203,7 @@ impl Cloud {
         })
     }
 
-    /// The same cloud under a kernel of one's own.
+    /// The same cloud with another kernel.
     #[must_use]
     pub fn with_kernel<W: Weight>(self, kernel: W) -> Cloud<W> {
         Cloud {

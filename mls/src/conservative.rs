@@ -277,7 +277,7 @@ impl ConservativeStencils {
     /// Takes new pair factors in and rebuilds the touched rows, and only those: weights
     /// `f_ij · w0_ij`, moment matrix, rank, `g0`, and the correction with the μ of before.
     ///
-    /// No solve, and `b` stays: solving again with the old `b` would glue the cut shut. The time is
+    /// No solve, and `b` stays: solving again with the old `b` would act as if there were no cut. The time is
     /// proportional to the pairs of the touched rows.
     ///
     /// # Arguments

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use crate::basis::Dimension;
 
-/// A radial weight function `w(q)` of `q = r / h`: implement it for a kernel of one's own.
+/// A radial weight function `w(q)` of `q = r / h`: implement it for your own kernel.
 ///
-/// Only `0 <= q < 1` is asked; from `q = 1` on a weight counts as 0. `w` should be positive, and fall
+/// It is evaluated for `0 <= q < 1` only; from `q = 1` on a weight counts as 0. `w` should be positive, and fall
 /// smoothly to 0 at `q = 1`, or what is approximated has jumps where a support ends.
 pub trait Weight: Sync {
     /// Value `w(q)`.

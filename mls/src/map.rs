@@ -129,7 +129,7 @@ impl MaterialMap {
 
     /// Takes pair factors in: a pair with factor 0 no longer connects.
     ///
-    /// `factor` is asked for the pairs of the rows of `touched`.
+    /// `factor` is called for the pairs of the rows of `touched`.
     ///
     /// # Panics
     /// If a touched node is out of range.

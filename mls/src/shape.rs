@@ -21,7 +21,7 @@ pub struct Approximation<'a, W = Kernel> {
     pub support_radii: &'a [f64],
     /// Basis of the approximation.
     pub basis: Basis,
-    /// Weight function: a [`Kernel`] or one's own.
+    /// Weight function: a [`Kernel`] or your own.
     pub kernel: W,
 }
 

@@ -150,7 +150,7 @@ impl GradientStencils {
     }
 
     /// Rebuilds the touched rows with new pair factors, `w_ij = f_ij · w0_ij`, in time proportional
-    /// to their pairs. `factor` is asked for the pairs of the touched rows.
+    /// to their pairs. `factor` is called for the pairs of the touched rows.
     ///
     /// # Errors
     /// [`StencilError::Weight`] if a factor of a touched row is negative or not finite; rows before

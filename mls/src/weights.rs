@@ -43,7 +43,7 @@ fn for_pairs(
 /// * `positions` -- node positions (m), shape `(n)`.
 /// * `support_radii` -- h (m), shape `(n)`. A radius of 0 gives the weight 0.
 ///
-/// The kernel is a [`crate::Kernel`] or one's own. Pairs of coincident nodes get the weight 0 where it is
+/// The kernel is a [`crate::Kernel`] or your own. Pairs of coincident nodes get the weight 0 where it is
 /// infinite, as [`crate::Kernel::InverseSquare`] is; they carry no direction and so add nothing to a gradient.
 ///
 /// # Panics

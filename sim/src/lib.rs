@@ -1,3 +1,8 @@
+// Documentation has no files beside it: what is defined first counts.
+#![doc = "[scene]: mod@scene"]
+#![cfg_attr(feature = "cli", doc = "[sweep]: mod@sweep")]
+#![cfg_attr(feature = "live", doc = "[page]: phyxel_live")]
+#![doc = ""]
 #![doc = include_str!("../README.md")]
 
 // The leaves and the vectors that the public types speak of.

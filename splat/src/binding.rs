@@ -27,7 +27,7 @@ pub struct BindSettings {
     pub neighbors: usize,
     /// Nodes looked at in order of distance before a surfel is content with fewer than
     /// `neighbors`; more hides more of a cut's diffraction at some cost. A surfel that sees fewer
-    /// than four of them (a crumb beside a ragged cut) takes those that these see, too.
+    /// than four of them (on a small piece beside a ragged cut) takes those that these see, too.
     pub pool: usize,
     /// Weight law.
     pub law: WeightLaw,

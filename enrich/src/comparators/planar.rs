@@ -20,7 +20,7 @@ struct Corner {
 
 /// All cuts of one plane body, as one set of segments in material coordinates.
 ///
-/// The same rules as [`Cuts`](crate::Cuts). Where points in space are asked for, z is not looked at.
+/// The same rules as [`Cuts`](crate::Cuts). Where arguments are points in space, z is ignored.
 ///
 /// # Examples
 /// ```

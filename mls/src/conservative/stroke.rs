@@ -52,7 +52,7 @@ impl ConservativeStencils {
     ///
     /// # Arguments
     /// * `nodes` -- nodes of pairs that a cut crosses and their neighbours, of all cuts so far: the solve
-    ///   enforces b everywhere, and would glue a cut shut that still has the b of before.
+    ///   enforces b everywhere; a cut whose nodes still have the b of before would act as closed.
     /// * `projectors` -- `N_j`, shape of `nodes`; see [`normal_projector`].
     ///
     /// # Panics

@@ -175,8 +175,10 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            // Nobody is left to tell if stderr is gone too; the status says it.
-            let _ = writeln!(io::stderr(), "error: {}", printable(&error.to_string()));
+            for line in printable(&error.to_string()).lines() {
+                // Nobody is left to tell if stderr is gone too; the status says it.
+                let _ = writeln!(io::stderr(), "error: {line}");
+            }
             ExitCode::FAILURE
         }
     }

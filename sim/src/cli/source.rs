@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use phyxel_discretize::{ReadError, RepairError, RepairSettings, read_mesh, repair};
 
-use crate::scene::{EMBEDDED, MeshExtent, Override, Scene, UnitGuess, place_of_body, read_text};
+use crate::scene::{
+    EMBEDDED, Format, MeshExtent, Override, Scene, UnitGuess, place_of_body, read_text,
+};
 use crate::world::WorldError;
 
 use super::CliError;
@@ -79,14 +81,15 @@ impl Source {
         let place = match self {
             Self::Embedded(name) => {
                 let text = EMBEDDED.iter().find(|scene| scene.name == name);
-                let text = text.map(|scene| scene.text);
+                let text = text.map(|scene| (scene.text, Format::Ron));
                 place_of_body(index, text, &format!("scene '{name}'"), overrides)
             }
             Self::File(file) => {
                 // It was read before; if it is gone now, its name is all there is to tell.
                 let text = read_text(file).ok();
                 let origin = file.display().to_string();
-                place_of_body(index, text.as_deref(), &origin, overrides)
+                let text = text.as_deref().map(|text| (text, Format::of(file)));
+                place_of_body(index, text, &origin, overrides)
             }
             Self::Mesh(file) => {
                 let origin = format!("default scene of {}", file.display());

@@ -50,9 +50,9 @@ pub enum SceneError {
         /// What it must be, or what to do.
         must: String,
     },
-    /// Several values are out of range or do not fit the rest.
-    #[error("{} values are not as they must be: {}", .0.len(), Joined(.0))]
-    Values(Vec<SceneError>),
+    /// All of these, in the order of the text, each on a line of its own.
+    #[error("{}", Lines(.0))]
+    Several(Vec<SceneError>),
     /// An override cannot be applied.
     #[error("--set {text}: {problem}")]
     Override {
@@ -68,7 +68,7 @@ impl SceneError {
     pub(crate) fn without_position(mut self) -> Self {
         match &mut self {
             Self::Format { place, .. } | Self::Value { place, .. } => place.position = None,
-            Self::Values(faults) => {
+            Self::Several(faults) => {
                 let all = std::mem::take(faults).into_iter();
                 faults.extend(all.map(Self::without_position));
             }
@@ -210,15 +210,21 @@ impl fmt::Display for Place {
     }
 }
 
-struct Joined<'a>(&'a [SceneError]);
+/// Most errors that are shown at once.
+const MOST_SHOWN: usize = 100;
 
-impl fmt::Display for Joined<'_> {
+struct Lines<'a>(&'a [SceneError]);
+
+impl fmt::Display for Lines<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (at, error) in self.0.iter().enumerate() {
-            let before = if at == 0 { "" } else { "; and " };
+        for (at, error) in self.0.iter().take(MOST_SHOWN).enumerate() {
+            let before = if at == 0 { "" } else { "\n" };
             write!(f, "{before}{error}")?;
         }
-        Ok(())
+        match self.0.len().checked_sub(MOST_SHOWN) {
+            None | Some(0) => Ok(()),
+            Some(more) => write!(f, "\nand {more} more"),
+        }
     }
 }
 

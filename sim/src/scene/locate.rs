@@ -5,65 +5,9 @@
 //! `bodies[0].material.density`, so this module reads the text once more, loosely, into a tree of
 //! spans. It judges nothing: a text it cannot follow has no places.
 
-use std::fmt;
 use std::ops::Range;
 
-/// One step of a key path.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Segment {
-    Key(String),
-    Index(usize),
-}
-
-/// A key path: `bodies[0].material.density`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct KeyPath(pub(crate) Vec<Segment>);
-
-impl KeyPath {
-    /// Reads a path; nothing where it is not one.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
-        let mut segments = Vec::new();
-        for part in text.split('.') {
-            let (key, indices) = part
-                .split_once('[')
-                .map_or((part, None), |(key, rest)| (key, Some(rest)));
-            if is_identifier(key) {
-                segments.push(Segment::Key(key.to_owned()));
-            } else {
-                return None;
-            }
-            if let Some(rest) = indices {
-                for index in rest.strip_suffix(']')?.split("][") {
-                    segments.push(Segment::Index(index.trim().parse().ok()?));
-                }
-            }
-        }
-        Some(Self(segments))
-    }
-
-    /// Whether `self` is `other` or lies above it.
-    pub(crate) fn contains(&self, other: &Self) -> bool {
-        other.0.starts_with(&self.0)
-    }
-}
-
-impl fmt::Display for KeyPath {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (at, segment) in self.0.iter().enumerate() {
-            match segment {
-                Segment::Key(key) if at == 0 => f.write_str(key)?,
-                Segment::Key(key) => write!(f, ".{key}")?,
-                Segment::Index(index) => write!(f, "[{index}]")?,
-            }
-        }
-        Ok(())
-    }
-}
-
-fn is_identifier(text: &str) -> bool {
-    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-}
+use super::key_path::{KeyPath, Segment, is_identifier};
 
 /// A value in the text.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,9 +20,11 @@ pub(crate) struct Node {
 /// What a value is made of.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Content {
-    /// `Name(key: value, ..)`; `open` is the byte after the bracket.
+    /// `Name(key: value, ..)`, in JSON `{"key": value, ..}` with `quoted` keys; `open` is the byte after the
+    /// bracket.
     Struct {
         open: usize,
+        quoted: bool,
         fields: Vec<(String, Range<usize>, Node)>,
     },
     /// `Name(value, ..)`
@@ -90,27 +36,48 @@ pub(crate) enum Content {
 }
 
 impl Node {
-    /// The tree of a text; nothing where brackets or separators do not fit.
+    /// The tree of a text in RON; nothing where brackets or separators do not fit.
     pub(crate) fn read(text: &str) -> Option<Self> {
         let mut reader = Reader {
             text,
             at: 0,
             depth: 0,
+            json: false,
         };
         reader.skip();
         while reader.rest().starts_with("#!") {
             reader.at += reader.rest().find(']')? + 1;
             reader.skip();
         }
-        let node = reader.value()?;
-        reader.skip();
-        reader.rest().is_empty().then_some(node)
+        reader.whole()
     }
 
-    /// The value seen through `Some(..)` and other names around a single value.
+    /// The same of a text in JSON.
+    pub(crate) fn read_json(text: &str) -> Option<Self> {
+        let mut reader = Reader {
+            text,
+            at: 0,
+            depth: 0,
+            json: true,
+        };
+        reader.skip();
+        reader.whole()
+    }
+
+    /// The value seen through `Some(..)` and other names around a single value, `{"Name": ..}` in JSON.
     pub(crate) fn inner(&self) -> &Self {
         match &self.content {
             Content::Tuple { named: true, items } if items.len() == 1 => items[0].inner(),
+            Content::Struct {
+                quoted: true,
+                fields,
+                ..
+            } => match fields.as_slice() {
+                [(name, _, value)] if name.starts_with(|c: char| c.is_ascii_uppercase()) => {
+                    value.inner()
+                }
+                _ => self,
+            },
             _ => self,
         }
     }
@@ -200,11 +167,20 @@ struct Reader<'a> {
     text: &'a str,
     at: usize,
     depth: usize,
+    /// Braces hold keys in quotes.
+    json: bool,
 }
 
 impl<'a> Reader<'a> {
     fn rest(&self) -> &'a str {
         &self.text[self.at..]
+    }
+
+    /// The one value that the rest of the text is.
+    fn whole(mut self) -> Option<Node> {
+        let node = self.value()?;
+        self.skip();
+        self.rest().is_empty().then_some(node)
     }
 
     /// Skips white space and comments (block comments nest).
@@ -288,6 +264,8 @@ impl<'a> Reader<'a> {
             Content::Leaf
         } else if self.take('[') {
             Content::List(self.items(']')?)
+        } else if self.json && self.take('{') {
+            self.fields('}')?
         } else if self.take('{') {
             while !self.take('}') {
                 self.value()?;
@@ -333,13 +311,28 @@ impl<'a> Reader<'a> {
                 items: self.items(')')?,
             });
         }
+        self.at = open;
+        self.fields(')')
+    }
+
+    /// Keys with their values up to the closing bracket.
+    fn fields(&mut self, close: char) -> Option<Content> {
+        let (open, quoted) = (self.at, self.json);
         let mut fields = Vec::new();
         loop {
             self.skip();
-            if self.take(')') {
-                return Some(Content::Struct { open, fields });
+            if self.take(close) {
+                return Some(Content::Struct {
+                    open,
+                    quoted,
+                    fields,
+                });
             }
-            let (name, key) = self.identifier()?;
+            let (name, key) = if quoted {
+                self.quoted_key()?
+            } else {
+                self.identifier()?
+            };
             self.skip();
             if !self.take(':') {
                 return None;
@@ -347,10 +340,18 @@ impl<'a> Reader<'a> {
             self.skip();
             fields.push((name, key, self.value()?));
             self.skip();
-            if !self.take(',') && !self.rest().starts_with(')') {
+            if !self.take(',') && !self.rest().starts_with(close) {
                 return None;
             }
         }
+    }
+
+    /// A key in quotes, without them; its span holds them.
+    fn quoted_key(&mut self) -> Option<(String, Range<usize>)> {
+        let start = self.at;
+        self.string()?;
+        let name = &self.text[start + 1..self.at - 1];
+        Some((name.to_owned(), start..self.at))
     }
 
     fn items(&mut self, close: char) -> Option<Vec<Node>> {
@@ -399,7 +400,7 @@ impl<'a> Reader<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Content, KeyPath, Node, Segment, byte_at, line_column};
+    use super::{Content, KeyPath, Node, byte_at, line_column};
 
     const TEXT: &str = r##"// a scene (with brackets
 Scene(
@@ -474,20 +475,6 @@ Scene(
             Node::read("()").map(|node| node.content),
             Some(Content::Tuple { .. })
         ));
-    }
-
-    #[test]
-    fn paths_round_trip_and_reject_noise() {
-        for path in ["a", "a.b", "a[3].b[0][1].c_2"] {
-            assert_eq!(KeyPath::parse(path).expect("a path").to_string(), path);
-        }
-        for path in ["", "a.", ".a", "a[", "a[x]", "a[1", "a b", "a[1]b", "1"] {
-            assert_eq!(KeyPath::parse(path), None, "{path}");
-        }
-        assert_eq!(
-            KeyPath::parse("a[3]").expect("a path").0,
-            [Segment::Key("a".to_owned()), Segment::Index(3)]
-        );
     }
 
     #[test]

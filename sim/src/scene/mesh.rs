@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::read::Override;
+use super::overrides::Override;
 use super::{Axis, Body, Cut, Key, Pictures, Region, Scene, SceneError, Shape, Support};
 
 /// Bounding box of a mesh in the units and axes of its file.

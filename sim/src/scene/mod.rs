@@ -8,12 +8,18 @@ mod body;
 mod embedded;
 mod error;
 mod event;
+mod key_path;
 #[cfg(feature = "cli")]
 mod keys;
+#[cfg(feature = "cli")]
+mod kind;
 mod locate;
 mod material;
 mod mesh;
 mod method;
+#[cfg(feature = "cli")]
+mod misread;
+mod overrides;
 mod path;
 mod path_text;
 mod read;
@@ -21,8 +27,6 @@ mod settings;
 mod suggest;
 mod tool;
 mod validate;
-#[cfg(feature = "cli")]
-mod wanted;
 
 #[cfg(test)]
 mod tests;
@@ -37,17 +41,19 @@ pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
 pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
 #[cfg(feature = "cli")]
+pub(crate) use key_path::{KeyPath, Segment};
+#[cfg(feature = "cli")]
 pub use keys::{key_reference, schema};
 #[cfg(feature = "cli")]
-pub(crate) use locate::{KeyPath, Node, Segment, line_column};
+pub(crate) use locate::{Node, line_column};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Preset, Relaxation};
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
+pub use overrides::Override;
 pub use path::{Key, Pose, pose_at};
-pub use read::Override;
 pub(crate) use read::read_file;
 #[cfg(feature = "cli")]
-pub(crate) use read::{parse_ron, place_of_body, read_text};
+pub(crate) use read::{Format, parse_ron, place_of_body, read_text};
 pub use settings::{
     Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, Show, View,
 };

@@ -1,6 +1,5 @@
 //! From text to a validated scene.
 
-use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,142 +9,14 @@ use serde::de::DeserializeOwned;
 
 use super::embedded::{self, EMBEDDED};
 use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
-use super::locate::{Content, KeyPath, Node, Segment, byte_at, line_column};
+use super::key_path::KeyPath;
+use super::locate::{Node, byte_at, line_column};
+#[cfg(feature = "cli")]
+use super::misread::{MOST_PROBLEMS, misread};
+use super::overrides::{Override, overriding, shortened};
 use super::suggest::nearest;
 use super::validate::{Fault, validate};
-#[cfg(feature = "cli")]
-use super::wanted::wanted_at;
 use super::{Scene, Shape};
-
-/// A change of one value of a scene: `path.to.key=value`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Override {
-    path: KeyPath,
-    value: String,
-}
-
-impl Override {
-    /// Reads `path.to.key=value`; the value is RON.
-    ///
-    /// # Errors
-    /// [`SceneError::Override`] if there is no `=`, no key path before it or no single RON value
-    /// after it.
-    pub fn parse(text: &str) -> Result<Self, SceneError> {
-        let error = |problem| SceneError::Override {
-            text: shortened(text),
-            problem,
-        };
-        let (path, value) = text
-            .split_once('=')
-            .ok_or_else(|| error(OverrideProblem::NoEquals))?;
-        let (path, value) = (path.trim(), value.trim());
-        let path = KeyPath::parse(path).ok_or_else(|| {
-            error(OverrideProblem::NoPath {
-                path: shortened(path),
-            })
-        })?;
-        if Node::read(value).is_none() {
-            return Err(error(OverrideProblem::NoValue {
-                value: shortened(value),
-            }));
-        }
-        Ok(Self {
-            path,
-            value: value.to_owned(),
-        })
-    }
-
-    #[cfg(feature = "cli")]
-    /// The path.
-    pub(crate) fn path(&self) -> &KeyPath {
-        &self.path
-    }
-
-    /// The scene's key at which the path begins.
-    #[must_use]
-    pub fn section(&self) -> &str {
-        match self.path.0.first() {
-            Some(Segment::Key(key)) => key,
-            _ => "",
-        }
-    }
-
-    /// The number that the last of `overrides` gives the value at `path`, if one does.
-    pub(crate) fn number(overrides: &[Self], path: &str) -> Option<f64> {
-        let path = KeyPath::parse(path)?;
-        let change = overrides.iter().rev().find(|change| change.path == path)?;
-        change.value.parse().ok()
-    }
-
-    /// The text with the value in place of what stands at the path, or added where nothing does.
-    fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
-        let tree = Node::read(text).ok_or(OverrideProblem::NoPart {
-            path: "the scene".to_owned(),
-        })?;
-        let mut node = tree.inner();
-        for (depth, segment) in self.path.0.iter().enumerate() {
-            if let Some(child) = node.child(segment) {
-                let last = depth + 1 == self.path.0.len();
-                node = if last { child } else { child.inner() };
-                continue;
-            }
-            let above = KeyPath(self.path.0[..depth].to_vec()).to_string();
-            let (at, end, before, after) = match (&node.content, segment) {
-                (Content::Struct { open, .. }, Segment::Key(_)) => (*open, *open, "", ", "),
-                (Content::Tuple { items, .. }, Segment::Key(_)) if items.is_empty() => {
-                    (node.span.start, node.span.end, "(", ")")
-                }
-                (Content::Leaf, Segment::Key(_)) if &text[node.span.clone()] == "None" => {
-                    (node.span.start, node.span.end, "(", ")")
-                }
-                (Content::List(items) | Content::Tuple { items, .. }, Segment::Index(index)) => {
-                    return Err(OverrideProblem::NoEntry {
-                        path: above,
-                        length: items.len(),
-                        index: *index,
-                    });
-                }
-                _ => return Err(OverrideProblem::NoPart { path: above }),
-            };
-            let added = self.nested(depth, &above)?;
-            return Ok(format!(
-                "{}{before}{added}{after}{}",
-                &text[..at],
-                &text[end..]
-            ));
-        }
-        Ok(format!(
-            "{}{}{}",
-            &text[..node.span.start],
-            self.value,
-            &text[node.span.end..]
-        ))
-    }
-
-    /// The value wrapped in the keys from `depth` on.
-    fn nested(&self, depth: usize, above: &str) -> Result<String, OverrideProblem> {
-        let mut text = self.value.clone();
-        for (from_end, segment) in self.path.0[depth..].iter().rev().enumerate() {
-            let Segment::Key(key) = segment else {
-                return Err(OverrideProblem::NoPart {
-                    path: above.to_owned(),
-                });
-            };
-            text = if from_end == 0 {
-                format!("{key}: {text}")
-            } else {
-                format!("{key}: ({text})")
-            };
-        }
-        Ok(text)
-    }
-}
-
-impl fmt::Display for Override {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}={}", self.path, self.value)
-    }
-}
 
 impl Scene {
     /// Reads the scene file `file`, in RON or, with the extension `json`, in JSON, applies `overrides` in order and validates the result.
@@ -162,15 +33,7 @@ impl Scene {
         })?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let origin = file.display().to_string();
-        if file
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
-        {
-            let scene = parse_json(&text);
-            // Places of values are known in RON only.
-            return Self::finished(scene, "", &origin, &folder, overrides);
-        }
-        Self::from_text(&text, &origin, &folder, overrides)
+        Self::finished((&text, Format::of(file)), &origin, &folder, overrides)
     }
 
     /// The embedded scene `name` with `overrides`, validated.
@@ -199,24 +62,23 @@ impl Scene {
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        Self::finished(parse(text), text, origin, folder, overrides)
+        Self::finished((text, Format::Ron), origin, folder, overrides)
     }
 
-    /// Applies overrides to what was read, resolves its paths and validates it.
-    fn finished(
-        read: Result<Self, Misread>,
-        text: &str,
+    /// Reads a text, applies overrides to it, resolves its paths and validates it.
+    pub(super) fn finished(
+        (text, format): (&str, Format),
         origin: &str,
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = read.map_err(|(position, problem)| SceneError::Format {
-            place: Place {
-                origin: origin.to_owned(),
-                position: Some(position),
-            },
-            problem: Box::new(problem),
-        })?;
+        let mut scene = match format.parse(text) {
+            Ok(scene) => scene,
+            Err(first) => {
+                let departures = Departures::of((text, format), first);
+                return Err(departures.told((text, format), origin, folder, overrides));
+            }
+        };
         for change in overrides {
             let error = |problem| SceneError::Override {
                 text: shortened(&change.to_string()),
@@ -224,13 +86,27 @@ impl Scene {
             };
             // With all defaults written out, whatever can be set is there to be replaced.
             let changed = change.apply(&scene.to_ron()).map_err(error)?;
-            scene = parse(&changed).map_err(|(_, problem)| {
+            scene = Format::Ron.parse(&changed).map_err(|first| {
+                let mut all = Departures::of((&changed, Format::Ron), first);
+                let (_, problem) = all.problems.swap_remove(0);
                 error(OverrideProblem::Format {
                     problem: Box::new(problem),
                 })
             })?;
         }
-        for body in &mut scene.bodies {
+        scene.resolve(folder);
+        let faults = validate(&scene, &[]);
+        if faults.is_empty() {
+            return Ok(scene);
+        }
+        let tree = format.tree(text);
+        let located = |fault| located(fault, (text, tree.as_ref()), origin, overrides);
+        Err(several(faults.into_iter().map(located).collect()))
+    }
+
+    /// Paths of files as seen from the working folder.
+    fn resolve(&mut self, folder: &Path) {
+        for body in &mut self.bodies {
             if let Shape::Mesh { file, .. } = &mut body.shape {
                 *file = resolve(folder, file);
             }
@@ -242,9 +118,6 @@ impl Scene {
                 points.file = resolve(folder, &points.file);
             }
         }
-        let faults = validate(&scene);
-        told(faults, |fault| located(fault, text, origin, overrides))?;
-        Ok(scene)
     }
 
     /// Checks every value of a scene that a program made or changed.
@@ -253,9 +126,13 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Value`] with the key path of the value that is not as it must be,
-    /// [`SceneError::Values`] for several.
+    /// [`SceneError::Several`] for several.
     pub fn validate(&self) -> Result<(), SceneError> {
-        told(validate(self), |fault| SceneError::Value {
+        let faults = validate(self, &[]);
+        if faults.is_empty() {
+            return Ok(());
+        }
+        let tell = |fault: Fault| SceneError::Value {
             place: Place {
                 origin: format!("scene '{}'", self.name),
                 position: None,
@@ -263,7 +140,8 @@ impl Scene {
             path: fault.path,
             found: fault.found,
             must: fault.must,
-        })
+        };
+        Err(several(faults.into_iter().map(tell).collect()))
     }
 
     /// The scene as RON, all defaults written out; [`Scene::load`] reads it back as it was.
@@ -289,24 +167,131 @@ fn resolve(folder: &Path, file: &Path) -> PathBuf {
     std::path::absolute(&joined).unwrap_or(joined)
 }
 
-fn options() -> ron::Options {
+pub(super) fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
 /// Line and column at which a text departs from the format, and how.
 type Misread = ((usize, usize), FormatProblem);
 
-/// All faults as one error.
-fn told(faults: Vec<Fault>, tell: impl FnMut(Fault) -> SceneError) -> Result<(), SceneError> {
-    let mut errors: Vec<SceneError> = faults.into_iter().map(tell).collect();
-    match (errors.pop(), errors.is_empty()) {
-        (None, _) => Ok(()),
-        (Some(error), true) => Err(error),
-        (Some(error), false) => {
-            errors.push(error);
-            Err(SceneError::Values(errors))
+/// How a scene is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    Ron,
+    Json,
+}
+
+impl Format {
+    /// JSON for the extension `json`.
+    pub(crate) fn of(file: &Path) -> Self {
+        let json = |extension: &std::ffi::OsStr| extension.eq_ignore_ascii_case("json");
+        if file.extension().is_some_and(json) {
+            Self::Json
+        } else {
+            Self::Ron
         }
     }
+
+    /// Where values stand; nothing where brackets or separators do not fit.
+    pub(crate) fn tree(self, text: &str) -> Option<Node> {
+        match self {
+            Self::Ron => Node::read(text),
+            Self::Json => Node::read_json(text),
+        }
+    }
+
+    /// Reads a scene without validating it.
+    fn parse(self, text: &str) -> Result<Scene, Misread> {
+        match self {
+            Self::Ron => parse_ron(text, "the scene"),
+            Self::Json => parse_json(text),
+        }
+    }
+}
+
+/// All that a text departs from the format in, as far as it can be followed.
+struct Departures {
+    /// In the order of the text, one at least.
+    problems: Vec<Misread>,
+    /// The scene with values that fit in the place of those that do not, and their key paths.
+    mended: Option<(Scene, Vec<String>)>,
+}
+
+impl Departures {
+    /// `first` is what the deserializer said, which stops there; without the format's schema (feature `cli`) it
+    /// is all.
+    #[cfg(feature = "cli")]
+    fn of((text, format): (&str, Format), first: Misread) -> Self {
+        let Some(tree) = format.tree(text) else {
+            return Self {
+                problems: vec![first],
+                mended: None,
+            };
+        };
+        let found = misread(text, format, &tree);
+        let place = |(byte, problem)| (line_column(text, byte), problem);
+        let mut problems: Vec<Misread> = found.problems.into_iter().map(place).collect();
+        let followed = problems.len() < MOST_PROBLEMS;
+        let mended = followed.then(|| Format::Ron.parse(&found.mended));
+        let mended = mended.and_then(Result::ok);
+        // What the schema does not know of, the deserializer does.
+        if problems.is_empty() || mended.is_none() && problems.iter().all(|one| one.0 != first.0) {
+            problems.push(first);
+            problems.sort_by_key(|(position, _)| *position);
+        }
+        Self {
+            problems,
+            mended: mended.map(|scene| (scene, found.paths)),
+        }
+    }
+
+    #[cfg(not(feature = "cli"))]
+    fn of(_: (&str, Format), first: Misread) -> Self {
+        Self {
+            problems: vec![first],
+            mended: None,
+        }
+    }
+
+    /// They and the values that are not as they must be; overrides may set these right.
+    fn told(
+        self,
+        (text, format): (&str, Format),
+        origin: &str,
+        folder: &Path,
+        overrides: &[Override],
+    ) -> SceneError {
+        let tell = |(position, problem)| SceneError::Format {
+            place: Place {
+                origin: origin.to_owned(),
+                position: Some(position),
+            },
+            problem: Box::new(problem),
+        };
+        let mut errors: Vec<SceneError> = self.problems.into_iter().map(tell).collect();
+        if let Some((mut scene, paths)) = self.mended {
+            scene.resolve(folder);
+            let tree = format.tree(text);
+            let faults = validate(&scene, &paths).into_iter();
+            let kept = faults.filter(|fault| overriding(&fault.path, overrides).is_none());
+            errors.extend(kept.map(|fault| located(fault, (text, tree.as_ref()), origin, &[])));
+        }
+        several(errors)
+    }
+}
+
+/// Errors, of which there is one at least, as one, in the order of the text.
+fn several(mut errors: Vec<SceneError>) -> SceneError {
+    if errors.len() == 1 {
+        return errors.swap_remove(0);
+    }
+    errors.sort_by_key(|error| match error {
+        SceneError::Format { place, .. } | SceneError::Value { place, .. } => {
+            place.position.unwrap_or((usize::MAX, 0))
+        }
+        _ => (usize::MAX, 0),
+    });
+    SceneError::Several(errors)
 }
 
 /// Reads a scene in JSON without validating it.
@@ -323,11 +308,6 @@ fn parse_json(text: &str) -> Result<Scene, Misread> {
             FormatProblem::Json { problem },
         )
     })
-}
-
-/// Reads a scene without validating it; the error has line and column.
-fn parse(text: &str) -> Result<Scene, Misread> {
-    parse_ron(text, "the scene")
 }
 
 /// Reads a text in the dialect of scenes; the error has line and column, and calls the text `whole`.
@@ -387,31 +367,13 @@ pub(crate) fn parse_ron<T: DeserializeOwned>(text: &str, whole: &str) -> Result<
                     owner: owner_or(&outer),
                 },
             ),
-            error => typed(text, tree.as_ref(), start).unwrap_or_else(|| {
+            error => {
                 let owner = owner.unwrap_or_default();
                 (start, FormatProblem::Ron { error, owner })
-            }),
+            }
         };
         (line_column(text, byte), problem)
     })
-}
-
-/// What the value at a byte should have been, where the format tells; without the format's schema
-/// (feature `cli`) nothing does.
-#[cfg(feature = "cli")]
-fn typed(text: &str, tree: Option<&Node>, start: usize) -> Option<(usize, FormatProblem)> {
-    let wanted = wanted_at(text, tree?, start)?;
-    let problem = FormatProblem::Type {
-        path: wanted.path,
-        found: wanted.found,
-        must: wanted.must,
-    };
-    Some((wanted.start, problem))
-}
-
-#[cfg(not(feature = "cli"))]
-fn typed(_: &str, _: Option<&Node>, _: usize) -> Option<(usize, FormatProblem)> {
-    None
 }
 
 /// Where the word that the deserializer just read starts: its last occurrence before the cursor.
@@ -420,36 +382,37 @@ fn word_start(text: &str, word: &str, start: usize, end: usize) -> usize {
 }
 
 /// The fault with the place where its value was written: an override or the text.
-fn located(fault: Fault, text: &str, origin: &str, overrides: &[Override]) -> SceneError {
-    let place = place_of(&fault.path, text, origin, overrides);
+fn located(
+    fault: Fault,
+    text: (&str, Option<&Node>),
+    origin: &str,
+    overrides: &[Override],
+) -> SceneError {
     SceneError::Value {
-        place,
+        place: place_of(&fault.path, text, origin, overrides),
         path: fault.path,
         found: fault.found,
         must: fault.must,
     }
 }
 
-/// Where the value of a key path was written: in an override or in the text.
-fn place_of(path: &str, text: &str, origin: &str, overrides: &[Override]) -> Place {
-    let path = KeyPath::parse(path);
-    let by_override = path.as_ref().and_then(|path| {
-        let mut changes = overrides.iter().rev();
-        changes.find(|change| change.path.contains(path))
-    });
-    match (by_override, path, Node::read(text)) {
-        (Some(change), ..) => Place {
+/// Where the value of a key path was written: in an override or in the text, of which the tree is.
+fn place_of(
+    path: &str,
+    (text, tree): (&str, Option<&Node>),
+    origin: &str,
+    overrides: &[Override],
+) -> Place {
+    if let Some(change) = overriding(path, overrides) {
+        return Place {
             origin: format!("--set {}", shortened(&change.to_string())),
             position: None,
-        },
-        (None, Some(path), Some(tree)) => Place {
-            origin: origin.to_owned(),
-            position: Some(line_column(text, tree.place_of(&path).0)),
-        },
-        _ => Place {
-            origin: origin.to_owned(),
-            position: None,
-        },
+        };
+    }
+    let byte = tree.and_then(|tree| Some(tree.place_of(&KeyPath::parse(path)?).0));
+    Place {
+        origin: origin.to_owned(),
+        position: byte.map(|byte| line_column(text, byte)),
     }
 }
 
@@ -457,26 +420,14 @@ fn place_of(path: &str, text: &str, origin: &str, overrides: &[Override]) -> Pla
 /// Where a scene's body was written; an origin without a text has no position.
 pub(crate) fn place_of_body(
     index: usize,
-    text: Option<&str>,
+    text: Option<(&str, Format)>,
     origin: &str,
     overrides: &[Override],
 ) -> Place {
-    match text {
-        Some(text) => place_of(&format!("bodies[{index}]"), text, origin, overrides),
-        None => Place {
-            origin: origin.to_owned(),
-            position: None,
-        },
-    }
-}
-
-/// A long text's beginning, for messages of one line.
-fn shortened(text: &str) -> String {
-    const SHOWN: usize = 200;
-    match text.char_indices().nth(SHOWN) {
-        None => text.to_owned(),
-        Some((end, _)) => format!("{}.. ({} bytes)", &text[..end], text.len()),
-    }
+    let tree = text.and_then(|(text, format)| format.tree(text));
+    let text = text.map_or("", |(text, _)| text);
+    let path = format!("bodies[{index}]");
+    place_of(&path, (text, tree.as_ref()), origin, overrides)
 }
 
 /// The text of a scene file, without a byte-order mark.

@@ -13,6 +13,8 @@ pub(crate) const BYTES: f64 = (1_u64 << 30) as f64;
 const PATIENCE: Duration = Duration::from_secs(300);
 /// Longest message that is still one.
 const LONGEST: usize = 2000;
+/// Most lines of them: a scene's mistakes are told all at once.
+const MOST_LINES: usize = 101;
 
 /// How the program ended.
 pub(crate) struct Ended {
@@ -39,12 +41,12 @@ impl Ended {
             _ if unprintable => Some(format!("control characters in {:?}", self.stderr)),
             Some(0) => self.not_a_number(),
             Some(1) => {
-                let said = lines.len() == 1
-                    && lines[0].len() < LONGEST
-                    && lines[0]
-                        .strip_prefix("error: ")
-                        .is_some_and(|why| why.len() > 10);
-                (!said).then(|| format!("no reason in one line: {}", self.stderr))
+                let says = |line: &&str| {
+                    let why = line.strip_prefix("error: ");
+                    line.len() < LONGEST && why.is_some_and(|why| why.len() > 10)
+                };
+                let said = (1..=MOST_LINES).contains(&lines.len()) && lines.iter().all(says);
+                (!said).then(|| format!("no reason in a line: {}", self.stderr))
             }
             code => Some(format!("status {code:?}: {}", self.stderr)),
         }

@@ -72,6 +72,7 @@ fn given(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Case {
 /// All of them, in the order of `messages.txt`.
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases = text_cases();
+    cases.extend(many_cases());
     cases.extend(value_cases());
     cases.extend(model_cases());
     cases.extend(override_cases());
@@ -81,6 +82,57 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(replay_cases());
     cases.extend(plans::plan_cases());
     cases
+}
+
+/// Several mistakes in one scene.
+fn many_cases() -> Vec<Case> {
+    let edits = [
+        ("description: ", "descripton: "),
+        ("Liver(width: 0.166)", "Liver(width: -0.166)"),
+        ("Nodes(6000)", "Nodes(6000.5)"),
+        ("youngs_modulus: 5e3", "youngs_modulus: NaN"),
+        ("damping: 3", "damping: \"much\""),
+        ("region: Box(min: ", "region: Bix(min: "),
+        ("gravity: (", "colour: 3, gravity: ("),
+        (
+            "edge: [(0, 0, 0), (0, 0, 0.12)]",
+            "edge: [(0, 0), (0, 0, 0.12)]",
+        ),
+        ("step_factor: 0.5", "step_factor: 5"),
+    ];
+    let broken = edits.iter().fold(SCENE.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "the scene has no '{from}'");
+        text.replacen(from, to, 1)
+    });
+    let json = r#"{
+  "version": 1,
+  "bodies": [
+    {"name": "a", "shape": {"Liver": {"width": -1}}, "dampin": 3},
+    {"name": "b", "shape": {"Bix": {"size": [1, 2, "3"]}}, "scale": true}
+  ],
+  "gravity": {"acceleration": [0, 0]},
+  "supports": [{}],
+  "integration": {"scheme": "Verlet", "duration": -2}
+}
+"#;
+    let whole = r#"{"version": 1, "bodies": [{"shape": {"Liver": {"width": -1}}}], "name": "/"}"#;
+    vec![
+        given(
+            "many mistakes",
+            &[("scene.ron", &broken)],
+            &["check", "scene.ron"],
+        ),
+        given(
+            "many mistakes in JSON",
+            &[("scene.json", json)],
+            &["check", "scene.json"],
+        ),
+        given(
+            "values in JSON",
+            &[("scene.json", whole)],
+            &["check", "scene.json"],
+        ),
+    ]
 }
 
 /// Recordings that do not fit, for the embedded block.

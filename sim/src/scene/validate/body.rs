@@ -4,56 +4,54 @@ use glam::DVec3;
 
 use std::path::Path;
 
-use super::check::{
-    Check, color, fault, finite, not_negative, positive, positive_components, require, triple,
-};
+use super::check::{Checks, triple};
 use super::{material, method};
 use crate::scene::body::{
     Body, Form, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
 };
 
-pub(super) fn body(path: &str, body: &Body) -> Check {
-    shape(&format!("{path}.shape"), &body.shape)?;
-    finite(format_args!("{path}.position"), body.position)?;
-    finite(format_args!("{path}.rotation"), body.rotation)?;
-    positive(
+pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
+    shape(checks, &format!("{path}.shape"), &body.shape);
+    checks.finite(format_args!("{path}.position"), body.position);
+    checks.finite(format_args!("{path}.rotation"), body.rotation);
+    checks.positive(
         format_args!("{path}.scale"),
         body.scale,
         ", 1 for the size that the shape says",
-    )?;
-    sampling(&format!("{path}.sampling"), body)?;
-    material::of(path, body)?;
-    method::method(path, body)?;
-    method::cut_rule(&format!("{path}.cut_rule"), body.cut_rule)?;
-    require(
+    );
+    sampling(checks, path, body);
+    material::of(checks, path, body);
+    method::method(checks, path, body);
+    method::cut_rule(checks, &format!("{path}.cut_rule"), body.cut_rule);
+    checks.require(
         (0.0..=1.0).contains(&body.damping_ratio),
         format_args!("{path}.damping_ratio"),
         body.damping_ratio,
         "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)",
-    )?;
-    require(
+    );
+    checks.require(
         (0.0..=0.1).contains(&body.moved_mass),
         format_args!("{path}.moved_mass"),
         body.moved_mass,
         "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third",
-    )?;
-    not_negative(format_args!("{path}.damping"), body.damping, " (1/s)")?;
-    surfels(&format!("{path}.surfels"), &body.surfels)
+    );
+    checks.not_negative(format_args!("{path}.damping"), body.damping, " (1/s)");
+    surfels(checks, &format!("{path}.surfels"), &body.surfels);
 }
 
-fn shape(path: &str, shape: &Shape) -> Check {
+fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
     match shape {
-        Shape::Liver { width } => positive(
+        Shape::Liver { width } => checks.positive(
             format_args!("{path}.width"),
             *width,
             " (m), such as 0.166 for 1.2 litres",
         ),
-        Shape::Box { size } => positive_components(&format!("{path}.size"), *size),
-        Shape::Ellipsoid { radii } => positive_components(&format!("{path}.radii"), *radii),
+        Shape::Box { size } => checks.positive_components(&format!("{path}.size"), *size),
+        Shape::Ellipsoid { radii } => checks.positive_components(&format!("{path}.radii"), *radii),
         Shape::Capsule { from, to, radius } => {
-            finite(format_args!("{path}.from"), *from)?;
-            finite(format_args!("{path}.to"), *to)?;
-            positive(format_args!("{path}.radius"), *radius, " (m)")
+            checks.finite(format_args!("{path}.from"), *from);
+            checks.finite(format_args!("{path}.to"), *to);
+            checks.positive(format_args!("{path}.radius"), *radius, " (m)");
         }
         Shape::Tube {
             from,
@@ -61,21 +59,23 @@ fn shape(path: &str, shape: &Shape) -> Check {
             inner_radius,
             outer_radius,
         } => {
-            finite(format_args!("{path}.from"), *from)?;
-            finite(format_args!("{path}.to"), *to)?;
-            require(
+            checks.finite(format_args!("{path}.from"), *from);
+            checks.finite(format_args!("{path}.to"), *to);
+            checks.agree(
                 from != to,
                 format_args!("{path}.to"),
                 triple(*to),
                 "it must differ from 'from', the other end of the axis",
-            )?;
-            positive(format_args!("{path}.inner_radius"), *inner_radius, " (m)")?;
-            require(
+                &[&format!("{path}.from")],
+            );
+            checks.positive(format_args!("{path}.inner_radius"), *inner_radius, " (m)");
+            checks.agree(
                 outer_radius.is_finite() && outer_radius > inner_radius,
                 format_args!("{path}.outer_radius"),
                 outer_radius,
                 format_args!("it must be above the inner radius, {inner_radius} m"),
-            )
+                &[&format!("{path}.inner_radius")],
+            );
         }
         Shape::Mesh {
             file,
@@ -83,42 +83,34 @@ fn shape(path: &str, shape: &Shape) -> Check {
             largest_hole,
             ..
         } => {
-            existing_file(&format!("{path}.file"), file, "a mesh file")?;
-            scale(&format!("{path}.scale"), *unit)?;
-            not_negative(
+            existing_file(checks, &format!("{path}.file"), file, "a mesh file");
+            scale(checks, &format!("{path}.scale"), *unit);
+            checks.not_negative(
                 format_args!("{path}.largest_hole"),
                 *largest_hole,
                 " (a share of the box's diagonal)",
-            )
+            );
         }
     }
 }
 
-fn scale(path: &str, scale: f64) -> Check {
-    positive(
+fn scale(checks: &mut Checks, path: &str, scale: f64) {
+    checks.positive(
         path,
         scale,
         " (metres per unit of the file), such as 0.001 for millimetres",
-    )
+    );
 }
 
-fn existing_file(path: &str, file: &Path, what: &str) -> Check {
-    let found = format!("'{}'", file.display());
-    match std::fs::metadata(file) {
-        Ok(metadata) => require(
-            metadata.is_file(),
-            path,
-            found,
-            format_args!("it must name {what}, and this is {}", kind_of(&metadata)),
-        ),
-        Err(error) => Err(fault(
-            path,
-            found,
-            format_args!(
-                "the file cannot be read ({error}); relative paths start at the scene's folder"
-            ),
-        )),
-    }
+fn existing_file(checks: &mut Checks, path: &str, file: &Path, what: &str) {
+    let must = match std::fs::metadata(file) {
+        Ok(metadata) if metadata.is_file() => return,
+        Ok(metadata) => format!("it must name {what}, and this is {}", kind_of(&metadata)),
+        Err(error) => {
+            format!("the file cannot be read ({error}); relative paths start at the scene's folder")
+        }
+    };
+    checks.require(false, path, format_args!("'{}'", file.display()), must);
 }
 
 fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
@@ -129,57 +121,66 @@ fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
     }
 }
 
-fn sampling(path: &str, body: &Body) -> Check {
+fn sampling(checks: &mut Checks, of: &str, body: &Body) {
+    let path = &format!("{of}.sampling");
     let sampling = &body.sampling;
     const FEWEST_NODES: u32 = 4;
     let limit = sampling.limit;
-    require(
+    checks.require(
         limit >= FEWEST_NODES,
         format_args!("{path}.limit"),
         limit,
         format_args!("a body needs {FEWEST_NODES} nodes at least"),
-    )?;
-    require(
+    );
+    checks.require(
         (1.0..=32.0).contains(&sampling.coarsest),
         format_args!("{path}.coarsest"),
         sampling.coarsest,
         "it must be from 1 (the same everywhere) to 32",
-    )?;
+    );
     for (index, refined) in sampling.refine.iter().enumerate() {
         let path = format!("{path}.refine[{index}]");
-        finite(format_args!("{path}.from"), refined.from)?;
-        finite(format_args!("{path}.to"), refined.to)?;
-        not_negative(format_args!("{path}.radius"), refined.radius, " (m)")?;
-        require(
+        checks.finite(format_args!("{path}.from"), refined.from);
+        checks.finite(format_args!("{path}.to"), refined.to);
+        checks.not_negative(format_args!("{path}.radius"), refined.radius, " (m)");
+        checks.require(
             (1.0 / 32.0..=1.0).contains(&refined.factor),
             format_args!("{path}.factor"),
             refined.factor,
             "it must be from 1/32 to 1, such as 0.5 for half the distance",
-        )?;
+        );
     }
     let target = format!("{path}.target");
     match sampling.target {
-        Target::Nodes(count) => require(
+        Target::Nodes(count) => checks.agree(
             (FEWEST_NODES..=limit).contains(&count),
             target,
             format_args!("Nodes({count})"),
             format_args!(
                 "it must be from {FEWEST_NODES} to {limit} nodes; for more raise {path}.limit"
             ),
+            &[&format!("{path}.limit")],
         ),
         Target::Lattice(x, y, z) => {
             let found = format!("Lattice({x}, {y}, {z})");
             let plain = sampling.form == Form::Tetrahedra
                 && sampling.coarsest <= 1.0
                 && sampling.refine.is_empty();
-            require(
+            checks.agree(
                 plain && matches!(body.shape, Shape::Box { .. }) && body.rotation == DVec3::ZERO,
                 &target,
                 &found,
                 "a lattice is of a Box that is not turned, of form Tetrahedra, with coarsest 1 and nothing to refine",
-            )?;
+                &[
+                    &format!("{path}.form"),
+                    &format!("{path}.coarsest"),
+                    &format!("{path}.refine"),
+                    &format!("{of}.shape"),
+                    &format!("{of}.rotation"),
+                ],
+            );
             let nodes: f64 = [x, y, z].into_iter().map(f64::from).product();
-            require(
+            checks.agree(
                 x.min(y).min(z) >= 2 && nodes <= f64::from(limit),
                 target,
                 found,
@@ -187,21 +188,22 @@ fn sampling(path: &str, body: &Body) -> Check {
                     "it must have 2 nodes or more along each axis, and {limit} at most in all; for more raise \
                      {path}.limit"
                 ),
-            )
+                &[&format!("{path}.limit")],
+            );
         }
         Target::Spacing(spacing) => {
-            require(
+            checks.require(
                 spacing.is_finite() && spacing > 0.0,
                 &target,
                 format_args!("Spacing({spacing:?})"),
                 "it must be above 0 (m), such as 0.006 for an organ",
-            )?;
+            );
             let Some(volume) = body.rough_volume() else {
-                return Ok(());
+                return;
             };
             let nodes = volume / (spacing * spacing * spacing);
             let wider = 1.05 * (volume / f64::from(limit)).cbrt();
-            require(
+            checks.agree(
                 nodes <= f64::from(limit),
                 &target,
                 format_args!("Spacing({spacing:?})"),
@@ -209,72 +211,82 @@ fn sampling(path: &str, body: &Body) -> Check {
                     "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
                      {wider:.2e} m or more, or raise the limit"
                 ),
-            )
+                &[
+                    &format!("{path}.limit"),
+                    &format!("{of}.shape"),
+                    &format!("{of}.scale"),
+                ],
+            );
         }
     }
 }
 
-fn surfels(path: &str, surfels: &Surfels) -> Check {
+fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels) {
     const MOST_SURFELS: u32 = 10_000_000;
     const MOST_RANGE: f64 = 100.0;
     let target = format!("{path}.target");
     match surfels.target {
-        SurfelTarget::Count(count) | SurfelTarget::Shared(count) => require(
+        SurfelTarget::Count(count) | SurfelTarget::Shared(count) => checks.require(
             (1..=MOST_SURFELS).contains(&count),
             target,
             count,
             format_args!("it must be from 1 to {MOST_SURFELS}"),
-        )?,
-        SurfelTarget::Density(density) => require(
+        ),
+        SurfelTarget::Density(density) => checks.require(
             density.is_finite() && density > 0.0,
             target,
             format_args!("Density({density:?})"),
             "it must be above 0 (1/m^2), such as 3e5",
-        )?,
+        ),
     }
     if let Some(points) = &surfels.points {
         existing_file(
+            checks,
             &format!("{path}.points.file"),
             &points.file,
             "a text file of points",
-        )?;
-        scale(&format!("{path}.points.scale"), points.scale)?;
+        );
+        scale(checks, &format!("{path}.points.scale"), points.scale);
     }
     if let SurfelSpacing::Curvature { range } = surfels.spacing {
-        require(
+        checks.require(
             (1.0..=MOST_RANGE).contains(&range),
             format_args!("{path}.spacing.range"),
             range,
             format_args!("it must be from 1 to {MOST_RANGE}, such as 3"),
-        )?;
+        );
     }
     if let Some(density) = surfels.cut_density {
-        positive(format_args!("{path}.cut_density"), density, " (1/m^2)")?;
+        checks.positive(format_args!("{path}.cut_density"), density, " (1/m^2)");
     }
     const MOST_NEIGHBORS: u32 = 64;
-    require(
+    checks.require(
         (1..=MOST_NEIGHBORS).contains(&surfels.nodes),
         format_args!("{path}.nodes"),
         surfels.nodes,
         format_args!("it must be from 1 to {MOST_NEIGHBORS}"),
-    )?;
-    not_negative(format_args!("{path}.opening"), surfels.opening, " (m)")?;
-    radius(&format!("{path}.radius"), surfels.radius)?;
-    color(&format!("{path}.color"), surfels.color)?;
-    color(&format!("{path}.cut_color"), surfels.cut_color)?;
+    );
+    checks.not_negative(format_args!("{path}.opening"), surfels.opening, " (m)");
+    radius(checks, &format!("{path}.radius"), surfels.radius);
+    checks.color(&format!("{path}.color"), surfels.color);
+    checks.color(&format!("{path}.cut_color"), surfels.cut_color);
     for (name, image) in [("image", &surfels.image), ("cut_image", &surfels.cut_image)] {
         if let Some(image) = image {
-            existing_file(&format!("{path}.{name}.file"), &image.file, "a PNG file")?;
-            positive(format_args!("{path}.{name}.size"), image.size, " (m)")?;
+            existing_file(
+                checks,
+                &format!("{path}.{name}.file"),
+                &image.file,
+                "a PNG file",
+            );
+            checks.positive(format_args!("{path}.{name}.size"), image.size, " (m)");
         }
     }
-    Ok(())
 }
 
-fn radius(path: &str, radius: SurfelRadius) -> Check {
+fn radius(checks: &mut Checks, path: &str, radius: SurfelRadius) {
     match radius {
-        SurfelRadius::Covering => Ok(()),
-        SurfelRadius::Constant(radius) => require(
+        SurfelRadius::Covering => {}
+        SurfelRadius::Constant(radius) => checks.require(
             radius.is_finite() && radius > 0.0,
             path,
             format_args!("Constant({radius:?})"),
@@ -286,19 +298,20 @@ fn radius(path: &str, radius: SurfelRadius) -> Check {
             most,
             ..
         } => {
-            require(
+            checks.require(
                 (3..=64).contains(&neighbors),
                 format_args!("{path}.neighbors"),
                 neighbors,
                 "it must be from 3 to 64",
-            )?;
-            positive(format_args!("{path}.least"), least, " (m)")?;
-            require(
+            );
+            checks.positive(format_args!("{path}.least"), least, " (m)");
+            checks.agree(
                 most.is_finite() && most >= least,
                 format_args!("{path}.most"),
                 most,
                 format_args!("it must be at least the smallest radius, {least} m"),
-            )
+                &[&format!("{path}.least")],
+            );
         }
     }
 }

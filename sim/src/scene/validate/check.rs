@@ -8,34 +8,186 @@ use crate::scene::Body;
 use crate::scene::path::Key;
 use crate::scene::suggest::nearest;
 
-/// The first value that is not as it must be.
+/// A value that is not as it must be.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::scene) struct Fault {
     pub(in crate::scene) path: String,
     pub(in crate::scene) found: String,
     pub(in crate::scene) must: String,
+    /// Key paths of the other values that it is so with; none where the value alone says so.
+    pub(in crate::scene) with: Vec<String>,
 }
 
-pub(super) type Check = Result<(), Fault>;
+/// Most faults that are gathered: nobody reads more, and a list of a million values may be all wrong.
+const MOST_FAULTS: usize = 1000;
 
-pub(super) fn fault(path: impl Display, found: impl Display, must: impl Display) -> Fault {
-    Fault {
-        path: path.to_string(),
-        found: found.to_string(),
-        must: must.to_string(),
+/// What has been found so far.
+#[derive(Debug, Default)]
+pub(super) struct Checks {
+    faults: Vec<Fault>,
+}
+
+impl Checks {
+    /// What a value must be by itself.
+    pub(super) fn require(
+        &mut self,
+        holds: bool,
+        path: impl Display,
+        found: impl Display,
+        must: impl Display,
+    ) {
+        self.agree(holds, path, found, must, &[]);
     }
-}
 
-pub(super) fn require(
-    holds: bool,
-    path: impl Display,
-    found: impl Display,
-    must: impl Display,
-) -> Check {
-    if holds {
-        Ok(())
-    } else {
-        Err(fault(path, found, must))
+    /// How a value must go with those at the paths `with`.
+    pub(super) fn agree(
+        &mut self,
+        holds: bool,
+        path: impl Display,
+        found: impl Display,
+        must: impl Display,
+        with: &[&str],
+    ) {
+        if !holds && self.faults.len() < MOST_FAULTS {
+            self.faults.push(Fault {
+                path: path.to_string(),
+                found: found.to_string(),
+                must: must.to_string(),
+                with: with.iter().map(|&path| path.to_owned()).collect(),
+            });
+        }
+    }
+
+    /// All but what is told of another value already: each value is told of once, and none is compared with
+    /// one that is at fault or among the `misread`.
+    pub(super) fn told(self, misread: &[String]) -> Vec<Fault> {
+        let (own, compared): (Vec<_>, Vec<_>) = self
+            .faults
+            .into_iter()
+            .partition(|fault| fault.with.is_empty());
+        let mut told: Vec<Fault> = Vec::new();
+        for fault in own.into_iter().chain(compared) {
+            let taken = misread
+                .iter()
+                .any(|path| lies_in(&fault.path, path) || lies_in(path, &fault.path));
+            let known = told.iter().any(|other| other.path == fault.path);
+            let unsure = |with: &String| {
+                let mut others = told.iter().map(|other| &other.path).chain(misread);
+                others.any(|other| lies_in(with, other) || lies_in(other, with))
+            };
+            if !taken && !known && !fault.with.iter().any(unsure) {
+                told.push(fault);
+            }
+        }
+        told
+    }
+
+    /// A finite number above zero.
+    pub(super) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
+        self.require(
+            value.is_finite() && value > 0.0,
+            path,
+            value,
+            format_args!("it must be finite and above 0{hint}"),
+        );
+    }
+
+    /// A finite number of zero or more.
+    pub(super) fn not_negative(&mut self, path: impl Display, value: f64, hint: &str) {
+        self.require(
+            value.is_finite() && value >= 0.0,
+            path,
+            value,
+            format_args!("it must be finite and not below 0{hint}"),
+        );
+    }
+
+    /// A colour (sRGB).
+    pub(super) fn color(&mut self, path: &str, color: [f64; 3]) {
+        for (index, value) in color.into_iter().enumerate() {
+            self.require(
+                (0.0..=1.0).contains(&value),
+                format_args!("{path}[{index}]"),
+                value,
+                "colours are three numbers from 0 to 1",
+            );
+        }
+    }
+
+    pub(super) fn finite(&mut self, path: impl Display, value: DVec3) {
+        self.require(
+            value.is_finite(),
+            path,
+            triple(value),
+            "each of its three numbers must be finite",
+        );
+    }
+
+    pub(super) fn direction(&mut self, path: impl Display, value: DVec3) {
+        let length = value.length();
+        self.require(
+            length.is_finite() && length > 0.0,
+            path,
+            triple(value),
+            "it must be finite and longer than 0",
+        );
+    }
+
+    pub(super) fn positive_components(&mut self, path: &str, value: DVec3) {
+        for (index, component) in value.to_array().into_iter().enumerate() {
+            self.positive(format_args!("{path}[{index}]"), component, " (m)");
+        }
+    }
+
+    pub(super) fn body_name(&mut self, path: &str, name: Option<&str>, bodies: &[Body]) {
+        let Some(name) = name else { return };
+        let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+        if names.contains(&name) {
+            return;
+        }
+        let hint = nearest(name, names.iter().copied())
+            .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+        let with: Vec<String> = (0..bodies.len())
+            .map(|index| format!("bodies[{index}].name"))
+            .collect();
+        let with: Vec<&str> = with.iter().map(String::as_str).collect();
+        self.agree(
+            false,
+            path,
+            format_args!("'{name}'"),
+            format_args!(
+                "no body has this name{hint}; bodies are {}",
+                names.join(", ")
+            ),
+            &with,
+        );
+    }
+
+    pub(super) fn keys_in_order(&mut self, path: &str, keys: &[Key], fewest: usize) {
+        self.require(
+            keys.len() >= fewest,
+            path,
+            format_args!("{} keys", keys.len()),
+            format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))"),
+        );
+        for (index, key) in keys.iter().enumerate() {
+            let of = |name: &str| format!("{path}[{index}].{name}");
+            self.not_negative(of("time"), key.time, " (s after settling)");
+            self.finite(of("position"), key.position);
+            self.finite(of("rotation"), key.rotation);
+        }
+        for (index, pair) in keys.windows(2).enumerate() {
+            self.agree(
+                pair[0].time < pair[1].time,
+                format_args!("{path}[{}].time", index + 1),
+                pair[1].time,
+                format_args!(
+                    "it must be later than the key before, at {} s",
+                    pair[0].time
+                ),
+                &[&format!("{path}[{index}].time")],
+            );
+        }
     }
 }
 
@@ -44,107 +196,8 @@ pub(super) fn triple(value: DVec3) -> String {
     format!("({}, {}, {})", value.x, value.y, value.z)
 }
 
-/// A finite number above zero.
-pub(super) fn positive(path: impl Display, value: f64, hint: &str) -> Check {
-    require(
-        value.is_finite() && value > 0.0,
-        path,
-        value,
-        format_args!("it must be finite and above 0{hint}"),
-    )
-}
-
-/// A finite number of zero or more.
-pub(super) fn not_negative(path: impl Display, value: f64, hint: &str) -> Check {
-    require(
-        value.is_finite() && value >= 0.0,
-        path,
-        value,
-        format_args!("it must be finite and not below 0{hint}"),
-    )
-}
-
-/// A colour (sRGB).
-pub(super) fn color(path: &str, color: [f64; 3]) -> Check {
-    for (index, value) in color.into_iter().enumerate() {
-        require(
-            (0.0..=1.0).contains(&value),
-            format_args!("{path}[{index}]"),
-            value,
-            "colours are three numbers from 0 to 1",
-        )?;
-    }
-    Ok(())
-}
-
-pub(super) fn finite(path: impl Display, value: DVec3) -> Check {
-    require(
-        value.is_finite(),
-        path,
-        triple(value),
-        "each of its three numbers must be finite",
-    )
-}
-
-pub(super) fn direction(path: impl Display, value: DVec3) -> Check {
-    let length = value.length();
-    require(
-        length.is_finite() && length > 0.0,
-        path,
-        triple(value),
-        "it must be finite and longer than 0",
-    )
-}
-
-pub(super) fn body_name(path: &str, name: Option<&str>, bodies: &[Body]) -> Check {
-    let Some(name) = name else { return Ok(()) };
-    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
-    let hint = nearest(name, names.iter().copied())
-        .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
-    require(
-        names.contains(&name),
-        path,
-        format_args!("'{name}'"),
-        format_args!(
-            "no body has this name{hint}; bodies are {}",
-            names.join(", ")
-        ),
-    )
-}
-
-pub(super) fn keys_in_order(path: &str, keys: &[Key], fewest: usize) -> Check {
-    require(
-        keys.len() >= fewest,
-        path,
-        format_args!("{} keys", keys.len()),
-        format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))"),
-    )?;
-    for (index, key) in keys.iter().enumerate() {
-        not_negative(
-            format_args!("{path}[{index}].time"),
-            key.time,
-            " (s after settling)",
-        )?;
-        finite(format_args!("{path}[{index}].position"), key.position)?;
-        finite(format_args!("{path}[{index}].rotation"), key.rotation)?;
-    }
-    for (index, pair) in keys.windows(2).enumerate() {
-        require(
-            pair[0].time < pair[1].time,
-            format_args!("{path}[{}].time", index + 1),
-            pair[1].time,
-            format_args!(
-                "it must be later than the key before, at {} s",
-                pair[0].time
-            ),
-        )?;
-    }
-    Ok(())
-}
-
-pub(super) fn positive_components(path: &str, value: DVec3) -> Check {
-    for (index, component) in value.to_array().into_iter().enumerate() {
-        positive(format_args!("{path}[{index}]"), component, " (m)")?;
-    }
-    Ok(())
+/// Whether the value at `path` is the one at `group` or a part of it.
+fn lies_in(path: &str, group: &str) -> bool {
+    path.strip_prefix(group)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }

@@ -1,6 +1,6 @@
 //! How nodes are coupled and cuts weaken that.
 
-use super::check::{Check, positive, require};
+use super::check::Checks;
 use crate::scene::body::Body;
 use crate::scene::material::Dilatation;
 use crate::scene::method::{CutRule, Method};
@@ -10,14 +10,14 @@ const FEWEST_NEIGHBORS: u32 = 4;
 /// Most neighbours of a node.
 const MOST_NEIGHBORS: u32 = 1000;
 
-pub(super) fn method(path: &str, body: &Body) -> Check {
+pub(super) fn method(checks: &mut Checks, path: &str, body: &Body) {
     let Method::Dissertation {
         nearest,
         support_scale,
         neighbor_limit,
     } = body.method
     else {
-        return Ok(());
+        return;
     };
     let place = format!("{path}.method");
     for (name, count) in [
@@ -25,50 +25,52 @@ pub(super) fn method(path: &str, body: &Body) -> Check {
         ("neighbor_limit", neighbor_limit),
     ] {
         let Some(count) = count else { continue };
-        require(
+        checks.require(
             (FEWEST_NEIGHBORS..=MOST_NEIGHBORS).contains(&count),
             format_args!("{place}.{name}"),
             count,
             format_args!("it must be from {FEWEST_NEIGHBORS} to {MOST_NEIGHBORS}"),
-        )?;
+        );
     }
-    require(
+    checks.require(
         (0.5..=10.0).contains(&support_scale),
         format_args!("{place}.support_scale"),
         support_scale,
         "it must be from 0.5 to 10, such as 1.5",
-    )?;
+    );
     let material = &body.material;
-    require(
+    checks.agree(
         material.stabilization == 0.0,
         format_args!("{path}.material.stabilization"),
         material.stabilization,
         "the method Dissertation has no control of zero-energy modes; set it to 0",
-    )?;
-    require(
+        &[&place],
+    );
+    checks.agree(
         material.dilatation == Dilatation::Local,
         format_args!("{path}.material.dilatation"),
         "Mean",
         "the method Dissertation has Local only",
-    )
+        &[&place],
+    );
 }
 
-pub(super) fn cut_rule(path: &str, rule: CutRule) -> Check {
+pub(super) fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
     match rule {
-        CutRule::Detour { reach } => positive(
+        CutRule::Detour { reach } => checks.positive(
             format_args!("{path}.reach"),
             reach,
             ", in mean lengths of pairs, such as 2",
         ),
-        CutRule::Visibility => Ok(()),
+        CutRule::Visibility => {}
         CutRule::Transparency { depth, exponent } => {
-            positive(format_args!("{path}.depth"), depth, "")?;
-            require(
+            checks.positive(format_args!("{path}.depth"), depth, "");
+            checks.require(
                 exponent.is_finite() && exponent >= 2.0,
                 format_args!("{path}.exponent"),
                 exponent,
                 "it must be finite and 2 or more",
-            )
+            );
         }
         CutRule::Grid {
             spacing,
@@ -77,19 +79,19 @@ pub(super) fn cut_rule(path: &str, rule: CutRule) -> Check {
         } => {
             if let Some(cells) = cells {
                 let fits = [cells.0, cells.1, cells.2].iter().all(|count| *count > 0);
-                require(
+                checks.agree(
                     fits && spacing.is_none(),
                     format_args!("{path}.cells"),
                     format_args!("{cells:?}"),
                     "give one cell or more along each axis, and no spacing beside them",
-                )?;
+                    &[&format!("{path}.spacing")],
+                );
             }
             for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
                 if let Some(length) = length {
-                    positive(format_args!("{path}.{name}"), length, " (m)")?;
+                    checks.positive(format_args!("{path}.{name}"), length, " (m)");
                 }
             }
-            Ok(())
         }
     }
 }

@@ -11,97 +11,111 @@ pub(super) use check::Fault;
 use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, Show, View};
 use super::{Scene, VERSION};
 use body::body;
-use check::{Check, color, finite, not_negative, positive, require, triple};
+use check::{Checks, triple};
 use event::{cut, support, tool};
 
-/// Checks every value of a scene: the first fault of each of its parts, in the order of the file.
-pub(super) fn validate(scene: &Scene) -> Vec<Fault> {
-    let mut checks = vec![whole(scene)];
+/// Checks every value of a scene but those at the key paths `misread`, which stand for others.
+pub(super) fn validate(scene: &Scene, misread: &[String]) -> Vec<Fault> {
+    let mut all = Checks::default();
+    let checks = &mut all;
+    whole(checks, scene);
     for (index, item) in scene.bodies.iter().enumerate() {
-        checks.push(body(&format!("bodies[{index}]"), item));
+        body(checks, &format!("bodies[{index}]"), item);
     }
     let names = scene.bodies.iter().map(|body| body.name.as_str());
-    checks.push(unique("bodies", names));
+    unique(checks, "bodies", names);
     for (index, item) in scene.supports.iter().enumerate() {
-        checks.push(support(&format!("supports[{index}]"), item, &scene.bodies));
+        support(checks, &format!("supports[{index}]"), item, &scene.bodies);
     }
     if let Some(gravity) = &scene.gravity {
-        checks.push(finite("gravity.acceleration", gravity.acceleration));
-        checks.push(not_negative("gravity.ramp", gravity.ramp, " (s)"));
+        checks.finite("gravity.acceleration", gravity.acceleration);
+        checks.not_negative("gravity.ramp", gravity.ramp, " (s)");
     }
     for (index, item) in scene.tools.iter().enumerate() {
-        checks.push(tool(&format!("tools[{index}]"), item, &scene.bodies));
+        tool(checks, &format!("tools[{index}]"), item, &scene.bodies);
     }
-    checks.push(unique(
-        "tools",
-        scene.tools.iter().map(|tool| tool.name.as_str()),
-    ));
+    let names = scene.tools.iter().map(|tool| tool.name.as_str());
+    unique(checks, "tools", names);
     for (index, item) in scene.cuts.iter().enumerate() {
-        checks.push(cut(&format!("cuts[{index}]"), item, scene));
+        cut(checks, &format!("cuts[{index}]"), item, scene);
     }
-    checks.push(unique(
-        "cuts",
-        scene.cuts.iter().map(|cut| cut.name.as_str()),
-    ));
-    let time = integration(&scene.integration);
-    let lasting = time.is_ok();
-    checks.extend([time, stepping(scene)]);
-    if lasting {
-        // What a rate makes depends on the duration.
-        checks.push(observe(scene));
-        if let Some(settings) = &scene.pictures {
-            let rate = || limited("pictures.rate", settings.rate, MOST_FRAMES, scene, "frames");
-            checks.push(pictures(settings).and_then(|()| rate()));
-        }
+    let names = scene.cuts.iter().map(|cut| cut.name.as_str());
+    unique(checks, "cuts", names);
+    integration(checks, &scene.integration);
+    stepping(checks, scene);
+    observe(checks, scene);
+    if let Some(settings) = &scene.pictures {
+        pictures(checks, settings);
+        limited(
+            checks,
+            "pictures.rate",
+            settings.rate,
+            MOST_FRAMES,
+            scene,
+            "frames",
+        );
     }
-    checks.into_iter().filter_map(Check::err).collect()
+    all.told(misread)
 }
 
-fn whole(scene: &Scene) -> Check {
-    require(
+fn whole(checks: &mut Checks, scene: &Scene) {
+    checks.require(
         scene.version == VERSION,
         "version",
         scene.version,
         format_args!("this program reads version {VERSION}"),
-    )?;
-    require(
+    );
+    checks.require(
         is_file_name(&scene.name),
         "name",
         format_args!("'{}'", scene.name),
         "it names the output folder: use letters, digits, '-', '_', '.' or spaces, and begin with \
          a letter or digit",
-    )?;
-    require(
+    );
+    checks.require(
         !scene.bodies.is_empty(),
         "bodies",
         "empty",
         "a scene needs one body at least, such as (shape: Liver(width: 0.166))",
-    )?;
-    require(
+    );
+    checks.require(
         scene.bodies.len() <= MOST_BODIES,
         "bodies",
         format_args!("a list of {}", scene.bodies.len()),
         format_args!("a scene may have {MOST_BODIES} at most"),
-    )
+    );
 }
 
-fn observe(scene: &Scene) -> Check {
+fn observe(checks: &mut Checks, scene: &Scene) {
     let rate = scene.observe.history_rate;
-    positive("observe.history_rate", rate, " (1/s)")?;
-    limited("observe.history_rate", rate, MOST_ROWS, scene, "rows")?;
+    checks.positive("observe.history_rate", rate, " (1/s)");
+    limited(
+        checks,
+        "observe.history_rate",
+        rate,
+        MOST_ROWS,
+        scene,
+        "rows",
+    );
     let rate = scene.observe.force_rate;
-    positive("observe.force_rate", rate, " (1/s)")?;
+    checks.positive("observe.force_rate", rate, " (1/s)");
     if !scene.tools.is_empty() {
-        limited("observe.force_rate", rate, MOST_ROWS, scene, "rows")?;
+        limited(checks, "observe.force_rate", rate, MOST_ROWS, scene, "rows");
     }
     if let Some(rate) = scene.observe.state_rate {
-        positive("observe.state_rate", rate, " (1/s)")?;
-        limited("observe.state_rate", rate, MOST_FRAMES, scene, "states")?;
+        checks.positive("observe.state_rate", rate, " (1/s)");
+        limited(
+            checks,
+            "observe.state_rate",
+            rate,
+            MOST_FRAMES,
+            scene,
+            "states",
+        );
     }
     if let Some(period) = scene.observe.checkpoint {
-        positive("observe.checkpoint", period, " (s)")?;
+        checks.positive("observe.checkpoint", period, " (s)");
     }
-    Ok(())
 }
 
 /// Most bodies: pictures number two surfaces of each in 16 bits.
@@ -113,9 +127,9 @@ const MOST_FRAMES: f64 = 1e5;
 /// Most pixels of a frame (64 megapixels).
 const MOST_PIXELS: u64 = 1 << 26;
 
-fn limited(path: &str, rate: f64, most: f64, scene: &Scene, what: &str) -> Check {
+fn limited(checks: &mut Checks, path: &str, rate: f64, most: f64, scene: &Scene, what: &str) {
     let count = rate * (scene.integration.duration);
-    require(
+    checks.agree(
         count <= most,
         path,
         rate,
@@ -123,7 +137,8 @@ fn limited(path: &str, rate: f64, most: f64, scene: &Scene, what: &str) -> Check
             "over {} s it makes {count:.2e} {what} and the limit is {most:.0e}",
             scene.integration.duration
         ),
-    )
+        &["integration.duration"],
+    );
 }
 
 fn is_file_name(name: &str) -> bool {
@@ -134,123 +149,128 @@ fn is_file_name(name: &str) -> bool {
             .all(|c| c.is_alphanumeric() || "-_. ".contains(c))
 }
 
-fn unique<'a>(path: &str, names: impl Iterator<Item = &'a str>) -> Check {
+fn unique<'a>(checks: &mut Checks, path: &str, names: impl Iterator<Item = &'a str>) {
     let names: Vec<&str> = names.collect();
     for (index, name) in names.iter().enumerate() {
-        require(
-            !names[..index].contains(name),
+        let Some(earlier) = names[..index].iter().position(|other| other == name) else {
+            continue;
+        };
+        checks.agree(
+            false,
             format_args!("{path}[{index}].name"),
             format_args!("'{name}'"),
             "an earlier one has this name already; give each its own",
-        )?;
+            &[&format!("{path}[{earlier}].name")],
+        );
     }
-    Ok(())
 }
 
-fn integration(settings: &Integration) -> Check {
-    not_negative(
+fn integration(checks: &mut Checks, settings: &Integration) {
+    checks.not_negative(
         "integration.duration",
         settings.duration,
         " (s after settling)",
-    )?;
-    require(
+    );
+    checks.require(
         settings.step_factor > 0.0 && settings.step_factor <= 1.0,
         "integration.step_factor",
         settings.step_factor,
         "it must be above 0 and at most 1, the largest stable step",
-    )?;
+    );
     if let Some(settle) = settings.settle {
-        positive("integration.settle.speed", settle.speed, " (m/s)")?;
-        positive("integration.settle.limit", settle.limit, " (s)")?;
-        not_negative("integration.settle.damping", settle.damping, " (1/s)")?;
+        checks.positive("integration.settle.speed", settle.speed, " (m/s)");
+        checks.positive("integration.settle.limit", settle.limit, " (s)");
+        checks.not_negative("integration.settle.damping", settle.damping, " (1/s)");
     }
-    Ok(())
 }
 
 /// What the scheme and the way to rest ask of the rest of the scene.
-fn stepping(scene: &Scene) -> Check {
+fn stepping(checks: &mut Checks, scene: &Scene) {
     let settings = &scene.integration;
     let at_rest = settings
         .settle
         .is_some_and(|settle| settle.rest == Rest::Equilibrium);
-    require(
+    checks.agree(
         !at_rest || scene.tools.is_empty(),
         "integration.settle.rest",
         "Equilibrium",
         "it does not go with tools; take Motion",
-    )?;
+        &["tools"],
+    );
     let (Scheme::BackwardEuler { step, tolerance } | Scheme::Newmark { step, tolerance }) =
         settings.scheme
     else {
-        return Ok(());
+        return;
     };
-    positive("integration.scheme.step", step, " (s), such as 0.01")?;
-    require(
+    checks.positive("integration.scheme.step", step, " (s), such as 0.01");
+    checks.require(
         tolerance > 0.0 && tolerance < 1.0,
         "integration.scheme.tolerance",
         tolerance,
         "it must be above 0 and below 1, such as 1e-4",
-    )?;
+    );
     for (index, body) in scene.bodies.iter().enumerate() {
-        require(
+        checks.agree(
             body.damping_ratio == 0.0,
             format_args!("bodies[{index}].damping_ratio"),
             body.damping_ratio,
             "implicit schemes have no viscous damping; set it to 0",
-        )?;
+            &["integration.scheme"],
+        );
     }
     for (index, tool) in scene.tools.iter().enumerate() {
-        require(
+        checks.agree(
             tool.release.is_none(),
             format_args!("tools[{index}].release"),
             "given",
             "implicit schemes have tools on paths only; take an explicit scheme",
-        )?;
+            &["integration.scheme"],
+        );
     }
-    Ok(())
 }
 
-fn pictures(pictures: &Pictures) -> Check {
+fn pictures(checks: &mut Checks, pictures: &Pictures) {
     for (name, size) in [("width", pictures.width), ("height", pictures.height)] {
-        require(
+        checks.require(
             size >= 16,
             format_args!("pictures.{name}"),
             size,
             "it must be 16 pixels or more",
-        )?;
+        );
     }
     let pixels = u64::from(pictures.width) * u64::from(pictures.height);
-    require(
+    checks.agree(
         pixels <= MOST_PIXELS,
         "pictures.width",
         pictures.width,
         format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}"),
-    )?;
-    require(
+        &["pictures.height"],
+    );
+    checks.require(
         [1, 2, 4].contains(&pictures.samples),
         "pictures.samples",
         pictures.samples,
         "it must be 1, 2 or 4",
-    )?;
+    );
     if let Some(behind) = pictures.background {
-        color("pictures.background.top", behind.top)?;
-        color("pictures.background.bottom", behind.bottom)?;
+        checks.color("pictures.background.top", behind.top);
+        checks.color("pictures.background.bottom", behind.bottom);
     }
-    positive("pictures.rate", pictures.rate, " (frames per second)")?;
-    require(
+    checks.positive("pictures.rate", pictures.rate, " (frames per second)");
+    checks.require(
         pictures.splat_scale > 0.0 && pictures.splat_scale <= 1.0,
         "pictures.splat_scale",
         pictures.splat_scale,
         "it must be above 0 and 1 at most",
-    )?;
+    );
     if let Show::Normals { length } = pictures.show {
-        positive("pictures.show.length", length, " (m)")?;
+        checks.positive("pictures.show.length", length, " (m)");
     }
     match pictures.color {
         Coloring::Tissue => {}
-        Coloring::Displacement { most } => positive("pictures.color.most", most, " (m)")?,
-        Coloring::Stress { most } => positive("pictures.color.most", most, " (Pa)")?,
-        Coloring::Curvature { most } => positive("pictures.color.most", most, " (1/m)")?,
+        Coloring::Displacement { most } => checks.positive("pictures.color.most", most, " (m)"),
+        Coloring::Stress { most } => checks.positive("pictures.color.most", most, " (Pa)"),
+        Coloring::Curvature { most } => checks.positive("pictures.color.most", most, " (1/m)"),
     }
     match pictures.view {
         View::Around {
@@ -259,39 +279,40 @@ fn pictures(pictures: &Pictures) -> Check {
             zoom,
             ..
         } => {
-            require(
+            checks.require(
                 azimuth.is_finite(),
                 "pictures.view.azimuth",
                 azimuth,
                 "it must be finite (degrees)",
-            )?;
-            require(
+            );
+            checks.require(
                 (-90.0..=90.0).contains(&elevation),
                 "pictures.view.elevation",
                 elevation,
                 "it must be from -90 (below) to 90 (above)",
-            )?;
-            positive("pictures.view.zoom", zoom, ", 1 fits the bodies")
+            );
+            checks.positive("pictures.view.zoom", zoom, ", 1 fits the bodies");
         }
         View::Explicit {
             eye,
             target,
             field_of_view,
         } => {
-            finite("pictures.view.eye", eye)?;
-            finite("pictures.view.target", target)?;
-            require(
+            checks.finite("pictures.view.eye", eye);
+            checks.finite("pictures.view.target", target);
+            checks.agree(
                 eye != target,
                 "pictures.view.target",
                 triple(target),
                 "it must differ from the eye",
-            )?;
-            require(
+                &["pictures.view.eye"],
+            );
+            checks.require(
                 field_of_view > 0.0 && field_of_view < 180.0,
                 "pictures.view.field_of_view",
                 field_of_view,
                 "it must be above 0 and below 180 (degrees)",
-            )
+            );
         }
     }
 }
