@@ -73,7 +73,7 @@ impl Elastic {
     #[must_use]
     pub fn control_scales(&self) -> Vec<(u32, f64)> {
         let scales = (0..).zip(&self.model.control_scales);
-        let scaled = scales.filter(|(_, scale)| **scale != 1.0);
+        let scaled = scales.filter(|(_, scale)| **scale > 1.0);
         scaled.map(|(node, scale)| (node, *scale)).collect()
     }
 
@@ -95,7 +95,8 @@ impl Elastic {
     }
 
     fn change_control_scales(&mut self, scales: &[(u32, f64)]) {
-        let differs = |&&(node, scale): &&(u32, f64)| self.control_scale(node) != scale;
+        let differs =
+            |&&(node, scale): &&(u32, f64)| self.control_scale(node).to_bits() != scale.to_bits();
         let changed: Vec<(u32, f64)> = scales.iter().filter(differs).copied().collect();
         if changed.is_empty() {
             return;
