@@ -35,7 +35,7 @@ fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes() {
         let played = world.play(end, |_| {});
         assert!(played.is_ok(), "{name}, {nodes} nodes: {played:?}");
         let unexplained = imbalance(&world);
-        // 3.8e-3 at most.
+        // 4.7e-3 at most, in the liver of 1,100 nodes.
         assert!(unexplained < 0.02, "{name}, {nodes} nodes: {unexplained}");
         let member = &world.members()[0];
         let Some(cutting) = &member.cutting else {
@@ -56,7 +56,6 @@ fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes() {
         let graph = &member.body.neighborhoods;
         let weights = member.body.stencils.weights();
         let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
-        println!("{name} {nodes}: {unexplained:.1e} {:?}", pieces.sizes);
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         if whole < 1 + usize::from(through) {
             wrong.push((name, nodes, pieces.sizes));
