@@ -143,7 +143,25 @@ fn fill(shelf: &Path) {
     for [a, b, c, d] in BOX_FACES.map(|face| face.map(|v| v + 1)) {
         mesh.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
     }
-    std::fs::write(shelf.join("block.obj"), mesh).expect("it can be written");
+    std::fs::write(shelf.join("block.obj"), &mesh).expect("it can be written");
+    let corners = corners.map(|(x, _, z)| format!("vt {} {}\n", 0.2 * x, 0.2 * z));
+    let mapped = mesh.replace("f ", "usemtl skin\nf ");
+    let mapped: String = mapped
+        .lines()
+        .map(|line| match line.strip_prefix("f ") {
+            Some(face) => format!(
+                "f {}\n",
+                face.split(' ')
+                    .map(|v| format!("{v}/{v} "))
+                    .collect::<String>()
+            ),
+            None => format!("{line}\n"),
+        })
+        .collect();
+    let textured = format!("mtllib block.mtl\n{}{mapped}", corners.concat());
+    std::fs::write(shelf.join("textured.obj"), textured).expect("it can be written");
+    std::fs::write(shelf.join("block.mtl"), "newmtl skin\nmap_Kd one.png\n")
+        .expect("it can be written");
     std::fs::write(
         shelf.join("block.xyz"),
         points_on_box(DVec3::new(0.05, 0.04, 0.04), 5e-3),

@@ -49,7 +49,8 @@ pub use order::{NodeOrder, space_filling_order};
 pub use points::{PointReport, PointSampling, estimate_point_nodes, sample_points};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{
-    Format, MeshFile, Place, ReadError, ReadErrorKind, parse_mesh, read_mesh, read_point_cloud,
+    Format, ImagePlace, MeshFile, Place, ReadError, ReadErrorKind, TexturedMesh, parse_mesh,
+    read_mesh, read_point_cloud, read_textured_mesh,
 };
 pub use regular::{lattice_tetrahedra, sample_lattice};
 pub use repair::{MeshReport, RepairSettings, repair};

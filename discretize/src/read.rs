@@ -12,6 +12,7 @@ mod ply;
 mod polygon;
 mod stl;
 mod text;
+mod texture;
 mod vtk;
 mod vtu;
 
@@ -24,6 +25,8 @@ use crate::mesh::Mesh;
 use crate::sums::{boundary_triangles, tetrahedron_volume};
 use crate::surfels::Surfels;
 use text::Text;
+use texture::RawTexture;
+pub use texture::{ImagePlace, TexturedMesh, read_textured_mesh};
 
 /// File formats that are recognised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,6 +152,20 @@ pub enum ReadErrorKind {
         /// The count.
         count: u64,
     },
+    /// A face names texture coordinates that do not exist.
+    #[error("texture coordinates {index} do not exist, the file has {count}")]
+    TextureOutOfRange {
+        /// The index as written.
+        index: i64,
+        /// Number of texture coordinates.
+        count: usize,
+    },
+    /// A face names a material that no library has.
+    #[error("material `{name}` is in none of the material libraries that the file names")]
+    NoMaterial {
+        /// Its name.
+        name: String,
+    },
     /// No vertices or no faces.
     #[error("the file has no {what}")]
     Nothing {
@@ -188,6 +205,8 @@ struct Raw {
     polygons: usize,
     /// Polygons of more than three corners: the first triangle of each fan, and the corners.
     fans: Vec<(usize, Vec<u32>, Place)>,
+    /// Texture coordinates, where they are wanted.
+    texture: Option<RawTexture>,
 }
 
 impl Raw {
@@ -306,24 +325,26 @@ pub fn parse_mesh(bytes: &[u8]) -> Result<MeshFile, ReadError> {
     })
 }
 
-fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
+/// What a reader finds, with polygons cut into triangles; texture coordinates go to `texture`, where there is
+/// one.
+fn collect(bytes: &[u8], texture: Option<RawTexture>) -> Result<(Format, Raw), Failure> {
     check_encoding(bytes)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let format = detect(bytes)?;
+    let textured = Raw {
+        texture,
+        ..Raw::default()
+    };
     let mut raw = match format {
-        Format::Obj => obj::parse(bytes),
+        Format::Obj => obj::parse(bytes, textured),
         Format::StlAscii => stl::parse_ascii(bytes),
         Format::StlBinary => stl::parse_binary(bytes),
-        Format::Ply => ply::parse(bytes),
+        Format::Ply => ply::parse(bytes, textured),
         Format::Off => off::parse(bytes),
         Format::Vtk => vtk::parse(bytes),
         Format::VtkXml => vtu::parse(bytes),
         Format::Gmsh => gmsh::parse(bytes),
     }?;
-    let nothing = |what| Failure {
-        place: Place::File,
-        kind: ReadErrorKind::Nothing { what },
-    };
     if raw.vertices.is_empty() {
         return Err(nothing("vertices"));
     }
@@ -344,6 +365,19 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
         });
     }
     polygon::mend(&mut raw)?;
+    Ok((format, raw))
+}
+
+/// Something that a file lacks.
+fn nothing(what: &'static str) -> Failure {
+    Failure {
+        place: Place::File,
+        kind: ReadErrorKind::Nothing { what },
+    }
+}
+
+fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
+    let (format, mut raw) = collect(bytes, None)?;
     if !raw.tetrahedra.is_empty() {
         for t in &mut raw.tetrahedra {
             if tetrahedron_volume(t.map(|v| raw.vertices[v as usize])) < 0.0 {

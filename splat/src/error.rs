@@ -85,6 +85,9 @@ pub enum ImageError {
         /// The decoder's account.
         source: CodecError,
     },
+    /// The file is a JPEG.
+    #[error("it is a JPEG, and only PNG is read: convert it")]
+    Jpeg,
     /// The file cannot be opened.
     #[error("cannot read the image: {source}")]
     Open {

@@ -31,8 +31,11 @@ impl Image {
     ///
     /// # Errors
     /// [`ImageError::Decode`] if it is no PNG or is cut short, [`ImageError::Pixels`] if its decoder
-    /// cannot give eight bits a channel.
-    pub fn read_png(input: impl BufRead + Seek) -> Result<Self, ImageError> {
+    /// cannot give eight bits a channel, [`ImageError::Jpeg`] if it is one.
+    pub fn read_png(mut input: impl BufRead + Seek) -> Result<Self, ImageError> {
+        if input.fill_buf()?.starts_with(&[0xff, 0xd8]) {
+            return Err(ImageError::Jpeg);
+        }
         let mut decoder = png::Decoder::new(input);
         decoder.set_transformations(png::Transformations::normalize_to_color8());
         let mut reader = decoder.read_info()?;
@@ -200,6 +203,13 @@ mod tests {
         assert_eq!(image.color(Vec2::splat(0.5), 0.0), Vec3::splat(0.5));
         assert_eq!(image.color(Vec2::splat(0.1), 1.0), Vec3::splat(0.5));
         assert!(image.color(Vec2::NAN, f32::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_jpeg_is_told_by_its_name() {
+        let error = Image::read_png(std::io::Cursor::new([0xff, 0xd8, 0xff, 0xe0]));
+        let error = error.expect_err("it is no PNG").to_string();
+        assert!(error.contains("JPEG"), "{error}");
     }
 
     #[test]

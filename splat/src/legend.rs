@@ -102,10 +102,18 @@ impl<'a> Overlay<'a> {
         }
     }
 
-    /// Writes text at (x, y), its upper left corner, in dots of `dot` pixels; returns its width
-    /// (px). Letters are upper case; characters without a glyph are blank.
+    /// Writes text at (x, y), its upper left corner, in dots of `dot` pixels, light with a dark border so that it is
+    /// read before anything; returns its width (px). Letters are upper case; characters without a glyph
+    /// are blank.
     pub fn text(&mut self, x: i64, y: i64, dot: i64, text: &str) -> i64 {
+        self.dots(x, y, dot, text, 1, [30, 34, 40]);
+        self.dots(x, y, dot, text, 0, [235, 238, 240])
+    }
+
+    /// The dots of a text, each wider by a border (px) on every side.
+    fn dots(&mut self, x: i64, y: i64, dot: i64, text: &str, border: i64, rgb: [u8; 3]) -> i64 {
         let mut at = x;
+        let size = dot + 2 * border;
         for c in text.chars() {
             let c = c.to_ascii_uppercase();
             let rows = GLYPHS.split_whitespace().find_map(|g| g.strip_prefix(c));
@@ -114,7 +122,8 @@ impl<'a> Overlay<'a> {
                 for column in 0..3_i64 {
                     if bits >> (2 - column) & 1 == 1 {
                         let down = i64::try_from(row).unwrap_or(0) * dot;
-                        self.fill(at + column * dot, y + down, dot, dot, [235, 238, 240]);
+                        let (left, top) = (at + column * dot - border, y + down - border);
+                        self.fill(left, top, size, size, rgb);
                     }
                 }
             }

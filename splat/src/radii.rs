@@ -26,6 +26,10 @@ pub enum RadiusRule {
         least: f64,
         /// Largest radius (m).
         most: f64,
+        /// Whether [`crate::Tissue::cut`] measures again what a cut touches, and the new skin (Aras 2014,
+        /// fig. 78), by the map of the uncut surface. If not, surfels keep their radii and new skin
+        /// has those of [`covering_radii`].
+        at_cuts: bool,
     },
 }
 
@@ -60,6 +64,7 @@ impl RadiusRule {
                 neighbors,
                 least,
                 most,
+                at_cuts: _,
             } => {
                 let values = measures(positions, measure, neighbors);
                 mapped_radii(&values, measure, least, most)
@@ -88,7 +93,8 @@ pub fn measures(positions: &[DVec3], measure: Measure, neighbors: usize) -> Vec<
         .collect()
 }
 
-fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
+/// A measure of the point `x` among those `near` it.
+pub(crate) fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
     if near.is_empty() {
         return 0.0;
     }
@@ -119,23 +125,52 @@ fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
 /// variation, gets `least` (m), the other end `most` (m). Equal measures all get `most`.
 #[must_use]
 pub fn mapped_radii(values: &[f64], measure: Measure, least: f64, most: f64) -> Vec<f64> {
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let span = high - low;
-    values
-        .iter()
-        .map(|&value| {
-            let rise = if span > 0.0 {
-                (value - low) / span
-            } else {
-                0.0
-            };
-            match measure {
-                Measure::Density if span > 0.0 => least + (most - least) * rise,
-                _ => most - (most - least) * rise,
-            }
-        })
-        .collect()
+    let map = RadiusMap::of(values, measure, [least, most]);
+    values.iter().map(|&value| map.radius(value)).collect()
+}
+
+/// A linear map from a range of measures to a range of radii (Aras 2014, 4.5).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RadiusMap {
+    measure: Measure,
+    /// The smallest and the largest measure.
+    ends: [f64; 2],
+    /// The smallest and the largest radius (m).
+    radii: [f64; 2],
+}
+
+impl RadiusMap {
+    /// The map whose ends are the ends of `values`.
+    pub(crate) fn of(values: &[f64], measure: Measure, radii: [f64; 2]) -> Self {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Self {
+            measure,
+            ends: [low, high],
+            radii,
+        }
+    }
+
+    /// The radius (m) of a measure, that of an end for measures beyond it.
+    pub(crate) fn radius(&self, value: f64) -> f64 {
+        let ([low, high], [least, most]) = (self.ends, self.radii);
+        let span = high - low;
+        let rise = match self.measure {
+            _ if span > 0.0 => ((value - low) / span).clamp(0.0, 1.0),
+            // All are alike: only what is more curved than they are is told from them.
+            Measure::Curvature | Measure::Variation if value > high => 1.0,
+            _ => 0.0,
+        };
+        match self.measure {
+            Measure::Density if span > 0.0 => least + (most - least) * rise,
+            _ => most - (most - least) * rise,
+        }
+    }
+
+    /// The largest radius (m).
+    pub(crate) fn most(&self) -> f64 {
+        self.radii[1]
+    }
 }
 
 /// Surfels whose cells the tangent-plane Voronoi construction looks at.
@@ -144,7 +179,7 @@ const CELL_NEIGHBORS: usize = 16;
 /// corner would be zero.
 const OVERLAP: f64 = 1.15;
 /// Neighbours whose normals are farther apart than this lie on another face (cosine).
-const FACE_COSINE: f64 = 0.5;
+pub(crate) const FACE_COSINE: f64 = 0.5;
 /// Neighbours within 40° belong to the same smooth face (cosine).
 const SAME_FACE: f64 = 0.766;
 

@@ -3,7 +3,7 @@
 use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
-use crate::image::Chart;
+use crate::image::{Chart, Image};
 use crate::project::{Chunk, Facing, Ink, Paint, Projected, Raster, TILE, project};
 use crate::raster::{
     Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
@@ -14,6 +14,7 @@ use crate::shade::{Rig, Transfer};
 use crate::tool::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// What the image is like.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +31,8 @@ pub struct RenderSettings {
     pub tolerance: f64,
     /// Optical properties by material id; a splat whose id has none takes the default surface.
     pub surfaces: Vec<Surface>,
+    /// Images that splats lie in by texture coordinates, see [`SplatView::places`].
+    pub images: Vec<Arc<Image>>,
     /// Light.
     pub lighting: Lighting,
     /// Background.
@@ -47,6 +50,7 @@ impl Default for RenderSettings {
             mode: DrawMode::ThreePass,
             tolerance: 0.7,
             surfaces: vec![Surface::default()],
+            images: Vec::new(),
             lighting: Lighting::default(),
             background: Background::default(),
             keep_normals: false,
@@ -108,8 +112,9 @@ impl Renderer {
                 && view.texture_points.len() == n
                 && view.radii.len() == n
                 && (view.texture_normals.is_empty() || view.texture_normals.len() == n)
+                && (view.places.is_empty() || view.places.len() == n)
                 && (view.clips.is_empty() || view.clips.len() == n),
-            "one colour, material, texture point, radius and clip per splat"
+            "one colour, material, texture point, place, radius and clip per splat"
         );
         let ss = index(self.settings.samples);
         let (w, h) = (
@@ -158,6 +163,16 @@ impl Renderer {
         let coated = surfaces.iter().any(|surface| surface.coat.is_some());
         let print = |splat: u32| {
             let i = index(splat);
+            if let Some(Some(place)) = view.places.get(i)
+                && let Some(image) = self.settings.images.get(usize::from(place.image))
+            {
+                let radius = single(view.radii[i]);
+                return Some(Print {
+                    image,
+                    at: place.at,
+                    along: place.along.map(|along| along * radius),
+                });
+            }
             let surface = coated.then(|| self.surface(view.materials[i]))?;
             surface.coat.as_ref().map(|coat| print(view, i, coat))
         };

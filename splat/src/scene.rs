@@ -3,7 +3,7 @@
 use crate::clip::Clip;
 use crate::image::Image;
 use crate::splats::Splats;
-use crate::surfels::Surfels;
+use crate::surfels::{Surfels, TexturePlace};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -134,6 +134,9 @@ pub struct SplatView<'a> {
     pub texture_points: &'a [DVec3],
     /// Rest normals: how texture coordinates vary over a disk; empty: they are constant over each.
     pub texture_normals: &'a [DVec3],
+    /// Where each splat lies in an image of [`crate::RenderSettings::images`], which then takes the place of its
+    /// colour and its material's coat (three-pass mode); empty: none does.
+    pub places: &'a [Option<TexturePlace>],
     /// What bounds each disk; empty: nothing bounds any.
     pub clips: &'a [Option<Box<Clip>>],
     /// Rest radii (m), the unit of the clips.
@@ -153,6 +156,7 @@ impl<'a> SplatView<'a> {
             materials: &surfels.materials,
             texture_points: &surfels.positions,
             texture_normals: &surfels.normals,
+            places: &surfels.places,
             clips: &[],
             radii: &surfels.radii,
             inside: None,

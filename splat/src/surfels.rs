@@ -2,7 +2,7 @@
 
 use crate::error::SurfelError;
 use crate::radii::{RadiusRule, shape_operators};
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 /// Oriented disks on a surface, rest frame; all arrays have one entry per surfel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,6 +21,19 @@ pub struct Surfels {
     pub shapes: Vec<DVec3>,
     /// Material id, an index into the surfaces that the renderer knows.
     pub materials: Vec<u16>,
+    /// Where surfels lie in images, of those that do; empty without images.
+    pub places: Vec<Option<TexturePlace>>,
+}
+
+/// Where a surfel lies in an image, by the texture coordinates of the mesh it was sampled from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TexturePlace {
+    /// Which of [`crate::RenderSettings::images`].
+    pub image: u16,
+    /// Place of the centre: u to the right and v down, 1 the image's whole width and height.
+    pub at: Vec2,
+    /// Its change along the two tangents of [`Surfels::tangents`] (1/m).
+    pub along: [Vec2; 2],
 }
 
 impl Surfels {
@@ -99,6 +112,9 @@ impl Surfels {
         self.radii.push(radius);
         self.shapes.push(DVec3::ZERO);
         self.materials.push(material);
+        if !self.places.is_empty() {
+            self.places.push(None);
+        }
     }
 
     /// Appends a copy of a surfel.
@@ -112,6 +128,9 @@ impl Surfels {
         );
         if let Some(last) = self.shapes.len().checked_sub(1) {
             self.shapes[last] = self.shapes[of];
+            if let Some(&place) = self.places.get(of) {
+                self.places[last] = place;
+            }
         }
     }
 

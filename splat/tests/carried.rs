@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
-use phyxel_splat::{Splats, Surfels, Tissue, TissueSettings};
+use phyxel_splat::{Splats, Surfels, Tissue, TissueSettings, carry_by_displacements_into};
 use proptest::prelude::*;
 use testkit::cloud::{filled_cube, patch, swept};
 use testkit::strategies;
@@ -160,4 +160,71 @@ fn skin_of_a_folded_cut_stays_in_the_body() {
         }
     }
     assert!(points > 10_000, "{points}");
+}
+
+/// What eq. (59) gets wrong: in a rotation of the nodes every surfel lags behind by what the rotation makes of the
+/// way to the middle of its nodes, as that is all that displacements know; normals by that of the map itself.
+/// The affine average does neither.
+#[test]
+fn averaged_displacements_drag_surfels_behind_in_a_rotation() {
+    let (tissue, nodes) = slab(&TissueSettings::default());
+    let (surfels, binding) = (tissue.surfels(), tissue.binding());
+    let carried = |map: &DMat3| {
+        let moved: Vec<DVec3> = nodes.iter().map(|&p| *map * p).collect();
+        let (mut ours, mut theirs) = (Splats::default(), Splats::default());
+        tissue.carry_into(&moved, &vec![*map; nodes.len()], &mut ours);
+        carry_by_displacements_into(surfels, binding, &nodes, &moved, &mut theirs);
+        (ours, theirs)
+    };
+    let spacing = 1.0 / 7.0;
+    // 0.03 and 0.23 spacings; normals by 2.7 and 20 degrees.
+    for (degrees, least, most) in [(10.0_f64, 0.02, 0.12), (90.0, 0.2, 1.0)] {
+        let turn = DMat3::from_rotation_x(degrees.to_radians());
+        let (ours, theirs) = carried(&turn);
+        let (mut lag, mut tilt, mut own) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for (i, &rest) in surfels.positions.iter().enumerate() {
+            let (row, weights) = binding.row(i);
+            let middle: DVec3 = row
+                .iter()
+                .zip(weights)
+                .map(|(&n, &w)| nodes[n as usize] * w)
+                .sum();
+            let expected = turn * rest + (turn - DMat3::IDENTITY) * (middle - rest);
+            let off = theirs.positions[i].distance(expected);
+            assert!(off < 1e-12, "the lag is known in closed form: {off:e}");
+            lag += theirs.positions[i].distance(turn * rest);
+            tilt += theirs.normals[i].angle_between(turn * surfels.normals[i]);
+            own = own.max(ours.positions[i].distance(turn * rest));
+            own = own.max(ours.normals[i].distance(turn * surfels.normals[i]));
+        }
+        let count = f64::from(u32::try_from(surfels.len()).unwrap());
+        let (lag, tilt) = (lag / count / spacing, (tilt / count).to_degrees());
+        assert!(
+            (least..most).contains(&lag),
+            "{degrees} degrees: behind by {lag} spacings"
+        );
+        assert!(
+            tilt > 0.05 * degrees,
+            "{degrees} degrees: normals off by {tilt} degrees"
+        );
+        assert!(own < 1e-12, "the affine average is off by {own:e}");
+    }
+    // Half as long again along x: surfels at the ends stay behind.
+    let stretch = DMat3::from_diagonal(DVec3::new(1.5, 1.0, 1.0));
+    let (ours, theirs) = carried(&stretch);
+    let length = |splats: &Splats| {
+        let at = splats.positions.iter().map(|p| p.x);
+        at.clone().fold(f64::MIN, f64::max) - at.fold(f64::MAX, f64::min)
+    };
+    // 0.099 spacings.
+    let short = (length(&ours) - length(&theirs)) / spacing;
+    assert!(short > 0.05, "as long as with the affine average: {short}");
+    // A translation is all that is reproduced.
+    let moved: Vec<DVec3> = nodes.iter().map(|&p| p + DVec3::ONE).collect();
+    let mut theirs = Splats::default();
+    carry_by_displacements_into(surfels, binding, &nodes, &moved, &mut theirs);
+    for (i, &rest) in surfels.positions.iter().enumerate() {
+        assert!(theirs.positions[i].distance(rest + DVec3::ONE) < 1e-12);
+        assert!(theirs.normals[i].distance(surfels.normals[i]) < 1e-12);
+    }
 }

@@ -10,12 +10,13 @@
 
 mod oracle;
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
 use oracle::{Shape, box_distance, compare};
 use phyxel_splat::{
     Camera, DrawMode, Frame, Image, ImageCoat, Lens, Mesh, RenderSettings, Renderer, SplatView,
-    Splats, Surfels, Tissue, TissueSettings,
+    Splats, Surfels, TexturePlace, Tissue, TissueSettings,
 };
+use std::io::Cursor;
 use std::sync::Arc;
 use testkit::cloud::{filled_cube, patch, swept};
 
@@ -160,7 +161,7 @@ fn an_image_lies_on_the_surface_by_place() {
     ];
     let mut png = Vec::new();
     file.write_png(&mut png).unwrap();
-    let image = Arc::new(Image::read_png(std::io::Cursor::new(png)).unwrap());
+    let image = Arc::new(Image::read_png(Cursor::new(png)).unwrap());
     assert_eq!(image.size(), (2, 2));
     let (tissue, splats) = at_rest(Shape::Block, 600);
     let low = DVec3::splat(-0.8);
@@ -419,4 +420,92 @@ fn gaps_show_the_inside() {
         }
     }
     assert!(filled > 5_000, "{filled} pixels were open");
+}
+
+/// An image that lies on splats by texture coordinates is seen per sample: squares finer than the splats come out where
+/// they belong, on a mirrored and turned map too; splats without a place keep their own colour.
+#[test]
+fn images_lie_where_texture_coordinates_say() {
+    const SIDE: u32 = 24;
+    // A chequered image of 8 x 8 squares, red and green by turns, with a blue corner.
+    let mut frame = Frame::blank(64, 64);
+    for (k, pixel) in (0_u32..).zip(&mut frame.pixels) {
+        let (x, y) = (k % 64 / 8, k / 64 / 8);
+        *pixel = match (x + y) % 2 {
+            _ if x < 2 && y < 2 => [0, 0, 255, 255],
+            0 => [255, 0, 0, 255],
+            _ => [0, 255, 0, 255],
+        };
+    }
+    let mut file = Vec::new();
+    frame.write_png(&mut file).unwrap();
+    let image = Arc::new(Image::read_png(Cursor::new(file)).unwrap());
+    let place = |k: u32| f64::from(k) / f64::from(SIDE - 1) - 0.5;
+    let x: Vec<DVec3> = (0..SIDE * SIDE)
+        .map(|k| DVec3::new(place(k % SIDE), place(k / SIDE), 0.0))
+        .collect();
+    let n = vec![DVec3::Z; x.len()];
+    let a = vec![f64::from(SIDE).powi(-2); x.len()];
+    let mut tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
+    let half = DVec3::new(0.4, 0.4, 0.0);
+    let camera = Camera::framing_orthographic(-half, half, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
+    for map in [
+        DMat2::from_cols(DVec2::new(0.9, 0.0), DVec2::new(0.0, -0.9)),
+        DMat2::from_cols(DVec2::new(0.0, 0.7), DVec2::new(0.7, 0.0)),
+        DMat2::from_angle(0.4) * 0.6,
+    ] {
+        let at = |p: DVec3| DVec2::splat(0.5) + map * p.truncate();
+        let (t0, t1) = Surfels::tangents(DVec3::Z);
+        let places = tissue.surfels().positions.iter().map(|&p| {
+            let along = [t0, t1].map(|t| (map * t.truncate()).as_vec2());
+            // A strip at the left has none.
+            (p.x > -0.3).then_some(TexturePlace {
+                image: 0,
+                at: at(p).as_vec2(),
+                along,
+            })
+        });
+        let places = places.collect();
+        tissue.set_places(places);
+        let splats = Splats::at_rest(tissue.surfels());
+        let colors = vec![Vec3::splat(0.5); splats.positions.len()];
+        let mut renderer = Renderer::new(RenderSettings {
+            images: vec![Arc::clone(&image)],
+            ..settings(DrawMode::ThreePass, 1)
+        });
+        let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
+        let (w, h) = (f64::from(frame.width), f64::from(frame.height));
+        let Lens::Orthographic { height } = camera.lens else {
+            panic!("it is orthographic");
+        };
+        let (mut right, mut seen, mut gray) = (0, 0, 0);
+        for (k, pixel) in (0_u32..).zip(&frame.pixels) {
+            let (px, py) = (f64::from(k % frame.width), f64::from(k / frame.width));
+            let p = DVec3::new(px + 0.5 - 0.5 * w, 0.5 * h - py - 0.5, 0.0) * (height / h);
+            let [r, g, b, _] = pixel.map(u32::from);
+            if p.x.abs().max(p.y.abs()) > 0.38 {
+                continue;
+            }
+            if p.x < -0.35 {
+                gray += u32::from(r.abs_diff(g).max(g.abs_diff(b)) < 40);
+                continue;
+            }
+            // Away from the borders of squares and of the strip.
+            let at = at(p) * 8.0;
+            let inner = (at - at.floor() - 0.5).abs().max_element() < 0.35;
+            if p.x < -0.25 || !inner {
+                continue;
+            }
+            let [x, y] = at.floor().to_array().map(|x| x.rem_euclid(8.0));
+            let expected = match (x + y).rem_euclid(2.0) {
+                _ if x < 2.0 && y < 2.0 => b > 2 * r.max(g),
+                odd if odd < 0.5 => r > 2 * g.max(b),
+                _ => g > 2 * r.max(b),
+            };
+            seen += 1;
+            right += u32::from(expected);
+        }
+        assert!(seen > 5_000 && gray > 200, "{seen} pixels, {gray} grey");
+        assert_eq!(right, seen, "pixels that show their square");
+    }
 }

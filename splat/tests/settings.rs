@@ -13,6 +13,7 @@ fn settings_survive_writing() {
         neighbors: 9,
         least: 0.001,
         most: 0.004,
+        at_cuts: true,
     };
     let text = ron::to_string(&settings).expect("plain data");
     let read: TissueSettings = ron::from_str(&text).expect("what was written");

@@ -135,7 +135,7 @@ fn skin_of_points_lies_on_the_body() {
               pictures: (width: 64, height: 48))"
         );
         let scene = scene(&text, folder.path());
-        let pictures = scene.pictures.expect("it has pictures");
+        let pictures = scene.pictures.clone().expect("it has pictures");
         let world = World::new(scene).expect("it can be built");
         Painter::new(&world, &pictures).map(|mut painter| {
             painter.carry(&world);

@@ -113,7 +113,7 @@ type Found = (&'static str, Result<Measured, String>);
 /// Plays a scene and measures it in each state. A body that blows up is measured no more, and the
 /// states say so.
 fn hang(scene: Scene, care: Care) -> Result<Vec<Found>, StudyError> {
-    let pictures = scene.pictures.unwrap_or_default();
+    let pictures = scene.pictures.clone().unwrap_or_default();
     let mut world = World::new(scene)?;
     let mut painter = Painter::new(&world, &pictures)?;
     let body = &world.members()[0].body;

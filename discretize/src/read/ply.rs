@@ -1,6 +1,7 @@
 //! PLY: text and binary of both byte orders; vertices' x, y, z and faces' index lists.
 
 use super::text::{Text, check_count, unexpected};
+use super::texture::NONE;
 use super::{Failure, Place, Raw, ReadErrorKind, is_padding, point, vertex_index};
 
 #[derive(Clone, Copy, PartialEq)]
@@ -58,6 +59,11 @@ struct Property {
 enum Role {
     Coordinate(usize),
     Corners,
+    /// Texture coordinates: of a vertex, or two for each corner of a face.
+    Texture(usize),
+    TextureList,
+    /// Which of the file's images.
+    TextureNumber,
     Other,
 }
 
@@ -75,11 +81,19 @@ enum ElementRole {
     Other,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+/// Into an empty `raw`.
+pub(super) fn parse(bytes: &[u8], mut raw: Raw) -> Result<Raw, Failure> {
     let mut text = Text::new(bytes);
-    let (encoding, elements) = header(&mut text)?;
+    let (encoding, elements, images) = header(&mut text)?;
+    if let Some(texture) = &mut raw.texture {
+        texture.images = images;
+        texture.by_vertex = elements.iter().any(|element| {
+            let mut properties = element.properties.iter();
+            element.role == ElementRole::Vertex
+                && properties.any(|property| matches!(property.role, Role::Texture(_)))
+        });
+    }
     let mut source = Source { text, encoding };
-    let mut raw = Raw::default();
     // Faces may stand before the vertices, so it is the header that says how many there are.
     let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
     let vertices: i64 = vertices.map(|e| e.count).fold(0, i64::saturating_add);
@@ -102,7 +116,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     Ok(raw)
 }
 
-fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Failure> {
+/// Encoding, elements, and the names of images.
+fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>, Vec<String>), Failure> {
+    let mut images = Vec::new();
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
     text.full_line("`ply`")?;
@@ -142,12 +158,16 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Failure> {
                 }
             }
             Some(b"end_header") => break,
+            Some(b"comment") if words.clone().next() == Some(b"TextureFile") => {
+                words.next();
+                images.push(words.text().into_owned());
+            }
             Some(b"comment" | b"obj_info") | None => {}
             Some(other) => return Err(unexpected("a PLY header line", other, place)),
         }
     }
     let encoding = encoding.ok_or_else(|| text.truncated("a format line"))?;
-    Ok((encoding, elements))
+    Ok((encoding, elements, images))
 }
 
 fn property(words: &mut super::text::Words<'_>) -> Result<Property, Failure> {
@@ -172,6 +192,10 @@ fn property(words: &mut super::text::Words<'_>) -> Result<Property, Failure> {
         (Some(b"y"), false) => Role::Coordinate(1),
         (Some(b"z"), false) => Role::Coordinate(2),
         (Some(b"vertex_indices" | b"vertex_index"), true) => Role::Corners,
+        (Some(b"s" | b"u" | b"texture_u" | b"texture_s"), false) => Role::Texture(0),
+        (Some(b"t" | b"v" | b"texture_v" | b"texture_t"), false) => Role::Texture(1),
+        (Some(b"texcoord"), true) => Role::TextureList,
+        (Some(b"texnumber"), false) => Role::TextureNumber,
         _ => Role::Other,
     };
     Ok(Property { list, value, role })
@@ -258,29 +282,55 @@ fn read_element(
         return Ok(());
     }
     let mut corners = Vec::new();
+    let (mut uv, mut places) = ([0.0; 2], Vec::new());
     for _ in 0..count {
         let place = source.place();
         let mut xyz = [f64::NAN; 3];
+        let mut faces = 0;
+        let mut image = NONE;
+        places.clear();
         for property in &element.properties {
             if let Some(list) = property.list {
                 let size = source.integer(list)?;
                 let left = source.text.rest().len();
                 let size = check_count(size, "list entries", 1, left, place)?;
-                corners.clear();
+                let of_face = element.role == ElementRole::Face;
+                if property.role == Role::TextureList && of_face && raw.texture.is_some() {
+                    for _ in 0..size {
+                        places.push(source.float(property.value)?);
+                    }
+                    continue;
+                }
+                let is_corners = property.role == Role::Corners && of_face;
+                if is_corners {
+                    corners.clear();
+                }
                 for _ in 0..size {
                     let v = source.integer(property.value)?;
-                    if property.role == Role::Corners && element.role == ElementRole::Face {
+                    if is_corners {
                         corners.push(vertex_index(v, vertices, place)?);
                     }
                 }
-                if property.role == Role::Corners && element.role == ElementRole::Face {
+                if is_corners {
                     raw.polygon(&corners, place)?;
+                    faces += 1;
                 }
             } else {
                 let value = source.float(property.value)?;
-                if let Role::Coordinate(axis) = property.role {
-                    xyz[axis] = value;
+                match property.role {
+                    Role::Coordinate(axis) => xyz[axis] = value,
+                    Role::Texture(axis) => uv[axis] = value,
+                    Role::TextureNumber => image = number_of(value),
+                    _ => {}
                 }
+            }
+        }
+        if let Some(texture) = &mut raw.texture {
+            if element.role == ElementRole::Vertex && texture.by_vertex {
+                texture.coordinates.push(uv.into());
+            }
+            if faces == 1 {
+                texture.ply_polygon(&corners, &places, image, place)?;
             }
         }
         if element.role == ElementRole::Vertex {
@@ -288,4 +338,14 @@ fn read_element(
         }
     }
     Ok(())
+}
+
+/// The number of an image as a file writes it.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "what is no such number names no image, and is told of where the image is sought"
+)]
+fn number_of(value: f64) -> u32 {
+    value as u32
 }

@@ -12,7 +12,7 @@ const MOST_CORNERS: usize = 1000;
 /// triangle of the fan looks the other way. A fan whose triangles all look the same way covers a
 /// plane polygon once.
 pub(super) fn mend(raw: &mut Raw) -> Result<(), Failure> {
-    for (first, corners, place) in std::mem::take(&mut raw.fans) {
+    for (fan_of, (first, corners, place)) in std::mem::take(&mut raw.fans).into_iter().enumerate() {
         let places: Vec<DVec3> = corners.iter().map(|v| raw.vertices[*v as usize]).collect();
         // The sum of the fan's area vectors is the polygon's, plane or not (Newell).
         let fan = |k: usize| area_vector([places[0], places[k], places[k + 1]]);
@@ -32,6 +32,9 @@ pub(super) fn mend(raw: &mut Raw) -> Result<(), Failure> {
         let flat = project(&places, normal);
         for (k, triangle) in clip_ears(&flat).into_iter().enumerate() {
             raw.triangles[first + k] = triangle.map(|c| corners[c]);
+            if let Some(texture) = &mut raw.texture {
+                texture.cut_anew(fan_of, first + k, triangle);
+            }
         }
     }
     Ok(())

@@ -1,5 +1,7 @@
 //! Lines and words of a text file with their places.
 
+use std::borrow::Cow;
+
 use super::{Failure, Place, ReadErrorKind};
 
 /// Bytes shown of an unexpected word.
@@ -150,6 +152,11 @@ impl<'a> Text<'a> {
 impl<'a> Words<'a> {
     pub(super) fn place(&self) -> Place {
         Place::Line(self.line)
+    }
+
+    /// What is left of the line, without the spaces round it, as a name may have some in it.
+    pub(super) fn text(&self) -> Cow<'a, str> {
+        String::from_utf8_lossy(self.rest.trim_ascii())
     }
 
     fn peek(&self) -> Option<&'a [u8]> {

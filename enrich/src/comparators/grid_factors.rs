@@ -17,10 +17,12 @@ use crate::index::Bounds;
 /// (64)): a chain of grids for each stroke ([`GridSheets`]), its last one built anew with each edge of the
 /// blade. For comparison with [`PairFactors`]; takes the two ends of an edge alone.
 ///
-/// [`PairFactors`] decides what no grid does: pairs that it severs and none of them, and pairs that it
-/// weakens where none of them has a say. Such are those that cross a piece which has no grid, as it folds, or
-/// as the cut between two edges is not what their ends span; and those beside the end of a grid
-/// whose last piece is tilted. [`GridFactors::count_without_lattice`] counts them.
+/// [`PairFactors`] decides what no grid does: pairs that it severs and none of them, pairs that it
+/// weakens where none of them has a say, and pairs that no cut crosses of a node that would be alone: a grid
+/// knows the ends of the blade's edge alone, and a node between the cut and the straight line of these ends is on
+/// the one side for the cut and on the other for the grid. Of the first kind are those that cross a piece which has
+/// no grid, as it folds, or as the cut between two edges is not what their ends span; and those beside the
+/// end of a grid whose last piece is tilted. [`GridFactors::count_without_lattice`] counts them.
 #[derive(Debug, Clone)]
 pub struct GridFactors {
     settings: GridSettings,
@@ -93,6 +95,22 @@ impl GridFactors {
         self.lattices().count()
     }
 
+    /// Gives nodes that have lost all of their pairs those back that a lattice severs and no cut crosses.
+    fn join_single_nodes(&self, graph: &Graph<'_>, factors: &mut [f64]) {
+        let nodes = 0..graph.positions.len();
+        let severed = |node| graph.pairs(node).all(|pair| factors[pair] <= 0.0);
+        let alone: Vec<bool> = nodes.clone().map(severed).collect();
+        for node in nodes {
+            for pair in graph.pairs(node) {
+                let rest = self.rest.factor(pair);
+                let single = alone[node] || alone[graph.indices[pair] as usize];
+                if single && rest >= 1.0 {
+                    factors[pair] = rest;
+                }
+            }
+        }
+    }
+
     /// Number of undirected pairs that no lattice decides, and that [`PairFactors`] weakens or severs.
     #[must_use]
     pub fn count_without_lattice(&self) -> usize {
@@ -153,12 +171,13 @@ impl GridFactors {
         let grids = self.strokes.iter().flat_map(|blade| blade.sheets.grids());
         self.by_lattice = grid_pair_factors(grids, graph, &self.radii, GridForm::default());
         let both = self.by_lattice.iter().enumerate();
-        let factors: Vec<f64> = both
+        let mut factors: Vec<f64> = both
             .map(|(pair, &lattice)| match self.rest.factor(pair) {
                 rest if rest <= 0.0 || lattice >= 1.0 => rest,
                 _ => lattice,
             })
             .collect();
+        self.join_single_nodes(graph, &mut factors);
         let rows = graph.offsets.windows(2).zip(0_u32..);
         let touched = rows
             .filter(|(row, _)| {
@@ -221,5 +240,33 @@ mod tests {
             let counts = (factors.lattice_count(), factors.count_without_lattice());
             assert_eq!(counts, (lattices, without), "{factors:?}");
         }
+    }
+
+    /// A blade whose edge is bent leaves a node between the cut and the straight edge of the lattice: it stays with
+    /// those on its side of the cut, and is parted from the others.
+    #[test]
+    fn a_node_between_the_cut_and_its_lattice_keeps_its_side() {
+        let x = [-0.2, 0.05, 0.25];
+        let positions = x.map(|x| DVec3::new(x, 0.0, 0.0));
+        let graph =
+            Graph::new(&positions, &[0, 2, 4, 6], &[1, 2, 0, 2, 0, 1]).expect("three pairs");
+        let edge = |y: f64| {
+            let at = |x: f64, z: f64| DVec3::new(x, y, z);
+            [at(0.0, -2.0), at(0.12, 0.0), at(0.0, 2.0)]
+        };
+        let ends = |y: f64| [edge(y)[0], edge(y)[2]];
+        let settings = GridSettings::for_spacing(0.3);
+        let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
+        let mut factors = GridFactors::new(&graph, vec![0.6; 3], &settings, None);
+        let stroke = cuts.start(&edge(-3.0)).expect("an edge");
+        factors.start(stroke, ends(-3.0));
+        let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
+        let way = (stroke, Some([ends(-3.0), ends(3.0)]));
+        factors.update(&graph, &cuts, new, way, &|_| true);
+        assert_eq!(factors.lattice_count(), 1, "the lattice takes the piece");
+        // From the left one to the middle, to the right one; from the middle to the right one.
+        let found = [factors.factor(0), factors.factor(1), factors.factor(3)];
+        let bits = [1.0_f64, 0.0, 0.0].map(f64::to_bits);
+        assert_eq!(found.map(f64::to_bits), bits, "{found:?}");
     }
 }

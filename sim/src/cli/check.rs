@@ -100,7 +100,7 @@ fn costs(scene: &Scene) -> Result<Costs, WorldError> {
     let integration = scene.integration;
     let captures = scene.cuts.iter().map(|cut| cut.capture_times().len()).sum();
     let strokes = scene.cuts.len();
-    let frames = scene.pictures.map_or(0.0, |pictures| {
+    let frames = scene.pictures.as_ref().map_or(0.0, |pictures| {
         (pictures.rate * integration.duration).floor() + 1.0
     });
     let name = scene.name.clone();
@@ -168,8 +168,8 @@ fn parts(world: &mut World) -> Result<Vec<PartCosts>, WorldError> {
         bytes: 0,
         milliseconds: Some(0.0),
     };
-    if let Some(wish) = world.scene().pictures {
-        let mut painter = Painter::new(world, &wish)?;
+    if let Some(wish) = &world.scene().pictures {
+        let mut painter = Painter::new(world, wish)?;
         let start = Instant::now();
         painter.carry(world);
         painter.draw(world);

@@ -109,7 +109,7 @@ impl Session {
         let mut world = World::new(scene.clone())?;
         // Paths are left to hands from here on.
         world.give(Vec::new())?;
-        let pictures = scene.pictures.unwrap_or_default();
+        let pictures = scene.pictures.clone().unwrap_or_default();
         let painter = Painter::new(&world, &pictures)?;
         Ok((world, painter))
     }

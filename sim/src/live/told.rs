@@ -62,6 +62,7 @@ pub(super) fn scene_of(
     }
     let view = base
         .pictures
+        .as_ref()
         .map(|pictures| pictures.view)
         .unwrap_or_default();
     let view = match view {

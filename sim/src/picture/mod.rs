@@ -2,23 +2,29 @@
 
 mod camera;
 mod coloring;
+mod merged;
 mod reach;
+mod rigid;
 mod sampling;
 mod style;
 mod surfels;
+mod textured;
 mod tool;
 mod views;
 
 pub use sampling::surfels_on_solid;
 
 use std::io::Cursor;
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::Vec3;
 use phyxel_splat::{
-    Camera, Clip, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer,
-    SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture,
+    Camera, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer, SplatView,
+    Splats, Surface, Tissue, TissueSettings, TissueTexture,
 };
+
+use merged::Merged;
 
 use crate::scene::{self, Coloring, Pictures, Show, read_file};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
@@ -32,6 +38,8 @@ struct Skin {
     tissue: Tissue,
     texture: TissueTexture,
     surfaces: Vec<Surface>,
+    /// Images that the mesh file of the body names.
+    images: Vec<Arc<Image>>,
     colors: Vec<Vec3>,
     splats: Splats,
 }
@@ -69,6 +77,9 @@ pub struct Painter {
     splat_scale: f64,
     show: Show,
     bare: bool,
+    /// Rigid surfaces of the scene, and the looks of each tool in its own frame.
+    rigid: Vec<Mesh>,
+    looks: Vec<Option<Mesh>>,
     frames: usize,
 }
 
@@ -76,7 +87,7 @@ impl Painter {
     /// Covers the bodies with surfels and sets the camera up.
     ///
     /// # Errors
-    /// [`WorldError`] if a surface cannot be sampled or bound to its nodes.
+    /// [`WorldError`] if a surface cannot be sampled or bound to its nodes, or an image or a mesh cannot be read.
     pub fn new(world: &World, pictures: &Pictures) -> Result<Self, WorldError> {
         Self::build(world, pictures, None)
     }
@@ -119,6 +130,15 @@ impl Painter {
         };
         let colored = pictures.color != Coloring::Tissue;
         let surfaces = surfaces.map(|own| if colored { plain.clone() } else { own });
+        let images = skins.iter().flat_map(|skin| skin.images.iter().cloned());
+        let images = images.filter(|_| !colored).collect();
+        let rigid = pictures.meshes.iter().map(rigid::read);
+        let rigid = rigid.collect::<Result<Vec<_>, _>>()?;
+        let looks = scene.tools.iter().map(|tool| {
+            let looks = tool.looks.as_ref().map(rigid::read).transpose()?;
+            Ok(looks.map(|mesh| rigid::scaled(mesh, tool.scale)))
+        });
+        let looks = looks.collect::<Result<Vec<_>, WorldError>>()?;
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
@@ -126,6 +146,7 @@ impl Painter {
             background: style::background_of(pictures.background),
             mode: style.map_or_else(|| style::mode_of(pictures.mode), |style| style.mode),
             surfaces: surfaces.collect(),
+            images,
             ..RenderSettings::default()
         });
         Ok(Self {
@@ -136,6 +157,8 @@ impl Painter {
             splat_scale: pictures.splat_scale,
             show: pictures.show,
             bare: style.is_some_and(|style| style.bare),
+            rigid,
+            looks,
             frames: 0,
         })
     }
@@ -306,7 +329,9 @@ impl Painter {
         let mut meshes = if self.bare || self.show != Show::Surface {
             Vec::new()
         } else {
-            tool::meshes(world)
+            let mut meshes = tool::meshes(world, &self.looks);
+            meshes.extend(self.rigid.iter().cloned());
+            meshes
         };
         for (skin, member) in self.skins.iter().zip(world.members()) {
             meshes.extend(views::meshes(self.show, member, &skin.tissue, &skin.splats));
@@ -327,7 +352,8 @@ impl Painter {
                 all.draw(&mut self.renderer, &meshes, &self.camera)
             }
         };
-        if let Some((scale, title)) = coloring::legend(self.coloring) {
+        let legends = [coloring::legend(self.coloring), views::legend(self.show)];
+        if let Some((scale, title)) = legends.into_iter().flatten().next() {
             Overlay::new(&mut frame).legend(&scale, title);
         }
         frame
@@ -349,6 +375,7 @@ fn bytes_of(skins: &[Skin]) -> usize {
             + size_of_val(&*splats.bends_u)
             + size_of_val(&*splats.bends_v)
             + size_of_val(&*skin.colors)
+            + size_of_val(&*surfels.places)
     });
     bytes.sum()
 }
@@ -366,7 +393,7 @@ impl Skin {
             Some(points) => surfels::scanned(points, description, body)?,
             None => surfels::spread(wish.target, wish.spacing, share, body)?,
         };
-        let tissue = Tissue::new(
+        let mut tissue = Tissue::new(
             &surfels.positions,
             &surfels.normals,
             &surfels.areas,
@@ -381,11 +408,17 @@ impl Skin {
         for (surface, image) in surfaces.iter_mut().zip([&wish.image, &wish.cut_image]) {
             surface.coat = image.as_ref().map(coat_of).transpose()?;
         }
-        let colors = texture.colors(tissue.surfels());
+        let mut colors = texture.colors(tissue.surfels());
+        let images = if wish.textured {
+            textured::lay(description, &mut tissue, &mut colors)?
+        } else {
+            Vec::new()
+        };
         Ok(Self {
             tissue,
             texture,
             surfaces,
+            images,
             colors,
             splats: Splats::default(),
         })
@@ -396,9 +429,11 @@ impl Skin {
             .carry_into(positions, gradients, &mut self.splats);
         let surfels = self.tissue.surfels();
         for index in self.colors.len()..surfels.len() {
-            let color = self
-                .texture
-                .color(surfels.positions[index], surfels.materials[index]);
+            let place = surfels.places.get(index).copied().flatten();
+            let color = match place {
+                Some(place) => textured::color(&self.images, &place, surfels.radii[index]),
+                None => (self.texture).color(surfels.positions[index], surfels.materials[index]),
+            };
             self.colors.push(color);
         }
     }
@@ -411,6 +446,7 @@ impl Skin {
             materials: &surfels.materials,
             texture_points: &surfels.positions,
             texture_normals: &surfels.normals,
+            places: &surfels.places,
             clips: self.tissue.clips(),
             radii: &surfels.radii,
             // An uncut surface has no gaps.
@@ -420,75 +456,22 @@ impl Skin {
     }
 }
 
-/// The skins of several bodies in one set of arrays.
-#[derive(Debug, Default)]
-struct Merged {
-    splats: Splats,
-    colors: Vec<Vec3>,
-    materials: Vec<u16>,
-    texture_points: Vec<glam::DVec3>,
-    texture_normals: Vec<glam::DVec3>,
-    clips: Vec<Option<Box<Clip>>>,
-    radii: Vec<f64>,
-    inside: Option<Vec3>,
-}
-
-impl Merged {
-    fn of(skins: &[Skin]) -> Self {
-        let mut all = Self::default();
-        let mut first_material = 0_u16;
-        for skin in skins {
-            let view = skin.view();
-            all.splats.extend(view.splats);
-            all.colors.extend(view.colors);
-            // A scene has at most as many bodies as there are ids for.
-            let shifted = view.materials.iter();
-            let shifted = shifted.map(|m| first_material.saturating_add(*m));
-            all.materials.extend(shifted);
-            all.texture_points.extend(view.texture_points);
-            all.texture_normals.extend(view.texture_normals);
-            all.clips.extend_from_slice(view.clips);
-            all.radii.extend(view.radii);
-            all.inside = all.inside.or(view.inside);
-            let own = u16::try_from(skin.surfaces.len()).unwrap_or(u16::MAX);
-            first_material = first_material.saturating_add(own);
-        }
-        all
-    }
-
-    /// Draws its splats at a share of their radius.
-    fn scale(&mut self, share: f64) {
-        let axes = self.splats.axes_u.iter_mut().chain(&mut self.splats.axes_v);
-        axes.for_each(|axis| *axis *= share);
-        self.radii.iter_mut().for_each(|radius| *radius *= share);
-    }
-
-    fn draw(&self, renderer: &mut Renderer, tools: &[Mesh], camera: &Camera) -> Frame {
-        let view = SplatView {
-            splats: &self.splats,
-            colors: &self.colors,
-            materials: &self.materials,
-            texture_points: &self.texture_points,
-            texture_normals: &self.texture_normals,
-            clips: &self.clips,
-            radii: &self.radii,
-            inside: self.inside,
-        };
-        renderer.draw(&view, tools, camera)
-    }
-}
-
 /// The image that a scene lays on a surface.
 fn coat_of(image: &scene::Image) -> Result<ImageCoat, BodyProblem> {
-    let problem = |source| BodyProblem::Image {
-        file: image.file.clone(),
-        source,
-    };
-    let bytes = read_file(&image.file).map_err(|error| problem(error.into()))?;
     Ok(ImageCoat {
-        image: Arc::new(Image::read_png(Cursor::new(bytes)).map_err(problem)?),
+        image: Arc::new(image_of(&image.file)?),
         size: image.size,
     })
+}
+
+/// The image of a file.
+fn image_of(file: &Path) -> Result<Image, BodyProblem> {
+    let problem = |source| BodyProblem::Image {
+        file: file.to_owned(),
+        source,
+    };
+    let bytes = read_file(file).map_err(|error| problem(error.into()))?;
+    Image::read_png(Cursor::new(bytes)).map_err(problem)
 }
 
 /// The liver's texture with the scene's two colours.

@@ -27,6 +27,7 @@ pub(super) fn tissue_of(wish: &Surfels) -> TissueSettings {
                 neighbors,
                 least,
                 most,
+                at_cuts,
             } => RadiusRule::Mapped {
                 measure: match measure {
                     SurfelMeasure::Density => Measure::Density,
@@ -36,6 +37,7 @@ pub(super) fn tissue_of(wish: &Surfels) -> TissueSettings {
                 neighbors: neighbors as usize,
                 least,
                 most,
+                at_cuts,
             },
         },
         opening: wish.opening,

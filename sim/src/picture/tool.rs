@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3, Vec3};
 use phyxel_splat::Mesh;
 
+use super::rigid::posed;
 use crate::scene::{Cut, Pose, ToolShape};
 use crate::world::World;
 
@@ -17,8 +18,8 @@ const HALF_THICKNESS: f64 = 0.05;
 /// Edge length of the piece of a plane that is shown, over the bodies' largest extent.
 const PLANE_SIZE: f64 = 1.6;
 
-/// Meshes of all tools, and of the blades that are shown now.
-pub(super) fn meshes(world: &World) -> Vec<Mesh> {
+/// Meshes of all tools, and of the blades that are shown now; `looks` take the place of tools' shapes.
+pub(super) fn meshes(world: &World, looks: &[Option<Mesh>]) -> Vec<Mesh> {
     let tools = world.scene().tools.iter().zip(world.tool_forces());
     let extent = world.members().iter().map(|member| {
         let bounds = member.body.solid.bounds();
@@ -26,7 +27,11 @@ pub(super) fn meshes(world: &World) -> Vec<Mesh> {
     });
     let extent = PLANE_SIZE * extent.fold(0.0, f64::max);
     let mut meshes: Vec<Mesh> = tools
-        .map(|(tool, now)| rigid(&tool.solid(), &now.pose, extent))
+        .zip(looks)
+        .map(|((tool, now), looks)| match looks {
+            Some(looks) => posed(looks, &now.pose),
+            None => rigid(&tool.solid(), &now.pose, extent),
+        })
         .collect();
     meshes.extend(blades(world));
     meshes

@@ -13,8 +13,11 @@ const LINE: f64 = 0.03;
 const MOST_MARKS: f64 = 20_000.0;
 /// Steps of a colour scale.
 const SHADES: u32 = 11;
-/// Pieces into which the way of a blade is divided.
+/// Pieces into which the way of a blade is divided, and how many of them lie between two edges that are drawn.
 const PIECES: u32 = 64;
+const SHOWN_EDGE: u32 = 4;
+/// Half the width of an edge's line, over the edge's length.
+const EDGE_LINE: f64 = 0.004;
 
 /// Whether the surfaces are drawn too.
 pub(super) fn has_surface(show: Show) -> bool {
@@ -44,12 +47,18 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
                     let shown = node.map_or(!twice, |node| node == k);
                     if weights[pair] > 0.0 && shown {
                         lines.line(from, at[other as usize], line);
+                        if node.is_some() {
+                            marks.mark(at[other as usize], 0.6 * mark);
+                        }
                     }
                 }
             }
+            // Around the one, those that it does not see.
+            let others = if node.is_some() { at } else { &[] };
             vec![
                 marks.colored(Vec3::new(0.6, 0.05, 0.05)),
                 lines.colored(Vec3::new(0.05, 0.12, 0.5)),
+                dots(others, mark),
             ]
         }
         Show::Lattice => lattices(member, mark),
@@ -75,20 +84,34 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
                     lines.line(from, to, 8.0 * line * weight);
                 }
             }
-            let mut all = Shape::default();
-            for &node in at {
-                all.mark(node, 0.25 * mark);
-            }
             let mut own = Shape::default();
-            own.mark(from, 0.7 * mark);
+            own.mark(from, 1.5 * mark);
             vec![
                 nodes.colored(Vec3::new(0.6, 0.05, 0.05)),
                 lines.colored(Vec3::new(0.05, 0.12, 0.5)),
-                all.colored(Vec3::splat(0.3)),
+                dots(at, mark),
                 own.colored(Vec3::new(0.02, 0.3, 0.05)),
             ]
         }
     }
+}
+
+/// All nodes, small and grey.
+fn dots(at: &[DVec3], mark: f64) -> Mesh {
+    let mut all = Shape::default();
+    for &node in at {
+        all.mark(node, 0.25 * mark);
+    }
+    all.colored(Vec3::splat(0.3))
+}
+
+/// The colours of a lattice's values, and what they say.
+pub(super) fn legend(show: Show) -> Option<(ColorScale, &'static str)> {
+    let scale = ColorScale {
+        low: -1.0,
+        high: 1.0,
+    };
+    matches!(show, Show::Lattice).then_some((scale, "phi"))
 }
 
 /// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
@@ -97,9 +120,8 @@ fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
     else {
         return Vec::new();
     };
-    let scale = ColorScale {
-        low: -1.0,
-        high: 1.0,
+    let Some((scale, _)) = legend(Show::Lattice) else {
+        return Vec::new();
     };
     let mut shades: Vec<Shape> = (0..SHADES).map(|_| Shape::default()).collect();
     for grid in grids.lattices() {
@@ -138,7 +160,8 @@ fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
     meshes.collect()
 }
 
-/// The ways of all blades' edges in the world up to now, and the edges themselves.
+/// The ways of all blades' edges in the world up to now, as nets of lines: edges at times, and the ways of their
+/// points.
 pub(super) fn blade_paths(world: &World) -> Vec<Mesh> {
     let Some(now) = world.scene_time() else {
         return Vec::new();
@@ -154,11 +177,18 @@ fn blade_path(cut: &Cut, now: f64) -> Mesh {
         let share = f64::from(piece) / f64::from(PIECES);
         cut.edge_at(cut.start() + share * (end - cut.start()))
     };
-    for piece in 0..PIECES {
-        let (from, to) = (place(piece), place(piece + 1));
-        for (a, b) in from.windows(2).zip(to.windows(2)) {
-            shape.triangle([a[0], a[1], b[0]]);
-            shape.triangle([b[0], a[1], b[1]]);
+    let length = |edge: &[DVec3]| edge.windows(2).map(|ab| ab[0].distance(ab[1])).sum::<f64>();
+    let width = EDGE_LINE * length(&place(0));
+    for piece in 0..=PIECES {
+        let here = place(piece);
+        if piece % SHOWN_EDGE == 0 {
+            for ab in here.windows(2) {
+                shape.line(ab[0], ab[1], width);
+            }
+        }
+        let before = place(piece.saturating_sub(1));
+        for (&a, &b) in before.iter().zip(&here) {
+            shape.line(a, b, width);
         }
     }
     shape.colored(Vec3::new(0.1, 0.3, 0.6))

@@ -356,6 +356,10 @@ pub struct Surfels {
     pub cut_color: [f64; 3],
     /// Image that colours the surface in place of `color`.
     pub image: Option<Image>,
+    /// Whether the images that the body's mesh file names colour the surface, by the texture coordinates in it, in
+    /// place of `color` and `image`: of OBJ those of its `.mtl` beside it (`map_Kd`), of PLY those of
+    /// `comment TextureFile`; PNG.
+    pub textured: bool,
     /// Image that colours the inside in place of `cut_color`.
     pub cut_image: Option<Image>,
 }
@@ -406,6 +410,7 @@ impl Default for Surfels {
             color: [0.50, 0.16, 0.12],
             cut_color: [0.82, 0.36, 0.32],
             image: None,
+            textured: false,
             cut_image: None,
         }
     }
@@ -479,6 +484,10 @@ pub enum SurfelRadius {
         least: f64,
         /// Largest radius (m).
         most: f64,
+        /// Whether it is measured again where a cut touches the surface, and on the new skin inside it (Aras
+        /// 2014, fig. 78); if not, the surface keeps its radii and new skin gets those of `Covering`.
+        #[serde(default)]
+        at_cuts: bool,
     },
 }
 

@@ -23,6 +23,7 @@ mod overrides;
 mod path;
 mod path_text;
 mod read;
+mod rigid;
 mod settings;
 mod suggest;
 mod tool;
@@ -54,6 +55,7 @@ pub use path::{Key, Pose, pose_at};
 pub(crate) use read::read_file;
 #[cfg(feature = "cli")]
 pub(crate) use read::{Format, parse_ron, place_of_body, read_text};
+pub use rigid::RigidMesh;
 pub use settings::{
     Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, Show, View,
 };

@@ -118,6 +118,14 @@ impl Scene {
                 points.file = resolve(folder, &points.file);
             }
         }
+        let looks = self.tools.iter_mut().filter_map(|tool| tool.looks.as_mut());
+        let drawn = self
+            .pictures
+            .iter_mut()
+            .flat_map(|pictures| &mut pictures.meshes);
+        for mesh in looks.chain(drawn) {
+            mesh.file = resolve(folder, &mesh.file);
+        }
     }
 
     /// Checks every value of a scene that a program made or changed.

@@ -3,6 +3,8 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::rigid::RigidMesh;
+
 /// Time stepping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
@@ -151,7 +153,7 @@ impl Default for Observe {
 }
 
 /// Frames drawn while the scene runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Pictures {
@@ -173,6 +175,8 @@ pub struct Pictures {
     pub rate: f64,
     /// Where the camera stands.
     pub view: View,
+    /// Rigid surfaces that stand in the scene to be seen, such as bones.
+    pub meshes: Vec<RigidMesh>,
     /// What colours the surfaces.
     pub color: Coloring,
     /// Whether the frames are also written as one animated file.
@@ -193,6 +197,7 @@ impl Default for Pictures {
             show: Show::default(),
             rate: 25.0,
             view: View::default(),
+            meshes: Vec::new(),
             color: Coloring::default(),
             animation: true,
             settling: true,

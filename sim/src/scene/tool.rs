@@ -4,6 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::path::{Key, Pose, pose_at};
+use super::rigid::RigidMesh;
 
 /// A rigid tool that touches the bodies.
 ///
@@ -27,6 +28,9 @@ pub struct Tool {
     /// Size of the tool over that which its shape says; its path stays.
     #[serde(default = "Tool::default_scale")]
     pub scale: f64,
+    /// What pictures show in place of its shape, in its own frame and at its scale; contact is with the shape.
+    #[serde(default)]
+    pub looks: Option<RigidMesh>,
     /// How the tool moves through the world; one key for a tool that stands still or is released.
     pub path: Vec<Key>,
     /// Lets the tool go at scene time 0 from its only key: forces move it from then on.
@@ -50,6 +54,7 @@ impl Tool {
             shape,
             position: DVec3::ZERO,
             scale: 1.0,
+            looks: None,
             path,
             release: None,
             friction: 0.0,

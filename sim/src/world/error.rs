@@ -165,6 +165,9 @@ pub enum WorldError {
         /// What went wrong.
         problem: BodyProblem,
     },
+    /// The file of a rigid surface cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
     /// The bodies have settled as long as they may, and nobody started the scene.
     #[error(
         "the bodies have settled for {limit} s (integration.settle.limit) and the scene was never \

@@ -482,6 +482,16 @@ fn model_cases() -> Vec<Case> {
             "bodies[0].surfels.radius=Mapped(measure: Density, least: 0.01, most: 0.001)",
         ),
         set("misspelt mode", "pictures.mode=Disk"),
+        set(
+            "rigid surface without its file",
+            "pictures.meshes=[(file: \"bones.obj\")]",
+        ),
+        set("texture without a mesh", "bodies[0].surfels.textured=true"),
+        tool(
+            "looks without their file",
+            "",
+            "looks: (file: \"bones.obj\"),",
+        ),
     ]
 }
 

@@ -29,7 +29,10 @@ pub(super) struct Grown {
 impl Tissue {
     /// The largest radius of new skin (m); its clips are made for that.
     pub(super) fn skin_radius(&self) -> f64 {
-        SKIN_RADIUS * self.sampler.spacing()
+        let spread = SKIN_RADIUS * self.sampler.spacing();
+        self.renewal
+            .as_ref()
+            .map_or(spread, |renewal| renewal.most())
     }
 
     /// New skin on triangles, numbered from `first_triangle`: two surfels per sample inside the body,
@@ -86,8 +89,11 @@ impl Tissue {
                 self.split(s, &hits);
             }
         }
-        let resized = self.skin_beside(&fresh);
-        self.resize(&resized);
+        let mut resized = Vec::new();
+        if self.renewal.is_none() {
+            resized = self.skin_beside(&fresh);
+            self.resize(&resized);
+        }
         self.rows_for_new();
         Grown {
             samples: samples.len(),

@@ -1,6 +1,7 @@
 //! A body's surface that can be cut: surfels, their nodes, new skin and clipped rims.
 
 mod grow;
+mod renew;
 mod split;
 #[cfg(test)]
 mod tests;
@@ -16,9 +17,10 @@ use crate::rim;
 use crate::scene::SplatView;
 use crate::skin::CutSampler;
 use crate::splats::Splats;
-use crate::surfels::Surfels;
+use crate::surfels::{Surfels, TexturePlace};
 use crate::texture::CAPSULE;
 use glam::{DMat3, DVec3, Vec3};
+use renew::Renewal;
 use rstar::RTree;
 use std::collections::HashMap;
 
@@ -84,7 +86,8 @@ pub struct CutChange {
     pub doubled: usize,
     /// Surfels whose nodes were sought again.
     pub rebound: usize,
-    /// Surfels of skin, new and old, whose radius was computed.
+    /// Surfels whose radius was computed: skin, new and old, and with radii that are measured again at cuts
+    /// ([`RadiusRule::Mapped`]) all that the cut touched.
     pub resized: usize,
 }
 
@@ -110,6 +113,8 @@ pub struct Tissue {
     borders: Borders,
     sampler: CutSampler,
     max_reach: f64,
+    /// Radii by a measure that are computed again at cuts.
+    renewal: Option<Renewal>,
 }
 
 impl Tissue {
@@ -145,6 +150,7 @@ impl Tissue {
         let node_tree = point_tree(rest_nodes);
         let binding = Binding::empty(&settings.bind, rest_nodes.len());
         let outer_tree = point_tree(&surfels.positions);
+        let renewal = Renewal::new(settings.radius, &surfels.positions, &outer_tree);
         let clips = if settings.clip {
             rim::sharp_edges(&surfels, &outer_tree)
         } else {
@@ -165,6 +171,7 @@ impl Tissue {
             borders: Borders::default(),
             sampler: CutSampler::new(density),
             max_reach: 0.0,
+            renewal,
         };
         let all: Vec<u32> = (0..count(n)).collect();
         tissue.rebind(&all, &|_| true, &|_, _| false);
@@ -195,6 +202,16 @@ impl Tissue {
         self.outer_count
     }
 
+    /// Lays images on the surface of an uncut body: the place of each surfel in one, if it has any. Doubles of
+    /// split surfels keep it, new skin has none.
+    ///
+    /// # Panics
+    /// If there is not one entry per surfel.
+    pub fn set_places(&mut self, places: Vec<Option<TexturePlace>>) {
+        assert_eq!(places.len(), self.surfels.len(), "one place per surfel");
+        self.surfels.places = places;
+    }
+
     /// Carries all surfels, see [`carry_into`].
     ///
     /// # Panics
@@ -220,6 +237,7 @@ impl Tissue {
             materials: &self.surfels.materials,
             texture_points: &self.surfels.positions,
             texture_normals: &self.surfels.normals,
+            places: &self.surfels.places,
             clips: &self.clips,
             radii: &self.surfels.radii,
             inside: None,
@@ -242,7 +260,8 @@ impl Tissue {
     /// cut has, its disks reach on into the tissue that hides them. Its radii are those of
     /// [`crate::covering_radii`] within one sheet of skin, at most 1.3 spacings, computed again where
     /// samples are new. Radii of the outer surface stay: the parts of a split disk cover what it
-    /// covered.
+    /// covered. [`RadiusRule::Mapped`] may ask for another: then surfels whose neighbourhood the cut
+    /// changed, and the new skin, are measured again among those of their own side.
     ///
     /// `inside(x)` tells whether a rest point lies in the uncut body; `crosses(a, b)` whether the
     /// segment a-b crosses the cut, all of it, the new triangles included. Triangles of one cut
@@ -302,6 +321,14 @@ impl Tissue {
         change.surfels.extend(before_all..count(self.surfels.len()));
         let new: Vec<u32> = (first..count(self.surfels.len())).collect();
         self.rebind(&new, inside, crosses);
+        if self.renewal.is_some() {
+            let near = first_triangle..self.borders.triangle_count();
+            let renewed = self.renew_radii(near, before_all, crosses);
+            change.resized = renewed.len();
+            change.surfels.extend(renewed);
+            change.surfels.sort_unstable();
+            change.surfels.dedup();
+        }
         Ok(change)
     }
 

@@ -128,10 +128,10 @@ impl Tissue {
     }
 
     /// The radius (m) that a surfel's clip must do for: that of new skin still changes while the
-    /// cut grows.
+    /// cut grows, and all do that are measured again.
     fn largest_radius(&self, surfel: u32) -> f64 {
         match self.surfels.materials[index(surfel)] {
-            CAPSULE => self.surfels.radii[index(surfel)],
+            CAPSULE if self.renewal.is_none() => self.surfels.radii[index(surfel)],
             _ => self.skin_radius(),
         }
     }

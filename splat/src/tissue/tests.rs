@@ -1,4 +1,5 @@
 use super::*;
+use crate::radii::Measure;
 use glam::{DVec2, Vec3Swizzles};
 use testkit::cloud::{filled_cube, lattice, patch, swept};
 
@@ -228,4 +229,114 @@ fn the_sides_of_a_cut_meet_where_it_ends() {
     assert!(widest(0.1, 0.2) > 0.8, "{}", widest(0.1, 0.2));
     // Within a hundredth the ways round are a fiftieth longer at most: a tenth of the opening.
     assert!(widest(0.0, 0.01) < 0.2, "{}", widest(0.0, 0.01));
+}
+
+/// A bumpy slab, radii by variation that are measured again, and a wavy cut that grows over it.
+fn measured_cut(measure: Measure, pieces: i32) -> (Tissue, Vec<f64>, Vec<CutChange>, usize) {
+    let (mut x, n, a) = patch(40, 0.0, 11);
+    // Bumps far from the cut give the measures their range.
+    for p in &mut x {
+        p.z += 0.02 * (40.0 * p.x).sin() * (p.x - 0.1).max(0.0);
+    }
+    let settings = TissueSettings {
+        radius: RadiusRule::Mapped {
+            measure,
+            neighbors: 12,
+            least: 0.01,
+            most: 0.03,
+            at_cuts: true,
+        },
+        ..TissueSettings::default()
+    };
+    let mut tissue = Tissue::new(&x, &n, &a, &filled_cube(9, 5), &settings).expect("sound samples");
+    let before = tissue.surfels.radii.clone();
+    let edge = |k: i32| {
+        let at = DVec3::new(
+            0.05 * (0.9 * f64::from(k)).sin() - 0.2,
+            0.12 * f64::from(k) - 0.55,
+            0.0,
+        );
+        [at + 0.9 * DVec3::Z, at - 0.17 * DVec3::Z]
+    };
+    let inside = |p: DVec3| p.abs().max_element() < 0.5;
+    let mut whole: Vec<[DVec3; 3]> = Vec::new();
+    let (mut changes, mut other) = (Vec::new(), 0);
+    for k in 0..pieces {
+        let new = swept(edge(k), edge(k + 1));
+        whole.extend(new);
+        let crosses = |p: DVec3, q: DVec3| whole.iter().any(|t| meets(t, p, q));
+        changes.push(tissue.cut(&new, &inside, &crosses).expect("finite"));
+        for s in 0..count(tissue.surfels.len()) {
+            let (radius, _) = tissue.measured(s, &crosses);
+            other += usize::from(radius.to_bits() != tissue.surfels.radii[index(s)].to_bits());
+        }
+    }
+    (tissue, before, changes, other)
+}
+
+/// Radii that were measured again piece by piece are those of measuring every surfel under the whole cut, to
+/// the bit, and few were.
+#[test]
+fn measuring_again_only_what_a_cut_touches_equals_measuring_all_again() {
+    for measure in [Measure::Density, Measure::Curvature, Measure::Variation] {
+        let (tissue, before, changes, other) = measured_cut(measure, 9);
+        assert_eq!(
+            other, 0,
+            "{measure:?}: radii other than under the whole cut"
+        );
+        let all = 9 * tissue.surfels.len();
+        let renewed: usize = changes.iter().map(|change| change.resized).sum();
+        assert!(3 * renewed < all, "{measure:?}: {renewed} of {all}");
+        for (k, (&old, &new)) in before.iter().zip(&tissue.surfels.radii).enumerate() {
+            let told = changes
+                .iter()
+                .any(|change| change.surfels.contains(&count(k)));
+            assert!(told || old.to_bits() == new.to_bits(), "{k} changed untold");
+        }
+    }
+}
+
+/// Beside a cut the surface has a new edge: variation, which was next to nothing there, rises and
+/// disks become small, as those of the new skin do at its rim; in the middle of the skin they are large, and
+/// without being asked for nothing of it happens.
+#[test]
+fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
+    let (tissue, before, ..) = measured_cut(Measure::Variation, 9);
+    let (least, most) = (0.01, 0.03);
+    let at = |s: usize| tissue.surfels.positions[s];
+    let way = |y: f64| 0.05 * (0.9 * (y + 0.55) / 0.12).sin() - 0.2;
+    let mean = |keep: &dyn Fn(usize) -> bool| {
+        let of: Vec<f64> = (0..tissue.surfels.len())
+            .filter(|&s| keep(s))
+            .map(|s| tissue.surfels.radii[s])
+            .collect();
+        assert!(of.len() > 20, "{} disks", of.len());
+        of.iter().sum::<f64>() / crate::cast::real(of.len())
+    };
+    let outer = tissue.outer_count;
+    let within = |s: usize, near: f64| (at(s).x - way(at(s).y)).abs() < near;
+    let rim = mean(&|s| s < outer && within(s, 0.02));
+    let old: f64 = (0..outer)
+        .filter(|&s| within(s, 0.02))
+        .map(|s| before[s])
+        .sum();
+    let old = old / crate::cast::real((0..outer).filter(|&s| within(s, 0.02)).count());
+    let far = |s: usize| s < outer && at(s).x < 0.0 && !within(s, 0.15);
+    let middle = mean(&|s| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9 && at(s).z < 0.35);
+    let edge = mean(&|s| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9 && at(s).z > 0.47);
+    assert!(old > 0.99 * most, "flat before: {old}");
+    assert!(rim < least + 0.25 * (most - least), "at the rim: {rim}");
+    assert!(
+        edge < least + 0.5 * (most - least),
+        "skin at its edge: {edge}"
+    );
+    assert!(
+        middle > least + 0.75 * (most - least),
+        "inside the cut: {middle}"
+    );
+    let kept = (0..outer).filter(|&s| far(s)).all(|s| {
+        let now = tissue.surfels.radii[s];
+        now.to_bits() == before[s].to_bits()
+    });
+    assert!(kept, "far from the cut all is as it was");
 }

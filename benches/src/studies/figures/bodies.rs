@@ -1,18 +1,24 @@
 //! Figures 74 to 84: the bodies of chapter 6, by the embedded scenes of their names.
 
-use phyxel::picture::Painter;
-use phyxel::scene::{Coloring, Pictures, Scene, Show, View};
+use phyxel::picture::{Painter, Style};
+use phyxel::scene::{Pictures, Scene, Show, View};
 use phyxel::world::World;
-use phyxel_splat::Frame;
+use phyxel_splat::{
+    Frame, Measure, Overlay, RadiusRule, RenderSettings, Renderer, SplatView, Splats, Surface,
+    TissueSettings, measures,
+};
 
 use super::Drawn;
 use crate::studies::hanging::{MODELS, STATES, overrides};
+use crate::studies::splat::stills::middle;
 use crate::{Effort, StudyError};
 
 /// Size (pixels) of a picture.
-const SIZE: [u32; 2] = [360, 480];
-/// Curvature (1/m) of the last colour: an edge of a block that one surfel spans has a few hundred.
-const CURVATURE: f64 = 150.0;
+const SIZE: [u32; 2] = [540, 480];
+/// How much nearer the pictures of radii are.
+const NEAR: f64 = 3.0;
+/// Nearest surfels that curvature is told by.
+const NEIGHBORS: usize = 12;
 
 /// How a state is drawn.
 struct Look {
@@ -23,6 +29,8 @@ struct Look {
     scale: f64,
     colored: bool,
     show: Show,
+    /// Radii by curvature: whether they are measured again at cuts.
+    at_cuts: Option<bool>,
 }
 
 const fn look(figure: u32, state: usize, caption: &'static str) -> Look {
@@ -33,6 +41,7 @@ const fn look(figure: u32, state: usize, caption: &'static str) -> Look {
         scale: 1.0,
         colored: false,
         show: Show::Surface,
+        at_cuts: None,
     }
 }
 
@@ -40,6 +49,15 @@ const fn small(figure: u32, state: usize, caption: &'static str) -> Look {
     Look {
         scale: 0.5,
         colored: true,
+        ..look(figure, state, caption)
+    }
+}
+
+/// With radii by curvature, kept or measured again at cuts.
+const fn radii(figure: u32, state: usize, caption: &'static str, at_cuts: bool) -> Look {
+    Look {
+        scale: 0.4,
+        at_cuts: Some(at_cuts),
         ..look(figure, state, caption)
     }
 }
@@ -56,6 +74,8 @@ const BLOCK: &[Look] = &[
     small(76, 0, "scaled down, by curvature"),
     look(77, 0, "hanging"),
     small(78, 1, "cut once"),
+    radii(78, 1, "radii kept", false),
+    radii(78, 1, "radii measured again", true),
     small(79, 2, "cut through"),
     look(80, 1, "cut once"),
     look(80, 2, "cut through"),
@@ -94,7 +114,7 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
     };
     let changes = overrides(changes)?;
     let scene = Scene::embedded(name, &changes)?;
-    let mut view = scene.pictures.unwrap_or_default().view;
+    let mut view = scene.pictures.clone().unwrap_or_default().view;
     if let View::Around { zoom, .. } = &mut view {
         *zoom = if name.starts_with("block") { 0.75 } else { 1.2 };
     }
@@ -106,19 +126,41 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
         ..Pictures::default()
     };
     let mut world = World::new(scene)?;
+    let spacing = {
+        let painter = Painter::new(&world, &plain)?;
+        let (_, _, areas) = painter.surfels(0);
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let count = areas.len() as f64;
+        (areas.iter().sum::<f64>() / count).sqrt()
+    };
     let painters = looks.iter().map(|look| {
-        let color = if look.colored {
-            Coloring::Curvature { most: CURVATURE }
-        } else {
-            Coloring::Tissue
-        };
+        let mut view = view;
+        if let (Some(_), View::Around { zoom, .. }) = (look.at_cuts, &mut view) {
+            *zoom *= NEAR;
+        }
         let pictures = Pictures {
-            color,
+            view,
             splat_scale: look.scale,
             show: look.show,
-            ..plain
+            ..plain.clone()
         };
-        Painter::new(&world, &pictures)
+        let radius = look.at_cuts.map(|at_cuts| RadiusRule::Mapped {
+            measure: Measure::Curvature,
+            neighbors: NEIGHBORS,
+            least: 0.3 * spacing,
+            most: 1.2 * spacing,
+            at_cuts,
+        });
+        // Without the blade, which would stand before the liver.
+        let style = Style {
+            tissue: TissueSettings {
+                radius: radius.unwrap_or_default(),
+                ..TissueSettings::default()
+            },
+            bare: true,
+            ..Style::default()
+        };
+        Painter::styled(&world, &pictures, &style)
     });
     let mut painters = painters.collect::<Result<Vec<_>, _>>()?;
     let mut drawn = Vec::new();
@@ -138,7 +180,12 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
                     Some(_) => ("blew up", Frame::blank(width, height)),
                     None => {
                         painter.carry(&world);
-                        (look.caption, painter.draw(&world))
+                        let frame = if look.colored {
+                            by_curvature(painter, &world, look.scale)
+                        } else {
+                            painter.draw(&world)
+                        };
+                        (look.caption, frame)
                     }
                 };
                 drawn.push(Drawn {
@@ -150,4 +197,35 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
         }
     }
     Ok(drawn)
+}
+
+/// The surface in colours of the curvature of eq. (56), disks at a share of their radius.
+fn by_curvature(painter: &Painter, world: &World, share: f64) -> Frame {
+    let tissue = painter.tissue(0);
+    let body = &world.members()[0].body;
+    let mut splats = Splats::default();
+    let gradients = body.elastic.deformation_gradients();
+    tissue.carry_into(body.motion.positions(), &gradients, &mut splats);
+    let values = measures(&splats.positions, Measure::Curvature, NEIGHBORS);
+    let scale = middle(&values);
+    let colors = scale.colors(&values);
+    let axes = splats.axes_u.iter_mut().chain(&mut splats.axes_v);
+    axes.for_each(|axis| *axis *= share);
+    let radii: Vec<f64> = tissue.surfels().radii.iter().map(|r| share * r).collect();
+    let dull = Surface {
+        specular: 0.0,
+        ..Surface::default()
+    };
+    let (camera, ..) = painter.view();
+    let mut renderer = Renderer::new(RenderSettings {
+        surfaces: vec![dull; 2],
+        ..painter.settings().clone()
+    });
+    let view = SplatView {
+        radii: &radii,
+        ..tissue.view(&splats, &colors)
+    };
+    let mut frame = renderer.draw(&view, &[], &camera);
+    Overlay::new(&mut frame).legend(&scale, "curvature (1/m)");
+    frame
 }

@@ -35,6 +35,16 @@ impl Image {
         }
     }
 
+    /// The unit square (y up) in colours (0 to 255).
+    pub(crate) fn painted(colour: impl Fn(DVec2) -> [f64; 3]) -> Self {
+        let mut image = Self::new();
+        for (k, pixel) in image.pixels.iter_mut().enumerate() {
+            let at = |n: usize| (n as f64 + 0.5) / PIXELS as f64;
+            *pixel = colour(DVec2::new(at(k % PIXELS), 1.0 - at(k / PIXELS)));
+        }
+        image
+    }
+
     pub(crate) fn frame(&self) -> Frame {
         let mut frame = Frame::blank(PIXELS as u32, PIXELS as u32);
         for (pixel, colour) in frame.pixels.iter_mut().zip(&self.pixels) {

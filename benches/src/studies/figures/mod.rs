@@ -140,7 +140,7 @@ const FIGURES: &[Figure] = &[
         "figure30",
         "Figure 30",
         "Separators between the groups of triangles.",
-        "The same.",
+        "The same in the common plane: lines through the edges of the blade, an arrow to the side of the next group.",
     ),
     figure(
         31,
@@ -189,7 +189,7 @@ const FIGURES: &[Figure] = &[
         "figure37",
         "Figure 37",
         "Level sets 1, 0.5 and 0 of the enrichment.",
-        "The same at 0.98, 0.5 and 0.02: those of 1 and 0 fill prisms beside the cut, of which the hull is drawn.",
+        "The same at 0.98, 0.5 and 0.02, of (1 + phi) / 2: those of 1 and 0 fill prisms beside the cut, of which the hull is drawn; that of 0.5 goes on from the cut's border.",
     ),
     figure(
         43,
@@ -203,7 +203,14 @@ const FIGURES: &[Figure] = &[
         "figure45",
         "Figures 45 and 46",
         "Pixels of several splats land on one place, and the steps in which a graphics card blends them.",
-        "The result of each way of drawing for three splats; the card's buffers have no counterpart.",
+        "The result of each way of drawing for three splats in one plane: from back to front each hides what lies under it; disks and three passes blend alike there. The card's buffers have no counterpart.",
+    ),
+    figure(
+        59,
+        "equation59",
+        "Equation (59)",
+        "Surfels follow the averaged displacements of their nodes; not drawn there.",
+        "A bar twisted by 150 degrees, carried so (with its normals from the same displacements) and by the default: it is thinner, as every surfel lags behind.",
     ),
     figure(
         62,
@@ -218,6 +225,13 @@ const FIGURES: &[Figure] = &[
         "Figure 64",
         "The points that the inside test keeps.",
         "The same samples by the dissertation's own test of the two nearest surfels, in a ball.",
+    ),
+    figure(
+        65,
+        "figure65",
+        "Figure 65",
+        "Inside by the two nearest oriented points: behind both at a convex rim, behind one at least at a concave one.",
+        "That test in sections of three bodies: inside (green) and outside (grey) as they are, and what it misjudges (red): beside rims, and in a plate thinner than its surfels are apart.",
     ),
     figure(
         66,
@@ -238,84 +252,84 @@ const FIGURES: &[Figure] = &[
         "figure68",
         "Figure 68",
         "Level sets 0.5 and 1.5 of d3.",
-        "The same, in units of a tenth of the cut's size.",
+        "The same, in distances of nodes, taken as a fifth of the cut's length.",
     ),
     figure(
         74,
         "figure74",
         "Figure 74",
         "The block of 8 x 8 x 22 nodes hangs; its neighbours as lines.",
-        "The scene block-1408-dissertation at rest under its weight: nodes, and pairs that a node sees.",
+        "The scenes block-1408, ours, and block-1408-dissertation at rest under their weight: nodes, and pairs that a node sees.",
     ),
     figure(
         75,
         "figure75",
         "Figure 75",
         "The block of 436 nodes from tetrahedra.",
-        "The scene block-436-dissertation, with tetrahedra of its own.",
+        "The scenes block-436 and block-436-dissertation, with tetrahedra of ours: 441 nodes.",
     ),
     figure(
         76,
         "figure76",
         "Figure 76",
         "The block's splats, scaled down and coloured by curvature.",
-        "The scene block-1408, disks at half their radius, coloured by curvature from blue to red.",
+        "By both models, disks at half their radius; the curvature of eq. (56) from the 12 nearest as they lie, from violet (flat) to yellow (edges).",
     ),
     figure(
         77,
         "figure77",
         "Figure 77",
         "The block drawn with splats.",
-        "The same scene in the default way.",
+        "By both models, drawn in the default way.",
     ),
     figure(
         78,
         "figure78",
         "Figure 78",
         "The block cut once; scaled-down splats, curvature computed again.",
-        "The same, by both models; curvature is that of the splats as they are carried.",
+        "The same, by both models. Beside it, nearer and in the tissue's colour, disks at 0.4 of radii by curvature: those of before the cut, and those measured again beside it and on the new skin.",
     ),
     figure(
         79,
         "figure79",
         "Figure 79",
         "The block cut a second time: a piece comes off.",
-        "The same, by both models.",
+        "The same, by both models, 0.3 s after the second cut: the piece has fallen out of the picture.",
     ),
     figure(
         80,
         "figure80",
         "Figure 80",
         "The cut block drawn with splats; artefacts at sharp turns of the normals.",
-        "The same; splats are clipped at edges and cuts, so these artefacts are not there.",
+        "The same, by both models; splats are clipped at edges and cuts, so these artefacts are not there. Where the dissertation's model frays at the end of a cut, splats do.",
     ),
     figure(
         81,
         "figure81",
         "Figure 81",
         "Nodes of the liver, 181 of them.",
-        "The scene liver-181-dissertation: another liver.",
+        "The scenes liver-181 and liver-181-dissertation: another liver.",
     ),
     figure(
         82,
         "figure82",
         "Figure 82",
         "The liver's splats, scaled down and coloured by curvature.",
-        "The scene liver-181.",
+        "The same two scenes, coloured as in figure 76.",
     ),
     figure(
         83,
         "figure83",
         "Figure 83",
         "The liver drawn with splats, uncut.",
-        "The same scene before its cuts.",
+        "The same scenes before their cuts.",
     ),
     figure(
         84,
         "figure84",
         "Figure 84",
         "A cut of the liver: scaled-down and full splats.",
-        "The same scene, cut once, by both models.",
+        "The same scenes, cut once; the cut of the dissertation's model, which is softer, gapes more. Where a cut is closed, as in ours, surfels of both its sides lie among the nearest and curvature is large.",
     ),
 ];
 
@@ -334,7 +348,12 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             .into_iter()
             .map(|panel| Panel::new(panel.caption, panel.frame))
             .collect();
-        let columns = u32::try_from(panels.len().clamp(1, 3)).unwrap_or(3);
+        // Four are two of each model.
+        let columns = match panels.len() {
+            0 | 1 => 1,
+            2 | 4 => 2,
+            _ => 3,
+        };
         pictures.push(Picture {
             name: figure.name,
             title: format!(
@@ -347,8 +366,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (plots, tables) = clouds::draw()?;
     Ok(Report {
         words: vec![
-            "Figures of Aras 2014 that show data; sketches are left out. Its figures 41, 42, 47, 48, 50, 53 to 55 and \
-             65 are drawn by the study splat, 69 to 73 by hertz, and the frames per second of chapter 6 are in cut. \
+            "Figures of Aras 2014 that show data; sketches are left out. Its figures 41, 42, 47, 48, 50, 53 to 55 \
+             are drawn by the study splat, 69 to 73 by hertz, and the frames per second of chapter 6 are in cut. \
              Figure 5: there and here SPH misses a constant, most at the ends, and moving least squares do not. \
              Figure 6: SPH gets worse as nodes lose their evenness. Figure 7: a quadratic basis reproduces a parabola, a linear \
              one does not. Figure 11: the kernel of eq. (15). Figures 14 to 17: data of ours, as those there are random and not \

@@ -74,6 +74,7 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
     let inside = [[0.15, 0.35], [0.4, 0.5], [0.6, 0.48], [0.85, 0.7]].map(DVec2::from);
     let through = [[-0.3, 0.35], [0.3, 0.55], [0.65, 0.45], [1.3, 0.7]].map(DVec2::from);
     for (name, line) in [("inside", inside), ("through", through)] {
+        let mut defaults = Vec::new();
         for pieces in 1..=3 {
             let line = &line[..=pieces];
             let grid = EnrichmentGrid::from_polyline(line, &settings)?;
@@ -123,8 +124,10 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
                 10,
                 line,
             );
-            drawn.push(Drawn::new(28, format!("default, {label}"), &image));
+            defaults.push(Drawn::new(28, format!("default, {label}"), &image));
         }
+        // In a row below those of the grid.
+        drawn.append(&mut defaults);
     }
     drawn.extend(influences()?);
     Ok(drawn)

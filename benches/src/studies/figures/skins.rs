@@ -1,9 +1,10 @@
-//! Figures 43 to 46, 62 and 64: splats by their weight, and samples on a cut.
+//! Figures 43 to 46, 62, 64 and 65: splats by their weight, and samples on a cut; and eq. (59).
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use phyxel_discretize::{Shape, Solid, Surfels, sample_surfels, surface_mesh};
 use phyxel_splat::{
     Camera, CutSampler, DrawMode, Frame, RadiusRule, RenderSettings, Renderer, SplatView, Splats,
+    Tissue, TissueSettings, carry_by_displacements_into,
 };
 
 use super::Drawn;
@@ -69,7 +70,9 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
             frame: flat(&three.0, &three.1, mode)?,
         });
     }
+    drawn.extend(twisted()?);
     drawn.extend(samples()?);
+    drawn.extend(insides()?);
     Ok(drawn)
 }
 
@@ -135,6 +138,121 @@ fn samples() -> Result<Vec<Drawn>, StudyError> {
                 &image,
             ));
         }
+    }
+    Ok(drawn)
+}
+
+/// A bar whose nodes are twisted about its axis, carried by eq. (59) and by the default.
+fn twisted() -> Result<Vec<Drawn>, StudyError> {
+    let half = DVec3::new(0.035, 0.035, 0.105);
+    let bar = Shape::Box { half_extents: half };
+    let solid = Solid::implicit(bar.bounds(), move |p| bar.value(p));
+    let surfels = sample_surfels(&surface_mesh(&solid, 0.004)?, 6_000, Some(&solid));
+    // Nodes 17.5 mm apart, those of the surface half of it below.
+    let along =
+        |n: u32, half: f64, k: u32| half * ((2.0 * f64::from(k) + 1.0) / f64::from(n) - 1.0);
+    let nodes: Vec<DVec3> = (0..4 * 4 * 12)
+        .map(|k| {
+            let (x, y) = (along(4, half.x, k % 4), along(4, half.y, k / 4 % 4));
+            DVec3::new(x, y, along(12, half.z, k / 16))
+        })
+        .collect();
+    let rate = 150.0_f64.to_radians() / (2.0 * half.z);
+    let moved: Vec<DVec3> = nodes
+        .iter()
+        .map(|&p| DMat3::from_rotation_z(rate * p.z) * p)
+        .collect();
+    let gradients: Vec<DMat3> = nodes
+        .iter()
+        .zip(&moved)
+        .map(|(p, x)| {
+            let turn = DMat3::from_rotation_z(rate * p.z);
+            DMat3::from_cols(
+                turn.x_axis,
+                turn.y_axis,
+                DVec3::Z + rate * DVec3::Z.cross(*x),
+            )
+        })
+        .collect();
+    let tissue = Tissue::new(
+        &surfels.positions,
+        &surfels.normals,
+        &surfels.areas,
+        &nodes,
+        &TissueSettings::default(),
+    )?;
+    let colors: Vec<Vec3> = tissue
+        .surfels()
+        .positions
+        .iter()
+        .map(|p| {
+            let odd = [p.x, p.y, p.z].map(|x| (x / 0.0175).floor().rem_euclid(2.0));
+            if odd.iter().sum::<f64>().rem_euclid(2.0) < 0.5 {
+                Vec3::new(0.35, 0.07, 0.05)
+            } else {
+                Vec3::new(0.55, 0.30, 0.22)
+            }
+        })
+        .collect();
+    let (mut theirs, mut ours) = (Splats::default(), Splats::default());
+    carry_by_displacements_into(
+        tissue.surfels(),
+        tissue.binding(),
+        &nodes,
+        &moved,
+        &mut theirs,
+    );
+    tissue.carry_into(&moved, &gradients, &mut ours);
+    let forward = DVec3::new(-0.5, 1.0, -0.35);
+    let camera = Camera::framing(-1.2 * half, 1.2 * half, forward, DVec3::Z, 1.0);
+    let mut renderer = Renderer::new(RenderSettings {
+        width: 480,
+        height: 480,
+        ..RenderSettings::default()
+    });
+    let panels = [("eq. (59)", &theirs), ("affine average (default)", &ours)];
+    let drawn = panels.map(|(caption, splats)| Drawn {
+        number: 59,
+        caption: caption.to_owned(),
+        frame: renderer.draw(&tissue.view(splats, &colors), &[], &camera),
+    });
+    Ok(drawn.into())
+}
+
+/// What the test of the two nearest surfels says in a section of three bodies.
+fn insides() -> Result<Vec<Drawn>, StudyError> {
+    /// A field that is negative inside.
+    type Field = fn(DVec3) -> f64;
+    let cuboid: Field = |p| (p.abs() - DVec3::new(0.35, 0.3, 0.3)).max_element();
+    let notched: Field = |p| {
+        let whole = (p.abs() - DVec3::new(0.35, 0.35, 0.3)).max_element();
+        // A corner is missing.
+        whole.max((-p.x).min(-p.y))
+    };
+    let plate: Field = |p| (p.abs() - DVec3::new(0.4, 0.015, 0.3)).max_element();
+    let mut drawn = Vec::new();
+    for (caption, value) in [
+        ("convex rims", cuboid),
+        ("a concave rim", notched),
+        ("a thin plate", plate),
+    ] {
+        let bounds = phyxel_discretize::Bounds {
+            min: DVec3::splat(-0.42),
+            max: DVec3::splat(0.42),
+        };
+        let solid = Solid::implicit(bounds, value);
+        let surfels = sample_surfels(&surface_mesh(&solid, 0.012)?, 500, Some(&solid));
+        let tissue = at_rest(&surfels, RadiusRule::Covering)?;
+        let image = Image::painted(|p| {
+            let p = (p - 0.5).extend(0.02);
+            let inside = value(p) < 0.0;
+            match (inside, tissue.is_behind_surfels(p) == inside) {
+                (_, false) => [200.0, 60.0, 50.0],
+                (true, true) => [40.0, 150.0, 60.0],
+                (false, true) => [126.0, 134.0, 142.0],
+            }
+        });
+        drawn.push(Drawn::new(65, caption, &image));
     }
     Ok(drawn)
 }

@@ -66,8 +66,10 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
     strip(&along_normal, &mut image, &flat, BLUE);
     for [p, q] in &flat[1..flat.len() - 1] {
         let along = normal.cross(*q - *p).normalize();
-        let from = *p + 0.02 * along_normal.toward();
-        along_normal.arrow(&mut image, from, from + 0.09 * along, RED);
+        let [p, q] = [*p, *q].map(|end| end + 0.02 * along_normal.toward());
+        along_normal.line(&mut image, p - 0.4 * (q - p), q + 0.4 * (q - p), RED);
+        let from = p.midpoint(q);
+        along_normal.arrow(&mut image, from, from + 0.06 * along, RED);
     }
     drawn.push(Drawn::new(30, "separators", &image));
 

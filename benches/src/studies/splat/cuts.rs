@@ -62,6 +62,7 @@ fn styles(spacing: f64) -> [(&'static str, Style); 3] {
             neighbors: 12,
             least: 0.8 * spacing,
             most: 1.2 * spacing,
+            at_cuts: true,
         },
         inside: InsideTest::TwoNearest,
         ..plain.clone()
@@ -110,6 +111,7 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
     let scene = Scene::embedded(play.scene, &changes)?;
     let mut view = scene
         .pictures
+        .as_ref()
         .map(|pictures| pictures.view)
         .unwrap_or_default();
     if let View::Around { zoom, .. } = &mut view {

@@ -220,6 +220,7 @@ fn rules(surfels: &Surfels) -> Vec<(&'static str, RadiusRule)> {
             neighbors: 12,
             least: 0.8 * mean * scale,
             most: 1.2 * mean * scale,
+            at_cuts: false,
         };
         scaled(mean / mean_square(&of(scaled(1.0))).sqrt())
     };

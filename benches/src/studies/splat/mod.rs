@@ -6,7 +6,7 @@ mod exact;
 mod inside;
 pub(super) mod sheet;
 mod speed;
-mod stills;
+pub(super) mod stills;
 
 use glam::DVec3;
 use phyxel_discretize::Surfels;

@@ -230,6 +230,7 @@ fn radii(sizes: &Sizes) -> Result<Frame, StudyError> {
         neighbors: 12,
         least: 0.8 * mean,
         most: 1.2 * mean,
+        at_cuts: false,
     };
     for (share, note) in [(1.0 / 3.0, ": 1/3"), (1.0, "")] {
         for (rule, caption) in [
@@ -247,7 +248,7 @@ fn radii(sizes: &Sizes) -> Result<Frame, StudyError> {
 }
 
 /// The range of most values: a few at folds and corners would leave one colour to the rest.
-fn middle(values: &[f64]) -> ColorScale {
+pub(crate) fn middle(values: &[f64]) -> ColorScale {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let few = sorted.len() / 50;

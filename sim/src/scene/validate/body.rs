@@ -36,7 +36,12 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
         "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third",
     );
     checks.not_negative(format_args!("{path}.damping"), body.damping, " (1/s)");
-    surfels(checks, &format!("{path}.surfels"), &body.surfels);
+    surfels(
+        checks,
+        &format!("{path}.surfels"),
+        &body.surfels,
+        &body.shape,
+    );
 }
 
 fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
@@ -94,7 +99,7 @@ fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
     }
 }
 
-fn scale(checks: &mut Checks, path: &str, scale: f64) {
+pub(super) fn scale(checks: &mut Checks, path: &str, scale: f64) {
     checks.positive(
         path,
         scale,
@@ -102,7 +107,7 @@ fn scale(checks: &mut Checks, path: &str, scale: f64) {
     );
 }
 
-fn existing_file(checks: &mut Checks, path: &str, file: &Path, what: &str) {
+pub(super) fn existing_file(checks: &mut Checks, path: &str, file: &Path, what: &str) {
     let must = match std::fs::metadata(file) {
         Ok(metadata) if metadata.is_file() => return,
         Ok(metadata) => format!("it must name {what}, and this is {}", kind_of(&metadata)),
@@ -221,7 +226,7 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
     }
 }
 
-fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels) {
+fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels, shape: &Shape) {
     const MOST_SURFELS: u32 = 10_000_000;
     const MOST_RANGE: f64 = 100.0;
     let target = format!("{path}.target");
@@ -270,6 +275,18 @@ fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels) {
     radius(checks, &format!("{path}.radius"), surfels.radius);
     checks.color(&format!("{path}.color"), surfels.color);
     checks.color(&format!("{path}.cut_color"), surfels.cut_color);
+    checks.require(
+        !surfels.textured || matches!(shape, Shape::Mesh { .. }),
+        format_args!("{path}.textured"),
+        surfels.textured,
+        "only a shape from a mesh file comes with a texture",
+    );
+    checks.require(
+        !surfels.textured || surfels.image.is_none(),
+        format_args!("{path}.image"),
+        "given",
+        "the surface has the images of its mesh file already; take this or `textured`",
+    );
     for (name, image) in [("image", &surfels.image), ("cut_image", &surfels.cut_image)] {
         if let Some(image) = image {
             existing_file(

@@ -1,6 +1,7 @@
 //! What acts on the bodies: supports, tools and cuts.
 
 use super::check::{Checks, triple};
+use super::rigid::rigid;
 use crate::scene::event::{Capture, Cut, Motion, Region, Support};
 use crate::scene::tool::{Tool, ToolShape};
 use crate::scene::{Body, Scene};
@@ -62,6 +63,9 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
             checks.positive(format_args!("{path}.shape.radius"), radius, " (m)");
         }
         ToolShape::Box { size } => checks.positive_components(&format!("{path}.shape.size"), size),
+    }
+    if let Some(looks) = &tool.looks {
+        rigid(checks, &format!("{path}.looks"), looks);
     }
     checks.finite(format_args!("{path}.position"), tool.position);
     checks.positive(

@@ -5,6 +5,7 @@ mod check;
 mod event;
 mod material;
 mod method;
+mod rigid;
 
 pub(super) use check::Fault;
 
@@ -13,6 +14,7 @@ use super::{Scene, VERSION};
 use body::body;
 use check::{Checks, triple};
 use event::{cut, support, tool};
+use rigid::rigid;
 
 /// Checks every value of a scene but those at the key paths `misread`, which stand for others.
 pub(super) fn validate(scene: &Scene, misread: &[String]) -> Vec<Fault> {
@@ -263,6 +265,9 @@ fn pictures(checks: &mut Checks, pictures: &Pictures) {
         pictures.splat_scale,
         "it must be above 0 and 1 at most",
     );
+    for (index, mesh) in pictures.meshes.iter().enumerate() {
+        rigid(checks, &format!("pictures.meshes[{index}]"), mesh);
+    }
     if let Show::Normals { length } = pictures.show {
         checks.positive("pictures.show.length", length, " (m)");
     }
