@@ -132,7 +132,8 @@ impl Found {
     /// Error of the displacements inside, and of their averages, over their norm.
     fn errors(&self, cells: u32, known: &dyn Fn(DVec3) -> DVec3) -> [f64; 2] {
         let spacing = 2.0 / f64::from(cells);
-        let key = |x: DVec3| (x / spacing).round().as_i64vec3();
+        let low = DVec3::new(-1.0, -1.0, -2.0);
+        let key = |x: DVec3| ((x - low) / spacing).round().as_i64vec3();
         let error = |node: usize| self.moved[node] - known(self.rest[node]);
         let errors: HashMap<_, _> = (0..self.rest.len())
             .map(|node| (key(self.rest[node]), error(node)))
