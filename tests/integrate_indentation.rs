@@ -40,7 +40,7 @@ fn errors(mut press: Press, known: &[Known], name: &str) -> Vec<f64> {
 
 #[test]
 fn block_indentation_meets_finite_elements() {
-    let mut reference = Reference::new([8, 12]).unwrap();
+    let mut reference = Reference::new([12, 16]).unwrap();
     let known = SPHERES.map(|(radius, depth)| reference.press(radius, depth).unwrap());
     println!("{known:?}");
     for known in &known {
