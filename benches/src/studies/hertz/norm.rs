@@ -133,19 +133,23 @@ impl Found {
     fn errors(&self, cells: u32, known: &dyn Fn(DVec3) -> DVec3) -> [f64; 2] {
         let spacing = 2.0 / f64::from(cells);
         let low = DVec3::new(-1.0, -1.0, -2.0);
-        let key = |x: DVec3| ((x - low) / spacing).round().as_i64vec3();
+        // Whole numbers, none of them a negative zero.
+        let place = |x: DVec3| ((x - low) / spacing).round() + DVec3::ZERO;
+        let key = |place: DVec3| place.to_array().map(f64::to_bits);
         let error = |node: usize| self.moved[node] - known(self.rest[node]);
         let errors: HashMap<_, _> = (0..self.rest.len())
-            .map(|node| (key(self.rest[node]), error(node)))
+            .map(|node| (key(place(self.rest[node])), error(node)))
             .collect();
         let (mut plain, mut averaged, mut size) = (0.0, 0.0, 0.0);
         for x in self.rest.iter().filter(|x| !held(**x) && !on_top(**x)) {
             let mut mean = DVec3::ZERO;
-            for shift in (0..27).map(|k| glam::I64Vec3::new(k % 3, k / 3 % 3, k / 9) - 1) {
-                let far = i32::try_from(shift.abs().element_sum()).unwrap_or(0);
-                mean += errors[&(key(*x) + shift)] * (0.125 * 0.5_f64.powi(far));
+            for shift in 0..27_u32 {
+                let along = [shift % 3, shift / 3 % 3, shift / 9].map(f64::from);
+                let shift = DVec3::from_array(along) - 1.0;
+                let weight = 0.125 * 0.5_f64.powf(shift.abs().element_sum());
+                mean += errors[&key(place(*x) + shift + DVec3::ZERO)] * weight;
             }
-            plain += errors[&key(*x)].length_squared();
+            plain += errors[&key(place(*x))].length_squared();
             averaged += mean.length_squared();
             size += known(*x).length_squared();
         }
