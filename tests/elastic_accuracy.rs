@@ -241,7 +241,7 @@ fn a_free_body_has_six_soft_modes_and_no_more() {
         let block = Block::new([5, 5, 5], DVec3::ONE, jitter, 3);
         let n = block.node_count();
         let material = Material::neo_hookean(1.0, 0.3);
-        let mut tetrahedra = Tetrahedra::new(&block, material);
+        let mut tetrahedra = Tetrahedra::new(&block.positions, &block.tetrahedra, material);
         let reference = dense(n, &mut |request| tetrahedra.answer(request));
         // First elastic eigenvalue of the finite elements, to 3 %.
         let (mut low, mut high) = (0.3, 30.0);

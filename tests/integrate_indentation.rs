@@ -7,17 +7,19 @@
 )]
 
 use benches::problems::indentation::{
-    BLOCK_REFERENCE, HERTZ, Press, SOFT, cube, graded, hertz_force, hertz_pressure, hertz_radius,
+    HERTZ, Press, SMALL, SOFT, SPHERES, cube, graded, hertz_force, hertz_pressure, hertz_radius,
     moment_radius, quarter,
 };
+use benches::problems::reference::{Known, Reference};
 use glam::DVec3;
 
 /// Relative errors against the reference; supports carry what acts on the tool.
-fn errors(mut press: Press, name: &str) -> Vec<f64> {
+fn errors(mut press: Press, known: &[Known], name: &str) -> Vec<f64> {
     let nodes = press.body.rest.len();
     let mut errors = Vec::new();
-    for row in BLOCK_REFERENCE {
-        let (error, found) = press.error(row, 1e-10).unwrap();
+    for ((radius, depth), known) in SPHERES.into_iter().zip(known) {
+        let found = press.press(radius / SMALL, depth * SMALL, 1e-10).unwrap();
+        let error = found.force / (known.force * SMALL) - 1.0;
         let reaction: DVec3 = found.report.reactions.iter().map(|(_, f)| *f).sum();
         let off = (reaction.z - found.force).abs();
         assert!(off < 1e-8 * found.force, "{reaction} {}", found.force);
@@ -25,8 +27,8 @@ fn errors(mut press: Press, name: &str) -> Vec<f64> {
         assert!(last.relative_residual() < 1e-10, "{last:?}");
         println!(
             "{nodes} {name} nodes: r {} d {}: {:+.2} %, {} iterations, {} products",
-            row.0,
-            row.1,
+            radius,
+            depth,
             100.0 * error,
             last.residuals.len() - 1,
             last.linear_iterations
@@ -38,13 +40,22 @@ fn errors(mut press: Press, name: &str) -> Vec<f64> {
 
 #[test]
 fn block_indentation_meets_finite_elements() {
+    let mut reference = Reference::new([12, 16]).unwrap();
+    let known = SPHERES.map(|(radius, depth)| reference.press(radius, depth).unwrap());
+    println!("{known:?}");
+    for known in &known {
+        // The finer lattice has six to nine of its nodes' distances in the contact radius; what is left of
+        // it in the extrapolated force is some of what was taken off.
+        assert!((known.fine / known.force - 1.0).abs() < 0.02, "{known:?}");
+        assert!((known.coarse / known.force - 1.0).abs() < 0.05, "{known:?}");
+    }
     let within = |errors: &[f64], bound: f64| errors.iter().all(|e| e.abs() < bound);
-    let found = errors(cube(14).unwrap(), "regular");
+    let found = errors(cube(14).unwrap(), &known, "regular");
     assert!(within(&found, 0.05), "{found:?}");
-    let found = errors(cube(17).unwrap(), "regular");
+    let found = errors(cube(17).unwrap(), &known, "regular");
     assert!(within(&found, 0.03), "{found:?}");
     for cells in [[10, 10, 10], [10, 10, 12], [11, 11, 11]] {
-        let found = errors(graded(cells).unwrap(), "graded");
+        let found = errors(graded(cells).unwrap(), &known, "graded");
         assert!(within(&found, 0.03), "{found:?}");
     }
 }

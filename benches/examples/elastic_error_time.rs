@@ -189,7 +189,11 @@ fn study() -> Result<(), StudyError> {
         paper_error = f64::max(paper_error, outcome.error.abs());
         let names = [cloud, "16 nearest", "Saint Venant-Kirchhoff", "f64", "none"];
         note(names, "dissertation".into(), &outcome);
-        let mut tetrahedra = beam::Tetrahedra::new(&block, Material::neo_hookean(1.0, NU));
+        let mut tetrahedra = beam::Tetrahedra::new(
+            &block.positions,
+            &block.tetrahedra,
+            Material::neo_hookean(1.0, NU),
+        );
         let outcome = measure(&block, &block.volumes, &mut |request| {
             tetrahedra.answer(request)
         });

@@ -14,10 +14,11 @@
 )]
 
 use benches::problems::indentation::{
-    BLOCK_REFERENCE as REFERENCE, HERTZ, SMALL, SOFT, cube, graded, hertz_force, hertz_pressure,
-    hertz_radius, moment_radius, quarter, sphere_over_paraboloid,
+    HERTZ, Press, SMALL, SOFT, SPHERES, cube, graded, hertz_force, hertz_pressure, hertz_radius,
+    moment_radius, quarter,
 };
 use benches::problems::model::{ElasticBody as Body, Solid};
+use benches::problems::reference::Reference;
 use benches::report::{Plot, Scale, Series};
 use glam::DVec3;
 use phyxel_integrate::{
@@ -331,11 +332,14 @@ fn force(charts: &mut Vec<Plot>) {
         0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1,
     ];
     let hertz = |d: f64| 4.0 / 3.0 / 0.91 * d.powf(1.5);
+    let mut reference = Reference::new([8, 12]).unwrap();
     let mut curves = vec![
         Series::line("Hertz, half space", depths.map(|d| (d, hertz(d))).to_vec()),
         Series::dots(
             "finite elements",
-            REFERENCE[..2].iter().map(|(_, d, f)| (*d, *f)).collect(),
+            depths
+                .map(|d| (d, reference.press(1.0, d).unwrap().force))
+                .to_vec(),
         ),
     ];
     for (name, mut press) in [
@@ -345,8 +349,7 @@ fn force(charts: &mut Vec<Plot>) {
         let mut points = Vec::new();
         for depth in depths {
             let found = press.press(1.0 / SMALL, depth * SMALL, 1e-10).unwrap();
-            // Back from the small strain and the paraboloid that a large sphere is.
-            let force = found.force / SMALL * sphere_over_paraboloid(1.0, depth);
+            let force = found.force / SMALL;
             points.push((depth, force));
             println!("{name}, {depth}, {force:.5}");
         }
@@ -365,14 +368,24 @@ fn force(charts: &mut Vec<Plot>) {
 
 /// Error of the force against nodes: block and Hertz.
 fn nodes(charts: &mut Vec<Plot>) {
-    let mut curves: Vec<Series> = REFERENCE
+    let mut reference = Reference::new([8, 12]).unwrap();
+    let known = SPHERES.map(|(r, d)| reference.press(r, d).unwrap().force);
+    let errors = |press: &mut Press| {
+        let of = |((r, d), known): ((f64, f64), f64)| {
+            let found = press.press(r / SMALL, d * SMALL, 1e-10).unwrap();
+            found.force / (known * SMALL) - 1.0
+        };
+        let both: Vec<_> = SPHERES.into_iter().zip(known).map(of).collect();
+        both
+    };
+    let mut curves: Vec<Series> = SPHERES
         .iter()
-        .map(|(r, d, _)| Series::line(format!("regular, r {r} m, d {d} m"), Vec::new()))
+        .map(|(r, d)| Series::line(format!("regular, r {r} m, d {d} m"), Vec::new()))
         .collect();
     for cells in [9, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 22] {
         let mut press = cube(cells).unwrap();
         let count = press.body.rest.len() as f64;
-        let errors = REFERENCE.map(|row| press.error(row, 1e-10).unwrap().0);
+        let errors = errors(&mut press);
         println!("{count} regular nodes: {errors:.4?}");
         for (curve, error) in curves.iter_mut().zip(errors) {
             curve.points.push((count, 100.0 * error));
@@ -390,7 +403,7 @@ fn nodes(charts: &mut Vec<Plot>) {
         [13; 3],
     ] {
         let mut press = graded(cells).unwrap();
-        let errors = REFERENCE.map(|row| press.error(row, 1e-10).unwrap().0);
+        let errors = errors(&mut press);
         let count = press.body.rest.len() as f64;
         println!("{count} graded nodes: {errors:.4?}");
         let largest = errors

@@ -56,7 +56,7 @@ pub fn measure(cells: u32) -> Result<Finding, StudyError> {
         }
     }
     let rest = body.rest.clone();
-    let moved = small_displacements(&mut body.elastic, &rest, &forces, |x| {
+    let moved = small_displacements(&mut body, &rest, &forces, |x| {
         let free = if x.x < 1e-9 { 0.0 } else { 1.0 };
         DVec3::new(free, free, if x.z < 1e-9 { 0.0 } else { 1.0 })
     })?;

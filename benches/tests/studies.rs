@@ -137,16 +137,47 @@ fn hertz_study_meets_the_block_and_the_half_space() {
     // Nodal volumes of eqs (17) and (18) sum to half as much again as the cube's.
     let paper = errors("dissertation");
     assert!(paper.iter().all(|error| *error > 15.0), "{paper:?}");
-    // The other program's elements and ours are those of one cube.
-    let other = errors("another program");
-    assert!(other[0].abs() < 5.0, "{other:?}");
-    // Elements of order 2 come near with few nodes.
+    // The two lattices of the reference differ by less than what is asked of the bodies.
+    let lattices = errors("reference");
+    assert!(
+        lattices[0].abs() < 2.0 && lattices[1].abs() < 5.0,
+        "{lattices:?}"
+    );
+    // Elements of order 2 come near with few nodes: here 1.3 and 1.6 of their distances in the contact radius.
     let quadratic = errors("triquadratic");
-    assert!(quadratic[1].abs() < 4.0, "{quadratic:?}");
+    assert!(
+        quadratic[1].abs() < 6.0 && quadratic[0] > 3.0 * quadratic[1],
+        "{quadratic:?}"
+    );
     let space = entries(&findings, "half-space", "force");
     assert!(space[0].1.abs() < 6.0, "{space:?}");
     let (_, blocks) = &entries(&findings, "half-space", "block")[0];
     assert!(*blocks > 40.0, "large enough to be a half-space: {blocks}");
+    // Displacements: the sphere, and no sphere but a field given on the top, leave what alternates.
+    let norm = column(&findings, "norm of the error", "default, even");
+    assert!(norm[1] < norm[0] && norm[1] < 30.0, "{norm:?}");
+    let inside = |load: &str, model: &str, heading: &str| {
+        let found = entries(&findings, "alternating", heading).into_iter();
+        let of = found.filter(|(row, _)| row[0].word() == load && row[1].word().contains(model));
+        of.map(|(_, value)| value).collect::<Vec<_>>()
+    };
+    for load in [
+        "smooth field given on the top",
+        "the reference's given on the top",
+    ] {
+        let [default, stiff, elements] =
+            ["0.1", "control 1", "elements"].map(|model| inside(load, model, "error inside"));
+        assert!(default[1] < 0.6 * default[0], "{load}: {default:?}");
+        assert!(stiff[1] < 0.35 * default[1], "{load}: {stiff:?}");
+        assert!(elements[1] < 0.2 * default[1], "{load}: {elements:?}");
+        let averaged = inside(load, "0.1", "averaged");
+        assert!(averaged[1] < 0.5 * default[1], "{load}: {averaged:?}");
+    }
+    // What the sphere presses with when it is let go is what it was pushed with.
+    let (row, carried) = &entries(&findings, "released", "force over push")[0];
+    assert!((carried - 1.0).abs() < 1e-2, "{row:?}");
+    let (row, led) = &entries(&findings, "released", "led there: force over push")[0];
+    assert!((led - 1.0).abs() < 2e-2, "{row:?}");
     // The held cube is stiffer than a half-space.
     for (row, ratio) in entries(&findings, "curves", "over half-space") {
         assert!(ratio > 1.0, "{row:?}");
@@ -154,8 +185,8 @@ fn hertz_study_meets_the_block_and_the_half_space() {
 }
 
 #[test]
-fn cut_study_cuts_three_bodies_twice() {
-    let findings = study("cut");
+fn chapter_6_cuts_three_bodies_twice() {
+    let findings = study("chapter6");
     let severed = entries(&findings, "chapter6", "severed pairs");
     let ours: Vec<_> = severed
         .iter()
@@ -183,6 +214,30 @@ fn cut_study_cuts_three_bodies_twice() {
         assert!((10.0..60.0).contains(&hanging), "{body}: {hanging} mm");
         assert!(place(body, "cut through") > hanging + 20.0, "{body}");
     }
+    // Our blocks hang as finite elements do, nearer than linear tetrahedra on the same nodes. The liver does not:
+    // 55 % too far with 178 nodes and 43 % with 622, where those tetrahedra are 4 and 3 % short.
+    let sags = entries(&findings, "sag", "error of the sag");
+    let sag = |body: &str, model: &str| {
+        let mut of = sags.iter();
+        let found = of.find(|(row, _)| row[0].word() == body && row[1].word().contains(model));
+        found.expect("the row is there").1
+    };
+    let [coarse, finer] = ["default", "default, more"].map(|model| sag("liver-181", model));
+    assert!(finer < coarse && finer > 0.0, "{coarse} {finer}");
+    for body in ["block-1408", "block-436"] {
+        let error = |model: &str| sag(body, model);
+        let ours = error("default");
+        assert!(ours.abs() < 1.0, "{body}: {ours}");
+        assert!(
+            error("default").abs() < error("linear tetrahedra, the").abs(),
+            "{body}"
+        );
+    }
+}
+
+#[test]
+fn cut_study_updates_and_slits() {
+    let findings = study("cut");
     for (row, triangles) in entries(&findings, "updates", "triangles") {
         assert!(triangles > 20.0, "{row:?}");
     }

@@ -72,7 +72,11 @@ fn cantilever_small_strain() {
         for (k, nu) in [0.3, 0.45, 0.499].into_iter().enumerate() {
             let svk = Material::saint_venant_kirchhoff(1.0, nu);
             paper[k] = tip_error(block, nu, 1e-6, &mut ask(&mut dissertation(block, svk)));
-            let mut tetrahedra = Tetrahedra::new(block, Material::neo_hookean(1.0, nu));
+            let mut tetrahedra = Tetrahedra::new(
+                &block.positions,
+                &block.tetrahedra,
+                Material::neo_hookean(1.0, nu),
+            );
             linear[k] = tip_error(block, nu, 1e-6, &mut |request| tetrahedra.answer(request));
         }
         for (method, [a, b, c]) in [("dissertation", paper), ("linear tetrahedra", linear)] {

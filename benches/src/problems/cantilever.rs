@@ -3,6 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_integrate::ForceLaw;
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
@@ -105,21 +106,20 @@ pub fn ask(body: &mut Elastic) -> impl FnMut(Request<'_>) -> f64 + '_ {
 /// Linear tetrahedra, one point each: the reference every book has.
 #[derive(Debug)]
 pub struct Tetrahedra<'a> {
-    block: &'a Block,
+    tetrahedra: &'a [[u32; 4]],
     material: Material,
     /// Shape gradients, volume and present `F` per element.
     elements: Vec<([DVec3; 4], f64, DMat3)>,
 }
 
 impl<'a> Tetrahedra<'a> {
-    /// The block's tetrahedra with one material.
+    /// Tetrahedra between rest positions (m), of one material.
     #[must_use]
-    pub fn new(block: &'a Block, material: Material) -> Self {
-        let elements = block
-            .tetrahedra
+    pub fn new(rest: &[DVec3], tetrahedra: &'a [[u32; 4]], material: Material) -> Self {
+        let elements = tetrahedra
             .iter()
             .map(|t| {
-                let [a, b, c, d] = t.map(|v| block.positions[v as usize]);
+                let [a, b, c, d] = t.map(|v| rest[v as usize]);
                 let edges = DMat3::from_cols(b - a, c - a, d - a);
                 let inverse = edges.inverse().transpose();
                 let g = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
@@ -132,7 +132,7 @@ impl<'a> Tetrahedra<'a> {
             })
             .collect();
         Self {
-            block,
+            tetrahedra,
             material,
             elements,
         }
@@ -153,8 +153,7 @@ impl<'a> Tetrahedra<'a> {
         match request {
             Request::Forces(x, f) => {
                 f.fill(DVec3::ZERO);
-                for (&t, (g, volume, grad)) in self.block.tetrahedra.iter().zip(&mut self.elements)
-                {
+                for (&t, (g, volume, grad)) in self.tetrahedra.iter().zip(&mut self.elements) {
                     *grad = Self::gradient(x, t, g);
                     let (w, stress) = self.material.energy_and_stress(*grad);
                     energy += w * *volume;
@@ -165,7 +164,7 @@ impl<'a> Tetrahedra<'a> {
             }
             Request::Product(v, kv) => {
                 kv.fill(DVec3::ZERO);
-                for (&t, (g, volume, grad)) in self.block.tetrahedra.iter().zip(&self.elements) {
+                for (&t, (g, volume, grad)) in self.tetrahedra.iter().zip(&self.elements) {
                     let change = self.material.stress_change(*grad, Self::gradient(v, t, g));
                     for (v, g) in t.iter().zip(g) {
                         kv[*v as usize] += change * *g * *volume;
@@ -174,6 +173,16 @@ impl<'a> Tetrahedra<'a> {
             }
         }
         energy
+    }
+}
+
+impl ForceLaw for Tetrahedra<'_> {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.answer(Request::Forces(positions, forces))
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        self.answer(Request::Product(vector, product));
     }
 }
 

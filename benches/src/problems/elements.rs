@@ -169,21 +169,37 @@ impl Elements {
         }
     }
 
+    /// Integral (m) of each shape function along an axis.
+    fn lengths(&self, axis: usize) -> Vec<f64> {
+        let (line, degree) = (&self.lines[axis], self.order.degree());
+        let mut lengths = vec![0.0; line.len()];
+        for first in (0..line.len() - 1).step_by(degree) {
+            let found = Integrals::of(&line[first..=first + degree]);
+            for a in 0..=degree {
+                let row = (0..=degree).map(|b| found.with(a, b, false, false));
+                lengths[first + a] += row.sum::<f64>();
+            }
+        }
+        lengths
+    }
+
+    /// Integral (m³) of each shape function: times a force per volume, the nodes' shares of it.
+    #[must_use]
+    pub fn volumes(&self) -> Vec<f64> {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.lengths(axis));
+        let rows = z.iter().flat_map(|z| y.iter().map(move |y| y * z));
+        rows.flat_map(|area| x.iter().map(move |x| x * area))
+            .collect()
+    }
+
     /// Nodal forces (N) of a force (N) that is spread evenly over the face of largest x.
     #[must_use]
     pub fn end_load(&self, force: DVec3) -> Vec<DVec3> {
-        let degree = self.order.degree();
         let weights = [1, 2].map(|axis| {
             let line = &self.lines[axis];
-            let mut weights = vec![0.0; line.len()];
-            for first in (0..line.len() - 1).step_by(degree) {
-                let found = Integrals::of(&line[first..=first + degree]);
-                for a in 0..=degree {
-                    let row = (0..=degree).map(|b| found.with(a, b, false, false));
-                    weights[first + a] += row.sum::<f64>() / (line[line.len() - 1] - line[0]);
-                }
-            }
-            weights
+            let whole = line[line.len() - 1] - line[0];
+            let lengths = self.lengths(axis).into_iter();
+            lengths.map(|length| length / whole).collect::<Vec<_>>()
         });
         let counts = self.lines.each_ref().map(Vec::len);
         let mut forces = vec![DVec3::ZERO; self.rest.len()];

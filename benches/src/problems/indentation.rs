@@ -11,6 +11,7 @@ use phyxel_integrate::{
 use super::block::lattice;
 use super::elements::{Elements, Order};
 use super::model::{ElasticBody, Solid};
+use super::reference::{held, on_top};
 use crate::StudyError;
 
 /// Tissue of unit stiffness: forces scale with Young's modulus.
@@ -20,15 +21,10 @@ pub const SOFT: Solid = Solid {
     density: 1.0,
 };
 
-/// Finite element forces (N) for radius and depth (m) at E = 1 Pa: 2 m cube, sides and bottom fixed,
-/// second order elements, 37,975 nodes, small strain, tolerance 0.2 %.
-pub const BLOCK_REFERENCE: [(f64, f64, f64); 3] = [
-    (1.0, 0.05, 0.019_176_5),
-    (1.0, 0.1, 0.058_265_6),
-    (0.5, 0.05, 0.012_810_1),
-];
+/// Spheres that the 2 m cube is pressed with: radius and depth (m).
+pub const SPHERES: [(f64, f64); 3] = [(1.0, 0.05), (1.0, 0.1), (0.5, 0.05)];
 
-/// References are at small strain. Depth times this and radius over this leave the contact radius and
+/// The reference is at small strain. Depth times this and radius over this leave the contact radius and
 /// the ratio to Hertz as they are and make the strain small.
 pub const SMALL: f64 = 0.01;
 
@@ -38,31 +34,6 @@ pub const SMALL: f64 = 0.01;
 pub fn hertz_force(solid: Solid, radius: f64, depth: f64) -> f64 {
     let modulus = solid.youngs_modulus / (1.0 - solid.poissons_ratio * solid.poissons_ratio);
     4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5)
-}
-
-/// Half-space force of a sphere over that of Hertz's paraboloid (Sneddon 1965:
-/// d = a/2 ln((r+a)/(r-a)), F = E* ((r² + a²)/2 ln((r+a)/(r-a)) - a r)).
-#[must_use]
-pub fn sphere_over_paraboloid(radius: f64, depth: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 0.999 * radius);
-    for _ in 0..60 {
-        let a = 0.5 * (low + high);
-        let logarithm = ((radius + a) / (radius - a)).ln();
-        if 0.5 * a * logarithm < depth {
-            low = a;
-        } else {
-            high = a;
-        }
-    }
-    let logarithm = ((radius + low) / (radius - low)).ln();
-    let force = 0.5 * (radius * radius + low * low) * logarithm - low * radius;
-    force / (4.0 / 3.0 * radius.sqrt() * depth.powf(1.5))
-}
-
-/// Force (N) of the finite elements at small strain, where a sphere is a paraboloid.
-#[must_use]
-pub fn block_force((radius, depth, force): (f64, f64, f64)) -> f64 {
-    force / sphere_over_paraboloid(radius, depth)
 }
 
 /// A body with held nodes whose top a sphere is pressed into.
@@ -91,16 +62,14 @@ pub struct Pressing {
 }
 
 impl Press {
-    /// The 2 m cube of [`BLOCK_REFERENCE`] from its body: sides and bottom held, contact by six
-    /// points a triangle of the top (at z = 0). `spacing` (m) sets the penalty.
+    /// A 2 m cube, its top at z = 0, from its body: sides and bottom held, contact by six
+    /// points a triangle of the top. `spacing` (m) sets the penalty.
     ///
     /// # Errors
     /// [`StudyError`] if there is no surface to press.
     pub fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
-        let edge = 1e-9;
-        let held = body.nodes(|x| x.x.abs().max(x.y.abs()) > 1.0 - edge || x.z < edge - 2.0);
-        let supports = Supports::fixed(body.rest.len(), &held);
-        let top = body.faces(|x| x.z > -edge);
+        let supports = Supports::fixed_where(&body.rest, held);
+        let top = body.faces(on_top);
         Self::on(body, supports, &top, spacing)
     }
 
@@ -152,35 +121,29 @@ impl Press {
 }
 
 impl Press<Elements> {
-    /// The 2 m cube of [`Press::cube`] of finite elements, on even lines or on those of
-    /// [`graded_lattice`], solved by a sparse Cholesky factor.
+    /// The 2 m cube of [`Press::cube`] of finite elements on even lines, solved by a sparse Cholesky
+    /// factor.
     ///
     /// # Errors
     /// As [`Press::cube`].
     ///
     /// # Panics
     /// As [`Elements::new`].
-    pub fn of_elements(cells: u32, order: Order, is_graded: bool) -> Result<Self, StudyError> {
-        let part = |k: u32| f64::from(k) / f64::from(cells);
-        let place = |s: f64| if is_graded { grade(s) } else { s };
-        let across = || (0..=cells).map(|k| place(2.0 * part(k) - 1.0)).collect();
-        let down = (0..=cells).map(|k| -2.0 * place(1.0 - part(k))).collect();
-        let body = Elements::new([across(), across(), down], order, SOFT);
+    pub fn of_elements(cells: u32, order: Order) -> Result<Self, StudyError> {
+        let low = DVec3::new(-1.0, -1.0, -2.0);
+        let body = Elements::even([cells; 3], low, low + 2.0, order, SOFT);
         let rest = body.rest.clone();
-        let edge = 1e-9;
-        let held = |x: DVec3| x.x.abs().max(x.y.abs()) > 1.0 - edge || x.z < edge - 2.0;
         let supports = Supports::fixed_where(&rest, held);
-        let on_top = |t: &&[u32; 3]| t.iter().all(|v| rest[*v as usize].z > -edge);
-        let top: Vec<[u32; 3]> = body.triangles.iter().filter(on_top).copied().collect();
-        let even = 2.0 / f64::from(cells);
-        let spacing = if is_graded { 0.45 * even } else { even };
+        let above = |t: &&[u32; 3]| t.iter().all(|v| on_top(rest[*v as usize]));
+        let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
+        let spacing = 2.0 / f64::from(cells);
         let rest = body.rest.clone();
         Self::of(body, rest, supports, &top, spacing, Preconditioner::Factor)
     }
 }
 
 impl<B: ForceLaw> Press<B> {
-    fn of(
+    pub(super) fn of(
         body: B,
         rest: Vec<DVec3>,
         supports: Supports,
@@ -235,23 +198,9 @@ impl<B: ForceLaw> Press<B> {
             report,
         })
     }
-
-    /// Force over that of finite elements less one, for one row of [`BLOCK_REFERENCE`], made small by
-    /// [`SMALL`]; and what was found.
-    ///
-    /// # Errors
-    /// As [`Press::press`].
-    pub fn error(
-        &mut self,
-        row: (f64, f64, f64),
-        tolerance: f64,
-    ) -> Result<(f64, Pressing), StudyError> {
-        let found = self.press(row.0 / SMALL, row.1 * SMALL, tolerance)?;
-        Ok((found.force / (block_force(row) * SMALL) - 1.0, found))
-    }
 }
 
-/// The 2 m cube of [`BLOCK_REFERENCE`] on a regular lattice.
+/// The 2 m cube on a regular lattice.
 ///
 /// # Errors
 /// As [`Press::cube`].
@@ -337,7 +286,7 @@ pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
 }
 
 /// Draws 0 nearer, from -1..=1 to -1..=1.
-fn grade(s: f64) -> f64 {
+pub(super) fn grade(s: f64) -> f64 {
     0.45 * s + 0.55 * s * s * s
 }
 

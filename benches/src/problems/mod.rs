@@ -9,3 +9,4 @@ pub mod elements;
 pub mod indentation;
 pub mod model;
 pub(crate) mod noise;
+pub mod reference;

@@ -241,13 +241,13 @@ pub fn dissertation(
 /// # Errors
 /// [`StudyError::NotSolved`].
 pub fn small_displacements(
-    elastic: &mut Elastic,
+    law: &mut impl ForceLaw,
     rest: &[DVec3],
     forces: &[DVec3],
     mask: impl Fn(DVec3) -> DVec3,
 ) -> Result<Vec<DVec3>, StudyError> {
     let n = rest.len();
-    elastic.forces_into(rest, &mut vec![DVec3::ZERO; n]);
+    law.forces_into(rest, &mut vec![DVec3::ZERO; n]);
     let mask: Vec<DVec3> = rest.iter().map(|&x| mask(x)).collect();
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
     let mut u = vec![DVec3::ZERO; n];
@@ -260,7 +260,7 @@ pub fn small_displacements(
         if rr <= end {
             return Ok(u);
         }
-        elastic.tangent_product_into(&p, &mut product);
+        law.tangent_product_into(&p, &mut product);
         for (q, m) in product.iter_mut().zip(&mask) {
             *q *= *m;
         }

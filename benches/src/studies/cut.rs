@@ -1,6 +1,5 @@
-//! Cutting: what an update costs, how far a slit body is off, and the dissertation's chapter 6 again.
+//! Cutting: what an update costs, and how far a slit body is off.
 
-use super::hanging;
 use crate::problems::cracks::{Form, gravity_slit};
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
@@ -14,7 +13,6 @@ const PASSING: f64 = 0.02;
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (updates, by_triangles, by_nodes) = updates(effort)?;
     let (slits, slit_errors) = slits(effort)?;
-    let bodies = hanging::measure(effort)?;
     let plot = |name, title: &str, x: &str, y: &str, series| Plot {
         name,
         title: title.to_owned(),
@@ -44,7 +42,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             "error (%)",
             slit_errors,
         ),
-        hanging::plot(&bodies),
     ];
     Ok(Report {
         pictures: Vec::new(),
@@ -57,9 +54,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             "Slit beam: clamped ends, slit from below to half its height, plane strain, against finite \
              elements with a real slit."
                 .to_owned(),
-            hanging::words(),
         ],
-        tables: vec![hanging::table(&bodies), updates, slits],
+        tables: vec![updates, slits],
         plots,
     })
 }

@@ -10,6 +10,7 @@ mod figures;
 mod gradient;
 mod hanging;
 mod hertz;
+mod sag;
 mod splat;
 mod stretch;
 mod time;
@@ -78,9 +79,15 @@ pub const STUDIES: &[Study] = &[
     },
     Study {
         name: "cut",
-        title: "Cutting, and the dissertation's chapter 6 again",
-        question: "what does a blade update cost, and how fast do the dissertation's bodies run?",
+        title: "Cutting",
+        question: "what does a blade update cost, and how far is a slit body off?",
         run: cut::run,
+    },
+    Study {
+        name: "chapter6",
+        title: "The dissertation's chapter 6 again",
+        question: "how do its model and ours do on its bodies: error, speed, energy of the cuts?",
+        run: hanging::run,
     },
     Study {
         name: "splat",

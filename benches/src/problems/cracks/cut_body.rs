@@ -10,10 +10,11 @@ use phyxel_enrich::{
 };
 use phyxel_mls::{ConservativeStencils, StrokeReport, normal_projector};
 
+use super::intrinsic::{Mechanics, Rows};
 use super::{POISSON, YOUNG};
 use crate::StudyError;
 use crate::problems::block::{Block, lattice};
-use crate::problems::model::small_displacements;
+use crate::problems::model::{Law, small_displacements};
 use crate::problems::noise::noisy;
 
 /// How a cut weakens pairs.
@@ -27,6 +28,8 @@ pub enum Form {
     Grid(GridForm),
     /// Mean of both directions of the product over the strip's pieces, Aras 2014, eq. (38).
     Pieces,
+    /// Visibility, and near the tips the intrinsic basis of Aras 2014, eqs (31)–(33).
+    Intrinsic,
 }
 
 impl Form {
@@ -34,7 +37,7 @@ impl Form {
     pub const DETOUR: Self = Self::Rule(Rule::Detour);
 
     /// All forms that are compared.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::DETOUR,
         Self::Finished,
         Self::Rule(Rule::Visibility),
@@ -46,6 +49,7 @@ impl Form {
         Self::Grid(GridForm::OneSidedMean),
         Self::Grid(GridForm::Product),
         Self::Pieces,
+        Self::Intrinsic,
     ];
 
     /// Name in tables.
@@ -60,6 +64,7 @@ impl Form {
             Self::Grid(GridForm::OneSided) => "grid, one-sided",
             Self::Grid(GridForm::OneSidedMean) => "grid, one-sided mean",
             Self::Pieces => "product over pieces",
+            Self::Intrinsic => "intrinsic basis",
         }
     }
 }
@@ -162,6 +167,8 @@ pub struct CutBody<'a> {
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],
     pairs: PairFactors,
+    /// Gradients that are not those of the stencils.
+    rows: Option<Rows>,
 }
 
 impl<'a> CutBody<'a> {
@@ -178,10 +185,10 @@ impl<'a> CutBody<'a> {
     ) -> Result<Option<Self>, StudyError> {
         let (x, graph) = (&body.block.rest, &body.block.graph);
         let coupled = body.coupled();
-        let rule = if let Form::Rule(rule) = form {
-            rule
-        } else {
-            Rule::Detour
+        let rule = match form {
+            Form::Rule(rule) => rule,
+            Form::Intrinsic => Rule::Visibility,
+            _ => Rule::Detour,
         };
         let settings = FactorSettings {
             rule,
@@ -190,14 +197,14 @@ impl<'a> CutBody<'a> {
         let begin = Instant::now();
         let mut pairs = PairFactors::new(&coupled, &settings);
         let reach: Vec<f64> = match form {
-            Form::Rule(_) | Form::Finished => Vec::new(),
+            Form::Rule(_) | Form::Finished | Form::Intrinsic => Vec::new(),
             _ => (0..x.len())
                 .map(|node| settings.reach.of(&coupled, node))
                 .collect(),
         };
         let start = Instant::now();
         let factors = match form {
-            Form::Rule(_) | Form::Finished => {
+            Form::Rule(_) | Form::Finished | Form::Intrinsic => {
                 pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &|p| {
                     body.inside(p)
                 });
@@ -230,6 +237,13 @@ impl<'a> CutBody<'a> {
         let mut stencils = body.block.stencils.clone();
         let rows = Instant::now();
         stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
+        let intrinsic = match form {
+            Form::Intrinsic => match Rows::new(body, cuts, blades, &stencils) {
+                None => return Ok(None),
+                found => found,
+            },
+            _ => None,
+        };
         let mut cut = Self {
             body,
             stencils,
@@ -237,6 +251,7 @@ impl<'a> CutBody<'a> {
             touched,
             seconds: [0.0; 3],
             pairs,
+            rows: intrinsic,
         };
         if form == Form::Finished {
             cut.finish(cuts);
@@ -288,7 +303,18 @@ impl<'a> CutBody<'a> {
         forces: &[DVec3],
         mask: impl Fn(DVec3) -> DVec3,
     ) -> Result<Vec<DVec3>, StudyError> {
-        small_displacements(&mut self.elastic()?, &self.body.block.rest, forces, mask)
+        let rest = &self.body.block.rest;
+        match &self.rows {
+            Some(rows) => {
+                let mut law = Mechanics {
+                    body: self.body,
+                    stencils: &self.stencils,
+                    rows,
+                };
+                small_displacements(&mut law, rest, forces, mask)
+            }
+            None => small_displacements(&mut Law(&mut self.elastic()?), rest, forces, mask),
+        }
     }
 
     /// Displacement gradients at the nodes.
@@ -297,6 +323,9 @@ impl<'a> CutBody<'a> {
         let graph = &self.body.block.graph;
         (0..u.len())
             .map(|i| {
+                if let Some(rows) = &self.rows {
+                    return rows.gradient(u, i);
+                }
                 let mut sum = DMat3::ZERO;
                 for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
                     let du = u[j as usize] - u[i];

@@ -2,6 +2,7 @@
 
 mod cut_body;
 mod field;
+mod intrinsic;
 mod penny;
 mod problems;
 

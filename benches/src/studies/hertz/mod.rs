@@ -1,18 +1,22 @@
 //! A sphere on a block: force, contact radius and pressure, by the default model and by the
 //! dissertation's.
 
+mod norm;
+mod released;
+mod space;
+
 use std::time::Instant;
 
 use glam::DVec3;
 
 use phyxel_integrate::ForceLaw;
 
-use crate::problems::elements::{Elements, Order};
+use crate::problems::elements::Order;
 use crate::problems::indentation::{
-    BLOCK_REFERENCE, HalfSpace, Press, Ring, SMALL, SOFT, block_force, cube_lattice,
-    graded_lattice, half_space, hertz_force,
+    Press, SMALL, SOFT, SPHERES, cube_lattice, graded_lattice, half_space, hertz_force,
 };
 use crate::problems::model::ElasticBody;
+use crate::problems::reference::Reference;
 use crate::report::median_time;
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
@@ -99,7 +103,7 @@ fn press<B: ForceLaw>(
     })
 }
 
-/// One model on one lattice, pressed as the rows of [`BLOCK_REFERENCE`] that convergence is of.
+/// One model on one lattice, pressed by the two of [`SPHERES`] that convergence is of.
 struct Measured {
     nodes: usize,
     deep: Pressed,
@@ -113,17 +117,15 @@ struct Measured {
 /// Presses a body and compares it with a reference that was pressed as deep.
 fn measured<B: ForceLaw>(
     body: &mut Press<B>,
-    reference: &Press<Elements>,
+    reference: &Reference,
 ) -> Result<Measured, StudyError> {
-    let (radius, depth, _) = BLOCK_REFERENCE[2];
+    let (radius, depth) = SPHERES[2];
     let small = press(body, radius, depth)?;
-    let (radius, depth, _) = BLOCK_REFERENCE[1];
+    let (radius, depth) = SPHERES[1];
     let deep = press(body, radius, depth)?;
-    let moved = reference.positions.iter().zip(&reference.rest);
-    let moved: Vec<DVec3> = moved.map(|(x, rest)| *x - *rest).collect();
     let (mut error, mut size) = (0.0, 0.0);
     for (x, rest) in body.positions.iter().zip(&body.rest) {
-        let known = reference.body.field_at(&moved, *rest);
+        let known = reference.displacement(*rest);
         error += known.distance_squared(*x - *rest);
         size += known.length_squared();
     }
@@ -138,15 +140,6 @@ fn measured<B: ForceLaw>(
         norm: f64::sqrt(error / size),
         evaluation,
     })
-}
-
-/// The cube of triquadratic elements, drawn towards the sphere.
-fn reference(effort: Effort) -> Result<Press<Elements>, StudyError> {
-    let cells = match effort {
-        Effort::Full => 16,
-        Effort::Quick => 12,
-    };
-    Press::of_elements(cells, Order::Quadratic, true)
 }
 
 fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
@@ -177,9 +170,14 @@ fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let mut reference = reference(effort)?;
+    let mut reference = Reference::new(match effort {
+        Effort::Full => [12, 16],
+        Effort::Quick => [8, 12],
+    })?;
     let (table, curves) = force_curves(effort, &mut reference)?;
     let (convergence, by_nodes, by_time, by_theory, by_norm) = convergence(effort, &mut reference)?;
+    let (alternating, by_control) = norm::table(effort, &reference)?;
+    let (released, picture) = released::table(effort, &mut reference)?;
     let cells: &[u32] = match effort {
         // On 12 and 14 cells, which grow by more than twofold, the stencils' solve stops at 1e-6.
         Effort::Full => &[16, 20, 24],
@@ -197,15 +195,14 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         series,
     };
     Ok(Report {
-        pictures: Vec::new(),
+        pictures: vec![picture],
         words: vec![
             "A cube of 2 m (E 10 kPa, nu 0.3), sides and bottom held, a frictionless rigid sphere of \
              1 m pressed into the middle of its top. Half-space theory is Aras 2014, eq. (65); the \
-             block reference are triquadratic finite elements of this program, on lines drawn towards \
-             the sphere, with the same contact; beside it stands what 37,975 nodes of another program \
-             gave, certain to 0.2 %. A held block is stiffer than a half-space: by 17 % at 0.05 m and \
-             26 % at 0.1 m. The strain is made small (radius times 100, depth over 100, forces scaled \
-             back), as both references have it."
+             block reference are triquadratic finite elements of this program, on a quarter of the cube and \
+             lines drawn towards the sphere, with the same contact, on two lattices, extrapolated. \
+             A held block is stiffer than a half-space: by 15 % at 0.05 m and 27 % at 0.1 m. The strain \
+             is made small (radius times 100, depth over 100, forces scaled back), as the reference has it."
                 .to_owned(),
             "Finite elements are linear elastic boxes, fully integrated, on the same lattice, solved by \
              a sparse Cholesky factor; their stiffness is assembled beforehand, as the stencils are. The \
@@ -216,11 +213,19 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
              (18) that sum to more than the cube, Saint Venant-Kirchhoff; contact is the same in both. \
              It published 20.11 ms a step at about 6,000 nodes (section 5.7)."
                 .to_owned(),
+            norm::WORDS.to_owned(),
+            released::WORDS.to_owned(),
             "The half-space table presses a quarter of a block of about 46 contact radii; pressures \
              are means over rings over Hertz's largest."
                 .to_owned(),
         ],
-        tables: vec![convergence, table, space_table(&spaces)],
+        tables: vec![
+            convergence,
+            table,
+            alternating,
+            released,
+            space::table(&spaces),
+        ],
         plots: vec![
             plot(
                 "curves",
@@ -262,8 +267,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 "Pressure in the contact against Hertz",
                 linear("distance from the middle (contact radii)"),
                 linear("pressure over Hertz's largest (1)"),
-                pressures(&spaces),
+                space::pressures(&spaces),
             ),
+            by_control,
         ],
     })
 }
@@ -271,7 +277,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 /// The force over the depth, by both models on one lattice.
 fn force_curves(
     effort: Effort,
-    reference: &mut Press<Elements>,
+    reference: &mut Reference,
 ) -> Result<(Table, Vec<Series>), StudyError> {
     let (cells, depths): (u32, &[f64]) = match effort {
         Effort::Full => (17, &[0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1]),
@@ -284,18 +290,10 @@ fn force_curves(
     curves.push(series("half-space theory, eq. (65)", theory.collect()));
     let mut blocks = Vec::new();
     for &depth in depths {
-        blocks.push((depth, MODULUS * press(reference, 1.0, depth)?.force));
+        blocks.push((depth, MODULUS * reference.press(1.0, depth)?.force));
     }
     let known = blocks.clone();
     curves.push(series("block, triquadratic elements", known));
-    let others = BLOCK_REFERENCE
-        .iter()
-        .filter(|known| (known.0 - 1.0).abs() < 1e-9);
-    let others = others.map(|known| (known.1, MODULUS * block_force(*known)));
-    curves.push(series(
-        "block, elements of another program",
-        others.collect(),
-    ));
     for model in [Model::Default, Model::Dissertation] {
         let mut body = model.press(cells)?;
         let mut points = Vec::new();
@@ -344,15 +342,15 @@ fn force_curves(
 type Converged = (Table, Vec<Series>, Vec<Series>, Vec<Series>, Vec<Series>);
 
 /// Error of the force over nodes and time, and of the displacements over degrees of freedom.
-fn convergence(effort: Effort, reference: &mut Press<Elements>) -> Result<Converged, StudyError> {
+fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, StudyError> {
     let cells: &[u32] = match effort {
         Effort::Full => &[7, 9, 11, 14, 17, 22],
         Effort::Quick => &[7, 9],
     };
-    let (radius, depth, _) = BLOCK_REFERENCE[2];
-    let known_small = press(reference, radius, depth)?;
-    let (radius, depth, _) = BLOCK_REFERENCE[1];
-    let known = press(reference, radius, depth)?;
+    let (radius, depth) = SPHERES[2];
+    let known_small = reference.press(radius, depth)?;
+    let (radius, depth) = SPHERES[1];
+    let known = reference.press(radius, depth)?;
     let mut rows = Vec::new();
     let (mut by_nodes, mut by_time) = (Vec::new(), Vec::new());
     let (mut by_theory, mut by_norm) = (Vec::new(), Vec::new());
@@ -387,14 +385,12 @@ fn convergence(effort: Effort, reference: &mut Press<Elements>) -> Result<Conver
                 _ => cells,
             };
             let found = match model {
-                Model::Linear => measured(
-                    &mut Press::of_elements(cells, Order::Linear, false)?,
-                    reference,
-                ),
-                Model::Quadratic => measured(
-                    &mut Press::of_elements(cells, Order::Quadratic, false)?,
-                    reference,
-                ),
+                Model::Linear => {
+                    measured(&mut Press::of_elements(cells, Order::Linear)?, reference)
+                }
+                Model::Quadratic => {
+                    measured(&mut Press::of_elements(cells, Order::Quadratic)?, reference)
+                }
                 _ => measured(&mut model.press(cells)?, reference),
             }?;
             let (error, deeper) = add(model.name(), model.spacing(cells), &found);
@@ -410,19 +406,25 @@ fn convergence(effort: Effort, reference: &mut Press<Elements>) -> Result<Conver
         by_theory.push(series(model.name(), ratios));
         by_norm.push(series(model.name(), norms));
     }
-    // What another program gave for the same cube.
-    let other = |row: usize, known: &Pressed| {
-        Cell::Number(100.0 * (block_force(BLOCK_REFERENCE[row]) / known.force - 1.0))
-    };
-    let mut last = vec![
-        Cell::Word("elements of another program".to_owned()),
-        Cell::Count(37_975),
-        Cell::Nothing,
-        other(1, &known),
-        other(2, &known_small),
-    ];
-    last.resize(10, Cell::Nothing);
-    rows.push(last);
+    for (name, force, small) in [
+        ("reference, finer lattice", known.fine, known_small.fine),
+        (
+            "reference, coarser lattice",
+            known.coarse,
+            known_small.coarse,
+        ),
+    ] {
+        let off = |force: f64, known: f64| Cell::Number(100.0 * (force / known - 1.0));
+        let mut row = vec![
+            Cell::Word(name.to_owned()),
+            Cell::Nothing,
+            Cell::Nothing,
+            off(force, known.force),
+            off(small, known_small.force),
+        ];
+        row.resize(10, Cell::Nothing);
+        rows.push(row);
+    }
     let block = (hertz_force(SOFT, radius, depth) / known.force).powf(2.0 / 3.0);
     let ends = by_theory[0].points.iter().map(|p| p.0);
     by_theory.push(series(
@@ -447,56 +449,4 @@ fn convergence(effort: Effort, reference: &mut Press<Elements>) -> Result<Conver
         rows,
     };
     Ok((table, by_nodes, by_time, by_theory, by_norm))
-}
-
-fn space_table(spaces: &[HalfSpace]) -> Table {
-    let rows = spaces.iter().map(|space| {
-        let mut row = vec![
-            Cell::Count(space.nodes),
-            Cell::Number(space.size),
-            Cell::Number(100.0 * (space.force - 1.0)),
-            Cell::Number(100.0 * (space.contact_radius - 1.0)),
-            Cell::Count(space.products),
-        ];
-        let inner = space.rings.iter().take(3);
-        row.extend(inner.map(|ring| Cell::Number(100.0 * (ring.pressure / ring.expected - 1.0))));
-        row
-    });
-    Table {
-        name: "half-space",
-        title: "Sphere on a large block against Hertz".to_owned(),
-        columns: columns(&[
-            ("nodes", "1"),
-            ("block", "contact radii"),
-            ("force", "%"),
-            ("contact radius", "%"),
-            ("products", "1"),
-            ("pressure to 0.3 a", "%"),
-            ("0.3 to 0.55 a", "%"),
-            ("0.55 to 0.8 a", "%"),
-        ]),
-        rows: rows.collect(),
-    }
-}
-
-fn pressures(spaces: &[HalfSpace]) -> Vec<Series> {
-    let middle = |radii: [f64; 2]| 0.5 * (radii[0] + radii[1]);
-    let profile = (0..=50).map(|k| {
-        let r = f64::from(k) / 50.0;
-        (r, (1.0 - r * r).sqrt())
-    });
-    let mut all = vec![series("Hertz", profile.collect())];
-    if let Some(space) = spaces.last() {
-        let means = |of: fn(&Ring) -> f64| {
-            let rings = space.rings.iter();
-            rings.map(|ring| (middle(ring.radii), of(ring))).collect()
-        };
-        all.push(series(
-            "Hertz, means over rings",
-            means(|ring| ring.expected),
-        ));
-        let name = format!("default, {} nodes, means over rings", space.nodes);
-        all.push(series(&name, means(|ring| ring.pressure)));
-    }
-    all
 }

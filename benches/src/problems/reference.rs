@@ -1,0 +1,174 @@
+//! The 2 m cube under a sphere by finite elements: the reference, computed where it is wanted.
+
+use glam::{BVec2, DVec2, DVec3};
+use phyxel_integrate::{ForceLaw, Preconditioner, Supports};
+
+use super::elements::{Elements, Order};
+use super::indentation::{Press, SMALL, SOFT, grade};
+use crate::StudyError;
+
+/// Unbalanced forces relative to the tool's at which the elements count as at rest.
+const TOLERANCE: f64 = 1e-7;
+
+/// A quarter of the cube of [`super::indentation::cube`] between two planes of symmetry, of triquadratic
+/// finite elements on lines drawn towards the sphere, on two lattices.
+///
+/// With as many nodes as the whole cube it has half their distance under the sphere, where the contact is
+/// known no better than to the nodes' distance: a whole cube of 12 intervals is 4 % too stiff.
+#[derive(Debug)]
+pub struct Reference {
+    coarse: Press<Elements>,
+    fine: Press<Elements>,
+    /// Squared ratio of the nodes' distances, less one.
+    refined: f64,
+    moved: Vec<DVec3>,
+}
+
+/// What the reference says of one sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Force (N) at E = 1 Pa and small strain, of both lattices extrapolated as errors that fall with the
+    /// square of the nodes' distance (Richardson).
+    pub force: f64,
+    /// That of the finer lattice.
+    pub fine: f64,
+    /// That of the coarser one.
+    pub coarse: f64,
+}
+
+impl Reference {
+    /// Lattices of so many intervals along an edge of the quarter, even numbers, the second the finer.
+    ///
+    /// # Errors
+    /// As [`Press::cube`].
+    ///
+    /// # Panics
+    /// As [`Elements::new`].
+    pub fn new([coarse, fine]: [u32; 2]) -> Result<Self, StudyError> {
+        Ok(Self {
+            coarse: quarter(coarse)?,
+            fine: quarter(fine)?,
+            refined: (f64::from(fine) / f64::from(coarse)).powi(2) - 1.0,
+            moved: Vec::new(),
+        })
+    }
+
+    /// Nodes of the finer lattice.
+    #[must_use]
+    pub fn nodes(&self) -> usize {
+        self.fine.rest.len()
+    }
+
+    /// Presses a sphere of `radius` to `depth` (m), made small by [`SMALL`].
+    ///
+    /// # Errors
+    /// As [`Press::press`].
+    pub fn press(&mut self, radius: f64, depth: f64) -> Result<Known, StudyError> {
+        let force = |press: &mut Press<Elements>| {
+            let found = press.press(radius / SMALL, depth * SMALL, TOLERANCE)?;
+            Ok::<_, StudyError>(4.0 * found.force / SMALL)
+        };
+        let (coarse, fine) = (force(&mut self.coarse)?, force(&mut self.fine)?);
+        let moved = self.fine.positions.iter().zip(&self.fine.rest);
+        self.moved = moved.map(|(x, rest)| *x - *rest).collect();
+        Ok(Known {
+            force: fine + (fine - coarse) / self.refined,
+            fine,
+            coarse,
+        })
+    }
+
+    /// Displacement (m, of the small strain) of a point of the whole cube under the last sphere, by the
+    /// finer lattice.
+    #[must_use]
+    pub fn displacement(&self, at: DVec3) -> DVec3 {
+        mirrored(&self.fine.body, &self.moved, at)
+    }
+
+    /// Displacements (m) of the finer lattice with the sides and the bottom held and a field given on the
+    /// top, even in x and y; the answer is read at points of the whole cube.
+    ///
+    /// # Errors
+    /// [`StudyError`] if they are not found.
+    pub fn with_top(
+        &self,
+        top: impl Fn(DVec3) -> DVec3,
+    ) -> Result<impl Fn(DVec3) -> DVec3, StudyError> {
+        let mut body = self.fine.body.clone();
+        let rest = body.rest.clone();
+        let mut supports = symmetric(&rest);
+        let mut moved = vec![DVec3::ZERO; rest.len()];
+        for (node, x) in (0_u32..).zip(&rest) {
+            if on_top(*x) && !held(*x) {
+                moved[node as usize] = top(*x);
+                supports.fix(node);
+            }
+        }
+        let forces = pulled(&mut body, &rest, &moved);
+        let inner = body.solve(&supports, &forces)?;
+        for (moved, inner) in moved.iter_mut().zip(inner) {
+            *moved += inner;
+        }
+        Ok(move |at| mirrored(&body, &moved, at))
+    }
+}
+
+/// Whether a point of the cube is on a held side.
+#[must_use]
+pub fn held(x: DVec3) -> bool {
+    x.x.abs().max(x.y.abs()) > 1.0 - EDGE || x.z < EDGE - 2.0
+}
+
+/// Whether a point of the cube is on its top.
+#[must_use]
+pub fn on_top(x: DVec3) -> bool {
+    x.z > -EDGE
+}
+
+/// Nodes this near (m) a side are on it.
+const EDGE: f64 = 1e-9;
+
+/// Forces (N) on a body's nodes at rest that stand in for `moved` (m) of some of them.
+pub(crate) fn pulled(body: &mut impl ForceLaw, rest: &[DVec3], moved: &[DVec3]) -> Vec<DVec3> {
+    let mut forces = vec![DVec3::ZERO; moved.len()];
+    body.forces_into(rest, &mut forces);
+    body.tangent_product_into(moved, &mut forces);
+    forces.iter().map(|force| -*force).collect()
+}
+
+fn symmetric(rest: &[DVec3]) -> Supports {
+    let mut supports = Supports::free(rest.len());
+    for (node, x) in (0_u32..).zip(rest) {
+        if held(*x) {
+            supports.fix(node);
+        } else {
+            supports.fix_axes(node, [x.x < EDGE, x.y < EDGE, false]);
+        }
+    }
+    supports
+}
+
+fn quarter(cells: u32) -> Result<Press<Elements>, StudyError> {
+    let part = |k: u32| f64::from(k) / f64::from(cells);
+    let across = || (0..=cells).map(|k| grade(part(k))).collect();
+    let down = (0..=cells).map(|k| -2.0 * grade(1.0 - part(k))).collect();
+    let body = Elements::new([across(), across(), down], Order::Quadratic, SOFT);
+    let rest = body.rest.clone();
+    let supports = symmetric(&rest);
+    let above = |t: &&[u32; 3]| t.iter().all(|v| on_top(rest[*v as usize]));
+    let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
+    let spacing = 0.45 / f64::from(cells);
+    let nodes = rest.clone();
+    Press::of(body, nodes, supports, &top, spacing, Preconditioner::Factor)
+}
+
+/// A field of the quarter at a point of the whole cube.
+fn mirrored(body: &Elements, values: &[DVec3], at: DVec3) -> DVec3 {
+    let value = body.field_at(values, at.abs().truncate().extend(at.z));
+    let sign = DVec2::select(
+        BVec2::new(at.x < 0.0, at.y < 0.0),
+        DVec2::NEG_ONE,
+        DVec2::ONE,
+    );
+    value * sign.extend(1.0)
+}

@@ -1,0 +1,126 @@
+//! Figure 70: the sphere is let go on the block and comes to rest.
+
+use std::path::Path;
+
+use phyxel::picture::Painter;
+use phyxel::scene::{Pictures, Scene, View};
+use phyxel::world::World;
+
+use super::{MODULUS, columns};
+use crate::problems::reference::Reference;
+use crate::report::{Cell, Picture, Table};
+use crate::{Effort, StudyError};
+
+pub(super) const WORDS: &str = "Released: the same cube as a scene, the sphere let go where it touches and \
+     pushed down by the force that the reference needs for 0.05 m. It comes to rest where the same scene's sphere, led \
+     to that depth, is carried by that force, if dynamics and statics are one; finite strain, the program's \
+     own nodes.";
+
+/// Depth (m) that the push is for.
+const DEPTH: f64 = 0.05;
+/// Mass (kg) of the sphere.
+const MASS: f64 = 60.0;
+/// Scene time (s) at which it lies still.
+const END: f64 = 12.0;
+
+fn world(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
+    let side = |point: &str, normal: &str| {
+        format!("(region: HalfSpace(point: {point}, normal: {normal})),")
+    };
+    let edge = 0.999_999;
+    let supports: String = [
+        side(&format!("({edge}, 0, 0)"), "(1, 0, 0)"),
+        side(&format!("(-{edge}, 0, 0)"), "(-1, 0, 0)"),
+        side(&format!("(0, {edge}, 0)"), "(0, 1, 0)"),
+        side(&format!("(0, -{edge}, 0)"), "(0, -1, 0)"),
+        side(&format!("(0, 0, -{edge})"), "(0, 0, -1)"),
+    ]
+    .concat();
+    let text = format!(
+        "(version: 1, bodies: [(name: \"block\", shape: Box(size: (2, 2, 2)), \
+         sampling: (target: Nodes({nodes})), \
+         material: (youngs_modulus: {MODULUS}, poissons_ratio: 0.3, density: 1000), damping: 4)], \
+         supports: [{supports}], gravity: None, integration: (settle: None), \
+         tools: [(shape: Sphere(radius: 1), path: [{path}], {release})], \
+         pictures: (width: 640, height: 480))"
+    );
+    let scene = Scene::from_text(&text, "hertz study", Path::new(""), &[])?;
+    Ok(World::new(scene)?)
+}
+
+fn play(world: &mut World, end: f64) -> Result<(), StudyError> {
+    while world.scene_time().is_none_or(|now| now < end) {
+        world.step()?;
+    }
+    Ok(())
+}
+
+/// Depths and forces, and the picture of the sphere at rest.
+pub(super) fn table(
+    effort: Effort,
+    reference: &mut Reference,
+) -> Result<(Table, Picture), StudyError> {
+    let nodes = match effort {
+        Effort::Full => 5_000,
+        Effort::Quick => 1_000,
+    };
+    let push = MODULUS * reference.press(1.0, DEPTH)?.force;
+    let mut released = world(
+        nodes,
+        "(time: 0, position: (0, 0, 2))",
+        &format!("release: Some((mass: {MASS}, force: (0, 0, -{push})))"),
+    )?;
+    play(&mut released, END)?;
+    let tool = released.tool_forces()[0];
+    let depth = 2.0 - tool.pose.position.z;
+    // Led slowly to where the other lies, and held.
+    let down = 2.0 - depth;
+    let mut led = world(
+        nodes,
+        &format!("(time: 0, position: (0, 0, 2)), (time: 2, position: (0, 0, {down}))"),
+        "",
+    )?;
+    play(&mut led, END)?;
+    let carried = led.tool_forces()[0].force.z;
+    let rows = vec![vec![
+        Cell::Count(released.members()[0].body.rest.len()),
+        Cell::Number(push),
+        Cell::Number(depth),
+        Cell::Number(depth / DEPTH),
+        Cell::Number(tool.force.z / push),
+        Cell::Number(carried / push),
+    ]];
+    let table = Table {
+        name: "released",
+        title: "The sphere let go on the block (fig. 70)".to_owned(),
+        columns: columns(&[
+            ("nodes", "1"),
+            ("push", "N"),
+            ("depth at rest", "m"),
+            ("over the reference's", "1"),
+            ("force over push", "1"),
+            ("led there: force over push", "1"),
+        ]),
+        rows,
+    };
+    let pictures = Pictures {
+        width: 640,
+        height: 480,
+        view: View::Around {
+            azimuth: -60.0,
+            elevation: 25.0,
+            zoom: 0.6,
+            parallel: false,
+        },
+        ..Pictures::default()
+    };
+    let mut painter = Painter::new(&released, &pictures)?;
+    painter.carry(&released);
+    let frame = painter.draw(&released);
+    let picture = Picture {
+        name: "released",
+        title: "The sphere at rest on the block (fig. 70)".to_owned(),
+        frame,
+    };
+    Ok((table, picture))
+}

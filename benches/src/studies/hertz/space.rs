@@ -1,0 +1,57 @@
+//! The sphere on a block so large that it is nearly a half-space.
+
+use super::{columns, series};
+use crate::problems::indentation::{HalfSpace, Ring};
+use crate::report::{Cell, Series, Table};
+
+pub(super) fn table(spaces: &[HalfSpace]) -> Table {
+    let rows = spaces.iter().map(|space| {
+        let mut row = vec![
+            Cell::Count(space.nodes),
+            Cell::Number(space.size),
+            Cell::Number(100.0 * (space.force - 1.0)),
+            Cell::Number(100.0 * (space.contact_radius - 1.0)),
+            Cell::Count(space.products),
+        ];
+        let inner = space.rings.iter().take(3);
+        row.extend(inner.map(|ring| Cell::Number(100.0 * (ring.pressure / ring.expected - 1.0))));
+        row
+    });
+    Table {
+        name: "half-space",
+        title: "Sphere on a large block against Hertz".to_owned(),
+        columns: columns(&[
+            ("nodes", "1"),
+            ("block", "contact radii"),
+            ("force", "%"),
+            ("contact radius", "%"),
+            ("products", "1"),
+            ("pressure to 0.3 a", "%"),
+            ("0.3 to 0.55 a", "%"),
+            ("0.55 to 0.8 a", "%"),
+        ]),
+        rows: rows.collect(),
+    }
+}
+
+pub(super) fn pressures(spaces: &[HalfSpace]) -> Vec<Series> {
+    let middle = |radii: [f64; 2]| 0.5 * (radii[0] + radii[1]);
+    let profile = (0..=50).map(|k| {
+        let r = f64::from(k) / 50.0;
+        (r, (1.0 - r * r).sqrt())
+    });
+    let mut all = vec![series("Hertz", profile.collect())];
+    if let Some(space) = spaces.last() {
+        let means = |of: fn(&Ring) -> f64| {
+            let rings = space.rings.iter();
+            rings.map(|ring| (middle(ring.radii), of(ring))).collect()
+        };
+        all.push(series(
+            "Hertz, means over rings",
+            means(|ring| ring.expected),
+        ));
+        let name = format!("default, {} nodes, means over rings", space.nodes);
+        all.push(series(&name, means(|ring| ring.pressure)));
+    }
+    all
+}
