@@ -219,11 +219,19 @@ impl Elastic {
     /// 0 for a severed one. `positions` (m) are the present ones.
     ///
     /// At the positions given, the energy does not rise: bonds begin with at most what the node's
-    /// strain held. [`Elastic::decay_bonds`] then lets them go to their rest lengths.
+    /// strain held. [`Elastic::decay_bonds`] then lets them go to their rest lengths. Returns what the energy lost (J),
+    /// control aside.
     ///
     /// # Panics
     /// If a node does not exist or `positions` is not one per node.
-    pub fn weaken(&mut self, nodes: &[u32], positions: &[DVec3], share: &dyn Fn(usize) -> f64) {
+    pub fn weaken(
+        &mut self,
+        nodes: &[u32],
+        positions: &[DVec3],
+        share: &dyn Fn(usize) -> f64,
+    ) -> f64 {
+        let energy = |bonds: &[Bond]| bonds.iter().map(Bond::energy).sum::<f64>();
+        let mut lost = 0.0;
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.scratch.stale.add(nodes);
         let mut bonds = std::mem::take(&mut self.state.bonds);
@@ -240,10 +248,12 @@ impl Elastic {
                     begun(row, held)
                 }
             };
+            lost += held + energy(&bonds.list[from..to]) - energy(&row);
             bonds.list.splice(from..to, row);
         }
         bonds.find_hosts();
         self.state.bonds = bonds;
+        lost
     }
 
     /// Takes a node's strain energy; what it held (J) at the state last evaluated.

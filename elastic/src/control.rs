@@ -43,6 +43,9 @@ impl Elastic {
         if !self.model.controlled() {
             return;
         }
+        // Whether or not they rise, so that memory does not depend on the motion.
+        let count = self.node_count();
+        self.model.control_scales.resize(count, 1.0);
         let now = self.control_energies(nodes, positions);
         let old: Vec<f64> = nodes.iter().map(|&node| self.control_scale(node)).collect();
         // The energy grows in proportion.

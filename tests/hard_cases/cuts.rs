@@ -49,7 +49,7 @@ fn dice_fall_freely() {
     let mut world = world(&BLOCK.replace("damping: 4", "damping: 0"), &rest);
     play(&mut world, 0.032).expect("it runs");
     let sizes = pieces(&world);
-    assert!(sizes.len() >= 27, "{} pieces", sizes.len());
+    assert!(sizes.len() >= 27, "{} pieces: {sizes:?}", sizes.len());
     assert!(
         sizes[26] > 2 * sizes[27..].iter().copied().max().unwrap_or(0),
         "{sizes:?}"

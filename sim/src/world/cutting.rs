@@ -383,7 +383,7 @@ impl Cutting {
     }
 
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they
-    /// were; nodes that are left without a strain of their own get bonds; control rises by what it lost.
+    /// were; nodes that are left without a strain of their own get bonds; control rises by what both lost.
     fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
         let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
         let before: Vec<DMat3> = touched.iter().map(before).collect();
@@ -397,11 +397,11 @@ impl Cutting {
             .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
         let lost = body.elastic.lost_gradients(touched, &before, positions);
         let weak = self.weak_nodes(body, touched, &lost);
-        body.elastic.weaken(&weak, positions, &factor);
+        let lost = body.elastic.weaken(&weak, positions, &factor);
         body.elastic
             .continue_deformation(touched, &before, positions);
         body.elastic
-            .raise_control(touched, TOUCHED_CONTROL, held, positions);
+            .raise_control(touched, TOUCHED_CONTROL, held + lost, positions);
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
         let (offsets, indices) = (graph.offsets(), graph.indices());
         if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
