@@ -125,9 +125,11 @@ fn chords(mesh: &Mesh, hierarchy: &Hierarchy) -> Vec<f64> {
 pub(crate) fn vanished(solid: &Solid, cell: f64, largest: usize) -> SampleError {
     let body = Slimness::new(solid, solid.measures(), largest, usize::MAX, |_, _, _| 0.0);
     let advised = 0.5 * cell.min(body.least_thickness());
-    // A body whose volume no grid point sees has no thickness to go by.
+    // A body whose volume no grid point sees has no thickness to go by; a mesh has, unless a spike or a stray
+    // vertex is so far off that its volume is round-off.
+    let lost = advised <= 0.0 && solid.mesh().is_some();
     let advised = if advised > 0.0 { advised } else { 0.5 * cell };
-    if body.cells(advised) > body.limit {
+    if lost || body.cells(advised) > body.limit {
         return body.slender();
     }
     SampleError::Vanished {
