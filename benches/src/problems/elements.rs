@@ -259,17 +259,27 @@ impl Elements {
     }
 }
 
+/// Displacements (m) from rest.
+pub(crate) fn displacements(positions: &[DVec3], rest: &[DVec3]) -> Vec<DVec3> {
+    let pairs = positions.iter().zip(rest);
+    pairs.map(|(x, rest)| *x - *rest).collect()
+}
+
+/// Forces `-K u` (N) of a linear law at displacements `u` (m), and its energy `u K u / 2` (J).
+pub(crate) fn linear_forces(law: &mut impl ForceLaw, moved: &[DVec3], forces: &mut [DVec3]) -> f64 {
+    law.tangent_product_into(moved, forces);
+    let mut energy = 0.0;
+    for (force, u) in forces.iter_mut().zip(moved) {
+        energy += 0.5 * force.dot(*u);
+        *force = -*force;
+    }
+    energy
+}
+
 impl ForceLaw for Elements {
     fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        let moved = positions.iter().zip(&self.rest).map(|(x, rest)| *x - *rest);
-        let moved: Vec<DVec3> = moved.collect();
-        self.tangent_product_into(&moved, forces);
-        let mut energy = 0.0;
-        for (force, u) in forces.iter_mut().zip(&moved) {
-            energy += 0.5 * force.dot(*u);
-            *force = -*force;
-        }
-        energy
+        let moved = displacements(positions, &self.rest);
+        linear_forces(self, &moved, forces)
     }
 
     fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {

@@ -10,6 +10,7 @@ use phyxel_mls::{Approximation, Basis, ConservativeStencils, Kernel, ShapeScratc
 use super::cut_body::Plate;
 use super::field::stress;
 use super::{POISSON, YOUNG};
+use crate::problems::elements::{displacements, linear_forces};
 
 /// Nodes nearer than this to a tip, in spacings, have the basis.
 const NEAR: f64 = 2.5;
@@ -139,15 +140,8 @@ pub(super) struct Mechanics<'a> {
 
 impl ForceLaw for Mechanics<'_> {
     fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        let moved = positions.iter().zip(&self.body.block.rest);
-        let moved: Vec<DVec3> = moved.map(|(x, rest)| *x - *rest).collect();
-        self.tangent_product_into(&moved, forces);
-        let mut energy = 0.0;
-        for (force, u) in forces.iter_mut().zip(&moved) {
-            energy += 0.5 * force.dot(*u);
-            *force = -*force;
-        }
-        energy
+        let moved = displacements(positions, &self.body.block.rest);
+        linear_forces(self, &moved, forces)
     }
 
     fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
