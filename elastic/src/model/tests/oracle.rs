@@ -67,7 +67,8 @@ fn cloud(seed: u64, count: usize, corrected: bool) -> Option<Block> {
         }
         let (values, _) = crate::completion::symmetric_eigen(moment);
         let least = values.iter().fold(f64::INFINITY, |m, v| m.min(*v));
-        if least < 0.02 * values.iter().fold(0.0, |m, v| v.max(m)) {
+        // A node whose every pair is severed has no moments at all: zero is not above zero.
+        if least <= 0.02 * values.iter().fold(0.0, |m, v| v.max(m)) {
             return None;
         }
         let inverse = moment.inverse();
