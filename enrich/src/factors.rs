@@ -74,8 +74,10 @@ pub struct PairFactors {
     crossed: BTreeMap<u32, f64>,
 }
 
-/// Candidates from which an update is spread over threads.
-const PARALLEL: usize = 256;
+/// Candidates from which an update is spread over threads, and how many one thread takes at least: a detour
+/// takes 10 to 20 µs, as long as handing over a few of them.
+const PARALLEL: usize = 16;
+const TOGETHER: usize = 4;
 
 impl PairFactors {
     /// At most what one directed pair that a cut crosses takes (bytes): 12 in leaves of 144 for 5 to
@@ -147,7 +149,7 @@ impl PairFactors {
         } else {
             candidates
                 .par_iter()
-                .with_min_len(64)
+                .with_min_len(TOGETHER)
                 .map_init(Scratch::default, evaluate)
                 .collect()
         };

@@ -157,7 +157,7 @@ impl Show {
         let patience = if !self.is_moving() {
             self.clock.origin = None;
             SLEEP
-        } else if self.steps_left > 0 || self.is_behind() {
+        } else if self.steps_left > 0 || self.is_behind() || self.session.surfaces_lag() {
             Duration::ZERO
         } else {
             TICK
@@ -203,11 +203,15 @@ impl Show {
             self.step();
             self.answer();
         }
-        self.grow();
+        if counted || !self.is_moving() {
+            self.grow_all();
+        } else {
+            self.grow();
+        }
         while self.steps_left > 0 && begun.elapsed() < LONGEST {
             self.steps_left -= 1;
             self.step();
-            self.grow();
+            self.grow_all();
         }
         if self.playing && self.is_moving() {
             let target = self.target();
@@ -253,7 +257,14 @@ impl Show {
         self.clock.stepping.1 += 1;
     }
 
-    /// Grows surfaces by what was cut and sends what that changed.
+    /// Grows surfaces by all that was cut.
+    fn grow_all(&mut self) {
+        while self.session.surfaces_lag() {
+            self.grow();
+        }
+    }
+
+    /// Grows surfaces by some of what was cut and sends what that changed.
     fn grow(&mut self) {
         match self.session.grow() {
             Ok(changed) => {

@@ -12,11 +12,14 @@ use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::Painter;
 use crate::run::RunState;
 use crate::scene::{Pose, Scene, SceneError};
-use crate::world::{Action, Input, InputError, Moment, World, WorldError, extent};
+use crate::world::{Action, CutPiece, Input, InputError, Moment, World, WorldError, extent};
 
 /// Way (distances of nodes) of a blade between two captures: half of a tetrahedron, as finely as a cut
 /// can be told apart.
 const CAPTURE: f64 = 0.6;
+/// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
+/// several steps, and a hand is answered between two helpings.
+const HELPING: usize = 8;
 
 /// A session that cannot start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -63,6 +66,8 @@ struct Hand {
 pub struct Session {
     world: World,
     painter: Painter,
+    /// Pieces of cuts that surfaces have still to grow by.
+    lagging: VecDeque<CutPiece>,
     leads: Vec<PoseLead>,
     stroke: VecDeque<Stroke>,
     hand: Option<Hand>,
@@ -90,6 +95,7 @@ impl Session {
             leads: leads.collect(),
             world,
             painter,
+            lagging: VecDeque::new(),
             stroke: VecDeque::new(),
             hand: None,
             pending: Vec::new(),
@@ -283,23 +289,29 @@ impl Session {
         Ok(())
     }
 
-    /// Whether there is a cut that [`Session::grow`] has not seen.
+    /// Whether there is a cut that surfaces do not show yet.
     #[must_use]
     pub fn surfaces_lag(&self) -> bool {
-        self.world.has_new_pieces()
+        !self.lagging.is_empty() || self.world.has_new_pieces()
     }
 
-    /// Grows the surfaces by what was cut since the last call; the surfels of each body that may be other
-    /// than before, nothing without a cut.
+    /// Grows the surfaces by some of what was cut and they do not show yet: a few triangles, so that it takes
+    /// no longer than some steps. The surfels of each body that may be other than before; nothing without a cut.
     ///
     /// # Errors
     /// [`SessionError`] if a piece of a cut is not finite.
     pub fn grow(&mut self) -> Result<Vec<Vec<u32>>, SessionError> {
-        let pieces = self.world.take_new_pieces();
-        if pieces.is_empty() {
+        self.lagging.extend(self.world.take_new_pieces());
+        let Some(next) = self.lagging.front_mut() else {
             return Ok(Vec::new());
-        }
-        Ok(self.painter.grow(&self.world, &pieces)?)
+        };
+        let rest = next.triangles.split_off(HELPING.min(next.triangles.len()));
+        let piece = CutPiece {
+            member: next.member,
+            triangles: std::mem::replace(&mut next.triangles, rest),
+        };
+        self.lagging.retain(|piece| !piece.triangles.is_empty());
+        Ok(self.painter.grow(&self.world, &[piece])?)
     }
 
     /// What hands do in a step of `step` (s).
@@ -429,6 +441,7 @@ impl Session {
         Checkpoint {
             world: self.world.clone(),
             surfaces: self.painter.surfaces(),
+            lagging: self.lagging.clone(),
             recorded: self.record.len(),
             leads: self.leads.clone(),
             strokes: self.strokes,
@@ -458,6 +471,7 @@ impl Session {
     fn restore(&mut self, checkpoint: Checkpoint) {
         self.world = checkpoint.world;
         self.painter.set_surfaces(checkpoint.surfaces);
+        self.lagging = checkpoint.lagging;
         self.record.truncate(checkpoint.recorded);
         self.leads = checkpoint.leads;
         self.strokes = checkpoint.strokes;

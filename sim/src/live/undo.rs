@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::hands::PoseLead;
 use crate::picture::Surfaces;
-use crate::world::World;
+use crate::world::{CutPiece, World};
 
 /// Strokes that can be undone, and what they may take together: a copy of a liver of 6,000 nodes and 30,000
 /// surfels has some 20 MB. The newest is kept whatever it takes.
@@ -17,6 +17,8 @@ const MOST_BYTES: usize = 256 << 20;
 pub(super) struct Checkpoint {
     pub(super) world: World,
     pub(super) surfaces: Surfaces,
+    /// Pieces of cuts that surfaces lag behind by.
+    pub(super) lagging: VecDeque<CutPiece>,
     /// Inputs recorded before.
     pub(super) recorded: usize,
     pub(super) leads: Vec<PoseLead>,

@@ -14,7 +14,7 @@ use phyxel_mls::Neighborhoods;
 use super::error::{BodyProblem, WorldError};
 use super::grip::Grip;
 use super::model::{Built, build};
-use super::outside::Cover;
+use super::outside::{Cover, outside_of};
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
 use super::shape::solid_of;
 use super::state::fingerprint;
@@ -100,6 +100,8 @@ pub struct Body {
     pub relaxed: f64,
     /// How a cut weakens pairs.
     pub(super) cut_rule: CutRule,
+    /// Triangles of the outside, which tools touch; none in a scene without tools.
+    pub(super) outside: Vec<[u32; 3]>,
     /// What tools touch where there are no tetrahedra, in a scene with tools.
     pub(super) cover: Option<Cover>,
     /// The patch that a hand holds.
@@ -205,6 +207,11 @@ impl Body {
             },
         )?;
         let spacing = mean_edge(&rest, &neighborhoods);
+        let outside = if scene.tools.is_empty() {
+            Vec::new()
+        } else {
+            outside_of(&tetrahedra)
+        };
         let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
         let cover = covered
             .then(|| Cover::new(&solid, &rest, &outer, spacing))
@@ -237,6 +244,7 @@ impl Body {
             initial,
             relaxed: 0.0,
             cut_rule: description.cut_rule,
+            outside,
             cover,
             grip: None,
             stepper: Stepper::new(scene.integration.scheme)?,

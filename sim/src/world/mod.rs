@@ -524,7 +524,8 @@ impl World {
 impl Member {
     /// Heap bytes of the contacts of tools.
     fn contact_bytes(&self) -> usize {
-        self.touches.iter().map(Touch::bytes).sum()
+        let points: usize = self.touches.iter().map(Touch::bytes).sum();
+        points + size_of_val(&*self.body.outside)
     }
 }
 

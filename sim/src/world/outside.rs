@@ -61,26 +61,43 @@ impl Cover {
     }
 }
 
-/// Contact points on a body's outside, and how many of its triangles a cut has torn.
-pub(super) fn surface_of(
-    body: &Body,
-    factors: Option<&Factors>,
-) -> Result<(ContactSurface, usize), BodyProblem> {
-    if let Some(cover) = &body.cover {
-        let surface = ContactSurface::from_nodes(&cover.nodes, &cover.areas, body.rest.len())?;
-        // No node's area spans a gap.
-        return Ok((surface, 0));
-    }
+/// Whether no edge of a surface triangle is severed.
+fn is_whole(body: &Body, factors: Option<&Factors>, [a, b, c]: [u32; 3]) -> bool {
     let holds = |a: u32, b: u32| {
         let pair = body.neighborhoods.find_pair(a as usize, b);
         factors
             .zip(pair)
             .is_none_or(|(factors, pair)| factors.factor(pair) > 0.0)
     };
-    let triangles = boundary_triangles(&body.tetrahedra, |_| true);
-    let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
-        .into_iter()
-        .partition(|&[a, b, c]| holds(a, b) && holds(b, c) && holds(c, a));
+    holds(a, b) && holds(b, c) && holds(c, a)
+}
+
+/// How many triangles of a body's outside cuts have torn; what is torn stays so.
+pub(super) fn torn_count(body: &Body, factors: &Factors) -> usize {
+    let torn = |triangle: &&[u32; 3]| !is_whole(body, Some(factors), **triangle);
+    body.outside.iter().filter(torn).count()
+}
+
+/// Triangles of the outside of a body of tetrahedra.
+pub(super) fn outside_of(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    boundary_triangles(tetrahedra, |_| true)
+}
+
+/// Contact points on a body's outside.
+pub(super) fn surface_of(
+    body: &Body,
+    factors: Option<&Factors>,
+) -> Result<ContactSurface, BodyProblem> {
+    if let Some(cover) = &body.cover {
+        // No node's area spans a gap.
+        return Ok(ContactSurface::from_nodes(
+            &cover.nodes,
+            &cover.areas,
+            body.rest.len(),
+        )?);
+    }
+    let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
+        (body.outside.iter()).partition(|triangle| is_whole(body, factors, **triangle));
     let mut surface = ContactSurface::from_triangles(&whole, &body.rest, DIVISIONS)?;
     if !torn.is_empty() {
         let mut areas = vec![0.0; body.rest.len()];
@@ -98,5 +115,5 @@ pub(super) fn surface_of(
             body.rest.len(),
         )?);
     }
-    Ok((surface, torn.len()))
+    Ok(surface)
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::body::Body;
 use super::error::BodyProblem;
 use super::factors::Factors;
-use super::outside::surface_of;
+use super::outside::{surface_of, torn_count};
 use crate::scene::{self, Pose, Release, ToolShape};
 
 /// The contact of one tool with one body.
@@ -83,7 +83,7 @@ impl Touch {
             friction: description.friction,
             ..ContactSettings::new(stiffness)
         };
-        let (surface, torn) = surface_of(body, None)?;
+        let surface = surface_of(body, None)?;
         let still = Path::new(vec![(0.0, DVec3::ZERO)], Ease::Linear);
         let path = still.expect("one finite key is a path");
         let placed = placed(&description.solid(), pose);
@@ -91,7 +91,7 @@ impl Touch {
             tool,
             hand: phyxel_integrate::Tool::on_path(shape, placed, path),
             contact: Contact::new(surface, settings),
-            torn,
+            torn: 0,
         })
     }
 
@@ -142,8 +142,9 @@ impl Touch {
     /// Gives way where a cut has torn the surface: a torn triangle's area goes to its corners, so that
     /// nothing spans the gap. Where friction sticks is forgotten then.
     pub(super) fn tear(&mut self, body: &Body, factors: &Factors) -> Result<(), BodyProblem> {
-        let (surface, torn) = surface_of(body, Some(factors))?;
+        let torn = torn_count(body, factors);
         if torn != self.torn {
+            let surface = surface_of(body, Some(factors))?;
             self.contact = Contact::new(surface, *self.contact.settings());
             self.torn = torn;
         }

@@ -119,7 +119,7 @@ impl Show {
             let text = format!("pictures have 1 to {LARGEST_PICTURE} pixels to a side");
             return self.complain(To::One(client), &text);
         }
-        self.grow();
+        self.grow_all();
         let (painter, world) = self.session.drawing();
         let (_, _, samples) = painter.view();
         painter.look(camera, [width, height], samples);
