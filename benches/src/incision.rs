@@ -6,7 +6,6 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use phyxel::scene::{Capture, Scene, Target};
 use phyxel::world::{Member, World};
-use phyxel_enrich::connected_pieces;
 use serde::Serialize;
 
 use crate::batch::Case;
@@ -200,8 +199,7 @@ fn finish(world: &World, member: &Member, found: &mut Finding) {
     let (body, graph) = (&member.body, &member.body.neighborhoods);
     found.missed = cutting.missed_pairs();
     found.spacing = body.spacing;
-    let weights = body.stencils.weights();
-    found.pieces = connected_pieces(graph.offsets(), graph.indices(), weights).sizes;
+    found.pieces = body.pieces().sizes;
     found.pieces.sort_unstable_by(|a, b| b.cmp(a));
     let x = body.motion.positions();
     found.ties = 0;

@@ -5,7 +5,6 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::world::{Body, World, WorldError};
-use phyxel_enrich::connected_pieces;
 
 /// The held block of most cases: 40 x 40 x 60 mm, its top fixed.
 pub(super) const BLOCK: &str =
@@ -71,11 +70,7 @@ pub(super) fn imbalance(body: &Body) -> f64 {
 
 /// Sizes of the connected pieces, largest first.
 pub(super) fn pieces(world: &World) -> Vec<u32> {
-    let member = &world.members()[0];
-    let graph = &member.body.neighborhoods;
-    // A pair's weight is zero if and only if a cut has severed it.
-    let weights = member.body.stencils.weights();
-    let mut sizes = connected_pieces(graph.offsets(), graph.indices(), weights).sizes;
+    let mut sizes = world.members()[0].body.pieces().sizes;
     sizes.sort_unstable_by(|a, b| b.cmp(a));
     sizes
 }

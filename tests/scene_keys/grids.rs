@@ -2,7 +2,6 @@
 
 use phyxel::scene::{EMBEDDED, Override, Scene};
 use phyxel::world::World;
-use phyxel_enrich::connected_pieces;
 
 use super::physics::imbalance;
 
@@ -53,9 +52,7 @@ fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes() {
             without < weakened,
             "{name}, {nodes} nodes: {without} of {weakened}"
         );
-        let graph = &member.body.neighborhoods;
-        let weights = member.body.stencils.weights();
-        let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
+        let pieces = member.body.pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         if whole < 1 + usize::from(through) {
             wrong.push((name, nodes, pieces.sizes));

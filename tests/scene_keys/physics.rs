@@ -6,7 +6,6 @@ use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::world::World;
 use phyxel_elastic::Material;
-use phyxel_enrich::connected_pieces;
 
 use super::sag;
 
@@ -300,10 +299,7 @@ fn every_rule_parts_a_body_that_is_cut_through() {
                 (time: 0, position: (-0.05, 0, 0.003)), (time: 0.01, position: (0.05, 0, 0.003))])],",
         );
         play(&mut world, 0.012);
-        let body = &world.members()[0].body;
-        let graph = &body.neighborhoods;
-        let weights = body.stencils.weights();
-        let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
+        let pieces = world.members()[0].body.pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         assert_eq!(whole, 2, "{rule}: {:?}", pieces.sizes);
     }

@@ -7,7 +7,6 @@ use phyxel::picture::Painter;
 use phyxel::run::{RunOptions, run};
 use phyxel::scene::Scene;
 use phyxel::world::World;
-use phyxel_enrich::connected_pieces;
 
 use super::{points_on_box, sag};
 
@@ -69,9 +68,7 @@ fn a_body_of_points_is_cut_and_written() {
     while world.time() < 0.012 {
         world.step().expect("it steps");
     }
-    let body = &world.members()[0].body;
-    let graph = &body.neighborhoods;
-    let pieces = connected_pieces(graph.offsets(), graph.indices(), body.stencils.weights());
+    let pieces = world.members()[0].body.pieces();
     assert_eq!(pieces.sizes.len(), 2, "{:?}", pieces.sizes);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut short = scene(&text, Path::new(""));
@@ -84,7 +81,7 @@ fn a_body_of_points_is_cut_and_written() {
     };
     run(&short, &options).expect("it runs");
     let file = std::fs::read(folder.path().join("final-body.vtk")).expect("a file");
-    let head = format!("POINTS {} double", body.rest.len());
+    let head = format!("POINTS {} double", world.members()[0].body.rest.len());
     let found = file.windows(head.len()).any(|part| part == head.as_bytes());
     assert!(found, "no '{head}'");
 }

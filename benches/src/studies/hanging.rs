@@ -207,9 +207,9 @@ fn words() -> String {
          state, in motion. The dissertation ran {block}, {hierarchical} and {liver} frames a second, one step of 1 ms each, in \
          2014; frames per second here are of one step and one picture each, drawn by the processor, steps \
          per second of steps alone, at the step that the program chooses. The sag against finite elements is \
-         the mean over the mass at small strain, uncut, at rest: triquadratic elements of the blocks, linear \
-         tetrahedra of the liver on two finer samplings, extrapolated, all computed here; linear tetrahedra on \
-         the same nodes stand beside it."
+         the mean over the mass at small strain, uncut, at rest: triquadratic elements of the blocks, the \
+         liver's own tetrahedra divided into eight once and again, extrapolated (the same body, the same part of it \
+         held), all computed here; linear tetrahedra on the same nodes stand beside it."
     )
 }
 

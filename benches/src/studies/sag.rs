@@ -3,6 +3,7 @@
 use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::world::Body;
+use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
 use phyxel_integrate::{ForceLaw, Supports};
 
@@ -51,18 +52,18 @@ fn body(name: &str, changes: &[&str]) -> Result<Body, StudyError> {
     Ok(Body::new(&scene, &scene.bodies[0])?)
 }
 
-/// Mean sag (m) under the weight of `masses` (kg), supports held.
+/// Mean sag (m) under the weight of `masses` (kg), nodes held where `held` says.
 fn sag(
     law: &mut impl ForceLaw,
     rest: &[DVec3],
     masses: &[f64],
-    supports: &Supports,
+    held: &[bool],
 ) -> Result<f64, StudyError> {
     let forces: Vec<DVec3> = masses.iter().map(|m| GRAVITY * *m).collect();
     // Two nodes never lie in one place.
-    let held: std::collections::HashSet<[u64; 3]> = (0..rest.len())
-        .filter(|node| supports.of(*node).is_some())
-        .map(|node| rest[node].to_array().map(f64::to_bits))
+    let held: std::collections::HashSet<[u64; 3]> = (rest.iter().zip(held))
+        .filter(|(_, held)| **held)
+        .map(|(x, _)| x.to_array().map(f64::to_bits))
         .collect();
     let free = |x: DVec3| {
         if held.contains(&x.to_array().map(f64::to_bits)) {
@@ -80,22 +81,87 @@ fn mean(moved: &[DVec3], masses: &[f64]) -> f64 {
     sum / masses.iter().sum::<f64>()
 }
 
+/// Tetrahedra with nodes that are held or not.
+#[derive(Debug, Clone)]
+struct Mesh {
+    rest: Vec<DVec3>,
+    tetrahedra: Vec<[u32; 4]>,
+    held: Vec<bool>,
+}
+
+impl Mesh {
+    fn of(body: &Body) -> Self {
+        Self {
+            rest: body.rest.clone(),
+            tetrahedra: body.tetrahedra.clone(),
+            held: held(body),
+        }
+    }
+
+    /// Eight tetrahedra in place of each, divided at the middles of the edges, the octahedron within along one of
+    /// its diagonals (Bey 1995): the same body, and the same part of it held.
+    fn divided(&self) -> Self {
+        let Self {
+            mut rest, mut held, ..
+        } = self.clone();
+        let mut middles = std::collections::HashMap::new();
+        let mut tetrahedra = Vec::with_capacity(8 * self.tetrahedra.len());
+        for &[a, b, c, d] in &self.tetrahedra {
+            let mut middle = |p: u32, q: u32| {
+                *middles.entry([p.min(q), p.max(q)]).or_insert_with(|| {
+                    let (i, j) = (p as usize, q as usize);
+                    rest.push(rest[i].midpoint(rest[j]));
+                    held.push(held[i] && held[j]);
+                    u32::try_from(rest.len() - 1).expect("fewer nodes than 2^32")
+                })
+            };
+            let (ab, ac, ad) = (middle(a, b), middle(a, c), middle(a, d));
+            let (bc, bd, cd) = (middle(b, c), middle(b, d), middle(c, d));
+            tetrahedra.extend([
+                [a, ab, ac, ad],
+                [ab, b, bc, bd],
+                [ac, bc, c, cd],
+                [ad, bd, cd, d],
+                [ab, ac, ad, bd],
+                [ab, ac, bd, bc],
+                [ac, ad, bd, cd],
+                [ac, bc, cd, bd],
+            ]);
+        }
+        let lies = |t: &[u32; 4]| tetrahedron_volume(t.map(|node| rest[node as usize])) > 0.0;
+        debug_assert!(tetrahedra.iter().all(lies), "as they were");
+        Self {
+            rest,
+            tetrahedra,
+            held,
+        }
+    }
+
+    /// Mean sag (m) of linear tetrahedra.
+    fn sag(&self) -> Result<f64, StudyError> {
+        let material = Material::neo_hookean(SOLID.youngs_modulus, SOLID.poissons_ratio);
+        let mut law = Tetrahedra::new(&self.rest, &self.tetrahedra, material);
+        let volumes = nodal_volumes(&self.rest, &self.tetrahedra);
+        let masses: Vec<f64> = volumes.iter().map(|v| SOLID.density * v).collect();
+        sag(&mut law, &self.rest, &masses, &self.held)
+    }
+}
+
+fn held(body: &Body) -> Vec<bool> {
+    let supports = body.motion.supports();
+    let nodes = 0..body.rest.len();
+    nodes.map(|node| supports.of(node).is_some()).collect()
+}
+
 /// Linear tetrahedra on a body's own nodes.
 fn by_tetrahedra(body: &Body) -> Result<f64, StudyError> {
-    let material = Material::neo_hookean(SOLID.youngs_modulus, SOLID.poissons_ratio);
-    let mut law = Tetrahedra::new(&body.rest, &body.tetrahedra, material);
-    sag(&mut law, &body.rest, &body.masses, body.motion.supports())
+    Mesh::of(body).sag()
 }
 
 /// Nodes of a body and its mean sag (m) in its own model, not a number if no equilibrium was found.
 fn by_model(mut body: Body) -> (usize, f64) {
-    let supports = body.motion.supports().clone();
-    let found = sag(
-        &mut Law(&mut body.elastic),
-        &body.rest,
-        &body.masses,
-        &supports,
-    );
+    let held = held(&body);
+    let found = sag(&mut Law(&mut body.elastic), &body.rest, &body.masses, &held);
     (body.rest.len(), found.unwrap_or(f64::NAN))
 }
 
@@ -110,37 +176,37 @@ fn by_elements() -> Result<f64, StudyError> {
     Ok(mean(&moved, &masses))
 }
 
-/// What the finite elements say of a body, and in words how.
+/// What finite elements say of a body, and coarser ones (m).
+#[derive(Debug, Clone, Copy)]
 struct Known {
     sag: f64,
-    how: String,
-    /// What coarser ones say.
     coarser: f64,
 }
 
-fn known(name: &str, effort: Effort) -> Result<Known, StudyError> {
-    let most = match effort {
-        Effort::Full => 16_000,
-        Effort::Quick => 3_000,
+/// Nodes up to which a liver's tetrahedra are divided twice, not once.
+const DIVIDED_TWICE: usize = 1000;
+
+/// The reference for a body: of the block all samplings hold the same part, so that triquadratic elements serve
+/// all; of a liver each holds a part of its own, as far as its nodes lie in the support.
+fn known(name: &str, body: &Body) -> Result<Known, StudyError> {
+    let whole = Mesh::of(body);
+    let once = whole.divided();
+    let (coarse, fine) = if body.rest.len() <= DIVIDED_TWICE {
+        (once.sag()?, once.divided().sag()?)
+    } else {
+        (whole.sag()?, once.sag()?)
     };
-    let on = |nodes: u32| {
-        let target = format!("bodies[0].sampling.target=Nodes({nodes})");
-        let body = body(name, &[&target])?;
-        Ok::<_, StudyError>((by_tetrahedra(&body)?, body.spacing))
-    };
-    let ((coarse, wide), (fine, narrow)) = (on(most / 4)?, on(most)?);
-    let extrapolated = fine + (fine - coarse) / ((wide / narrow).powi(2) - 1.0);
-    if name.starts_with("block") {
-        return Ok(Known {
+    let extrapolated = fine + (fine - coarse) / 3.0;
+    Ok(if name.starts_with("block") {
+        Known {
             sag: by_elements()?,
-            how: "triquadratic, 8 x 8 x 24 intervals".to_owned(),
             coarser: extrapolated,
-        });
-    }
-    Ok(Known {
-        sag: extrapolated,
-        how: format!("linear tetrahedra, {most} nodes, extrapolated"),
-        coarser: fine,
+        }
+    } else {
+        Known {
+            sag: extrapolated,
+            coarser: fine,
+        }
     })
 }
 
@@ -152,12 +218,15 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
         Effort::Quick => &[600],
     };
     for (name, _) in BODIES {
-        let known = known(name, effort)?;
-        let mut add = |model: &str, nodes: Cell, error: Option<f64>| {
+        let here = body(name, &[])?;
+        let reference = known(name, &here)?;
+        let error =
+            |sag: f64, known: Known| sag.is_finite().then(|| 100.0 * (sag / known.sag - 1.0));
+        let mut add = |model: &str, nodes: usize, error: Option<f64>| {
             rows.push(vec![
                 Cell::Word(name.to_owned()),
                 Cell::Word(model.to_owned()),
-                nodes,
+                Cell::Count(nodes),
                 error.map_or(Cell::Word("not found".to_owned()), Cell::Number),
             ]);
         };
@@ -168,38 +237,35 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
                 model,
                 nodes,
                 mean,
-                known: known.sag,
+                known: reference.sag,
             };
-            add(model, Cell::Count(sag.nodes), sag.error());
+            add(model, sag.nodes, sag.error());
             sags.push(sag);
         }
-        let error = |sag: f64| sag.is_finite().then(|| 100.0 * (sag / known.sag - 1.0));
         // Ten times the default's control of zero-energy modes.
         let (nodes, mean) = by_model(body(name, &["bodies[0].material.stabilization=1"])?);
-        add("control 1", Cell::Count(nodes), error(mean));
-        let here = body(name, &[])?;
+        add("control 1", nodes, error(mean, reference));
+        let tetrahedra = "linear tetrahedra, the same nodes";
+        add(tetrahedra, nodes, error(by_tetrahedra(&here)?, reference));
         add(
-            "linear tetrahedra, the same nodes",
-            Cell::Count(here.rest.len()),
-            error(by_tetrahedra(&here)?),
+            "coarser reference",
+            nodes,
+            error(reference.coarser, reference),
         );
         for nodes in finer {
             let target = format!("bodies[0].sampling.target=Nodes({nodes})");
             let finer = body(name, &[&target])?;
-            let tetrahedra = by_tetrahedra(&finer)?;
+            let reference = known(name, &finer)?;
+            let own = by_tetrahedra(&finer)?;
             let (nodes, mean) = by_model(finer);
-            add("default, more nodes", Cell::Count(nodes), error(mean));
+            add("default, more nodes", nodes, error(mean, reference));
+            add(tetrahedra, nodes, error(own, reference));
             add(
-                "linear tetrahedra, the same nodes",
-                Cell::Count(nodes),
-                error(tetrahedra),
+                "coarser reference",
+                nodes,
+                error(reference.coarser, reference),
             );
         }
-        add(
-            &format!("beside the reference ({})", known.how),
-            Cell::Nothing,
-            error(known.coarser),
-        );
     }
     let table = Table {
         name: "sag",

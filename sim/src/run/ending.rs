@@ -1,6 +1,5 @@
 //! The summary of a world when its run ends.
 
-use phyxel_enrich::connected_pieces;
 use phyxel_integrate::Audit;
 
 use super::Records;
@@ -86,9 +85,8 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
         .map_or_else(CutEnergy::default, Cutting::energy);
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
-    let weights = body.stencils.weights();
     let solved = body.stencils.conservative();
-    let pieces = connected_pieces(graph.offsets(), graph.indices(), weights);
+    let pieces = body.pieces();
     let volume: f64 = body.volumes.iter().sum();
     let round_off = body.elastic.energy_round_off();
     let moved = audit.scale() > round_off;
@@ -105,10 +103,7 @@ fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> Body
         mass_before: body.initial.mass,
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.initial.volume,
-        volume_after: solved
-            .map_or(&body.volumes, |solved| &solved.volumes)
-            .iter()
-            .sum(),
+        volume_after: body.volumes.iter().sum(),
         stencil_residual: solved.map(|solved| solved.report.residual),
         stencil_iterations: solved.map(|solved| solved.report.iterations),
         pieces: pieces.sizes.len(),

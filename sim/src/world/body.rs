@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::{Elastic, Part, StiffNode, WATCHED_NODES};
+use phyxel_enrich::{Pieces, connected_pieces};
 use phyxel_integrate::{
     Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, Supports,
     critical_step, largest_eigenvalue, level_masses,
@@ -55,6 +56,8 @@ pub struct Body {
     pub volumes: Vec<f64>,
     /// Nodal masses (kg).
     pub masses: Vec<f64>,
+    /// Nodes within a support, rising: they have no strain.
+    inert: Vec<u32>,
     /// Tetrahedra that gave volumes and edges; results are written on them. None where nodes are mere
     /// points.
     pub tetrahedra: Vec<[u32; 4]>,
@@ -146,6 +149,7 @@ impl Body {
             rest,
             volumes,
             mut masses,
+            inert,
             parts,
             tetrahedra,
             outer,
@@ -154,7 +158,7 @@ impl Body {
             neighborhoods,
             stencils,
             mut elastic,
-        } = build(&solid, description)?;
+        } = build(scene, &solid, description)?;
         let initial = Totals {
             mass: masses.iter().sum(),
             volume: volumes.iter().sum(),
@@ -228,6 +232,7 @@ impl Body {
             rest,
             volumes,
             masses,
+            inert,
             neighborhoods,
             stencils,
             elastic,
@@ -249,6 +254,27 @@ impl Body {
             grip: None,
             stepper: Stepper::new(scene.integration.scheme)?,
         })
+    }
+
+    /// Pieces of the body as cuts left it. What lies within a support holds together whatever is cut there.
+    #[must_use]
+    pub fn pieces(&self) -> Pieces {
+        let graph = &self.neighborhoods;
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        let weights = self.stencils.weights();
+        if self.inert.is_empty() {
+            return connected_pieces(offsets, indices, weights);
+        }
+        let mut links = weights.to_vec();
+        for &node in &self.inert {
+            for pair in graph.pairs(node as usize) {
+                links[pair] = 1.0;
+                if let Some(back) = graph.find_pair(indices[pair] as usize, node) {
+                    links[back] = 1.0;
+                }
+            }
+        }
+        connected_pieces(offsets, indices, &links)
     }
 
     /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.

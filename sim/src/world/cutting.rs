@@ -432,6 +432,9 @@ impl Cutting {
         let is_weak = |node: &u32| {
             let at = *node as usize;
             let (neighbors, condition) = self.uncut[at];
+            if neighbors == 0 {
+                return false;
+            }
             let left = linked_count(&weights[graph.pairs(at)]);
             let now = &ranks[at];
             (left < FEWEST_NEIGHBORS && left < neighbors)

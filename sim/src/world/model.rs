@@ -1,7 +1,9 @@
 //! From a body's description to nodes, masses and forces.
 
 use glam::DVec3;
-use phyxel_discretize::{Solid, tetrahedra_edges};
+use phyxel_discretize::{
+    Solid, boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
+};
 use phyxel_elastic::{
     Dilatation, Elastic, Fiber, Material, Materials, Nodes, Precision, PronyTerm, Settings,
 };
@@ -13,7 +15,8 @@ use phyxel_mls::{
 use super::error::BodyProblem;
 use super::shape::{Sampled, sample};
 use super::stencils::Stencils;
-use crate::scene::{self, Form, Method, Model};
+use super::support::holders;
+use crate::scene::{self, Form, Method, Model, Scene};
 
 /// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
 /// neighbours' neighbours.
@@ -28,6 +31,8 @@ pub(super) struct Built {
     pub(super) rest: Vec<DVec3>,
     pub(super) volumes: Vec<f64>,
     pub(super) masses: Vec<f64>,
+    /// Nodes within a support, which carry no strain.
+    pub(super) inert: Vec<u32>,
     /// Material of each node; empty for one.
     pub(super) parts: Vec<u32>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
@@ -40,15 +45,22 @@ pub(super) struct Built {
 }
 
 /// Builds nodes and model of a body.
-pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProblem> {
+pub(super) fn build(
+    scene: &Scene,
+    solid: &Solid,
+    wish: &scene::Body,
+) -> Result<Built, BodyProblem> {
     let sampling = sample(solid, wish)?;
+    let holders = holders(scene, wish, &sampling.positions);
     let part_of = parts_of(wish, &sampling.positions);
     let Coupled {
         neighborhoods,
         stencils,
+        carried,
         volumes,
         mut masses,
-    } = couple(&sampling, wish)?;
+        inert,
+    } = couple(&sampling, &holders, wish)?;
     let parts = wish
         .inclusions
         .iter()
@@ -75,7 +87,7 @@ pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProb
         &stencils.view(&neighborhoods),
         &Nodes {
             rest_positions: &sampling.positions,
-            volumes: &volumes,
+            volumes: carried.as_ref().unwrap_or(&volumes),
         },
         &materials,
         &Settings {
@@ -97,6 +109,7 @@ pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProb
         rest: sampling.positions,
         volumes,
         masses,
+        inert,
         parts: part_of,
         tetrahedra: sampling.tetrahedra,
         outer: sampling.outer,
@@ -112,11 +125,14 @@ pub(super) fn build(solid: &Solid, wish: &scene::Body) -> Result<Built, BodyProb
 struct Coupled {
     neighborhoods: Neighborhoods,
     stencils: Stencils,
+    /// Volumes (m³) whose strain nodes carry, where these are not their volumes.
+    carried: Option<Vec<f64>>,
     volumes: Vec<f64>,
     masses: Vec<f64>,
+    inert: Vec<u32>,
 }
 
-fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem> {
+fn couple(sampling: &Sampled, holders: &[u32], wish: &scene::Body) -> Result<Coupled, BodyProblem> {
     let rest = &sampling.positions;
     let density = wish.material.density;
     match wish.method {
@@ -137,11 +153,17 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
             };
             // Nodes of tetrahedra that lie flat on the surface see no third direction along edges.
             let (neighborhoods, _) = widen_deficient_rows(rest, &edges, FLAT)?;
-            let weights = inverse_square_weights(rest, &neighborhoods);
+            let mut weights = inverse_square_weights(rest, &neighborhoods);
+            let deforming = Deforming::of(sampling, holders);
+            let (mut volumes, mut boundary) = (&sampling.volumes, &sampling.boundary_vectors);
+            if let Some(deforming) = &deforming {
+                deforming.uncouple(&neighborhoods, holders, &mut weights);
+                (volumes, boundary) = (&deforming.volumes, &deforming.boundary_vectors);
+            }
             let mut stencils = ConservativeStencils::new(
                 rest,
-                &sampling.volumes,
-                &sampling.boundary_vectors,
+                volumes,
+                boundary,
                 &neighborhoods,
                 weights,
                 &ConservativeSettings::for_cutting(),
@@ -153,6 +175,8 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
                 stencils: Stencils::Conservative(Box::new(stencils)),
                 volumes: sampling.volumes.clone(),
                 masses: sampling.volumes.iter().map(|v| density * v).collect(),
+                inert: deforming.as_ref().map_or_else(Vec::new, Deforming::inert),
+                carried: deforming.map(|deforming| deforming.volumes),
             })
         }
         Method::Dissertation {
@@ -173,9 +197,85 @@ fn couple(sampling: &Sampled, wish: &scene::Body) -> Result<Coupled, BodyProblem
             Ok(Coupled {
                 neighborhoods: cloud.neighborhoods,
                 stencils: Stencils::Plain(Box::new(cloud.stencils)),
+                carried: None,
                 volumes: cloud.masses.volumes,
                 masses: cloud.masses.masses,
+                inert: Vec::new(),
             })
+        }
+    }
+}
+
+/// The part of a body that can deform, where a support holds whole tetrahedra: those do not, and the strain of a
+/// node on their face is that of its other side. Taken for both sides it would be half of that, as if the
+/// body were free up to half a spacing within the support: a liver of 622 nodes, held by a fifth of them, sags
+/// 43 % too far then (`benches chapter6`).
+struct Deforming {
+    /// Whether a node has any tetrahedron that can deform.
+    carries: Vec<bool>,
+    /// Volumes (m³) and boundary vectors (m²) of the tetrahedra that can; the volume of other nodes is that of all.
+    volumes: Vec<f64>,
+    boundary_vectors: Vec<DVec3>,
+    /// Edges of those tetrahedra.
+    edges: (Vec<u32>, Vec<u32>),
+}
+
+impl Deforming {
+    /// `None` if all of the body can deform.
+    fn of(sampling: &Sampled, holders: &[u32]) -> Option<Self> {
+        let rest = &sampling.positions;
+        let is_held = |tetrahedron: &[u32; 4]| {
+            let [first, others @ ..] = tetrahedron.map(|node| holders[node as usize]);
+            first > 0 && others.iter().all(|other| *other == first)
+        };
+        if !sampling.tetrahedra.iter().any(is_held) {
+            return None;
+        }
+        let free = |tetrahedron: &&[u32; 4]| !is_held(tetrahedron);
+        let tetrahedra: Vec<[u32; 4]> = sampling.tetrahedra.iter().filter(free).copied().collect();
+        let mut carries = vec![false; rest.len()];
+        for &node in tetrahedra.iter().flatten() {
+            carries[node as usize] = true;
+        }
+        let mut volumes = nodal_volumes(rest, &tetrahedra);
+        for ((volume, &carries), &whole) in volumes.iter_mut().zip(&carries).zip(&sampling.volumes)
+        {
+            if !carries {
+                *volume = whole;
+            }
+        }
+        let surface = boundary_triangles(&tetrahedra, |_| true);
+        Some(Self {
+            carries,
+            volumes,
+            boundary_vectors: nodal_boundary_vectors(rest, &surface),
+            edges: tetrahedra_edges(rest.len(), &tetrahedra),
+        })
+    }
+
+    /// Nodes without a tetrahedron that can, rising.
+    fn inert(&self) -> Vec<u32> {
+        let nodes = (0_u32..).zip(&self.carries);
+        nodes
+            .filter(|(_, carries)| !**carries)
+            .map(|(node, _)| node)
+            .collect()
+    }
+
+    /// Takes the weights from pairs of one support that no deforming tetrahedron joins, and from all pairs of
+    /// nodes that carry nothing.
+    fn uncouple(&self, graph: &Neighborhoods, holders: &[u32], weights: &mut [f64]) {
+        let (offsets, indices) = &self.edges;
+        for node in 0..holders.len() {
+            let joined = &indices[offsets[node] as usize..offsets[node + 1] as usize];
+            for pair in graph.pairs(node) {
+                let other = graph.indices()[pair] as usize;
+                let together = holders[node] > 0 && holders[node] == holders[other];
+                let apart = together && joined.binary_search(&graph.indices()[pair]).is_err();
+                if apart || !self.carries[node] || !self.carries[other] {
+                    weights[pair] = 0.0;
+                }
+            }
         }
     }
 }

@@ -30,6 +30,20 @@ fn nodes_in(support: &Support, rest: &[DVec3]) -> Vec<u32> {
         .collect()
 }
 
+/// Which support each node follows, counted from 1, the last of several; 0 where none does. What one support
+/// holds moves as a rigid body from beginning to end.
+pub(super) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
+    let mut holders = vec![0; rest.len()];
+    for (number, support) in (1..).zip(&scene.supports) {
+        if acts_on(support, body) {
+            for node in nodes_in(support, rest) {
+                holders[node as usize] = number;
+            }
+        }
+    }
+    holders
+}
+
 /// All supported nodes at rest: what holds while the body settles.
 pub(super) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> Supports {
     let mut supports = Supports::free(rest.len());
