@@ -17,7 +17,7 @@ pub(crate) struct Fixed<S: Storage, const L: usize> {
     origin: [DVec3; 2],
     /// Units of the lanes.
     pub(crate) unit: [f64; L],
-    /// `X`, one, `μ`.
+    /// `X`, one, `μ`, one.
     pub(crate) anchors: Vec<Sixteen<[S::Place; L]>>,
     /// `B`, row by row.
     matrices: Vec<[Plane<S::Number>; 9]>,
@@ -109,7 +109,9 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         fixed.scale_multipliers(multipliers);
         for (node, x) in rest.iter().enumerate() {
             let anchor = &mut fixed.anchors[node / BLOCK].0[node % BLOCK];
+            // The last lane with multipliers is that of the low parts of what is recorded in the first one.
             anchor[ONE] = S::Place::ONE;
+            anchor[L - 1] = S::Place::ONE;
             let x = (*x - origin).to_array();
             for axis in 0..3 {
                 anchor[axis] = S::Place::of(x[axis], unit);
@@ -163,6 +165,18 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
                 anchor[at] = S::Place::of(mu, self.unit[at]);
             }
         }
+    }
+
+    /// Units of the lanes, with their signs turned but for those of ones.
+    #[inline(always)]
+    pub(crate) fn signed_unit(&self) -> [f64; L] {
+        let mut signed = self.unit;
+        for (k, unit) in signed.iter_mut().enumerate() {
+            if k % 4 != ONE {
+                *unit = -*unit;
+            }
+        }
+        signed
     }
 
     /// `X_i` and `μ_i` as stored.

@@ -4,16 +4,17 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::fixed::Fixed;
-use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, records, sums};
-use crate::lanes::{Block, Laws, Planes, place, received};
+use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
+use crate::lanes::{Block, Laws, Planes};
 use crate::law::{double_dot, volume_ratio};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
+use crate::planes::ZERO;
 use crate::stale::Stale;
-use crate::storage::{BLOCK, Number, Sixteen, Storage};
+use crate::storage::{BLOCK, Number, Sixteen, Storage, at};
 use crate::viscosity::Viscosity;
-use crate::watch::{Watch, indicator};
+use crate::watch::{Watch, Watching, indicator};
 
 /// Nodes per unit of parallel work, and per partial sum of the energy; blocks divide it.
 pub(crate) const CHUNK: usize = 256;
@@ -272,11 +273,13 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
         let (all_records, all_deformation, all_forces) = self.outputs;
         let mut block = Block::<L>::new();
         let mut laws = Laws::new(model);
-        let plain = self.rest.viscosity.is_none();
-        let continues = !self.rest.continuation.of_node.is_empty();
-        let watched = !model.gradient_squares.is_empty();
+        let Rest {
+            viscosity,
+            continuation,
+        } = self.rest;
+        let mut watching = Watching::new(model);
         let mut watch = Watch::NOTHING;
-        let mut energies = [0.0; BLOCK];
+        let mut energies = ZERO;
         let mut first = self.first;
         for ((records, deformation), forces) in all_records
             .iter_mut()
@@ -284,51 +287,48 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             .zip(all_forces.chunks_mut(BLOCK))
         {
             let count = forces.len();
+            let offsets = continuation.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
                 gather::<A, S, L>(model, fixed, self.moves, node, lane, &mut block);
             }
             let constants = fixed.constants(first / BLOCK);
             block.gradients::<A, _>(constants, 1.0);
-            if continues {
-                for lane in 0..count {
-                    self.rest.continuation.carry(first + lane, lane, &mut block);
-                }
+            for &node in offsets {
+                continuation.carry(node as usize, node as usize - first, &mut block);
             }
             laws.load(model, first, count);
             block.stresses::<A>(&laws, model.logarithm);
-            for lane in 0..count {
-                let node = first + lane;
-                let continuation = self.rest.continuation;
-                if plain && block.holds(model, node, lane) {
-                    let volume = laws.volume[lane];
-                    if volume > 0.0 {
-                        watch.ratio = watch.ratio.min(block.ratio[lane]);
-                        if watched {
-                            let square = model.gradient_squares[node] * continuation.gain(node);
-                            let stiffness = volume * square * block.bound[lane];
-                            watch.stiffness = watch.stiffness.max(stiffness);
-                        }
+            watching.load(model, continuation, first, count);
+            if viscosity.is_some() || !block.all_hold(model, first, count) {
+                for lane in 0..count {
+                    let node = first + lane;
+                    if viscosity.is_some() || !block.holds(model, node, lane) {
+                        let f = single(model, viscosity, node, &mut block, lane);
+                        watch = watch.and(watch_node((model, continuation), node, f));
+                        watching.skip(lane);
                     }
-                } else {
-                    let f = single(model, self.rest.viscosity, node, &mut block, lane);
-                    watch = watch.and(watch_node((model, continuation), node, f));
                 }
-                if continues {
-                    let stress = block.matrix(&block.stress, lane);
-                    block.work[lane] += continuation.excess(node, stress);
-                    continuation.pull(node, lane, &mut block);
-                }
+            }
+            watching.see(&block.ratio, &block.bound);
+            for &node in offsets {
+                let (node, lane) = (node as usize, node as usize - first);
+                let stress = block.matrix(&block.stress, lane);
+                block.work[lane] += continuation.excess(node, stress);
+                continuation.pull(node, lane, &mut block);
             }
             block.records::<A, _>(constants);
             block.write(records);
             block.write_deformation(deformation);
             for (lane, force) in forces.iter_mut().enumerate() {
                 *force = DVec3::from_array(block.own_force(lane));
-                energies[lane] += block.work[lane];
+            }
+            for (lane, (sum, work)) in energies.iter_mut().zip(&block.work).enumerate() {
+                *sum += if lane < count { *work } else { 0.0 };
             }
             first += BLOCK;
         }
+        let watch = watching.worst(watch);
         *self.sum += energies.iter().sum::<f64>();
         *self.watch = watch;
     }
@@ -351,7 +351,7 @@ pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
         let row = model.pairs.row(node);
         sums::<A, S::Place, L>(node, row, &fixed.anchors, &fixed.unit, moves)
     };
-    let anchor = crate::storage::at(&fixed.anchors, node);
+    let anchor = at(&fixed.anchors, node);
     block.take(lane, &found, (anchor, &fixed.unit), &moves[node]);
 }
 
@@ -407,9 +407,10 @@ choose_arithmetic!(Received<S, L, R>);
 impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
+        let signed = self.table.fixed.signed_unit();
         let mut work = 0.0;
         for (node, force) in (self.first..).zip(self.forces) {
-            let given = receive::<A, S, L, R>(self.model, self.table, self.moves, node);
+            let given = receive::<A, S, L, R>(self.model, self.table, &signed, self.moves, node);
             *force = (*force + given) * self.sign;
             work += DVec3::from_array(self.moves[node]).dot(*force);
         }
@@ -417,11 +418,12 @@ impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
     }
 }
 
-/// What its neighbours give a node.
+/// What its neighbours give a node; `signed` are the units of [`Fixed::signed_unit`].
 #[inline(always)]
 pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>(
     model: &Model,
     table: &Table<S, L, R>,
+    signed: &[f64; L],
     moves: &[Move],
     node: usize,
 ) -> DVec3 {
@@ -430,8 +432,8 @@ pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>
     }
     let fixed = &table.fixed;
     let sum = records::<A, S::Number, L, R>(model.pairs.incoming(node), &table.records);
-    let place = place(&fixed.anchors, &fixed.unit, node);
-    let force = DVec3::from_array(received::<A, L, R>(&sum, &place));
+    let anchor = at(&fixed.anchors, node);
+    let force = DVec3::from_array(received::<A, S::Place, L, R>(&sum, anchor, signed));
     let drag = fixed.drag(node);
     force - DVec3::from_array(moves[node]) * drag
 }

@@ -25,19 +25,40 @@ pub(crate) type Move = [f64; 3];
 
 /// Products and sums, rounded once or twice.
 pub(crate) trait Arithmetic: Copy {
+    /// Whether the registers hold the sums of pass one twice.
+    const HOLDS_SUMS: bool;
+    /// Whether they hold those of pass two twice.
+    const HOLDS_RECORDS: bool;
     /// `a b + c`.
     fn add(a: f64, b: f64, c: f64) -> f64;
 }
 
-/// Rounds once, where processors can.
+/// Rounds once, where processors can, with many wide registers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fused;
+
+/// Rounds once, with fewer registers: the same bits.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FusedInFew;
 
 /// Rounds twice, as every processor can.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Separate;
 
 impl Arithmetic for Fused {
+    const HOLDS_SUMS: bool = true;
+    const HOLDS_RECORDS: bool = true;
+
+    #[inline(always)]
+    fn add(a: f64, b: f64, c: f64) -> f64 {
+        a.mul_add(b, c)
+    }
+}
+
+impl Arithmetic for FusedInFew {
+    const HOLDS_SUMS: bool = false;
+    const HOLDS_RECORDS: bool = true;
+
     #[inline(always)]
     fn add(a: f64, b: f64, c: f64) -> f64 {
         a.mul_add(b, c)
@@ -45,6 +66,9 @@ impl Arithmetic for Fused {
 }
 
 impl Arithmetic for Separate {
+    const HOLDS_SUMS: bool = false;
+    const HOLDS_RECORDS: bool = false;
+
     #[inline(always)]
     fn add(a: f64, b: f64, c: f64) -> f64 {
         a * b + c
@@ -63,8 +87,14 @@ pub(crate) fn fuses<S: Simd>() -> bool {
         ))
 }
 
-/// Makes a pass with `run::<Arithmetic>` one that instructions are chosen for: [`Fused`] where they round
-/// products and sums once, else [`Separate`].
+/// Whether the registers behind `S` hold 64 sums and what they are made of.
+#[inline(always)]
+pub(crate) fn holds_sums_twice<S: Simd>() -> bool {
+    S::REGISTER_COUNT * S::F64_LANES >= 128
+}
+
+/// Makes a pass with `run::<Arithmetic>` one that instructions are chosen for: [`Fused`] or [`FusedInFew`] where
+/// they round products and sums once, else [`Separate`].
 macro_rules! choose_arithmetic {
     ($pass:ident<S, L $(, $records:ident)?>) => {
         impl<S: $crate::storage::Storage, const L: usize $(, const $records: usize)?> pulp::WithSimd
@@ -74,8 +104,10 @@ macro_rules! choose_arithmetic {
 
             #[inline(always)]
             fn with_simd<V: pulp::Simd>(self, _: V) {
-                if $crate::gather::fuses::<V>() {
+                if $crate::gather::fuses::<V>() && $crate::gather::holds_sums_twice::<V>() {
                     self.run::<$crate::gather::Fused>();
+                } else if $crate::gather::fuses::<V>() {
+                    self.run::<$crate::gather::FusedInFew>();
                 } else {
                     self.run::<$crate::gather::Separate>();
                 }
@@ -107,25 +139,25 @@ pub(crate) fn sums<A: Arithmetic, P: Place, const L: usize>(
         here[k] = own[k].wide();
     }
     here[ONE] = 0.0;
-    let mut sum = [[0.0; L]; 4];
-    for pair in row {
-        let j = pair.to as usize;
-        let (there, u) = (at(anchors, j), &moves[j]);
-        let w = f64::from(pair.weight);
-        let mut z = [0.0; L];
-        for k in 0..L {
-            z[k] = w * (there[k].wide() - here[k]);
+    let (mut even, mut odd) = ([[0.0; L]; 4], [[0.0; L]; 4]);
+    let (twos, last) = row.as_chunks::<2>();
+    if A::HOLDS_SUMS {
+        for [a, b] in twos {
+            add_pair::<A, P, L>(a, &here, anchors, moves, &mut even);
+            add_pair::<A, P, L>(b, &here, anchors, moves, &mut odd);
         }
-        for r in 0..3 {
-            for k in 0..L {
-                sum[r][k] = A::add(u[r], z[k], sum[r][k]);
-            }
+    } else {
+        for [a, _] in twos {
+            add_pair::<A, P, L>(a, &here, anchors, moves, &mut even);
         }
-        for k in 0..L {
-            sum[3][k] += z[k];
+        for [_, b] in twos {
+            add_pair::<A, P, L>(b, &here, anchors, moves, &mut odd);
         }
     }
-    let mut sum = black_box(sum);
+    for pair in last {
+        add_pair::<A, P, L>(pair, &here, anchors, moves, &mut even);
+    }
+    let mut sum = plus(&even, &odd);
     let u = &moves[node];
     for r in 0..3 {
         for k in 0..L {
@@ -137,6 +169,48 @@ pub(crate) fn sums<A: Arithmetic, P: Place, const L: usize>(
             for k in 0..L {
                 sum[r][k] *= unit[k];
             }
+        }
+    }
+    // Out of sight: else what takes numbers one by one takes the lanes apart by shuffles, or the loop.
+    black_box(sum)
+}
+
+/// A pair's share in the sums.
+#[inline(always)]
+fn add_pair<A: Arithmetic, P: Place, const L: usize>(
+    pair: &Pair,
+    here: &[f64; L],
+    anchors: &[Sixteen<[P; L]>],
+    moves: &[Move],
+    sum: &mut Sums<L>,
+) {
+    let j = pair.to as usize;
+    let (there, u) = (at(anchors, j), &moves[j]);
+    let w = f64::from(pair.weight);
+    let mut z = [0.0; L];
+    for k in 0..L {
+        z[k] = w * (there[k].wide() - here[k]);
+    }
+    for r in 0..3 {
+        for k in 0..L {
+            sum[r][k] = A::add(u[r], z[k], sum[r][k]);
+        }
+    }
+    for k in 0..L {
+        sum[3][k] += z[k];
+    }
+}
+
+/// Sums of every other pair each, so that an addition waits for half as many others, added.
+#[inline(always)]
+fn plus<const L: usize, const R: usize>(
+    even: &[[f64; L]; R],
+    odd: &[[f64; L]; R],
+) -> [[f64; L]; R] {
+    let mut sum = [[0.0; L]; R];
+    for r in 0..R {
+        for k in 0..L {
+            sum[r][k] = even[r][k] + odd[r][k];
         }
     }
     sum
@@ -152,15 +226,69 @@ pub(crate) fn records<A: Arithmetic, T: Number, const L: usize, const R: usize>(
     row: &[Pair],
     records: &[Sixteen<Record<T, L, R>>],
 ) -> [[f64; L]; R] {
-    let mut sum = [[0.0; L]; R];
-    for pair in row {
-        let record = at(records, pair.to as usize);
-        let w = f64::from(pair.weight);
-        for r in 0..R {
-            for k in 0..L {
-                sum[r][k] = A::add(w, record[r][k].wide(), sum[r][k]);
-            }
+    let (mut even, mut odd) = ([[0.0; L]; R], [[0.0; L]; R]);
+    let (twos, last) = row.as_chunks::<2>();
+    if A::HOLDS_RECORDS {
+        for [a, b] in twos {
+            add_record::<A, T, L, R>(a, records, &mut even);
+            add_record::<A, T, L, R>(b, records, &mut odd);
+        }
+    } else {
+        for [a, _] in twos {
+            add_record::<A, T, L, R>(a, records, &mut even);
+        }
+        for [_, b] in twos {
+            add_record::<A, T, L, R>(b, records, &mut odd);
         }
     }
-    black_box(sum)
+    for pair in last {
+        add_record::<A, T, L, R>(pair, records, &mut even);
+    }
+    black_box(plus(&even, &odd))
+}
+
+#[inline(always)]
+fn add_record<A: Arithmetic, T: Number, const L: usize, const R: usize>(
+    pair: &Pair,
+    records: &[Sixteen<Record<T, L, R>>],
+    sum: &mut [[f64; L]; R],
+) {
+    let record = at(records, pair.to as usize);
+    let w = f64::from(pair.weight);
+    for r in 0..R {
+        for k in 0..L {
+            sum[r][k] = A::add(w, record[r][k].wide(), sum[r][k]);
+        }
+    }
+}
+
+/// `sum_j w_ij (q_j - Q_j X_i - R_j μ_i)` from the summed records, `anchor` that of the node, and its units
+/// with the signs of `q`, `X` and `μ`.
+#[inline(always)]
+pub(crate) fn received<A: Arithmetic, P: Place, const L: usize, const R: usize>(
+    sum: &[[f64; L]; R],
+    anchor: &[P; L],
+    signed: &[f64; L],
+) -> [f64; 3] {
+    let mut share = [0.0; L];
+    for k in 0..L {
+        share[k] = anchor[k].wide() * signed[k];
+    }
+    let mut forces = [0.0; 3];
+    for r in 0..3 {
+        let mut terms = [0.0; 4];
+        for half in 0..L / 4 {
+            for k in 0..4 {
+                terms[k] = A::add(sum[r][4 * half + k], share[4 * half + k], terms[k]);
+            }
+        }
+        // In a tree, so that no addition waits for more than three others; out of sight, else the compiler
+        // takes two of the three rows for lanes, and shuffles.
+        let [a, b, c, d] = black_box(terms);
+        forces[r] = (a + b) + (c + d);
+        if R > 3 {
+            forces[r] += sum[R - 1][r];
+        }
+    }
+    forces
 }

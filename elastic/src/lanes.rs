@@ -59,10 +59,10 @@ impl Laws {
         }
     }
 
-    /// Takes the laws and volumes of the nodes from `first` on.
+    /// Takes the laws and volumes of the nodes from `first` on; none is in the lanes after them.
     #[inline(always)]
     pub(crate) fn load(&mut self, model: &Model, first: usize, count: usize) {
-        self.volume[..count].copy_from_slice(&model.elastic_volumes[first..first + count]);
+        self.volume = wide(&model.elastic_volumes, first, count);
         if !model.material_of.is_empty() {
             for lane in 0..count {
                 self.set_law(model, first + lane, lane);
@@ -83,6 +83,20 @@ impl Laws {
             plane[lane] = value;
         }
     }
+}
+
+/// Numbers of the nodes from `first` on, zero in the lanes after them.
+#[inline(always)]
+pub(crate) fn wide(of: &[f64], first: usize, count: usize) -> Wide {
+    if let Some(whole) = of
+        .get(first..first + BLOCK)
+        .and_then(|of| of.try_into().ok())
+    {
+        return whole;
+    }
+    let mut lanes = ZERO;
+    lanes[..count].copy_from_slice(&of[first..first + count]);
+    lanes
 }
 
 /// What the gathers of a block's nodes give and what follows from it.
@@ -186,6 +200,19 @@ impl<const L: usize> Block<L> {
         model.is_plain(node)
             && (self.ratio[lane] >= EXTENSION_VOLUME_RATIO
                 || !model.law_shared(node).has_logarithm())
+    }
+
+    /// Whether the lanes hold for all nodes from `first` on.
+    #[inline(always)]
+    pub(crate) fn all_hold(&self, model: &Model, first: usize, count: usize) -> bool {
+        let full = model.ranks[first..first + count].iter();
+        let mut all = model.plain & full.fold(true, |all, rank| all & (*rank == 3));
+        if model.logarithm {
+            for lane in 0..count {
+                all &= self.ratio[lane] >= EXTENSION_VOLUME_RATIO;
+            }
+        }
+        all
     }
 
     /// Energies and stresses of neo-Hookean nodes from `F`.
@@ -353,7 +380,8 @@ impl<const L: usize> Block<L> {
         let mut low = ZERO;
         if T::ROUNDS {
             let high = rounded::<T>(&along);
-            low = subtract::<A, f64>(&high, &[1.0; BLOCK], &along);
+            low = rounded::<T>(&subtract::<A, f64>(&high, &[1.0; BLOCK], &along));
+            along = high;
         }
         self.force[r] = force;
         self.record[r][0] = [q[0], q[1], q[2], along];
@@ -371,14 +399,25 @@ impl<const L: usize> Block<L> {
             for half in 0..L / 4 {
                 // The fourth row without multipliers is that of the low parts.
                 let woven = if r < 3 {
-                    weave::<T>(&self.record[r][half])
+                    weave(&self.record[r][half])
                 } else {
-                    weave::<T>(&self.record[0][1])
+                    weave(&self.record[0][1])
                 };
                 for lane in 0..BLOCK {
-                    to.0[lane][r][4 * half..4 * half + 4].copy_from_slice(&woven[lane]);
+                    let numbers = woven[lane].map(T::exactly);
+                    to.0[lane][r][4 * half..4 * half + 4].copy_from_slice(&numbers);
                 }
             }
+        }
+    }
+
+    /// A number of the records; the fourth row without multipliers is that of the low parts.
+    #[inline(always)]
+    fn stored(&self, r: usize, k: usize) -> &Wide {
+        if r < 3 {
+            &self.record[r][k / 4][k % 4]
+        } else {
+            &self.record[0][1][k % 4]
         }
     }
 
@@ -387,12 +426,7 @@ impl<const L: usize> Block<L> {
         let mut record = [[T::ZERO; L]; R];
         for r in 0..R {
             for k in 0..L {
-                let value = if r < 3 {
-                    self.record[r][k / 4][k % 4][lane]
-                } else {
-                    self.record[0][1][k % 4][lane]
-                };
-                record[r][k] = T::of(value);
+                record[r][k] = T::exactly(self.stored(r, k)[lane]);
             }
         }
         record
@@ -462,47 +496,6 @@ impl<const L: usize> Block<L> {
             self.force[2][lane],
         ]
     }
-}
-
-/// `sum_j w_ij (q_j - Q_j X_i - R_j μ_i)` from the summed records.
-#[inline(always)]
-pub(crate) fn received<A: Arithmetic, const L: usize, const R: usize>(
-    sum: &[[f64; L]; R],
-    place: &[f64; L],
-) -> [f64; 3] {
-    let mut forces = [0.0; 3];
-    for r in 0..3 {
-        // In a tree, so that no addition waits for more than three others.
-        let mut terms = [0.0; 4];
-        for half in 0..L / 4 {
-            for k in 0..4 {
-                let at = 4 * half + k;
-                let share = if k == ONE { 1.0 } else { -place[at] };
-                terms[k] = A::add(sum[r][at], share, terms[k]);
-            }
-        }
-        let [a, b, c, d] = terms;
-        forces[r] = (a + b) + (c + d);
-        if R > 3 {
-            forces[r] += sum[R - 1][r];
-        }
-    }
-    forces
-}
-
-/// Coordinates of a node as the sums see them.
-#[inline(always)]
-pub(crate) fn place<P: Place, const L: usize>(
-    anchors: &[Sixteen<[P; L]>],
-    unit: &[f64; L],
-    node: usize,
-) -> [f64; L] {
-    let anchor = crate::storage::at(anchors, node);
-    let mut place = [0.0; L];
-    for k in 0..L {
-        place[k] = anchor[k].wide() * unit[k];
-    }
-    place
 }
 
 /// Value and two derivatives of the volumetric energy, as `Volumetric::at` above its extension.

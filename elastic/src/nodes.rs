@@ -37,6 +37,8 @@ pub(crate) struct Model {
     pub(crate) fiber_directions: Vec<DVec3>,
     /// Whether any law has `ln J` in it.
     pub(crate) logarithm: bool,
+    /// Whether all laws are what the passes evaluate in place.
+    pub(crate) plain: bool,
     /// Factors on `alpha` per node; empty where all are 1.
     pub(crate) control_scales: Vec<f64>,
     /// `1 / m_i`; empty unless stiffness is watched.
@@ -89,6 +91,7 @@ impl Model {
         let prepared: Vec<Prepared> = materials.iter().map(Prepared::new).collect();
         Self {
             logarithm: prepared.iter().any(Prepared::has_logarithm),
+            plain: prepared.iter().all(Prepared::is_plain),
             control_scales: Vec::new(),
             inverse_masses: Vec::new(),
             gradient_squares: Vec::new(),

@@ -8,6 +8,8 @@
 //! `F(u) + D` do not. The energy that the decay adds or takes is `∫ V P : F(u) dA`, by the trapezoidal
 //! rule over a step.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 
 use crate::fixed::Fixed;
@@ -57,6 +59,16 @@ impl Continuation {
     /// A node's offset.
     pub(crate) fn of(&self, node: usize) -> DMat3 {
         self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
+    }
+
+    /// Those of the nodes of a range that have an offset, rising.
+    #[inline(always)]
+    pub(crate) fn among(&self, range: Range<usize>) -> &[u32] {
+        if self.nodes.is_empty() {
+            return &[];
+        }
+        let before = |end: usize| self.nodes.partition_point(|&node| (node as usize) < end);
+        &self.nodes[before(range.start)..before(range.end)]
     }
 
     /// `I + A` of a node that has an offset.

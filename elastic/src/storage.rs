@@ -36,6 +36,8 @@ pub(crate) trait Number: Copy + Debug + Send + Sync + PartialEq + 'static {
     /// Whether storing rounds.
     const ROUNDS: bool;
     fn of(value: f64) -> Self;
+    /// A value that storing has rounded already.
+    fn exactly(value: f64) -> Self;
     fn wide(self) -> f64;
 }
 
@@ -82,6 +84,11 @@ impl Number for f64 {
     }
 
     #[inline(always)]
+    fn exactly(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
     fn wide(self) -> f64 {
         self
     }
@@ -100,6 +107,12 @@ impl Number for f32 {
     fn of(value: f64) -> Self {
         let tiny = value.abs() < f64::from(Self::MIN_POSITIVE);
         (if tiny { 0.0 } else { value }) as Self
+    }
+
+    #[inline(always)]
+    #[allow(clippy::cast_possible_truncation, reason = "nothing is left to round")]
+    fn exactly(value: f64) -> Self {
+        value as Self
     }
 
     #[inline(always)]

@@ -82,10 +82,11 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
         let mut block = Block::<L>::new();
         let mut laws = Laws::new(self.model);
         let continuation = &self.state.continuation;
-        let continues = !continuation.of_node.is_empty();
+        let viscosity = self.state.viscosity.as_ref();
         let mut first = self.first;
         for (records, own) in self.records.iter_mut().zip(self.own.chunks_mut(BLOCK)) {
             let count = own.len();
+            let offsets = continuation.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
                 gather::<A, S, L>(self.model, self.fixed, self.moves, node, lane, &mut block);
@@ -94,14 +95,17 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
             let constants = self.fixed.constants(first / BLOCK);
             laws.load(self.model, first, count);
             block.gradients::<A, _>(constants, 0.0);
-            if continues {
-                for lane in 0..count {
-                    continuation.carry(first + lane, lane, &mut block);
-                }
+            for &node in offsets {
+                continuation.carry(node as usize, node as usize - first, &mut block);
             }
             block.stress_changes::<A>(&laws, self.model.logarithm);
-            for lane in 0..count {
-                finish(self.model, self.state, first + lane, &mut block, lane);
+            if viscosity.is_some() || !block.all_hold(self.model, first, count) {
+                for lane in 0..count {
+                    finish(self.model, self.state, first + lane, &mut block, lane);
+                }
+            }
+            for &node in offsets {
+                continuation.pull(node as usize, node as usize - first, &mut block);
             }
             block.records::<A, _>(constants);
             block.write(records);
@@ -113,8 +117,7 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
     }
 }
 
-/// Replaces the change of stress of a node that the lanes do not hold for, and turns it into what the
-/// node's row sees.
+/// Replaces the change of stress of a node that the lanes do not hold for.
 #[inline(always)]
 fn finish<const L: usize>(
     model: &Model,
@@ -126,7 +129,6 @@ fn finish<const L: usize>(
     if !(state.viscosity.is_none() && block.holds(model, node, lane)) {
         single(model, state, node, block, lane);
     }
-    state.continuation.pull(node, lane, block);
 }
 
 #[inline(never)]
@@ -222,7 +224,9 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
             }
             block.stress_changes::<A>(&laws, model.logarithm);
             for (lane, &node) in nodes.iter().enumerate() {
-                finish(model, self.state, node as usize, &mut block, lane);
+                let node = node as usize;
+                finish(model, self.state, node, &mut block, lane);
+                self.state.continuation.pull(node, lane, &mut block);
             }
             block.records::<A, _>(constants);
             for (lane, &node) in nodes.iter().enumerate() {
@@ -233,8 +237,9 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
                 }
             }
         }
+        let signed = table.fixed.signed_unit();
         for (&node, out) in self.part.nodes.iter().zip(self.out) {
-            let given = receive::<A, S, L, R>(model, table, moves, node as usize);
+            let given = receive::<A, S, L, R>(model, table, &signed, moves, node as usize);
             *out = (*out + given) * -1.0;
         }
     }

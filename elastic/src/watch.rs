@@ -9,11 +9,14 @@
 use glam::{DMat3, DVec3};
 
 use crate::fixed::Fixed;
+use crate::lanes::wide;
 use crate::law::cofactor;
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
+use crate::offset::Continuation;
+use crate::planes::{Wide, ZERO};
 use crate::stale::Stale;
-use crate::storage::Storage;
+use crate::storage::{BLOCK, Storage};
 
 /// Nodes of a run of which the largest indicator is told.
 pub const WATCHED_NODES: usize = crate::forces::CHUNK;
@@ -40,6 +43,73 @@ impl Watch {
             ratio: self.ratio.min(other.ratio),
             stiffness: self.stiffness.max(other.stiffness),
         }
+    }
+}
+
+/// What is seen of the nodes that are evaluated in lanes.
+#[derive(Debug, Clone)]
+pub(crate) struct Watching {
+    watched: bool,
+    /// `V_i` of the block at hand; zero in lanes with nothing to see.
+    volumes: Wide,
+    /// `s_i` times what offsets add, of the block at hand.
+    squares: Wide,
+    ratios: Wide,
+    stiffness: Wide,
+}
+
+impl Watching {
+    pub(crate) fn new(model: &Model) -> Self {
+        Self {
+            watched: !model.gradient_squares.is_empty(),
+            volumes: ZERO,
+            squares: ZERO,
+            ratios: [Watch::NOTHING.ratio; BLOCK],
+            stiffness: [Watch::NOTHING.stiffness; BLOCK],
+        }
+    }
+
+    /// Takes the constants of the nodes from `first` on.
+    #[inline(always)]
+    pub(crate) fn load(
+        &mut self,
+        model: &Model,
+        continuation: &Continuation,
+        first: usize,
+        count: usize,
+    ) {
+        self.volumes = wide(&model.elastic_volumes, first, count);
+        if self.watched {
+            self.squares = wide(&model.gradient_squares, first, count);
+            for &node in continuation.among(first..first + count) {
+                self.squares[node as usize - first] *= continuation.gain(node as usize);
+            }
+        }
+    }
+
+    /// Leaves a node out.
+    pub(crate) fn skip(&mut self, lane: usize) {
+        self.volumes[lane] = 0.0;
+    }
+
+    /// Takes in `J` and the bounds on the tangent modulus of a block.
+    #[inline(always)]
+    pub(crate) fn see(&mut self, ratios: &Wide, bounds: &Wide) {
+        for lane in 0..BLOCK {
+            let carries = self.volumes[lane] > 0.0;
+            let ratio = if carries { ratios[lane] } else { f64::INFINITY };
+            self.ratios[lane] = self.ratios[lane].min(ratio);
+            let stiffness = self.volumes[lane] * self.squares[lane] * bounds[lane];
+            self.stiffness[lane] = self.stiffness[lane].max(stiffness);
+        }
+    }
+
+    /// The worst of all that was seen, and of what was seen elsewhere.
+    pub(crate) fn worst(&self, elsewhere: Watch) -> Watch {
+        let lanes = self.ratios.iter().zip(&self.stiffness);
+        lanes.fold(elsewhere, |worst, (&ratio, &stiffness)| {
+            worst.and(Watch { ratio, stiffness })
+        })
     }
 }
 
