@@ -440,9 +440,11 @@ impl Watch {
                 *row.lattices.get_or_insert(0) += lattices;
                 *row.without_lattice.get_or_insert(0) += without;
             }
-            for (carries, &apart) in carrying(member).zip(&links.debris) {
+            for (node, (carries, &apart)) in carrying(member).zip(&links.debris).enumerate() {
                 debris += usize::from(apart);
-                followers += usize::from(!carries && !apart);
+                // What a support holds follows nothing.
+                let held = body.motion.supports().of(node).is_some();
+                followers += usize::from(!carries && !apart && !held);
             }
         }
         row.followers = followers as f64 / row.nodes as f64;

@@ -16,8 +16,8 @@ use super::state::Incision;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
 /// condition, has no strain of its own any more.
-const FEWEST_NEIGHBORS: usize = 6;
-const LARGEST_CONDITION: f64 = 5.0;
+pub(super) const FEWEST_NEIGHBORS: usize = 6;
+pub(super) const LARGEST_CONDITION: f64 = 5.0;
 /// Growth of the condition by which a cut has to do with it.
 const CONDITION_GROWTH: f64 = 1.2;
 /// Scale of the zero-energy control of nodes that a cut touched, whose rows see less, as far as what the cut
@@ -450,7 +450,7 @@ impl Cutting {
 }
 
 /// Pairs of a row that still link.
-fn linked_count(row: &[f64]) -> usize {
+pub(super) fn linked_count(row: &[f64]) -> usize {
     row.iter().filter(|&&weight| weight > 0.0).count()
 }
 

@@ -12,6 +12,7 @@ use phyxel_mls::{
     inverse_square_weights, k_nearest, widen_deficient_rows,
 };
 
+use super::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
 use super::error::BodyProblem;
 use super::shape::{Sampled, sample};
 use super::stencils::Stencils;
@@ -103,6 +104,19 @@ pub(super) fn build(
             ..Settings::default()
         },
     )?;
+    if carried.is_some() {
+        // Nodes at a corner of what is held, which a support leaves too little to tell a strain from.
+        let too_few = |&node: &u32| {
+            let at = node as usize;
+            holders[at] > 0 && inert.binary_search(&node).is_err() && {
+                let linked = linked_count(&stencils.weights()[neighborhoods.pairs(at)]);
+                linked < FEWEST_NEIGHBORS && linked < neighborhoods.row(at).len()
+                    || stencils.ranks()[at].condition > LARGEST_CONDITION
+            }
+        };
+        let weak: Vec<u32> = (0..).take(holders.len()).filter(too_few).collect();
+        elastic.weaken(&weak, &sampling.positions, &|_| 1.0);
+    }
     // Between two steps a viscous body answers at once.
     elastic.begin_viscous_step(0.0);
     Ok(Built {
