@@ -33,6 +33,7 @@ mod spread;
 mod stencil;
 mod stuffing;
 mod sums;
+mod surface_areas;
 mod surfels;
 mod topology;
 mod write;
@@ -62,5 +63,6 @@ pub use solid::{LevelSet, Shape, Solid};
 pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
+pub use surface_areas::nodal_surface_areas;
 pub use surfels::{Surfels, sample_surfels};
 pub use write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::hierarchy::Hierarchy;
 use crate::liver::liver;
@@ -103,6 +103,35 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// Extent of [`Shape::Liver`] from right to left (m).
+    pub const LIVER_WIDTH: f64 = 0.166;
+
+    /// Volume (m³); of the liver to some percent.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        use std::f64::consts::PI;
+        match *self {
+            Self::Box { half_extents } => 8.0 * half_extents.element_product(),
+            Self::Ellipsoid { semi_axes } => 4.0 / 3.0 * PI * semi_axes.element_product(),
+            Self::Capsule {
+                half_length,
+                radius,
+            } => PI * radius * radius * (2.0 * half_length + 4.0 / 3.0 * radius),
+            Self::Tube {
+                half_length,
+                outer_radius,
+                inner_radius,
+            } => {
+                let section = outer_radius * outer_radius - inner_radius * inner_radius;
+                PI * section * (2.0 * half_length)
+            }
+            // 1.2 litres.
+            Self::Liver => 0.26 * Self::LIVER_WIDTH.powi(3),
+        }
+    }
+}
+
 /// The function of an implicit body, negative inside.
 pub type LevelSet = Arc<dyn Fn(DVec3) -> f64 + Send + Sync>;
 
@@ -147,6 +176,33 @@ impl From<Shape> for Solid {
             Shape::Box { .. } => Self::from(shape.bounds()),
             _ => Self::implicit(shape.bounds(), move |p| shape.value(p)),
         }
+    }
+}
+
+impl Solid {
+    /// A shape scaled, then turned, then moved: the body of the points `scale (rotation X) + translation` of
+    /// its own X. Not a box in the sense of [`Solid::from`]: no lattice is fitted to it.
+    ///
+    /// # Arguments
+    /// * `rotation` -- orthogonal.
+    /// * `scale` -- above 0.
+    /// * `translation` -- (m).
+    #[must_use]
+    pub fn placed(shape: Shape, rotation: DMat3, scale: f64, translation: DVec3) -> Self {
+        let inner = shape.bounds();
+        let corners = (0..8).map(|k| {
+            let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
+            let corner = DVec3::new(
+                pick(0, inner.min.x, inner.max.x),
+                pick(1, inner.min.y, inner.max.y),
+                pick(2, inner.min.z, inner.max.z),
+            );
+            rotation * corner * scale + translation
+        });
+        let back = rotation.transpose();
+        Self::implicit(Bounds::of(corners), move |p| {
+            scale * shape.value(back * (p - translation) / scale)
+        })
     }
 }
 

@@ -3,10 +3,10 @@ use crate::contact::ContactSettings;
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings, State};
 use crate::path::{Ease, Path};
+use crate::rigid_path::RigidPath;
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, Tool};
-use crate::turn::Turn;
 use glam::DQuat;
 use proptest::prelude::*;
 use testkit::cloud::{Random, uniform};
@@ -64,8 +64,9 @@ impl Net {
 fn pressing() -> Drive {
     Drive::Path {
         origin: Pose::at(DVec3::new(1.1, 0.9, 0.65)),
-        path: Path::ramp(0.0, 2.0, DVec3::new(0.1, 0.0, -0.15)).unwrap(),
-        turn: None,
+        path: Path::ramp(0.0, 2.0, DVec3::new(0.1, 0.0, -0.15))
+            .unwrap()
+            .into(),
     }
 }
 
@@ -228,8 +229,9 @@ fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
     let keys = vec![(0.5, DQuat::IDENTITY), (2.0, DQuat::from_rotation_z(0.4))];
     let drive = Drive::Path {
         origin: Pose::at(DVec3::new(1.0, 1.0, 0.25)),
-        path: Path::ramp(0.0, 0.5, DVec3::Z * -0.15).unwrap(),
-        turn: Some(Turn::new(keys, Ease::Smooth).unwrap()),
+        path: RigidPath::from(Path::ramp(0.0, 0.5, DVec3::Z * -0.15).unwrap())
+            .turning(keys, Ease::Smooth)
+            .unwrap(),
     };
     let half = DVec3::new(0.7, 0.7, 0.2);
     let pose = Pose::at(DVec3::new(1.0, 1.0, 0.25));

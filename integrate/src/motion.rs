@@ -86,6 +86,14 @@ pub struct State {
     pub frame: Option<Frame>,
 }
 
+impl State {
+    /// Whether forces that the caller applies acted in the last step, as where a tool touches.
+    #[must_use]
+    pub fn is_pressed(&self) -> bool {
+        self.applied.iter().any(|force| *force != DVec3::ZERO)
+    }
+}
+
 /// Heap bytes of a [`Motion`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MotionBytes {

@@ -28,7 +28,7 @@ pub enum Shape {
     },
 }
 
-/// Where a shape is.
+/// Where a rigid thing is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
@@ -39,12 +39,42 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose that moves nothing.
+    pub const IDENTITY: Self = Self {
+        position: DVec3::ZERO,
+        rotation: DQuat::IDENTITY,
+    };
+
     /// A pose without rotation.
     #[must_use]
     pub fn at(position: DVec3) -> Self {
         Self {
             position,
-            rotation: DQuat::IDENTITY,
+            ..Self::IDENTITY
+        }
+    }
+
+    /// World place (m) of a point (m) of its frame: `R x + position`.
+    #[must_use]
+    pub fn apply(&self, local: DVec3) -> DVec3 {
+        self.rotation * local + self.position
+    }
+
+    /// Pose in the world of what has the pose `local` in its frame.
+    #[must_use]
+    pub fn compose(&self, local: &Self) -> Self {
+        Self {
+            position: self.apply(local.position),
+            rotation: (self.rotation * local.rotation).normalize(),
+        }
+    }
+
+    /// The pose that share of the way to another, along a straight line and the shorter arc.
+    #[must_use]
+    pub fn toward(&self, other: &Self, share: f64) -> Self {
+        Self {
+            rotation: self.rotation.slerp(other.rotation, share),
+            position: self.position + (other.position - self.position) * share,
         }
     }
 }

@@ -43,6 +43,18 @@ impl Surfels {
         self.positions.len()
     }
 
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.positions)
+            + size_of_val(&*self.normals)
+            + size_of_val(&*self.areas)
+            + size_of_val(&*self.radii)
+            + size_of_val(&*self.shapes)
+            + size_of_val(&*self.materials)
+            + size_of_val(&*self.places)
+    }
+
     /// True if there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel_live::{BodyInfo, BodyState, Control, Scene as SceneInfo, Stats, ToolInfo, ToolState};
-use phyxel_splat::{Camera, Lens};
+use phyxel_splat::Camera;
 
 use super::session::Session;
 use super::sources::Sources;
@@ -183,18 +183,9 @@ pub(super) fn camera_of(asked: &Control) -> Option<(Camera, [u32; 2])> {
         return None;
     };
     let [eye, target, up] = [*eye, *target, *up].map(DVec3::from_array);
-    let forward = (target - eye).try_normalize()?;
-    let right = forward.cross(up).try_normalize()?;
+    (target - eye).try_normalize()?.cross(up).try_normalize()?;
+    let eye = Some(eye).filter(|eye| eye.is_finite())?;
     let angle = Some(*field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
-    let lens = Lens::Perspective {
-        focal: 0.5 / (0.5 * angle.to_radians()).tan(),
-    };
-    let camera = Camera {
-        eye: Some(eye).filter(|eye| eye.is_finite())?,
-        right,
-        up: right.cross(forward),
-        forward,
-        lens,
-    };
+    let camera = Camera::looking_at(eye, target, up, angle.to_radians());
     Some((camera, [*width, *height]))
 }

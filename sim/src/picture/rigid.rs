@@ -1,9 +1,8 @@
 //! Rigid meshes from files among the surfels.
 
 use phyxel_discretize::{ReadError, read_mesh};
-use phyxel_splat::Mesh;
+use phyxel_splat::{Mesh, linear_color};
 
-use super::style;
 use crate::scene::{Pose, RigidMesh};
 
 /// Gloss of dry surfaces, as that of a surface that says nothing of it.
@@ -16,7 +15,7 @@ pub(super) fn read(wish: &RigidMesh) -> Result<Mesh, ReadError> {
     let placed = |vertex| turn * (vertex * wish.scale) + wish.position;
     let vertices = mesh.vertices.into_iter().map(placed).collect();
     Ok(Mesh {
-        color: style::linear(wish.color),
+        color: linear_color(wish.color),
         specular: SPECULAR,
         smooth: true,
         ..Mesh::metal(vertices, mesh.triangles)

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::path::{Key, Pose, pose_at};
+use super::path::{Key, pose_at};
 use super::rigid::RigidMesh;
+use phyxel_integrate::Pose;
 
 /// A rigid tool that touches the bodies.
 ///

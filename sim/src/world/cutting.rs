@@ -2,17 +2,17 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_enrich::{
-    CutSettings, Cuts, Graph, Patch, connected_pieces, is_parted, nodes_in_small_pieces,
+    Blade, CutSettings, Cuts, DeformedBody, Graph, Sweep, connected_pieces, is_parted,
+    nodes_in_small_pieces,
 };
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
-use super::blade::{Blade, Tissue, reach_of};
 use super::body::Body;
 use super::energy::{CutEnergy, StrokeEnergy};
 use super::error::BodyProblem;
 use super::factors::Factors;
-use super::state::Incision;
+use super::input::Moment;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
 /// condition, has no strain of its own any more.
@@ -27,6 +27,8 @@ const TOUCHED_CONTROL: f64 = 3.0;
 const SMALLEST_PIECE: usize = 12;
 /// Products with the stiffness of the part round a cut per estimate.
 const ESTIMATE_PRODUCTS: usize = 16;
+/// Tissue that is pressed to a smaller share of its volume is not mapped: its gradients are none.
+const LEAST_VOLUME: f64 = 0.2;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
 /// Round-off of a bend's place, as a share of the body's size. A bend in a face of the body lies 1e-17
@@ -79,20 +81,18 @@ impl OpenStroke {
     }
 }
 
-/// What a blade's edge added to the cut, all in the material: doing it again gives the same cut.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sweep {
-    pub(super) patches: Vec<Patch>,
-    /// Ends of the front before and after it (m); `None` if nothing was added.
-    pub(super) ends: Option<[[DVec3; 2]; 2]>,
-}
-
-impl Sweep {
-    pub(super) fn is_finite(&self) -> bool {
-        let vertices = self.patches.iter().flat_map(|patch| &patch.vertices);
-        let ends = self.ends.iter().flatten().flatten();
-        vertices.chain(ends).all(|x| x.is_finite())
-    }
+/// What a blade's edge did when it was taken up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Incision {
+    /// Steps that had been taken.
+    pub(super) steps: u64,
+    /// Index of the body.
+    pub(super) member: usize,
+    /// Index of the scene's cut.
+    pub(super) cut: usize,
+    pub(super) moment: Moment,
+    /// What it added to the cut.
+    pub(super) sweep: Sweep,
 }
 
 /// What a capture changed.
@@ -102,17 +102,6 @@ pub struct Capture {
     pub triangles: Vec<[DVec3; 3]>,
     /// Whether any pair factor changed.
     pub changed: bool,
-}
-
-/// When in a stroke the edge is taken up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Moment {
-    /// The stroke starts.
-    Start,
-    /// The blade has moved.
-    Update,
-    /// The stroke ends.
-    End,
 }
 
 impl Cutting {
@@ -333,14 +322,24 @@ impl Cutting {
         let positions = body.motion.positions();
         let blade = stroke
             .blade
-            .get_or_insert_with(|| Blade::new(edge, body.spacing, &reach_of(positions)));
+            .get_or_insert_with(|| Blade::new(edge, body.spacing, positions));
         let gradients = body.elastic.deformation_gradients();
-        let tissue = Tissue {
-            body,
-            frame: self.map.frame(positions, &gradients)?,
-            factors: &self.factors,
+        let frame = self.map.frame(positions, &gradients)?;
+        let graph = &body.neighborhoods;
+        let deformed = DeformedBody {
+            rest: &body.rest,
+            present: Graph::trusted(positions, graph.offsets(), graph.indices()),
+            spacing: body.spacing,
+            inside: &|point| body.solid.contains(point),
+            preimage: &|world, seen| {
+                let found = frame.preimage(world, LEAST_VOLUME, seen)?;
+                Some((found.position, found.jacobian))
+            },
+            nearest: &|world| frame.nearest_node(world),
+            known: &|pair| self.factors.factor(pair) < 1.0,
         };
-        let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &tissue, moment)?;
+        let ends = moment == Moment::End;
+        let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &deformed, ends)?;
         self.missed += missed;
         Ok(sweep)
     }

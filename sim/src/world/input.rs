@@ -6,8 +6,18 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::Moment;
 use crate::scene::{Cut, Pose, Scene};
+
+/// When in a stroke the edge is taken up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Moment {
+    /// The stroke starts.
+    Start,
+    /// The blade has moved.
+    Update,
+    /// The stroke ends.
+    End,
+}
 
 /// One thing that a hand does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,12 +5,11 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionError, NewtonSettings,
-    Scheme as Explicit, StaticLoad, Supports, solve_static,
+    ForceLaw, Grip, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionError,
+    NewtonSettings, Scheme as Explicit, StaticLoad, Supports, solve_static,
 };
 
 use super::error::BodyProblem;
-use super::grip::Grip;
 use super::tool::Touch;
 use crate::scene::Scheme;
 

@@ -4,15 +4,12 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use phyxel_integrate::{
-    Contact, ContactSettings, Drive, Ease, Path, Pose as Placed, Shape, StepView, Turn, penalty,
+    Contact, ContactSettings, ContactSurface, Drive, Ease, Pose, RigidPath, Shape, StepView,
+    penalty,
 };
 use serde::{Deserialize, Serialize};
 
-use super::body::Body;
-use super::error::BodyProblem;
-use super::factors::Factors;
-use super::outside::{surface_of, torn_count};
-use crate::scene::{self, Pose, Release, ToolShape};
+use crate::scene::{self, Release, ToolShape};
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -67,32 +64,32 @@ impl Touch {
             && self.contact.is_sound(node_count)
     }
 
-    /// The contact of a tool at `pose` with an uncut body.
+    /// The contact of a tool at `pose` with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
+    /// apart.
     pub(super) fn new(
-        body: &Body,
         tool: usize,
         description: &scene::Tool,
         pose: &Pose,
-        youngs_modulus: f64,
-    ) -> Result<Self, BodyProblem> {
+        surface: ContactSurface,
+        (youngs_modulus, spacing): (f64, f64),
+    ) -> Self {
         let (shape, _) = shape_of(&description.solid());
         let stiffness = description
             .penalty
-            .unwrap_or_else(|| penalty(youngs_modulus, body.spacing));
+            .unwrap_or_else(|| penalty(youngs_modulus, spacing));
         let settings = ContactSettings {
             friction: description.friction,
             ..ContactSettings::new(stiffness)
         };
-        let surface = surface_of(body, None)?;
-        let still = Path::new(vec![(0.0, DVec3::ZERO)], Ease::Linear);
+        let still = RigidPath::new(&[(0.0, Pose::IDENTITY)], Ease::Linear);
         let path = still.expect("one finite key is a path");
         let placed = placed(&description.solid(), pose);
-        Ok(Self {
+        Self {
             tool,
             hand: phyxel_integrate::Tool::on_path(shape, placed, path),
             contact: Contact::new(surface, settings),
             torn: 0,
-        })
+        }
     }
 
     /// Leads the tool from where it is to where it will be after a step (s) that begins at `time` (s),
@@ -103,17 +100,19 @@ impl Touch {
         }
         let (from, to) = (placed(shape, from), placed(shape, to));
         let end = time + 2.0 * step;
-        let way = (to.position - from.position) * 2.0;
-        let path = Path::new(vec![(time, DVec3::ZERO), (end, way)], Ease::Linear);
         let half = (to.rotation * from.rotation.inverse()).normalize();
-        let turn = (half.w.abs() < 1.0).then(|| {
-            let keys = vec![(time, DQuat::IDENTITY), (end, half * half)];
-            Turn::new(keys, Ease::Linear).expect("finite keys in rising order")
-        });
+        let way = Pose {
+            position: (to.position - from.position) * 2.0,
+            rotation: if half.w.abs() < 1.0 {
+                half * half
+            } else {
+                DQuat::IDENTITY
+            },
+        };
+        let path = RigidPath::new(&[(time, Pose::IDENTITY), (end, way)], Ease::Linear);
         self.hand.drive = Drive::Path {
             origin: from,
             path: path.expect("finite keys in rising order"),
-            turn,
         };
     }
 
@@ -141,11 +140,13 @@ impl Touch {
 
     /// Gives way where a cut has torn the surface: a torn triangle's area goes to its corners, so that
     /// nothing spans the gap. Where friction sticks is forgotten then.
-    pub(super) fn tear(&mut self, body: &Body, factors: &Factors) -> Result<(), BodyProblem> {
-        let torn = torn_count(body, factors);
+    pub(super) fn tear<E>(
+        &mut self,
+        torn: usize,
+        surface: impl FnOnce() -> Result<ContactSurface, E>,
+    ) -> Result<(), E> {
         if torn != self.torn {
-            let surface = surface_of(body, Some(factors))?;
-            self.contact = Contact::new(surface, *self.contact.settings());
+            self.contact = Contact::new(surface()?, *self.contact.settings());
             self.torn = torn;
         }
         Ok(())
@@ -182,14 +183,14 @@ impl Touch {
 }
 
 /// A scene's shape as contact has it, and where that lies in the tool's frame.
-fn shape_of(shape: &ToolShape) -> (Shape, Placed) {
+fn shape_of(shape: &ToolShape) -> (Shape, Pose) {
     let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
     match *shape {
-        ToolShape::Sphere { radius } => (Shape::Sphere { radius }, Placed::at(DVec3::ZERO)),
+        ToolShape::Sphere { radius } => (Shape::Sphere { radius }, Pose::at(DVec3::ZERO)),
         ToolShape::Plane { normal } => {
             let rotation = along(normal);
             let position = DVec3::ZERO;
-            (Shape::Plane, Placed { position, rotation })
+            (Shape::Plane, Pose { position, rotation })
         }
         ToolShape::Capsule { from, to, radius } => {
             let capsule = Shape::Capsule {
@@ -197,17 +198,14 @@ fn shape_of(shape: &ToolShape) -> (Shape, Placed) {
                 radius,
             };
             let (position, rotation) = (from.midpoint(to), along(to - from));
-            (capsule, Placed { position, rotation })
+            (capsule, Pose { position, rotation })
         }
-        ToolShape::Box { size } => (Shape::Box { half: size * 0.5 }, Placed::at(DVec3::ZERO)),
+        ToolShape::Box { size } => (Shape::Box { half: size * 0.5 }, Pose::at(DVec3::ZERO)),
     }
 }
 
 /// Where contact's shape is in the world when the tool is at `pose`.
-fn placed(shape: &ToolShape, pose: &Pose) -> Placed {
+fn placed(shape: &ToolShape, pose: &Pose) -> Pose {
     let (_, local) = shape_of(shape);
-    Placed {
-        position: pose.apply(local.position),
-        rotation: (pose.rotation * local.rotation).normalize(),
-    }
+    pose.compose(&local)
 }

@@ -1,41 +1,14 @@
 //! What acts on the bodies: supports, tools and cuts.
 
 use super::check::{Checks, triple};
+use super::region::region;
 use super::rigid::rigid;
-use crate::scene::event::{Capture, Cut, Motion, Region, Support};
+use crate::scene::event::{Capture, Cut, Motion, Support};
 use crate::scene::tool::{Tool, ToolShape};
 use crate::scene::{Body, Scene};
 
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
-
-/// A part of space.
-pub(super) fn region(checks: &mut Checks, path: &str, region: Region) {
-    match region {
-        Region::HalfSpace { point, normal } => {
-            checks.finite(format_args!("{path}.point"), point);
-            checks.direction(format_args!("{path}.normal"), normal);
-        }
-        Region::Box { min, max } => {
-            checks.finite(format_args!("{path}.min"), min);
-            checks.finite(format_args!("{path}.max"), max);
-            checks.agree(
-                min.cmple(max).all(),
-                format_args!("{path}.max"),
-                triple(max),
-                format_args!(
-                    "each of its numbers must be at least that of min, {}",
-                    triple(min)
-                ),
-                &[&format!("{path}.min")],
-            );
-        }
-        Region::Sphere { center, radius } => {
-            checks.finite(format_args!("{path}.center"), center);
-            checks.positive(format_args!("{path}.radius"), radius, " (m)");
-        }
-    }
-}
 
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
     checks.body_name(&format!("{path}.body"), support.body.as_deref(), bodies);

@@ -3,8 +3,10 @@
 mod body;
 mod check;
 mod event;
+mod file;
 mod material;
 mod method;
+mod region;
 mod rigid;
 
 pub(super) use check::Fault;
