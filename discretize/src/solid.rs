@@ -7,13 +7,13 @@ use glam::{DMat3, DVec3};
 
 use crate::hierarchy::Hierarchy;
 use crate::liver::liver;
+use crate::measures::{Measures, measures_by_grid};
 use crate::mesh::{Bounds, Mesh};
-use crate::slimness::{Measures, measures_by_grid};
 
 /// Shapes without a file, centred at the origin unless said otherwise (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Shape {
+pub enum Primitive {
     /// Axis-aligned box.
     Box {
         /// Half of each edge length.
@@ -44,7 +44,7 @@ pub enum Shape {
     Liver,
 }
 
-impl Shape {
+impl Primitive {
     /// Level-set value: zero on the surface, negative inside. Exact signed distance for box,
     /// capsule and tube; for ellipsoid and liver only of the size of a distance near the surface.
     #[must_use]
@@ -103,8 +103,8 @@ impl Shape {
     }
 }
 
-impl Shape {
-    /// Extent of [`Shape::Liver`] from right to left (m).
+impl Primitive {
+    /// Extent of [`Primitive::Liver`] from right to left (m).
     pub const LIVER_WIDTH: f64 = 0.166;
 
     /// Volume (m³); of the liver to some percent.
@@ -170,10 +170,10 @@ impl fmt::Debug for Solid {
     }
 }
 
-impl From<Shape> for Solid {
-    fn from(shape: Shape) -> Self {
+impl From<Primitive> for Solid {
+    fn from(shape: Primitive) -> Self {
         match shape {
-            Shape::Box { .. } => Self::from(shape.bounds()),
+            Primitive::Box { .. } => Self::from(shape.bounds()),
             _ => Self::implicit(shape.bounds(), move |p| shape.value(p)),
         }
     }
@@ -188,17 +188,9 @@ impl Solid {
     /// * `scale` -- above 0.
     /// * `translation` -- (m).
     #[must_use]
-    pub fn placed(shape: Shape, rotation: DMat3, scale: f64, translation: DVec3) -> Self {
-        let inner = shape.bounds();
-        let corners = (0..8).map(|k| {
-            let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
-            let corner = DVec3::new(
-                pick(0, inner.min.x, inner.max.x),
-                pick(1, inner.min.y, inner.max.y),
-                pick(2, inner.min.z, inner.max.z),
-            );
-            rotation * corner * scale + translation
-        });
+    pub fn placed(shape: Primitive, rotation: DMat3, scale: f64, translation: DVec3) -> Self {
+        let corners = shape.bounds().corners();
+        let corners = corners.map(|corner| rotation * corner * scale + translation);
         let back = rotation.transpose();
         Self::implicit(Bounds::of(corners), move |p| {
             scale * shape.value(back * (p - translation) / scale)
@@ -210,7 +202,7 @@ impl From<Bounds> for Solid {
     /// An axis-aligned box; its lattice is stretched by a few percent to fit it exactly.
     fn from(bounds: Bounds) -> Self {
         let half_extents = 0.5 * bounds.size();
-        let (shape, middle) = (Shape::Box { half_extents }, bounds.center());
+        let (shape, middle) = (Primitive::Box { half_extents }, bounds.center());
         Self {
             is_box: true,
             ..Self::implicit(bounds, move |p| shape.value(p - middle))
@@ -299,7 +291,9 @@ impl Solid {
 
     /// Volume and area by a grid's points in the box, told once: it takes 1e5 looks at the body.
     pub(crate) fn grid_measures(&self) -> Measures {
-        *self.grid_measures.get_or_init(|| measures_by_grid(self))
+        *self
+            .grid_measures
+            .get_or_init(|| measures_by_grid(self.bounds, |p| self.contains(p)))
     }
 
     /// Whether `p` is inside.

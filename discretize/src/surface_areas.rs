@@ -81,7 +81,7 @@ fn nearest(grid: &Grid, nodes: &[DVec3], spacing: f64, x: DVec3) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::Shape;
+    use crate::solid::Primitive;
 
     /// Nodes of a lattice on a cube's surface: the middle of a face has a cell, and none of the samples is lost.
     #[test]
@@ -91,7 +91,7 @@ mod tests {
         let nodes: Vec<DVec3> = all
             .filter(|x| (x.abs().max_element() - 0.2).abs() < 1e-12)
             .collect();
-        let solid = Solid::from(Shape::Box {
+        let solid = Solid::from(Primitive::Box {
             half_extents: DVec3::splat(0.2),
         });
         let areas = nodal_surface_areas(&solid, &nodes, 0.1).unwrap();

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::cuts::Cuts;
 use crate::error::CutError;
-use crate::front::{Front, Patch, Place, SweptPair, close_edge, missed_pairs, swept_pairs};
+use crate::front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
 use crate::graph::Graph;
 use crate::index::Bounds;
 use crate::polyline::{
@@ -49,7 +49,7 @@ pub struct Blade {
 
 /// Finds the material point and `∂x/∂X` there of a world point (m), seen from nodes of which `seen(node, material
 /// point)` holds; `None` where there is no tissue.
-pub type Preimage<'a> =
+pub type MaterialPlace<'a> =
     dyn Fn(DVec3, &dyn Fn(u32, DVec3) -> bool) -> Option<(DVec3, DMat3)> + Sync + 'a;
 
 /// A body as a blade finds it, deformed.
@@ -64,7 +64,7 @@ pub struct DeformedBody<'a> {
     /// Whether a material point (m) lies in the uncut body.
     pub inside: &'a (dyn Fn(DVec3) -> bool + Sync),
     /// Map from the world to the material.
-    pub preimage: &'a Preimage<'a>,
+    pub preimage: &'a MaterialPlace<'a>,
     /// Node nearest to a world point (m).
     pub nearest: &'a (dyn Fn(DVec3) -> u32 + Sync),
     /// Whether a directed pair is known to be crossed by the cut.
@@ -177,7 +177,7 @@ impl Blade {
                 .map(|(last, now)| last.lerp(*now, share))
                 .collect();
             let found = |(from, to): (&DVec3, &DVec3)| body.place(*from, *to, cuts);
-            let places: Vec<Place> = if from.len() < PARALLEL {
+            let places: Vec<EdgePlace> = if from.len() < PARALLEL {
                 from.iter().zip(&to).map(found).collect()
             } else {
                 from.par_iter().zip(&to).map(found).collect()
@@ -305,18 +305,18 @@ impl Blade {
 
 impl DeformedBody<'_> {
     /// Where a point of the edge is that comes from another place.
-    fn place(&self, from: DVec3, to: DVec3, cuts: &Cuts) -> Place {
+    fn place(&self, from: DVec3, to: DVec3, cuts: &Cuts) -> EdgePlace {
         let seen = |node: u32, point: DVec3| !cuts.crosses(self.rest[node as usize], point);
         let Some((at, jacobian)) = (self.preimage)(to, &seen) else {
             let node = (self.nearest)(to) as usize;
             let near = self.present.positions[node].distance(to) < self.spacing;
-            return if near { Place::Gap } else { Place::Air };
+            return if near { EdgePlace::Gap } else { EdgePlace::Air };
         };
         if (self.inside)(at) {
             let came = jacobian.inverse() * (to - from);
-            Place::Inside { at, came }
+            EdgePlace::Inside { at, came }
         } else {
-            Place::Outside { at }
+            EdgePlace::Outside { at }
         }
     }
 

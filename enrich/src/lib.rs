@@ -20,7 +20,7 @@ mod predicate;
 mod rule;
 mod way;
 
-pub use blade::{Blade, DeformedBody, Preimage, Sweep};
+pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
     PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
@@ -30,7 +30,7 @@ pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::{CutError, GraphError};
 pub use face::NearestCut;
 pub use factors::{FactorSettings, PairFactors, Touched};
-pub use front::{Front, Patch, Place, SweptPair, close_edge, missed_pairs, swept_pairs};
+pub use front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
 pub use glam;
 pub use graph::{Graph, Reach, Rows};
 pub use index::Bounds;

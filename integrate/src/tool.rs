@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, ContactForce};
 use crate::rigid_path::RigidPath;
-use crate::shape::{Pose, Shape};
+use crate::shape::{Pose, RigidShape};
 use crate::view::StepView;
 use glam::DVec3;
 
@@ -36,7 +36,7 @@ pub enum Drive {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
     /// Shape.
-    pub shape: Shape,
+    pub shape: RigidShape,
     /// Where it is.
     pub pose: Pose,
     /// Velocity (m/s).
@@ -58,7 +58,7 @@ pub struct Tool {
 impl Tool {
     /// A tool at rest.
     #[must_use]
-    pub fn new(shape: Shape, pose: Pose, drive: Drive) -> Self {
+    pub fn new(shape: RigidShape, pose: Pose, drive: Drive) -> Self {
         Self {
             shape,
             pose,
@@ -74,7 +74,7 @@ impl Tool {
 
     /// A tool on a path from `origin`.
     #[must_use]
-    pub fn on_path(shape: Shape, origin: Pose, path: impl Into<RigidPath>) -> Self {
+    pub fn on_path(shape: RigidShape, origin: Pose, path: impl Into<RigidPath>) -> Self {
         let path = path.into();
         let drive = Drive::Path { origin, path };
         Self::new(shape, origin, drive)

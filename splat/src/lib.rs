@@ -32,6 +32,7 @@ mod surfels;
 mod texture;
 mod tissue;
 mod tool;
+mod tree;
 
 pub use adapt::follow_curvature;
 pub use binding::{BindSettings, Binding, WeightLaw};
@@ -49,11 +50,13 @@ pub use merged::MergedSplats;
 pub use near::triangle_near_box;
 pub use noise::{fractal_noise, gradient_noise, slope_noise};
 pub use radii::{Measure, RadiusRule, covering_radii, mapped_radii, measures, shape_operators};
-pub use render::{RenderSettings, Renderer};
-pub use scene::{Background, DrawMode, ImageCoat, Light, Lighting, SplatView, Surface};
+pub use render::Renderer;
+pub use scene::{
+    Background, DrawMode, ImageCoat, Light, Lighting, RenderSettings, SplatView, Surface,
+};
 pub use skin::{CutSampler, triangle_area};
 pub use splats::Splats;
 pub use surfels::{Surfels, TexturePlace};
 pub use texture::{CAPSULE, PARENCHYMA, TissueTexture};
 pub use tissue::{CutChange, InsideTest, Tissue, TissueSettings};
-pub use tool::Mesh;
+pub use tool::DrawnMesh;

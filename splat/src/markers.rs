@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::cast::count;
-use crate::tool::Mesh;
+use crate::tool::DrawnMesh;
 
 /// Octahedra at points and thin prisms along lines, put together into one mesh.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -50,11 +50,11 @@ impl Markers {
 
     /// The mesh of them, without gloss.
     #[must_use]
-    pub fn colored(self, color: Vec3) -> Mesh {
-        Mesh {
+    pub fn colored(self, color: Vec3) -> DrawnMesh {
+        DrawnMesh {
             color,
             specular: 0.0,
-            ..Mesh::metal(self.vertices, self.triangles)
+            ..DrawnMesh::metal(self.vertices, self.triangles)
         }
     }
 }

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3, Vec3};
 
 /// Triangles with one colour, world frame. Both faces are drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mesh {
+pub struct DrawnMesh {
     /// Vertices (m).
     pub vertices: Vec<DVec3>,
     /// Vertex indices per triangle.
@@ -28,7 +28,7 @@ const LARGEST_KNIFE_WIDTH: f64 = 0.011;
 /// Half the thickness of a knife's spine over its width.
 const HALF_THICKNESS: f64 = 0.05;
 
-impl Mesh {
+impl DrawnMesh {
     /// A mesh of metal.
     #[must_use]
     pub fn metal(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
 
     /// Volume (m³) that a closed mesh's triangles enclose, positive if they face outwards.
-    fn volume(mesh: &Mesh) -> f64 {
+    fn volume(mesh: &DrawnMesh) -> f64 {
         let corners = mesh
             .triangles
             .iter()
@@ -163,14 +163,14 @@ mod tests {
     #[test]
     fn a_turned_box_faces_outwards_and_has_its_volume() {
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 0.7);
-        let mesh = Mesh::cuboid(DVec3::new(0.3, -1.0, 2.0), turn, DVec3::new(1.0, 2.0, 0.5));
+        let mesh = DrawnMesh::cuboid(DVec3::new(0.3, -1.0, 2.0), turn, DVec3::new(1.0, 2.0, 0.5));
         assert!((volume(&mesh) - 8.0).abs() < 1e-12, "{} m³", volume(&mesh));
     }
 
     #[test]
     fn a_knife_is_closed_and_its_spine_lies_behind() {
         let edge = [DVec3::ZERO, DVec3::Z * 0.05, DVec3::Z * 0.1];
-        let meshes = Mesh::knife(&edge, DVec3::Y);
+        let meshes = DrawnMesh::knife(&edge, DVec3::Y);
         let [wedge, handle] = &meshes[..] else {
             panic!("a wedge and a handle, not {}", meshes.len());
         };
@@ -189,6 +189,6 @@ mod tests {
             handle.vertices.iter().all(|x| x.z > 0.0999),
             "beyond the heel"
         );
-        assert!(Mesh::knife(&[], DVec3::Y).is_empty());
+        assert!(DrawnMesh::knife(&[], DVec3::Y).is_empty());
     }
 }

@@ -6,7 +6,7 @@ use phyxel_splat::Camera;
 
 use super::session::Session;
 use super::sources::Sources;
-use crate::scene::{Scene, ToolShape, View};
+use crate::scene::{Scene, View};
 use crate::world::World;
 
 /// Bodies' nodes as plain numbers.
@@ -119,15 +119,7 @@ pub(super) fn scene_of(
 }
 
 fn tool_of(tool: &crate::scene::Tool) -> ToolInfo {
-    let zero = [0.0; 3];
-    let (shape, points, radius) = match tool.solid() {
-        ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
-        ToolShape::Capsule { from, to, radius } => {
-            ("capsule", [from.to_array(), to.to_array()], radius)
-        }
-        ToolShape::Box { size } => ("box", [size.to_array(), zero], 0.0),
-        ToolShape::Plane { normal } => ("plane", [normal.to_array(), zero], 0.0),
-    };
+    let (shape, points, radius) = tool.solid().told();
     ToolInfo {
         name: tool.name.clone(),
         shape,

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use phyxel_splat::{
-    Camera, DrawMode, Frame, Image, ImageCoat, MergedSplats, Mesh, Overlay, RenderSettings,
+    Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, MergedSplats, Overlay, RenderSettings,
     Renderer, SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
     triangle_near_box,
 };
@@ -75,8 +75,8 @@ pub struct Painter {
     show: Show,
     bare: bool,
     /// Rigid surfaces of the scene, and the looks of each tool in its own frame.
-    rigid: Vec<Mesh>,
-    looks: Vec<Option<Mesh>>,
+    rigid: Vec<DrawnMesh>,
+    looks: Vec<Option<DrawnMesh>>,
     frames: usize,
 }
 
@@ -441,7 +441,7 @@ impl Skin {
 }
 
 /// The image that a scene lays on a surface.
-fn coat_of(image: &scene::Image) -> Result<ImageCoat, BodyProblem> {
+fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, BodyProblem> {
     Ok(ImageCoat {
         image: Arc::new(image_of(&image.file)?),
         size: image.size,

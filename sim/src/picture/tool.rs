@@ -1,10 +1,10 @@
 //! Tools and blades as pictures show them.
 
-use glam::{DQuat, DVec3};
-use phyxel_splat::Mesh;
+use glam::DVec3;
+use phyxel_splat::DrawnMesh;
 
 use super::rigid::posed;
-use crate::scene::{Cut, Pose, ToolShape};
+use crate::scene::Cut;
 use crate::world::World;
 
 /// Time (s) for which a blade is shown before and after its stroke.
@@ -13,42 +13,25 @@ const SHOWN: f64 = 0.15;
 const PLANE_SIZE: f64 = 1.6;
 
 /// Meshes of all tools, and of the blades that are shown now; `looks` take the place of tools' shapes.
-pub(super) fn meshes(world: &World, looks: &[Option<Mesh>]) -> Vec<Mesh> {
+pub(super) fn meshes(world: &World, looks: &[Option<DrawnMesh>]) -> Vec<DrawnMesh> {
     let tools = world.scene().tools.iter().zip(world.tool_forces());
     let extent = world.members().iter().map(|member| {
         let bounds = member.body.solid.bounds();
         bounds.size().max_element()
     });
     let extent = PLANE_SIZE * extent.fold(0.0, f64::max);
-    let mut meshes: Vec<Mesh> = tools
+    let mut meshes: Vec<DrawnMesh> = tools
         .zip(looks)
         .map(|((tool, now), looks)| match looks {
             Some(looks) => posed(looks, &now.pose),
-            None => rigid(&tool.solid(), &now.pose, extent),
+            None => tool.solid().drawn(&now.pose, extent),
         })
         .collect();
     meshes.extend(blades(world));
     meshes
 }
 
-/// What a tool occupies; of a plane a square piece of edge length `extent` (m).
-fn rigid(shape: &ToolShape, pose: &Pose, extent: f64) -> Mesh {
-    match *shape {
-        ToolShape::Sphere { radius } => Mesh::capsule(pose.position, pose.position, radius),
-        ToolShape::Capsule { from, to, radius } => {
-            Mesh::capsule(pose.apply(from), pose.apply(to), radius)
-        }
-        ToolShape::Box { size } => Mesh::cuboid(pose.position, pose.rotation, size * 0.5),
-        ToolShape::Plane { normal } => {
-            let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize_or(DVec3::Z));
-            let rotation = pose.rotation * turn;
-            let half = DVec3::new(0.5, 0.5, 0.01) * extent;
-            Mesh::cuboid(pose.position - rotation * DVec3::Z * half.z, rotation, half)
-        }
-    }
-}
-
-fn blades(world: &World) -> Vec<Mesh> {
+fn blades(world: &World) -> Vec<DrawnMesh> {
     let Some(time) = world.scene_time() else {
         return Vec::new();
     };
@@ -57,7 +40,7 @@ fn blades(world: &World) -> Vec<Mesh> {
         .cuts
         .iter()
         .filter(|cut| (cut.start() - SHOWN..=cut.end() + SHOWN).contains(&time))
-        .flat_map(|cut| Mesh::knife(&cut.edge_at(time), edge_motion(cut, time)))
+        .flat_map(|cut| DrawnMesh::knife(&cut.edge_at(time), edge_motion(cut, time)))
         .collect()
 }
 

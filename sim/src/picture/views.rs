@@ -1,7 +1,7 @@
 //! What pictures show in place of surfaces, or beside them: to look into a model.
 
 use glam::{DVec3, Vec3};
-use phyxel_splat::{ColorScale, Markers, Mesh, Splats, Tissue};
+use phyxel_splat::{ColorScale, DrawnMesh, Markers, Splats, Tissue};
 
 use crate::scene::{Cut, Show};
 use crate::world::{Factors, Member, World};
@@ -25,7 +25,12 @@ pub(super) fn has_surface(show: Show) -> bool {
 }
 
 /// Meshes of what is to be shown of a body.
-pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Splats) -> Vec<Mesh> {
+pub(super) fn meshes(
+    show: Show,
+    member: &Member,
+    tissue: &Tissue,
+    splats: &Splats,
+) -> Vec<DrawnMesh> {
     let body = &member.body;
     let (mark, line) = (MARK * body.spacing, LINE * body.spacing);
     let at = body.motion.positions();
@@ -97,7 +102,7 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
 }
 
 /// All nodes, small and grey.
-fn dots(at: &[DVec3], mark: f64) -> Mesh {
+fn dots(at: &[DVec3], mark: f64) -> DrawnMesh {
     let mut all = Markers::default();
     for &node in at {
         all.point(node, 0.25 * mark);
@@ -115,7 +120,7 @@ pub(super) fn legend(show: Show) -> Option<(ColorScale, &'static str)> {
 }
 
 /// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
-fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
+fn lattices(member: &Member, mark: f64) -> Vec<DrawnMesh> {
     let Some(Factors::Grids(grids)) = member.cutting.as_ref().map(|cutting| cutting.factors())
     else {
         return Vec::new();
@@ -162,7 +167,7 @@ fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
 
 /// The ways of all blades' edges in the world up to now, as nets of lines: edges at times, and the ways of their
 /// points.
-pub(super) fn blade_paths(world: &World) -> Vec<Mesh> {
+pub(super) fn blade_paths(world: &World) -> Vec<DrawnMesh> {
     let Some(now) = world.scene_time() else {
         return Vec::new();
     };
@@ -170,7 +175,7 @@ pub(super) fn blade_paths(world: &World) -> Vec<Mesh> {
     begun.map(|cut| blade_path(cut, now)).collect()
 }
 
-fn blade_path(cut: &Cut, now: f64) -> Mesh {
+fn blade_path(cut: &Cut, now: f64) -> DrawnMesh {
     let end = cut.end().min(now);
     let mut shape = Markers::default();
     let place = |piece: u32| {

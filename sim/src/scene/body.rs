@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{RepairSettings, Shape as Primitive};
+use phyxel_discretize::{Primitive, RepairSettings};
 use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
@@ -377,13 +377,13 @@ pub struct Surfels {
     /// Colour of the inside that a cut lays open (sRGB, 0 to 1).
     pub cut_color: [f64; 3],
     /// Image that colours the surface in place of `color`.
-    pub image: Option<Image>,
+    pub image: Option<ImageFile>,
     /// Whether the images that the body's mesh file names colour the surface, by the texture coordinates in it, in
     /// place of `color` and `image`: of OBJ those of its `.mtl` beside it (`map_Kd`), of PLY those of
     /// `comment TextureFile`; PNG.
     pub textured: bool,
     /// Image that colours the inside in place of `cut_color`.
-    pub cut_image: Option<Image>,
+    pub cut_image: Option<ImageFile>,
 }
 
 /// Points with normals on a body's surface, without triangles.
@@ -406,8 +406,8 @@ pub struct PointFile {
 /// An image laid on a body from the six sides of a box, by the place at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Image {
+#[serde(deny_unknown_fields, rename = "Image")]
+pub struct ImageFile {
     /// PNG file; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
     #[cfg_attr(feature = "cli", schemars(with = "String"))]

@@ -36,12 +36,12 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Form, Image, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
+    Axis, Body, Form, ImageFile, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
     SurfelRadius, SurfelSpacing, SurfelTarget, SurfelWeights, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
-pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
+pub use event::{Capture, Cut, Gravity, Region, Support, SupportMotion};
 #[cfg(feature = "cli")]
 pub(crate) use format::Format;
 #[cfg(feature = "cli")]

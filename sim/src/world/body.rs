@@ -18,7 +18,7 @@ use super::model::{Built, build};
 use super::outside::{Cover, outside_of, surface_of};
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
 use super::shape::solid_of;
-use super::stencils::Stencils;
+use super::stencils::BodyStencils;
 use super::support::supports_of;
 use super::tool::Touch;
 use crate::scene::{self, CutRule, Scene};
@@ -70,7 +70,7 @@ pub struct Body {
     /// Who is coupled with whom.
     pub neighborhoods: Neighborhoods,
     /// Gradient stencils.
-    pub stencils: Stencils,
+    pub stencils: BodyStencils,
     /// Forces.
     pub elastic: Elastic,
     /// Nodes in motion.

@@ -12,7 +12,7 @@ use super::body::Body;
 use super::energy::{CutEnergy, StrokeEnergy};
 use super::error::BodyProblem;
 use super::factors::Factors;
-use super::input::Moment;
+use super::input::StrokePhase;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
 /// condition, has no strain of its own any more.
@@ -90,14 +90,14 @@ pub(super) struct Incision {
     pub(super) member: usize,
     /// Index of the scene's cut.
     pub(super) cut: usize,
-    pub(super) moment: Moment,
+    pub(super) moment: StrokePhase,
     /// What it added to the cut.
     pub(super) sweep: Sweep,
 }
 
 /// What a capture changed.
 #[derive(Debug, Clone, Default)]
-pub struct Capture {
+pub struct Captured {
     /// New triangles, corners in material coordinates (m).
     pub triangles: Vec<[DVec3; 3]>,
     /// Whether any pair factor changed.
@@ -215,8 +215,8 @@ impl Cutting {
         cut: usize,
         weld_tolerance: Option<f64>,
         edge: &[DVec3],
-        moment: Moment,
-    ) -> Result<(Capture, Sweep), BodyProblem> {
+        moment: StrokePhase,
+    ) -> Result<(Captured, Sweep), BodyProblem> {
         let (first, number) = self.begin(body, cut, weld_tolerance, moment);
         let sweep = self.sweep(body, cut, edge, moment)?;
         let (capture, touched) = self.grow(body, (cut, number), first, &sweep, moment)?;
@@ -239,7 +239,7 @@ impl Cutting {
         body: &mut Body,
         weld_tolerance: Option<f64>,
         incision: &Incision,
-    ) -> Result<Capture, BodyProblem> {
+    ) -> Result<Captured, BodyProblem> {
         let (first, number) = self.begin(body, incision.cut, weld_tolerance, incision.moment);
         for patch in &incision.sweep.patches {
             self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
@@ -284,13 +284,13 @@ impl Cutting {
         body: &Body,
         cut: usize,
         weld_tolerance: Option<f64>,
-        moment: Moment,
+        moment: StrokePhase,
     ) -> (usize, usize) {
         self.captures += 1;
         let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
         self.cuts
             .set_weld_tolerance(weld_tolerance.unwrap_or(usual));
-        if moment == Moment::Start {
+        if moment == StrokePhase::Start {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
@@ -314,7 +314,7 @@ impl Cutting {
         body: &Body,
         cut: usize,
         edge: &[DVec3],
-        moment: Moment,
+        moment: StrokePhase,
     ) -> Result<Sweep, BodyProblem> {
         let Some(stroke) = self.strokes.iter_mut().find(|stroke| stroke.cut == cut) else {
             return Ok(Sweep::default());
@@ -338,7 +338,7 @@ impl Cutting {
             nearest: &|world| frame.nearest_node(world),
             known: &|pair| self.factors.factor(pair) < 1.0,
         };
-        let ends = moment == Moment::End;
+        let ends = moment == StrokePhase::End;
         let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &deformed, ends)?;
         self.missed += missed;
         Ok(sweep)
@@ -351,8 +351,8 @@ impl Cutting {
         (cut, number): (usize, usize),
         first: usize,
         sweep: &Sweep,
-        moment: Moment,
-    ) -> Result<(Capture, Vec<u32>), BodyProblem> {
+        moment: StrokePhase,
+    ) -> Result<(Captured, Vec<u32>), BodyProblem> {
         let new = first..self.cuts.triangle_count();
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let mut touched = Vec::new();
@@ -369,7 +369,7 @@ impl Cutting {
                 .factors
                 .update(&graph, &self.cuts, new, (number, sweep.ends), &inside);
         }
-        if moment == Moment::End {
+        if moment == StrokePhase::End {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let changed = !touched.is_empty();
@@ -378,7 +378,7 @@ impl Cutting {
             self.by_stroke[number].updates += 1;
             self.reconnect(body, &touched)?;
         }
-        Ok((Capture { triangles, changed }, touched))
+        Ok((Captured { triangles, changed }, touched))
     }
 
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they

@@ -29,17 +29,17 @@ use glam::DVec3;
 
 pub use body::Body;
 use cutting::Incision;
-pub use cutting::{Capture, Cutting};
+pub use cutting::{Captured, Cutting};
 pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
 pub use factors::Factors;
 pub use guard::Retaken;
-pub use input::{Action, Input, InputError, Moment};
-pub use parts::Part;
+pub use input::{Action, Input, InputError, StrokePhase};
+pub use parts::PartCost;
 use phyxel_enrich::Sweep;
 pub use shape::extent;
 pub use state::WorldState;
-pub use stencils::Stencils;
+pub use stencils::BodyStencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
@@ -560,8 +560,8 @@ impl Member {
         index: usize,
         cut: &crate::scene::Cut,
         edge: &[DVec3],
-        moment: Moment,
-    ) -> Result<(Capture, Sweep), BodyProblem> {
+        moment: StrokePhase,
+    ) -> Result<(Captured, Sweep), BodyProblem> {
         let (body, cutting) = self.with_cutting()?;
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
@@ -580,7 +580,7 @@ impl Member {
         &mut self,
         incision: &Incision,
         cut: &crate::scene::Cut,
-    ) -> Result<Capture, BodyProblem> {
+    ) -> Result<Captured, BodyProblem> {
         let (body, cutting) = self.with_cutting()?;
         cutting.replay(body, cut.weld_tolerance, incision)
     }

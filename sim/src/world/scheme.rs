@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    ForceLaw, Grip, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionError,
-    NewtonSettings, Scheme as Explicit, StaticLoad, Supports, solve_static,
+    ExplicitScheme, ForceLaw, Grip, Implicit, ImplicitScheme, ImplicitSettings, Motion,
+    MotionError, NewtonSettings, StaticLoad, Supports, solve_static,
 };
 
 use super::error::BodyProblem;
@@ -26,11 +26,11 @@ pub(super) enum Stepper {
 }
 
 /// The explicit scheme that a scene's scheme is, or stands for where it is implicit.
-pub(super) fn explicit_scheme(scheme: Scheme) -> Explicit {
+pub(super) fn explicit_scheme(scheme: Scheme) -> ExplicitScheme {
     match scheme {
-        Scheme::SymplecticEuler => Explicit::SymplecticEuler,
+        Scheme::SymplecticEuler => ExplicitScheme::SymplecticEuler,
         Scheme::VelocityVerlet | Scheme::BackwardEuler { .. } | Scheme::Newmark { .. } => {
-            Explicit::VelocityVerlet
+            ExplicitScheme::VelocityVerlet
         }
     }
 }

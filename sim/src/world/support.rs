@@ -3,7 +3,7 @@
 use glam::DVec3;
 use phyxel_integrate::{Ease, RigidPath, Supports};
 
-use crate::scene::{Body, Key, Motion, Scene, Support};
+use crate::scene::{Body, Key, Scene, Support, SupportMotion};
 
 fn acts_on(support: &Support, body: &Body) -> bool {
     support.body.as_ref().is_none_or(|name| *name == body.name)
@@ -60,19 +60,19 @@ pub(super) fn driven_supports_of(
     start: f64,
 ) -> Option<Supports> {
     let ours = || scene.supports.iter().filter(|s| acts_on(s, body));
-    if ours().all(|support| support.motion == Motion::Fixed) {
+    if ours().all(|support| support.motion == SupportMotion::Fixed) {
         return None;
     }
     let mut supports = Supports::free(rest.len());
     for support in ours() {
         let nodes = nodes_in(support, rest);
         match &support.motion {
-            Motion::Fixed => {
+            SupportMotion::Fixed => {
                 for node in nodes {
                     supports.fix(node);
                 }
             }
-            Motion::Driven { path } => {
+            SupportMotion::Driven { path } => {
                 supports.drive(&nodes, [true; 3], shifted(path, start), rest);
             }
         }

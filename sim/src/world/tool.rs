@@ -4,8 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, Drive, Ease, Pose, RigidPath, Shape, StepView,
-    penalty,
+    Contact, ContactSettings, ContactSurface, Drive, Ease, Pose, RigidPath, StepView, penalty,
 };
 use serde::{Deserialize, Serialize};
 
@@ -73,7 +72,7 @@ impl Touch {
         surface: ContactSurface,
         (youngs_modulus, spacing): (f64, f64),
     ) -> Self {
-        let (shape, _) = shape_of(&description.solid());
+        let (shape, _) = description.solid().contact();
         let stiffness = description
             .penalty
             .unwrap_or_else(|| penalty(youngs_modulus, spacing));
@@ -159,7 +158,7 @@ impl Touch {
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
     pub(super) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
-        let (_, local) = shape_of(shape);
+        let (_, local) = shape.contact();
         if matches!(self.hand.drive, Drive::Force { .. }) {
             let rotation = (self.hand.pose.rotation * local.rotation.inverse()).normalize();
             sum.pose = Pose {
@@ -182,30 +181,8 @@ impl Touch {
     }
 }
 
-/// A scene's shape as contact has it, and where that lies in the tool's frame.
-fn shape_of(shape: &ToolShape) -> (Shape, Pose) {
-    let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
-    match *shape {
-        ToolShape::Sphere { radius } => (Shape::Sphere { radius }, Pose::at(DVec3::ZERO)),
-        ToolShape::Plane { normal } => {
-            let rotation = along(normal);
-            let position = DVec3::ZERO;
-            (Shape::Plane, Pose { position, rotation })
-        }
-        ToolShape::Capsule { from, to, radius } => {
-            let capsule = Shape::Capsule {
-                half_length: 0.5 * from.distance(to),
-                radius,
-            };
-            let (position, rotation) = (from.midpoint(to), along(to - from));
-            (capsule, Pose { position, rotation })
-        }
-        ToolShape::Box { size } => (Shape::Box { half: size * 0.5 }, Pose::at(DVec3::ZERO)),
-    }
-}
-
 /// Where contact's shape is in the world when the tool is at `pose`.
 fn placed(shape: &ToolShape, pose: &Pose) -> Pose {
-    let (_, local) = shape_of(shape);
+    let (_, local) = shape.contact();
     pose.compose(&local)
 }

@@ -3,8 +3,8 @@
 use super::check::{Checks, triple};
 use super::region::region;
 use super::rigid::rigid;
-use crate::scene::event::{Capture, Cut, Motion, Support};
-use crate::scene::tool::{Tool, ToolShape};
+use crate::scene::event::{Capture, Cut, Support, SupportMotion};
+use crate::scene::tool::Tool;
 use crate::scene::{Body, Scene};
 
 /// Most captures of one stroke.
@@ -14,8 +14,8 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
     checks.body_name(&format!("{path}.body"), support.body.as_deref(), bodies);
     region(checks, &format!("{path}.region"), support.region);
     match &support.motion {
-        Motion::Fixed => {}
-        Motion::Driven { path: keys } => {
+        SupportMotion::Fixed => {}
+        SupportMotion::Driven { path: keys } => {
             checks.keys_in_order(&format!("{path}.motion.path"), keys, 1);
         }
     }
@@ -23,20 +23,7 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
 
 pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]) {
     checks.body_name(&format!("{path}.body"), tool.body.as_deref(), bodies);
-    match tool.shape {
-        ToolShape::Sphere { radius } => {
-            checks.positive(format_args!("{path}.shape.radius"), radius, " (m)");
-        }
-        ToolShape::Plane { normal } => {
-            checks.direction(format_args!("{path}.shape.normal"), normal);
-        }
-        ToolShape::Capsule { from, to, radius } => {
-            checks.finite(format_args!("{path}.shape.from"), from);
-            checks.finite(format_args!("{path}.shape.to"), to);
-            checks.positive(format_args!("{path}.shape.radius"), radius, " (m)");
-        }
-        ToolShape::Box { size } => checks.positive_components(&format!("{path}.shape.size"), size),
-    }
+    tool.shape.check(checks, &format!("{path}.shape"));
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }
