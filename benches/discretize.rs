@@ -7,13 +7,13 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, Mesh, Octree, Refinement, RepairSettings, SampleSettings, Shape, Solid, Target,
+    Grading, Mesh, Octree, Primitive, Refinement, RepairSettings, SampleSettings, Solid, Target,
     parse_mesh, ply_mesh, repair, sample_points, sample_surfels, sample_tetrahedra,
     space_filling_order, surface_mesh, tetrahedra_edges,
 };
 
 fn surface(spacing: f64) -> Mesh {
-    surface_mesh(&Shape::Liver.into(), spacing).expect("the liver is thicker than the spacing")
+    surface_mesh(&Primitive::Liver.into(), spacing).expect("the liver is thicker than the spacing")
 }
 
 fn files(c: &mut Criterion) {
@@ -59,7 +59,7 @@ fn stuffing(c: &mut Criterion) {
     let mut group = c.benchmark_group("discretize/sample_tetrahedra");
     group.sample_size(10);
     let bodies = [
-        ("function", Solid::from(Shape::Liver)),
+        ("function", Solid::from(Primitive::Liver)),
         ("mesh", Solid::from_mesh(surface(0.004))),
     ];
     for (name, solid) in &bodies {
@@ -99,7 +99,7 @@ fn grading() -> Grading {
 
 fn graded(c: &mut Criterion) {
     let bodies = [
-        ("function", Solid::from(Shape::Liver)),
+        ("function", Solid::from(Primitive::Liver)),
         ("mesh", Solid::from_mesh(surface(0.004))),
     ];
     let mut group = c.benchmark_group("discretize/octree");
@@ -145,7 +145,7 @@ fn graded(c: &mut Criterion) {
 
 fn surfels(c: &mut Criterion) {
     let mesh = surface(0.004);
-    let solid = Solid::from(Shape::Liver);
+    let solid = Solid::from(Primitive::Liver);
     let mut group = c.benchmark_group("discretize/sample_surfels");
     group.sample_size(10);
     for count in [1_000, 10_000, 100_000] {

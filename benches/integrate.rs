@@ -7,9 +7,9 @@ use benches::problems::model::{ElasticBody, Solid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
-    ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pose, Scheme, Shape,
-    Supports, penalty,
+    Contact, ContactSettings, ContactSurface, EigenvalueSettings, ExplicitScheme, ForceLaw,
+    Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pose,
+    RigidShape, Supports, penalty,
 };
 use std::hint::black_box;
 
@@ -40,7 +40,7 @@ fn case(cells: u32) -> Case {
     }
 }
 
-fn moving(case: &Case, scheme: Scheme) -> Motion {
+fn moving(case: &Case, scheme: ExplicitScheme) -> Motion {
     let settings = MotionSettings {
         scheme,
         gravity: DVec3::new(0.0, 0.0, -9.81),
@@ -58,7 +58,10 @@ fn steps(c: &mut Criterion) {
         group
             .sample_size(10)
             .throughput(Throughput::Elements(n as u64));
-        for scheme in [Scheme::VelocityVerlet, Scheme::SymplecticEuler] {
+        for scheme in [
+            ExplicitScheme::VelocityVerlet,
+            ExplicitScheme::SymplecticEuler,
+        ] {
             let mut motion = moving(&case, scheme);
             let step = 0.5 * case.critical;
             group.bench_function(BenchmarkId::new(format!("{scheme:?}"), n), |b| {
@@ -70,7 +73,7 @@ fn steps(c: &mut Criterion) {
             });
         }
         // The loops of the step alone: forces cost nothing.
-        let mut motion = moving(&case, Scheme::VelocityVerlet);
+        let mut motion = moving(&case, ExplicitScheme::VelocityVerlet);
         group.bench_function(BenchmarkId::new("loops", n), |b| {
             b.iter(|| motion.step(1e-9, |_, f| f[0].x).unwrap());
         });
@@ -80,7 +83,7 @@ fn steps(c: &mut Criterion) {
                 ..NewtonSettings::default()
             };
             let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
-            let begin = moving(&case, Scheme::VelocityVerlet);
+            let begin = moving(&case, ExplicitScheme::VelocityVerlet);
             group.bench_function(BenchmarkId::new(format!("{scheme:?}"), n), |b| {
                 let mut motion = begin.clone();
                 b.iter(|| solver.step(&mut motion, 0.01, &mut case.body).unwrap());
@@ -104,7 +107,7 @@ fn steps(c: &mut Criterion) {
         let stiffness = penalty(SOLID.youngs_modulus, 1.0 / f64::from(cells));
         let settings = ContactSettings::new(stiffness);
         let mut contact = Contact::new(surface, settings);
-        let shape = Shape::Sphere { radius: 0.5 };
+        let shape = RigidShape::Sphere { radius: 0.5 };
         let pose = Pose::at(DVec3::new(0.5, 0.5, 1.45));
         let mut f = vec![DVec3::ZERO; n];
         let mut group = c.benchmark_group("integrate/contact");

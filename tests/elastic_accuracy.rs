@@ -4,7 +4,7 @@
 mod bending;
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{SampleSettings, Shape, Solid, Target, sample_tetrahedra};
+use phyxel_discretize::{Primitive, SampleSettings, Solid, Target, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Law, Material, Precision, Settings, Stencils};
 
 use benches::problems::cantilever as beam;
@@ -146,8 +146,8 @@ fn patch_test_with_affine_boundary() {
         target: Target::NodeCount(800),
         ..SampleSettings::default()
     };
-    let liver = sample_tetrahedra(&Solid::from(Shape::Liver), &settings).expect("a thick body");
-    let length = Shape::Liver.bounds().size().x;
+    let liver = sample_tetrahedra(&Solid::from(Primitive::Liver), &settings).expect("a thick body");
+    let length = Primitive::Liver.bounds().size().x;
     let places = liver.positions.iter().map(|x| *x / length).collect();
     clouds.push(("liver", Block::from_tetrahedra(places, liver.tetrahedra)));
     for (name, block) in &clouds {

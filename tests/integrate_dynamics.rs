@@ -12,9 +12,9 @@ use benches::problems::block::lattice;
 use benches::problems::model::{ElasticBody as Body, Solid};
 use glam::DVec3;
 use phyxel_integrate::{
-    Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ForceLaw, Implicit,
-    ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pose, Scheme, Shape,
-    StepError, StepView, Supports, Tool, penalty,
+    Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ExplicitScheme,
+    ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings,
+    Pose, RigidShape, StepError, StepView, Supports, Tool, penalty,
 };
 use testkit::cloud::uniform;
 use testkit::derivative::observed_order;
@@ -86,7 +86,7 @@ fn wave_after(body: &mut Body, supports: &Supports, time: f64, step: Stepping) -
 
 #[derive(Clone, Copy)]
 struct Stepping {
-    explicit: Option<Scheme>,
+    explicit: Option<ExplicitScheme>,
     implicit: Option<ImplicitScheme>,
     count: u32,
 }
@@ -99,7 +99,7 @@ fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed() {
         let (mut body, supports, omega) = bar(cells);
         let quarter = 0.5 * std::f64::consts::PI / omega;
         let step = Stepping {
-            explicit: Some(Scheme::VelocityVerlet),
+            explicit: Some(ExplicitScheme::VelocityVerlet),
             implicit: None,
             count: 400,
         };
@@ -128,10 +128,10 @@ fn schemes_converge_in_time_on_the_bar() {
             },
         )
     };
-    let exact = run(&mut body, Some(Scheme::VelocityVerlet), None, 6400);
+    let exact = run(&mut body, Some(ExplicitScheme::VelocityVerlet), None, 6400);
     let cases = [
-        (Some(Scheme::VelocityVerlet), None, 2.0, 50),
-        (Some(Scheme::SymplecticEuler), None, 1.0, 50),
+        (Some(ExplicitScheme::VelocityVerlet), None, 2.0, 50),
+        (Some(ExplicitScheme::SymplecticEuler), None, 1.0, 50),
         (None, Some(ImplicitScheme::Newmark), 2.0, 40),
         (None, Some(ImplicitScheme::BackwardEuler), 1.0, 600),
     ];
@@ -282,7 +282,7 @@ fn a_dropped_sphere_bounces_with_a_closed_audit() {
         damping: 0.0,
     };
     let pose = Pose::at(DVec3::new(0.003, 0.002, 0.05));
-    let mut tool = Tool::new(Shape::Sphere { radius: 0.04 }, pose, drive);
+    let mut tool = Tool::new(RigidShape::Sphere { radius: 0.04 }, pose, drive);
     tool.velocity = DVec3::new(0.0, 0.0, -0.5);
     let initial = tool.kinetic();
     let settings = MotionSettings::default();

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    SampleSettings, Shape, Solid, Target, sample_tetrahedra, tetrahedra_edges,
+    Primitive, SampleSettings, Solid, Target, sample_tetrahedra, tetrahedra_edges,
 };
 use phyxel_mls::{
     BoundarySettings, ConservativeSettings, ConservativeStencils, Neighborhoods, boundary_vectors,
@@ -38,7 +38,7 @@ fn errors(
 
 #[test]
 fn liver_is_conservative_and_consistent() {
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     for count in [1500, 6000] {
         let settings = SampleSettings {
             target: Target::NodeCount(count),
@@ -81,7 +81,7 @@ fn liver_is_conservative_and_consistent() {
 /// The same body without its tetrahedra: boundary vectors by quadrature over the surface.
 #[test]
 fn liver_without_tetrahedra_is_conservative_too() {
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     let settings = SampleSettings {
         target: Target::NodeCount(1500),
         ..Default::default()

@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use benches::report::{Plot, Scale, Series};
 use phyxel_discretize::{
-    Grading, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target, read_mesh, repair,
-    sample_points, sample_tetrahedra,
+    Grading, Primitive, RepairSettings, SampleError, SampleSettings, Solid, Target, read_mesh,
+    repair, sample_points, sample_tetrahedra,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .next()
         .ok_or("name the folder to write growth.svg into")?;
     let solid = match arguments.next() {
-        None => Solid::from(Shape::Liver),
+        None => Solid::from(Primitive::Liver),
         Some(file) => {
             let mesh = read_mesh(file.as_ref())?.mesh;
             Solid::from_mesh(repair(&mesh, &RepairSettings::default())?.0)

@@ -22,10 +22,10 @@ use benches::problems::reference::Reference;
 use benches::report::{Plot, Scale, Series};
 use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, EigenvalueSettings, ForceLaw, Implicit,
-    ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose,
-    Preconditioner, Pressed, Scheme, Shape, StaticLoad, StepView, Supports, Tool,
-    largest_eigenvalue, penalty, solve_static,
+    Contact, ContactSettings, ContactSurface, EigenvalueSettings, ExplicitScheme, ForceLaw,
+    Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose,
+    Preconditioner, Pressed, RigidShape, StaticLoad, StepView, Supports, Tool, largest_eigenvalue,
+    penalty, solve_static,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -56,7 +56,7 @@ fn block() -> (Body, Supports, Contact) {
 /// Sphere of 1 m pressed 0.1 m deep into 5,832 nodes in half a second.
 fn speed() {
     let (mut body, supports, mut contact) = block();
-    let shape = Shape::Sphere { radius: 1.0 };
+    let shape = RigidShape::Sphere { radius: 1.0 };
     let origin = Pose::at(DVec3::Z);
     let path = Path::ramp(0.0, 0.5, DVec3::Z * -0.1).unwrap();
     let settings = EigenvalueSettings::default();
@@ -181,7 +181,10 @@ fn work(charts: &mut Vec<Plot>) {
         motion.set_velocities(&v).unwrap();
         motion
     };
-    let (verlet, euler) = (with(Scheme::VelocityVerlet), with(Scheme::SymplecticEuler));
+    let (verlet, euler) = (
+        with(ExplicitScheme::VelocityVerlet),
+        with(ExplicitScheme::SymplecticEuler),
+    );
     // The beam starts without forces, where both explicit schemes take the same steps.
     let mut exact = verlet.clone();
     exact

@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use phyxel::scene::{Body, Motion, Region, Sampling, Scene, Shape, Support, Target};
+use phyxel::scene::{Body, Region, Sampling, Scene, Shape, Support, SupportMotion, Target};
 use phyxel::world::World;
 use serde::Serialize;
 
@@ -60,7 +60,7 @@ fn scene(nodes: u32) -> Result<Scene, StudyError> {
             point: DVec3::Z * 1e-6,
             normal: -DVec3::Z,
         },
-        motion: Motion::Fixed,
+        motion: SupportMotion::Fixed,
     });
     Ok(Scene::from_text(
         &scene.to_ron(),

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use phyxel::scene::{
-    Body, Capture, Cut, Key, Motion, Region, Sampling, Scene, Shape, Support, Target,
+    Body, Capture, Cut, Key, Region, Sampling, Scene, Shape, Support, SupportMotion, Target,
 };
 use serde::Serialize;
 
@@ -99,7 +99,7 @@ pub fn scene(spacings: f64) -> Result<Scene, StudyError> {
                 min: corner.min(other) - DVec3::X * 1e-6,
                 max: corner.max(other),
             },
-            motion: Motion::Driven {
+            motion: SupportMotion::Driven {
                 path: vec![
                     key(0.2, DVec3::ZERO),
                     key(OPENED, DVec3::Z * (0.5 * side * OPENING)),

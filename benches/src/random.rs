@@ -85,7 +85,7 @@ fn scene(random: &mut Random) -> Scene {
     scene.supports.push(Support {
         body: None,
         region,
-        motion: phyxel::scene::Motion::Fixed,
+        motion: phyxel::scene::SupportMotion::Fixed,
     });
     scene.gravity = Some(Gravity {
         acceleration: direction(random) * between(random, GRAVITY),

@@ -10,7 +10,7 @@
 )]
 
 use glam::DVec3;
-use phyxel_discretize::{SampleSettings, Shape, Target, sample_tetrahedra};
+use phyxel_discretize::{Primitive, SampleSettings, Target, sample_tetrahedra};
 
 const SIZE: [usize; 2] = [480, 360];
 
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         target: Target::NodeCount(6000),
         ..SampleSettings::default()
     };
-    let nodes = sample_tetrahedra(&Shape::Liver.into(), &settings)?;
+    let nodes = sample_tetrahedra(&Primitive::Liver.into(), &settings)?;
     let largest = nodes.volumes.iter().copied().fold(0.0, f64::max);
     let scale = 0.9 * SIZE[0] as f64 / 0.18;
     let radius = 0.45 * nodes.spacing;

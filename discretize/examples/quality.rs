@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use phyxel_discretize::{
-    RepairSettings, SampleSettings, Shape, Solid, Target, TetrahedraQuality, read_mesh, repair,
+    Primitive, RepairSettings, SampleSettings, Solid, Target, TetrahedraQuality, read_mesh, repair,
     sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
 };
 
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             continue;
         }
         if file == "liver" {
-            sample(&file, &Shape::Liver.into(), &counts, &settings);
+            sample(&file, &Primitive::Liver.into(), &counts, &settings);
             continue;
         }
         let path = Path::new(&file);

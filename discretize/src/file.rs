@@ -6,7 +6,8 @@ use crate::error::{RepairError, SampleError};
 use crate::mesh::Mesh;
 use crate::read::{MeshFile, ReadError, read_mesh};
 use crate::repair::{MeshReport, RepairSettings, repair};
-use crate::sampling::{SampleSettings, Sampling, sample_tetrahedra};
+use crate::sampling::{Sampling, sample_tetrahedra};
+use crate::settings::SampleSettings;
 use crate::solid::Solid;
 
 /// A mesh file, repaired and sampled.

@@ -3,21 +3,20 @@
 
 use glam::DVec3;
 
+use crate::counts::{MEAN_EDGE, SHIFT, SURFACE_NODES, model, solve_cell, too_fine};
 use crate::error::SampleError;
 use crate::graded::Graded;
 use crate::improve::improve;
 use crate::lattice::Lattice;
+use crate::measures::Measures;
 use crate::mesh::{Bounds, Mesh};
 use crate::octree::Octree;
 use crate::oracle::Oracle;
-use crate::sampling::SampleSettings;
-use crate::slimness::{self, Measures, Slimness};
+use crate::settings::SampleSettings;
+use crate::slimness::{self, Slimness};
 use crate::stuffing::{Stuffed, stuff};
 use crate::sums::{boundary_triangles, tetrahedra_edges};
 
-/// Mean edge of the lattice's tetrahedra over the cell: six long edges of 1 and eight short ones
-/// of `sqrt(3)/2` meet in every point.
-pub(crate) const MEAN_EDGE: f64 = 0.923_433_008_258_963_5;
 /// Fewest nodes that can be asked for.
 pub(crate) const LEAST_NODES: usize = 30;
 /// Rounds of the search for a spacing that gives the wanted number of nodes.
@@ -26,12 +25,6 @@ const COUNT_ROUNDS: usize = 16;
 const CHEAP_ROUNDS: usize = 3;
 /// Rounds after which the lattice leaves the symmetry of the body.
 const SYMMETRIC_ROUNDS: usize = 5;
-/// Direction of the shifts that break symmetry: the R3 sequence (Roberts 2018).
-pub(crate) const SHIFT: DVec3 = DVec3::new(
-    0.819_172_513_396_164_4,
-    0.671_043_606_703_789_2,
-    0.549_700_477_901_970_2,
-);
 /// Tolerances in which a count is met once the lattice has left the symmetry: a body a few cells thick has no
 /// sampling between one number of layers and the next.
 pub(crate) const JUMPS: f64 = 2.0;
@@ -40,10 +33,6 @@ const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;
 /// Smallest cell that is tried over the first guess: it gives 6 to 15 times the nodes.
 const SMALLEST_STEP: f64 = 0.4;
-/// Nodes on a surface patch of one squared cell, from the samplings of `examples/quality.rs`;
-/// only the first guess of the search uses it.
-const SURFACE_NODES: f64 = 0.09;
-
 /// Share of the surface nodes that improving removes, from the same samplings; a first guess too.
 const REMOVED: f64 = 0.66;
 
@@ -387,40 +376,4 @@ fn lattice_from(
         cell,
         cells: count.to_array().map(|n| n as usize),
     })
-}
-
-/// The error of a spacing that needs too many cells, with one that fits: the rim of the lattice shrinks
-/// more slowly than the rest of it.
-pub(crate) fn too_fine(spacing: f64, cells: f64, limit: f64) -> SampleError {
-    SampleError::TooFine {
-        spacing,
-        cells,
-        limit,
-        advice: 1.1 * spacing * (cells / limit).cbrt(),
-    }
-}
-
-/// Nodes of a filling at a cell size, by volume and area.
-fn model(a: f64, volume: f64, area: f64) -> f64 {
-    (2.0 * volume / a + SURFACE_NODES * area) / (a * a)
-}
-
-/// About how many nodes a body has at a spacing.
-pub(crate) fn nodes_at(spacing: f64, Measures { volume, area }: Measures) -> f64 {
-    model(spacing / MEAN_EDGE, volume, area)
-}
-
-/// Root of a falling function by bisection of the logarithm.
-pub(crate) fn solve_cell(target: f64, model: impl Fn(f64) -> f64, largest: f64) -> f64 {
-    // 100 halvings of 16 decades leave nothing but round-off.
-    let (mut low, mut high) = (1e-15 * largest, 10.0 * largest);
-    for _ in 0..100 {
-        let middle = (low * high).sqrt();
-        if model(middle) > target {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    (low * high).sqrt()
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::error::SampleError;
 use crate::grading::{Grading, Refinement};
 use crate::mesh::Mesh;
-use crate::sampling::{SampleSettings, Target};
+use crate::settings::{SampleSettings, Target};
 use crate::solid::Solid;
 
 /// Coordinates are rounded to this share of the longest side: far above the round-off by which two

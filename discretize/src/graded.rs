@@ -15,8 +15,9 @@ use crate::error::SampleError;
 use crate::lattice::{WARP_LONG, WARP_SHORT};
 use crate::mesh::index;
 use crate::octree::{Cell, Octree};
-use crate::oracle::{Oracle, find};
+use crate::oracle::Oracle;
 use crate::sums::tetrahedron_volume;
+use crate::union_find::find;
 
 /// Tetrahedra that one thread cuts at a time.
 const CHUNK: usize = 4096;

@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod background;
+mod counts;
 mod creases;
 mod error;
 mod file;
@@ -16,6 +17,7 @@ mod intersections;
 mod lattice;
 mod liver;
 mod losses;
+mod measures;
 mod mesh;
 mod octree;
 mod oracle;
@@ -27,14 +29,17 @@ mod read;
 mod regular;
 mod repair;
 mod sampling;
+mod settings;
 mod slimness;
 mod solid;
 mod spread;
 mod stencil;
 mod stuffing;
 mod sums;
+mod surface_areas;
 mod surfels;
 mod topology;
+mod union_find;
 mod write;
 
 pub use error::{RepairError, SampleError};
@@ -49,18 +54,19 @@ pub use order::{NodeOrder, space_filling_order};
 pub use points::{PointReport, PointSampling, estimate_point_nodes, sample_points};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{
-    Format, ImagePlace, MeshFile, Place, ReadError, ReadErrorKind, TexturedMesh, parse_mesh,
+    Format, ImagePlace, MeshFile, ReadError, ReadErrorKind, TextPlace, TexturedMesh, parse_mesh,
     read_mesh, read_point_cloud, read_textured_mesh,
 };
 pub use regular::{lattice_tetrahedra, sample_lattice};
 pub use repair::{MeshReport, RepairSettings, repair};
 pub use sampling::{
-    SampleSettings, Sampling, SamplingReport, Target, estimate_tetrahedra_nodes, sample_tetrahedra,
-    surface_mesh,
+    Sampling, SamplingReport, estimate_tetrahedra_nodes, sample_tetrahedra, surface_mesh,
 };
-pub use solid::{LevelSet, Shape, Solid};
+pub use settings::{SampleSettings, Target};
+pub use solid::{LevelSet, Primitive, Solid};
 pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
-pub use surfels::{Surfels, sample_surfels};
+pub use surface_areas::nodal_surface_areas;
+pub use surfels::{SurfaceSamples, sample_surfels};
 pub use write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};

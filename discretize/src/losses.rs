@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
+use crate::counts::nodes_at;
 use crate::error::SampleError;
-use crate::fill::nodes_at;
 use crate::hierarchy::Hierarchy;
 use crate::mesh::{Bounds, Mesh, index};
-use crate::oracle::{Oracle, find};
+use crate::oracle::Oracle;
 use crate::solid::Solid;
+use crate::union_find::find;
 
 /// Counts cavities that no edge met; an outward part that no edge met is an error.
 pub(crate) fn check_parts(

@@ -45,6 +45,18 @@ impl Bounds {
         self.max = self.max.max(p);
     }
 
+    /// Its eight corners, x changing fastest.
+    #[must_use]
+    pub fn corners(&self) -> [DVec3; 8] {
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+            let pick = |axis: usize| {
+                let high = k >> axis & 1 == 1;
+                if high { self.max[axis] } else { self.min[axis] }
+            };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
     /// Edge lengths.
     #[must_use]
     pub fn size(&self) -> DVec3 {

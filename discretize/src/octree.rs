@@ -3,8 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::counts::too_fine;
 use crate::error::SampleError;
-use crate::fill::too_fine;
 use crate::grading::Grading;
 use crate::mesh::Bounds;
 use crate::solid::Solid;

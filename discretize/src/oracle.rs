@@ -1,15 +1,13 @@
 //! What stuffing asks of a body: signs at lattice points and crossings of edges.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use crate::background::Background;
+use crate::counts::SHIFT;
 use crate::error::SampleError;
-use crate::fill::SHIFT;
-use crate::hierarchy::{Crossing, Hierarchy};
-use crate::lattice::Lattice;
-use crate::mesh::{Bounds, Mesh, index};
+use crate::hierarchy::Crossing;
+use crate::mesh::{Mesh, index};
 use crate::solid::Solid;
+use crate::union_find::find;
 
 /// Values below this fraction of the box's diagonal count as on the surface.
 const ON_SURFACE: f64 = 1e-13;
@@ -78,27 +76,6 @@ impl<'a> Oracle<'a> {
                 -1
             },
         )
-    }
-
-    /// Signs at all lattice points.
-    pub(crate) fn lattice_signs(&self, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
-        let Some((mesh, hierarchy)) = self.solid.mesh().zip(self.solid.hierarchy()) else {
-            return self.signs_implicit(lattice);
-        };
-        Ok(signs_mesh(mesh, hierarchy, lattice))
-    }
-
-    fn signs_implicit(&self, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
-        let mut sign = vec![0_i8; lattice.point_count()];
-        sign.par_chunks_mut(4096)
-            .enumerate()
-            .try_for_each(|(chunk, out)| {
-                for (offset, sign) in out.iter_mut().enumerate() {
-                    *sign = self.sign_at(lattice.position(index(chunk * 4096 + offset)))?;
-                }
-                Ok(())
-            })?;
-        Ok(sign)
     }
 
     /// Where the edge from an inside to an outside point leaves the body (first time), and the
@@ -187,106 +164,4 @@ pub(crate) fn parts_of(mesh: &Mesh) -> (Vec<u32>, usize) {
         })
         .collect();
     (parts, count)
-}
-
-/// Root of a union-find tree, halving the path.
-pub(crate) fn find(root: &mut [u32], mut v: u32) -> u32 {
-    while root[v as usize] != v {
-        root[v as usize] = root[root[v as usize] as usize];
-        v = root[v as usize];
-    }
-    v
-}
-
-/// Signs by winding number. Lattice rows run along x; a point whose step from its predecessor
-/// passes no cell near the surface takes the predecessor's sign.
-fn signs_mesh(mesh: &Mesh, hierarchy: &Hierarchy, lattice: &Lattice) -> Vec<i8> {
-    let near = cells_near(mesh, lattice);
-    let [nx, ny, nz] = lattice.cells;
-    let is_near =
-        |i: usize, j: usize, k: usize| i < nx && j < ny && k < nz && near[i + nx * (j + ny * k)];
-    let sign_at = |p: DVec3| -> i8 {
-        if hierarchy.winding_number(p) > 0.5 {
-            1
-        } else {
-            -1
-        }
-    };
-    let mut sign = vec![-1_i8; lattice.point_count()];
-    let (corners, centers) = sign.split_at_mut(lattice.corner_count());
-    corners
-        .par_chunks_mut(nx + 1)
-        .enumerate()
-        .for_each(|(row, out)| {
-            let (j, k) = (row % (ny + 1), row / (ny + 1));
-            let mut last = -1;
-            for (i, sign) in out.iter_mut().enumerate() {
-                // The edge from (i-1, j, k) lies on the border of the four cells i-1.
-                let crossed = i > 0
-                    && (0..4).any(|c| {
-                        let (dj, dk) = (c & 1, c >> 1);
-                        j >= dj && k >= dk && is_near(i - 1, j - dj, k - dk)
-                    });
-                if crossed {
-                    last = sign_at(lattice.position(lattice.corner([i, j, k])));
-                }
-                *sign = last;
-            }
-        });
-    centers
-        .par_chunks_mut(nx)
-        .enumerate()
-        .for_each(|(row, out)| {
-            let (j, k) = (row % ny, row / ny);
-            let mut last = -1;
-            for (i, sign) in out.iter_mut().enumerate() {
-                if i > 0 && (is_near(i - 1, j, k) || is_near(i, j, k)) {
-                    last = sign_at(lattice.position(lattice.center([i, j, k])));
-                }
-                *sign = last;
-            }
-        });
-    sign
-}
-
-/// Cells that a triangle may touch: boxes overlap and the plane is not farther than half the
-/// cell's diagonal, with some slack.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "cell coordinates, clamped to the lattice"
-)]
-fn cells_near(mesh: &Mesh, lattice: &Lattice) -> Vec<bool> {
-    let [nx, ny, nz] = lattice.cells;
-    let mut near = vec![false; nx * ny * nz];
-    let slack = 1e-6;
-    let half_diagonal = (0.5 + slack) * lattice.cell.length();
-    for t in 0..mesh.triangles.len() {
-        let corners = mesh.corners(t);
-        let normal = mesh.area_vector(t).normalize_or_zero();
-        let bounds = Bounds::of(corners);
-        let low = (bounds.min - lattice.origin) / lattice.cell - slack;
-        let high = (bounds.max - lattice.origin) / lattice.cell + slack;
-        let range = |axis: usize| {
-            let most = lattice.cells[axis] - 1;
-            let first = (low[axis].floor().max(0.0) as usize).min(most);
-            let last = (high[axis].floor().max(0.0) as usize).min(most);
-            first..=last
-        };
-        for k in range(2) {
-            for j in range(1) {
-                for i in range(0) {
-                    let cell = i + nx * (j + ny * k);
-                    if near[cell] {
-                        continue;
-                    }
-                    let center = lattice.origin
-                        + (DVec3::new(i as f64, j as f64, k as f64) + 0.5) * lattice.cell;
-                    near[cell] = (center - corners[0]).dot(normal).abs() <= half_diagonal;
-                }
-            }
-        }
-    }
-    near
 }

@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::improve::measure;
 use crate::mesh::index;
 use crate::stuffing::Stuffed;
 use crate::sums::boundary_triangles;
@@ -411,4 +410,33 @@ impl Patch {
         }
         out
     }
+}
+
+/// What a tetrahedron gives its corners.
+pub(crate) fn measure([a, b, c, d]: [DVec3; 4]) -> Option<Measure> {
+    let (ab, ac, ad) = (b - a, c - a, d - a);
+    let six_volumes = ab.cross(ac).dot(ad);
+    let normals = [
+        (c - b).cross(d - b),
+        ad.cross(ac),
+        ab.cross(ad),
+        ac.cross(ab),
+    ];
+    let squared = normals.map(DVec3::length_squared);
+    let stiffness = squared.map(|n| n / (6.0 * six_volumes));
+    if six_volumes <= 0.0 || !stiffness.iter().all(|k| k.is_finite()) {
+        return None;
+    }
+    let mut cosine_squared = 0.0_f64;
+    for i in 0..4 {
+        for j in i + 1..4 {
+            let dot = normals[i].dot(normals[j]);
+            cosine_squared = cosine_squared.max(dot * dot / (squared[i] * squared[j]));
+        }
+    }
+    Some(Measure {
+        volume: six_volumes / 6.0,
+        stiffness,
+        sine: (1.0 - cosine_squared).max(0.0).sqrt(),
+    })
 }

@@ -11,7 +11,8 @@ use crate::grid::Grid;
 use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
 use crate::order::space_filling_order;
-use crate::sampling::{SampleSettings, Target, surface_triangles};
+use crate::sampling::surface_triangles;
+use crate::settings::{SampleSettings, Target};
 use crate::slimness::Slimness;
 use crate::solid::Solid;
 use crate::spread::boundary_vectors;
@@ -306,7 +307,7 @@ fn search(
         if cell < least || body.is_spent(&mut spent, cell) {
             break;
         }
-        let shift = crate::fill::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
+        let shift = crate::counts::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
             Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
                 // A round coarser than the nodes ask for tells nothing of the body.

@@ -23,7 +23,7 @@ use glam::DVec3;
 
 use crate::mesh::Mesh;
 use crate::sums::{boundary_triangles, tetrahedron_volume};
-use crate::surfels::Surfels;
+use crate::surfels::SurfaceSamples;
 use text::Text;
 use texture::RawTexture;
 pub use texture::{ImagePlace, TexturedMesh, read_textured_mesh};
@@ -66,7 +66,7 @@ pub struct MeshFile {
 
 /// Where in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum TextPlace {
     /// The file as a whole.
     File,
     /// Line, counted from 1.
@@ -81,7 +81,7 @@ pub struct ReadError {
     /// The file; empty when bytes were read.
     pub path: PathBuf,
     /// Where.
-    pub place: Place,
+    pub place: TextPlace,
     /// What.
     pub kind: ReadErrorKind,
 }
@@ -180,9 +180,9 @@ impl fmt::Display for ReadError {
             write!(f, "{}: ", self.path.display())?;
         }
         match self.place {
-            Place::File => {}
-            Place::Line(line) => write!(f, "line {line}: ")?,
-            Place::Byte(byte) => write!(f, "byte {byte}: ")?,
+            TextPlace::File => {}
+            TextPlace::Line(line) => write!(f, "line {line}: ")?,
+            TextPlace::Byte(byte) => write!(f, "byte {byte}: ")?,
         }
         self.kind.fmt(f)
     }
@@ -192,7 +192,7 @@ impl std::error::Error for ReadError {}
 
 /// A failure inside one reader; the path is added by [`read_mesh`].
 pub(crate) struct Failure {
-    place: Place,
+    place: TextPlace,
     kind: ReadErrorKind,
 }
 
@@ -204,14 +204,14 @@ struct Raw {
     tetrahedra: Vec<[u32; 4]>,
     polygons: usize,
     /// Polygons of more than three corners: the first triangle of each fan, and the corners.
-    fans: Vec<(usize, Vec<u32>, Place)>,
+    fans: Vec<(usize, Vec<u32>, TextPlace)>,
     /// Texture coordinates, where they are wanted.
     texture: Option<RawTexture>,
 }
 
 impl Raw {
     /// Adds a polygon as a fan; [`polygon::mend`] looks at it when all vertices are known.
-    fn polygon(&mut self, corners: &[u32], place: Place) -> Result<(), Failure> {
+    fn polygon(&mut self, corners: &[u32], place: TextPlace) -> Result<(), Failure> {
         if corners.len() < 3 {
             let found = corners.len().to_string();
             let expected = "a face of three or more corners";
@@ -230,7 +230,7 @@ impl Raw {
 }
 
 /// Checks an index of a face against the number of vertices.
-fn vertex_index(value: i64, count: usize, place: Place) -> Result<u32, Failure> {
+fn vertex_index(value: i64, count: usize, place: TextPlace) -> Result<u32, Failure> {
     match u32::try_from(value) {
         Ok(v) if (v as usize) < count => Ok(v),
         _ => Err(out_of_range(value, count, place)),
@@ -238,7 +238,7 @@ fn vertex_index(value: i64, count: usize, place: Place) -> Result<u32, Failure> 
 }
 
 /// An index, as the file writes it, that names no vertex.
-fn out_of_range(index: i64, count: usize, place: Place) -> Failure {
+fn out_of_range(index: i64, count: usize, place: TextPlace) -> Failure {
     Failure {
         place,
         kind: ReadErrorKind::IndexOutOfRange { index, count },
@@ -246,7 +246,7 @@ fn out_of_range(index: i64, count: usize, place: Place) -> Failure {
 }
 
 /// Checks a coordinate.
-fn point(coordinates: [f64; 3], place: Place) -> Result<DVec3, Failure> {
+fn point(coordinates: [f64; 3], place: TextPlace) -> Result<DVec3, Failure> {
     let p = DVec3::from_array(coordinates);
     if p.is_finite() {
         Ok(p)
@@ -273,7 +273,7 @@ pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
 fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     let failed = |kind| ReadError {
         path: path.to_owned(),
-        place: Place::File,
+        place: TextPlace::File,
         kind,
     };
     let io = |error: std::io::Error| failed(ReadErrorKind::Io(error.kind()));
@@ -308,7 +308,7 @@ fn check_encoding(bytes: &[u8]) -> Result<(), Failure> {
         _ => return Ok(()),
     };
     Err(Failure {
-        place: Place::File,
+        place: TextPlace::File,
         kind,
     })
 }
@@ -357,7 +357,7 @@ fn collect(bytes: &[u8], texture: Option<RawTexture>) -> Result<(Format, Raw), F
     .is_err()
     {
         return Err(Failure {
-            place: Place::File,
+            place: TextPlace::File,
             kind: ReadErrorKind::Unsupported {
                 what: "meshes of more than a billion vertices",
                 fix: "simplify the mesh",
@@ -371,7 +371,7 @@ fn collect(bytes: &[u8], texture: Option<RawTexture>) -> Result<(Format, Raw), F
 /// Something that a file lacks.
 fn nothing(what: &'static str) -> Failure {
     Failure {
-        place: Place::File,
+        place: TextPlace::File,
         kind: ReadErrorKind::Nothing { what },
     }
 }
@@ -403,7 +403,7 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
 /// Recognises a format by its first bytes; a binary STL by its length.
 fn detect(bytes: &[u8]) -> Result<Format, Failure> {
     let unknown = Failure {
-        place: Place::File,
+        place: TextPlace::File,
         kind: ReadErrorKind::UnknownFormat,
     };
     let start = bytes
@@ -461,11 +461,11 @@ fn detect(bytes: &[u8]) -> Result<Format, Failure> {
 }
 
 /// Reads a point cloud with normals: `x y z nx ny nz` per line, `#` comments. Areas are 0: the file
-/// has none (see [`Surfels::areas`]). Normals are made unit length.
+/// has none (see [`SurfaceSamples::areas`]). Normals are made unit length.
 ///
 /// # Errors
 /// [`ReadError`] with the file, the line and the reason.
-pub fn read_point_cloud(path: &Path) -> Result<Surfels, ReadError> {
+pub fn read_point_cloud(path: &Path) -> Result<SurfaceSamples, ReadError> {
     let bytes = read_bytes(path)?;
     parse_cloud(&bytes).map_err(|failure| ReadError {
         path: path.to_owned(),
@@ -474,11 +474,11 @@ pub fn read_point_cloud(path: &Path) -> Result<Surfels, ReadError> {
     })
 }
 
-fn parse_cloud(bytes: &[u8]) -> Result<Surfels, Failure> {
+fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
     check_encoding(bytes)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut text = Text::new(bytes);
-    let mut surfels = Surfels::default();
+    let mut surfels = SurfaceSamples::default();
     while let Some(mut words) = text.line() {
         let place = words.place();
         let Some(first) = words.next() else { continue };
@@ -499,7 +499,7 @@ fn parse_cloud(bytes: &[u8]) -> Result<Surfels, Failure> {
     }
     if surfels.positions.is_empty() {
         return Err(Failure {
-            place: Place::File,
+            place: TextPlace::File,
             kind: ReadErrorKind::Nothing { what: "points" },
         });
     }

@@ -9,7 +9,6 @@ use crate::error::RepairError;
 use crate::hierarchy::{Hierarchy, winding_number};
 use crate::intersections::self_intersections;
 use crate::mesh::{Bounds, Mesh, index};
-use crate::oracle::find;
 use crate::topology::{Edges, boundary_loops, orient};
 
 /// Points of a part that are asked whether they lie in another one.
@@ -465,21 +464,4 @@ fn drop_parts(mesh: &mut Mesh, part_of: &[u32], buried: &[bool], fraction: f64) 
     let specks = (0..buried.len()).filter(|part| is_speck(*part)).count();
     let others = (0..buried.len()).filter(|part| buried[*part] && !is_speck(*part));
     (specks, others.count())
-}
-
-/// Groups triangles joined by any edge.
-pub(crate) fn group(root: &mut [u32]) -> (Vec<u32>, usize) {
-    let mut number = vec![u32::MAX; root.len()];
-    let mut count = 0;
-    let groups = (0..root.len())
-        .map(|t| {
-            let r = find(root, index(t)) as usize;
-            if number[r] == u32::MAX {
-                number[r] = index(count);
-                count += 1;
-            }
-            number[r]
-        })
-        .collect();
-    (groups, count)
 }

@@ -4,8 +4,9 @@ use std::fmt;
 
 use glam::DVec3;
 
+use crate::counts::MEAN_EDGE;
 use crate::error::SampleError;
-use crate::fill::{Filler, MEAN_EDGE};
+use crate::fill::Filler;
 use crate::frame::Frame;
 use crate::grading::Grading;
 use crate::losses::{check_parts, count_pieces, missed_share};
@@ -13,78 +14,10 @@ use crate::mesh::Mesh;
 use crate::oracle::Oracle;
 use crate::order::space_filling_order;
 use crate::quality::{TetrahedraQuality, tetrahedra_quality};
+use crate::settings::{SampleSettings, Target};
 use crate::solid::Solid;
 use crate::stuffing::Stuffed;
 use crate::sums::{boundary_triangles, nodal_boundary_vectors, nodal_volumes};
-
-/// How fine to sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Target {
-    /// Mean distance between neighbouring nodes at and under the surface (length unit of the body),
-    /// met within 5 %; a box gets the cells nearest to it that fit.
-    Spacing(f64),
-    /// Number of nodes, met within [`SampleSettings::count_tolerance`].
-    NodeCount(usize),
-}
-
-/// Settings of [`sample_tetrahedra`].
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SampleSettings {
-    /// Spacing or number of nodes.
-    pub target: Target,
-    /// Relative tolerance of [`Target::NodeCount`]; twice that where no round
-    /// of the search meets it, because the number jumps from one count of layers to the next (and where cells
-    /// of one size have left the body's symmetry, as soon as one does).
-    pub count_tolerance: f64,
-    /// Sweeps that collapse short edges and move nodes near the surface, to lengthen the explicit
-    /// time step and round the tetrahedra; 0 leaves the stuffing as it is. A box needs none.
-    pub smoothing_sweeps: usize,
-    /// Where the spacing differs from the one at the surface; the default is one spacing.
-    pub grading: Grading,
-    /// Most cells of the lattice before [`SampleError::TooFine`], and 20 times those of an octree: an
-    /// empty cell takes about 20 bytes in a lattice, 400 in an octree. A search for a number of nodes
-    /// takes a tenth of that and as much again for every 2,000 nodes.
-    pub largest_lattice: usize,
-}
-
-impl Default for SampleSettings {
-    fn default() -> Self {
-        Self {
-            target: Target::NodeCount(6000),
-            count_tolerance: 0.05,
-            smoothing_sweeps: 4,
-            grading: Grading::default(),
-            largest_lattice: 10_000_000,
-        }
-    }
-}
-
-impl SampleSettings {
-    /// About this many nodes.
-    #[must_use]
-    pub fn nodes(count: usize) -> Self {
-        Self {
-            target: Target::NodeCount(count),
-            ..Self::default()
-        }
-    }
-
-    /// Nodes about this far (m) from each other.
-    #[must_use]
-    pub fn spacing(spacing: f64) -> Self {
-        Self {
-            target: Target::Spacing(spacing),
-            ..Self::default()
-        }
-    }
-
-    /// Most cells of an octree.
-    pub(crate) fn largest_octree(&self) -> usize {
-        self.largest_lattice / 20
-    }
-}
 
 /// Nodes with everything a simulation starts from, in space-filling order.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,17 +3,17 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::hierarchy::Hierarchy;
 use crate::liver::liver;
+use crate::measures::{Measures, measures_by_grid};
 use crate::mesh::{Bounds, Mesh};
-use crate::slimness::{Measures, measures_by_grid};
 
 /// Shapes without a file, centred at the origin unless said otherwise (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Shape {
+pub enum Primitive {
     /// Axis-aligned box.
     Box {
         /// Half of each edge length.
@@ -44,7 +44,7 @@ pub enum Shape {
     Liver,
 }
 
-impl Shape {
+impl Primitive {
     /// Level-set value: zero on the surface, negative inside. Exact signed distance for box,
     /// capsule and tube; for ellipsoid and liver only of the size of a distance near the surface.
     #[must_use]
@@ -103,6 +103,35 @@ impl Shape {
     }
 }
 
+impl Primitive {
+    /// Extent of [`Primitive::Liver`] from right to left (m).
+    pub const LIVER_WIDTH: f64 = 0.166;
+
+    /// Volume (m³); of the liver to some percent.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        use std::f64::consts::PI;
+        match *self {
+            Self::Box { half_extents } => 8.0 * half_extents.element_product(),
+            Self::Ellipsoid { semi_axes } => 4.0 / 3.0 * PI * semi_axes.element_product(),
+            Self::Capsule {
+                half_length,
+                radius,
+            } => PI * radius * radius * (2.0 * half_length + 4.0 / 3.0 * radius),
+            Self::Tube {
+                half_length,
+                outer_radius,
+                inner_radius,
+            } => {
+                let section = outer_radius * outer_radius - inner_radius * inner_radius;
+                PI * section * (2.0 * half_length)
+            }
+            // 1.2 litres.
+            Self::Liver => 0.26 * Self::LIVER_WIDTH.powi(3),
+        }
+    }
+}
+
 /// The function of an implicit body, negative inside.
 pub type LevelSet = Arc<dyn Fn(DVec3) -> f64 + Send + Sync>;
 
@@ -141,12 +170,31 @@ impl fmt::Debug for Solid {
     }
 }
 
-impl From<Shape> for Solid {
-    fn from(shape: Shape) -> Self {
+impl From<Primitive> for Solid {
+    fn from(shape: Primitive) -> Self {
         match shape {
-            Shape::Box { .. } => Self::from(shape.bounds()),
+            Primitive::Box { .. } => Self::from(shape.bounds()),
             _ => Self::implicit(shape.bounds(), move |p| shape.value(p)),
         }
+    }
+}
+
+impl Solid {
+    /// A shape scaled, then turned, then moved: the body of the points `scale (rotation X) + translation` of
+    /// its own X. Not a box in the sense of [`Solid::from`]: no lattice is fitted to it.
+    ///
+    /// # Arguments
+    /// * `rotation` -- orthogonal.
+    /// * `scale` -- above 0.
+    /// * `translation` -- (m).
+    #[must_use]
+    pub fn placed(shape: Primitive, rotation: DMat3, scale: f64, translation: DVec3) -> Self {
+        let corners = shape.bounds().corners();
+        let corners = corners.map(|corner| rotation * corner * scale + translation);
+        let back = rotation.transpose();
+        Self::implicit(Bounds::of(corners), move |p| {
+            scale * shape.value(back * (p - translation) / scale)
+        })
     }
 }
 
@@ -154,7 +202,7 @@ impl From<Bounds> for Solid {
     /// An axis-aligned box; its lattice is stretched by a few percent to fit it exactly.
     fn from(bounds: Bounds) -> Self {
         let half_extents = 0.5 * bounds.size();
-        let (shape, middle) = (Shape::Box { half_extents }, bounds.center());
+        let (shape, middle) = (Primitive::Box { half_extents }, bounds.center());
         Self {
             is_box: true,
             ..Self::implicit(bounds, move |p| shape.value(p - middle))
@@ -243,7 +291,9 @@ impl Solid {
 
     /// Volume and area by a grid's points in the box, told once: it takes 1e5 looks at the body.
     pub(crate) fn grid_measures(&self) -> Measures {
-        *self.grid_measures.get_or_init(|| measures_by_grid(self))
+        *self
+            .grid_measures
+            .get_or_init(|| measures_by_grid(self.bounds, |p| self.contains(p)))
     }
 
     /// Whether `p` is inside.

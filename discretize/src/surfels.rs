@@ -9,7 +9,7 @@ use crate::solid::Solid;
 
 /// Surface points: positions (m), outward unit normals, areas (m²) that sum to the surface's.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Surfels {
+pub struct SurfaceSamples {
     /// Positions (m).
     pub positions: Vec<DVec3>,
     /// Outward unit normals.
@@ -40,10 +40,10 @@ const FIRST_RADIUS: f64 = 0.82;
 /// If a triangle names a vertex out of range.
 #[must_use]
 #[allow(clippy::cast_precision_loss, reason = "counts")]
-pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfels {
+pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> SurfaceSamples {
     let area = mesh.area();
     if count == 0 || area <= 0.0 || area.is_nan() {
-        return Surfels::default();
+        return SurfaceSamples::default();
     }
     let candidates = draw(mesh, area, count * CANDIDATES);
     let packed = (area / count as f64 * 2.0 / 3.0_f64.sqrt()).sqrt();
@@ -72,7 +72,7 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfe
         }
         radius *= 0.95;
     }
-    let mut surfels = Surfels {
+    let mut surfels = SurfaceSamples {
         positions: kept
             .iter()
             .map(|&i| candidates[i as usize].position)

@@ -1,8 +1,7 @@
 //! Edges of a triangle mesh: neighbours, orientation, holes, parts, genus.
 
 use crate::mesh::{Mesh, index};
-use crate::oracle::find;
-use crate::repair::group;
+use crate::union_find::{find, group};
 
 /// One side of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

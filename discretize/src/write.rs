@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::mesh::{Mesh, index};
 use crate::points::PointSampling;
 use crate::sampling::Sampling;
-use crate::surfels::Surfels;
+use crate::surfels::SurfaceSamples;
 
 /// Values at nodes for [`vtk_tetrahedra`].
 #[derive(Debug, Clone, Copy)]
@@ -41,7 +41,7 @@ pub fn ply_mesh(mesh: &Mesh) -> Vec<u8> {
 
 /// Surfels as binary little-endian PLY: position, normal, area.
 #[must_use]
-pub fn ply_surfels(surfels: &Surfels) -> Vec<u8> {
+pub fn ply_surfels(surfels: &SurfaceSamples) -> Vec<u8> {
     let mut out = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n\
          property double y\nproperty double z\nproperty double nx\nproperty double ny\n\

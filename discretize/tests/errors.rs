@@ -10,14 +10,14 @@ mod common;
 use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Bounds, FileError, Mesh, Place, ReadErrorKind, RepairError, RepairSettings, SampleError,
-    SampleSettings, Shape, Solid, Target, parse_mesh, read_mesh, read_point_cloud, repair,
+    Bounds, FileError, Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError,
+    SampleSettings, Solid, Target, TextPlace, parse_mesh, read_mesh, read_point_cloud, repair,
     sample_file, sample_tetrahedra,
 };
 use testkit::tol::assert_relative;
 
 /// Why a text is refused, and the message.
-fn refused(text: &str) -> (ReadErrorKind, Place, String) {
+fn refused(text: &str) -> (ReadErrorKind, TextPlace, String) {
     let error = parse_mesh(text.as_bytes()).unwrap_err();
     let message = error.to_string();
     (error.kind, error.place, message)
@@ -27,7 +27,7 @@ fn refused(text: &str) -> (ReadErrorKind, Place, String) {
 fn reading_names_reason_and_place() {
     let (kind, place, message) = refused("v 0 0 0\nv 1 x 0\n");
     assert!(matches!(kind, ReadErrorKind::Unexpected { .. }));
-    assert_eq!(place, Place::Line(2));
+    assert_eq!(place, TextPlace::Line(2));
     assert_eq!(message, "line 2: expected a number, found `x`");
     // The index as the file writes it, whether the vertices come before or after.
     for text in ["v 0 0 0\nf 1 2 3\n", "f 1 2 3\nv 0 0 0\n"] {
@@ -44,7 +44,7 @@ fn reading_names_reason_and_place() {
         }
     );
     let (_, place, message) = refused("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n");
-    assert_eq!(place, Place::Line(5));
+    assert_eq!(place, TextPlace::Line(5));
     assert!(
         message.contains("three or more corners, found `2`"),
         "{message}"
@@ -55,7 +55,10 @@ fn reading_names_reason_and_place() {
         "{message}"
     );
     let (kind, place, _) = refused("v 0 0 0\nv nan 0 0\n");
-    assert_eq!((kind, place), (ReadErrorKind::NotFinite, Place::Line(2)));
+    assert_eq!(
+        (kind, place),
+        (ReadErrorKind::NotFinite, TextPlace::Line(2))
+    );
     let (kind, ..) = refused("OFF\n4000000000 1 0\n0 0 0\n");
     assert!(matches!(
         kind,
@@ -77,7 +80,7 @@ fn reading_names_reason_and_place() {
     let (kind, place, _) = refused("# nothing\nv 0 0 0\n");
     assert_eq!(
         (kind, place),
-        (ReadErrorKind::Nothing { what: "faces" }, Place::File)
+        (ReadErrorKind::Nothing { what: "faces" }, TextPlace::File)
     );
     let (kind, ..) = refused("OFF\n0 0 0\n");
     assert_eq!(kind, ReadErrorKind::Nothing { what: "vertices" });
@@ -194,7 +197,7 @@ fn sampling_names_why_it_stops() {
         };
         sample_tetrahedra(solid, &settings).unwrap_err()
     };
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = at(&liver, Target::Spacing(spacing));
         assert!(matches!(error, SampleError::Spacing { .. }), "{error}");
@@ -203,7 +206,7 @@ fn sampling_names_why_it_stops() {
     assert!(matches!(few, SampleError::TooFewNodes { nodes: 3, .. }));
     let fine = at(&liver, Target::Spacing(1e-9));
     assert!(matches!(fine, SampleError::TooFine { .. }));
-    let plate = Shape::Ellipsoid {
+    let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 1e-5),
     };
     // A point off the plate's middle: no lattice point lies in it.
@@ -214,7 +217,7 @@ fn sampling_names_why_it_stops() {
     let thin = Solid::implicit(lower, move |p| plate.value(p));
     let gone = at(&thin, Target::Spacing(0.3));
     assert!(matches!(gone, SampleError::Vanished { .. }), "{gone}");
-    let nan = Solid::implicit(Shape::Liver.bounds(), |p| {
+    let nan = Solid::implicit(Primitive::Liver.bounds(), |p| {
         if p.x > 0.0 {
             f64::NAN
         } else {
@@ -239,7 +242,7 @@ fn sampling_names_why_it_stops() {
         count_tolerance: 0.0,
         ..SampleSettings::default()
     };
-    let block = Solid::from(Shape::Box {
+    let block = Solid::from(Primitive::Box {
         half_extents: DVec3::ONE,
     });
     let missed = sample_tetrahedra(&block, &exact).unwrap_err();

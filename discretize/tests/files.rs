@@ -8,7 +8,7 @@
 mod common;
 
 use phyxel_discretize::{
-    Format, Place, RepairSettings, SampleSettings, Shape, Target, parse_mesh, repair,
+    Format, Primitive, RepairSettings, SampleSettings, Target, TextPlace, parse_mesh, repair,
 };
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
@@ -389,7 +389,7 @@ fn every_format_gives_the_same_cube() {
 
 #[test]
 fn what_is_written_reads_back() {
-    let s = common::sample(&Shape::Liver.into(), 600).unwrap();
+    let s = common::sample(&Primitive::Liver.into(), 600).unwrap();
     let file = parse_mesh(&s.to_vtk()).unwrap();
     assert_eq!(file.mesh.vertices, s.positions);
     assert_eq!(file.tetrahedra, s.tetrahedra);
@@ -479,14 +479,14 @@ fn mutated_files_never_panic() {
                     refused += 1;
                     // The place is in the file, or a word on the file as a whole.
                     match error.place {
-                        Place::Line(line) => {
+                        TextPlace::Line(line) => {
                             let breaks = mutant.iter().filter(|b| matches!(b, b'\n' | b'\r'));
                             assert!((1..=breaks.count() + 1).contains(&line), "{name}: {error}");
                         }
-                        Place::Byte(byte) => assert!(byte <= mutant.len(), "{name}: {error}"),
-                        Place::File => {}
+                        TextPlace::Byte(byte) => assert!(byte <= mutant.len(), "{name}: {error}"),
+                        TextPlace::File => {}
                     }
-                    placed += usize::from(error.place != Place::File);
+                    placed += usize::from(error.place != TextPlace::File);
                 }
             }
         }

@@ -12,7 +12,7 @@ use common::{
 };
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, Octree, SampleError, SampleSettings, Sampling, Shape, Solid, Target,
+    Grading, Octree, Primitive, SampleError, SampleSettings, Sampling, Solid, Target,
     sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
@@ -21,7 +21,7 @@ use testkit::tol::{assert_below, assert_relative};
 
 #[test]
 fn octrees_are_balanced_and_small_where_asked() {
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     let center = DVec3::new(0.03, 0.02, 0.04);
     for (factor, coarsest) in [(1.0, 4.0), (0.25, 1.0), (0.3, 2.0), (0.125, 8.0)] {
         let cell = 0.012;
@@ -51,7 +51,7 @@ fn octrees_are_balanced_and_small_where_asked() {
 fn a_thread_more_changes_no_bit() {
     let run = || {
         let grading = refined(DVec3::new(0.03, 0.02, 0.04), 0.02, 0.5, 4.0);
-        graded(&Shape::Liver.into(), Target::NodeCount(3000), grading).unwrap()
+        graded(&Primitive::Liver.into(), Target::NodeCount(3000), grading).unwrap()
     };
     assert_eq!(on_threads(1, run), on_threads(3, run));
 }
@@ -83,7 +83,7 @@ fn a_graded_box_keeps_its_volume() {
     let half_extents = DVec3::new(0.1, 0.13, 0.5);
     let grading = refined(DVec3::ZERO, 0.05, 0.5, 4.0);
     let s = graded(
-        &Shape::Box { half_extents }.into(),
+        &Primitive::Box { half_extents }.into(),
         Target::Spacing(0.04),
         grading,
     )
@@ -96,7 +96,7 @@ fn a_graded_box_keeps_its_volume() {
 
 #[test]
 fn the_size_field_is_followed() {
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     let center = DVec3::new(0.03, 0.03, 0.03);
     let edge = |s: &Sampling, near: bool| {
         let (mut sum, mut count) = (0.0, 0.0);
@@ -133,7 +133,7 @@ fn the_size_field_is_followed() {
 
 #[test]
 fn bad_gradings_are_refused() {
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     let at = |grading| graded(&liver, Target::Spacing(0.01), grading).unwrap_err();
     let coarse = Grading {
         coarsest: 0.5,

@@ -11,8 +11,8 @@ mod common;
 use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, ReadErrorKind, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid,
-    Target, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
+    Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError, SampleSettings,
+    Solid, Target, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_relative;
 
@@ -396,7 +396,7 @@ fn the_number_of_nodes_that_is_advised_works() {
 #[test]
 fn nodes_do_not_depend_on_the_unit() {
     let odd = DVec3::new(1.0, 0.7, 0.53);
-    let egg = Solid::from(Shape::Ellipsoid { semi_axes: odd });
+    let egg = Solid::from(Primitive::Ellipsoid { semi_axes: odd });
     let egg = surface_mesh(&egg, 0.2).unwrap();
     for (mesh, settings) in [
         (cuboid(odd, 0.0), Target::NodeCount(1500)),

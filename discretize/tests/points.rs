@@ -10,7 +10,7 @@ mod common;
 use common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, PointSampling, Refinement, SampleError, SampleSettings, Shape, Solid, Target,
+    Grading, PointSampling, Primitive, Refinement, SampleError, SampleSettings, Solid, Target,
     estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points,
     sample_tetrahedra, surface_mesh,
 };
@@ -90,7 +90,7 @@ fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
 /// A regular lattice is what it says: every inner node has a neighbour at one spacing.
 #[test]
 fn one_spacing_is_a_regular_lattice() {
-    let solid = Solid::from(Shape::Liver);
+    let solid = Solid::from(Primitive::Liver);
     let h = 0.012;
     let settings = with(Target::Spacing(h), Grading::default());
     let s = sample_points(&solid, &settings, false).unwrap();
@@ -154,7 +154,7 @@ fn wedges_as_sharp_as_a_blade_have_boundary_vectors() {
 
 #[test]
 fn bad_targets_are_refused_and_threads_change_nothing() {
-    let solid = Solid::from(Shape::Liver);
+    let solid = Solid::from(Primitive::Liver);
     let refused = |target| sample_points(&solid, &with(target, Grading::default()), true);
     assert!(matches!(
         refused(Target::NodeCount(3)),
@@ -194,7 +194,7 @@ proptest! {
 /// The counts told before sampling are those made, but for the surface's share.
 #[test]
 fn estimates_are_near_what_is_made() {
-    let ball = Solid::from(Shape::Ellipsoid {
+    let ball = Solid::from(Primitive::Ellipsoid {
         semi_axes: DVec3::splat(0.1),
     });
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;

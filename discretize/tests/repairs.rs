@@ -10,8 +10,8 @@ mod common;
 use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, RepairError, RepairSettings, SampleError, SampleSettings, Shape, Solid, Target, repair,
-    sample_tetrahedra, surface_mesh,
+    Mesh, Primitive, RepairError, RepairSettings, SampleError, SampleSettings, Solid, Target,
+    repair, sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_relative;
 
@@ -41,7 +41,7 @@ fn repair_turns_welds_drops_and_closes() {
     assert_eq!((report.welded_vertices, fixed.vertices.len()), (28, 8));
     assert_eq!(report.genus, Some(0));
     // A small hole in a fine sphere is closed, a missing side of a cube is not.
-    let ball = Shape::Ellipsoid {
+    let ball = Primitive::Ellipsoid {
         semi_axes: DVec3::ONE,
     };
     let mut sphere = surface_mesh(&ball.into(), 0.1).unwrap();
@@ -67,7 +67,7 @@ fn repair_turns_welds_drops_and_closes() {
 #[test]
 fn nested_parts_and_cavities() {
     let ball = |radius: f64| {
-        let shape = Shape::Ellipsoid {
+        let shape = Primitive::Ellipsoid {
             semi_axes: DVec3::splat(radius),
         };
         surface_mesh(&shape.into(), 0.3 * radius).unwrap()
@@ -95,7 +95,7 @@ fn thin_and_lost_parts_are_refused_or_told() {
         target: Target::Spacing(spacing),
         ..SampleSettings::default()
     };
-    let plate = Shape::Ellipsoid {
+    let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 0.01),
     };
     let mesh = surface_mesh(&plate.into(), 0.02).unwrap();
@@ -108,7 +108,7 @@ fn thin_and_lost_parts_are_refused_or_told() {
     }
     let ball = |radius: f64, spacing| {
         let semi_axes = DVec3::splat(radius);
-        surface_mesh(&Shape::Ellipsoid { semi_axes }.into(), spacing).unwrap()
+        surface_mesh(&Primitive::Ellipsoid { semi_axes }.into(), spacing).unwrap()
     };
     let mut small = ball(0.02, 0.01);
     for v in &mut small.vertices {

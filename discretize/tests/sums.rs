@@ -9,8 +9,8 @@ mod common;
 use common::{blob, check_count, check_sums, cube, on_threads, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
-    SampleSettings, Sampling, Shape, Solid, Surfels, Target, sample_surfels, sample_tetrahedra,
-    surface_mesh, tetrahedra_edges,
+    Primitive, SampleSettings, Sampling, Solid, SurfaceSamples, Target, sample_surfels,
+    sample_tetrahedra, surface_mesh, tetrahedra_edges,
 };
 use proptest::prelude::*;
 use testkit::tol::{assert_below, assert_relative};
@@ -53,7 +53,7 @@ fn every_shape_at_three_counts() {
 #[test]
 fn a_box_is_filled_exactly() {
     let half_extents = DVec3::new(0.1, 0.13, 0.5);
-    let s = nodes(&Shape::Box { half_extents }.into(), 2000);
+    let s = nodes(&Primitive::Box { half_extents }.into(), 2000);
     let volume = 8.0 * half_extents.element_product();
     assert_relative("volume", s.report.volume, volume, 0.0, 1e-12);
     assert!(s.report.quality.smallest_dihedral > 40.0);
@@ -67,7 +67,7 @@ fn boxes_of_any_shape_get_the_count_asked_for() {
         DVec3::new(1.0, 0.1, 0.7),
     ] {
         for count in [200, 300, 450, 1408, 5000] {
-            let s = nodes(&Shape::Box { half_extents }.into(), count);
+            let s = nodes(&Primitive::Box { half_extents }.into(), count);
             check_sums("box", &s);
             check_count(&half_extents.to_string(), s.positions.len(), count);
             let q = s.report.quality;
@@ -90,7 +90,7 @@ fn a_wanted_spacing_is_met() {
             };
             let s = sample_tetrahedra(&solid, &settings).expect("a whole body");
             // Four or five whole cells on the box's short side: half a cell is an eighth of it.
-            let whole = matches!(shape, Shape::Box { .. });
+            let whole = matches!(shape, Primitive::Box { .. });
             let bar = if whole { 0.5 / (cells - 1.0) } else { 0.05 };
             assert_relative(
                 &format!("{shape:?}"),
@@ -105,7 +105,7 @@ fn a_wanted_spacing_is_met() {
 
 #[test]
 fn volumes_converge_to_closed_forms() {
-    let ellipsoid = Shape::Ellipsoid {
+    let ellipsoid = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 0.6, 0.8),
     };
     let exact = 4.0 / 3.0 * std::f64::consts::PI * 0.48;
@@ -118,7 +118,7 @@ fn volumes_converge_to_closed_forms() {
 
 #[test]
 fn the_liver_is_a_liver() {
-    let mesh = surface_mesh(&Shape::Liver.into(), 0.003).unwrap();
+    let mesh = surface_mesh(&Primitive::Liver.into(), 0.003).unwrap();
     let size = mesh.bounds().size();
     assert!(
         (1.1e-3..1.6e-3).contains(&mesh.volume()),
@@ -126,13 +126,13 @@ fn the_liver_is_a_liver() {
         mesh.volume()
     );
     assert!((0.14..0.18).contains(&size.x), "{size}");
-    assert!(Shape::Liver.bounds().min.cmplt(mesh.bounds().min).all());
-    assert!(Shape::Liver.bounds().max.cmpgt(mesh.bounds().max).all());
+    assert!(Primitive::Liver.bounds().min.cmplt(mesh.bounds().min).all());
+    assert!(Primitive::Liver.bounds().max.cmpgt(mesh.bounds().max).all());
 }
 
 #[test]
 fn edges_are_symmetric_sorted_and_complete() {
-    let s = nodes(&Shape::Liver.into(), 600);
+    let s = nodes(&Primitive::Liver.into(), 600);
     let (offsets, indices) = tetrahedra_edges(s.positions.len(), &s.tetrahedra);
     let row = |i: u32| &indices[offsets[i as usize] as usize..offsets[i as usize + 1] as usize];
     let mut expected = std::collections::BTreeSet::new();
@@ -154,7 +154,7 @@ fn edges_are_symmetric_sorted_and_complete() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    let run = || nodes(&Shape::Liver.into(), 2000);
+    let run = || nodes(&Primitive::Liver.into(), 2000);
     assert_eq!(on_threads(1, run), on_threads(3, run));
 }
 
@@ -187,7 +187,7 @@ fn smoothing_raises_the_smallest_height() {
             smoothing_sweeps,
             ..SampleSettings::default()
         };
-        let s = sample_tetrahedra(&Shape::Liver.into(), &settings).unwrap();
+        let s = sample_tetrahedra(&Primitive::Liver.into(), &settings).unwrap();
         check_sums("sums", &s);
         s.report.quality
     };
@@ -199,7 +199,7 @@ fn smoothing_raises_the_smallest_height() {
 
 #[test]
 fn surfels_cover_the_surface_evenly() {
-    let liver = Solid::from(Shape::Liver);
+    let liver = Solid::from(Primitive::Liver);
     let mesh = surface_mesh(&liver, 0.005).unwrap();
     let surfels = sample_surfels(&mesh, 2000, Some(&liver));
     let n = surfels.positions.len();
@@ -210,9 +210,9 @@ fn surfels_cover_the_surface_evenly() {
     #[allow(clippy::cast_precision_loss, reason = "a count")]
     let packed = (mesh.area() / n as f64 * 2.0 / 3.0_f64.sqrt()).sqrt();
     for (i, p) in surfels.positions.iter().enumerate() {
-        assert_below("off", Shape::Liver.value(*p).abs(), 1e-12);
+        assert_below("off", Primitive::Liver.value(*p).abs(), 1e-12);
         assert_relative("normal", surfels.normals[i].length(), 1.0, 0.0, 1e-12);
-        let outward = Shape::Liver.value(*p + 1e-5 * surfels.normals[i]);
+        let outward = Primitive::Liver.value(*p + 1e-5 * surfels.normals[i]);
         assert!(outward > 0.0);
         let nearest = surfels
             .positions
@@ -232,7 +232,7 @@ fn surfels_cover_the_surface_evenly() {
 
 #[test]
 fn the_hierarchy_agrees_with_brute_force() {
-    let mesh = surface_mesh(&Shape::Liver.into(), 0.01).unwrap();
+    let mesh = surface_mesh(&Primitive::Liver.into(), 0.01).unwrap();
     let hierarchy = phyxel_discretize::Hierarchy::new(&mesh);
     let mut random = testkit::cloud::Random::new(3);
     for _ in 0..500 {
@@ -273,11 +273,11 @@ fn the_hierarchy_agrees_with_brute_force() {
 /// of its faces.
 #[test]
 fn surfels_of_a_mesh_have_the_normals_of_the_surface_it_stands_for() {
-    let ball = Shape::Ellipsoid {
+    let ball = Primitive::Ellipsoid {
         semi_axes: DVec3::ONE,
     };
     let mesh = surface_mesh(&ball.into(), 0.2).unwrap();
-    let off = |surfels: &Surfels| {
+    let off = |surfels: &SurfaceSamples| {
         let both = surfels.positions.iter().zip(&surfels.normals);
         both.map(|(x, n)| n.distance(x.normalize()))
             .fold(0.0, f64::max)
@@ -296,7 +296,7 @@ fn surfels_of_a_mesh_have_the_normals_of_the_surface_it_stands_for() {
 
 #[test]
 fn round_off_outside_of_a_face_counts_as_inside_where_it_is_asked() {
-    let shape = Shape::Box {
+    let shape = Primitive::Box {
         half_extents: DVec3::splat(0.5),
     };
     // The box stands round the origin, the cube on it.

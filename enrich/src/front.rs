@@ -39,7 +39,7 @@ const LARGEST_TURN: f64 = 0.5;
 /// Where a point of a blade's edge is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Place {
+pub enum EdgePlace {
     /// In tissue.
     Inside {
         /// Material position (m).
@@ -85,7 +85,7 @@ struct Sample {
     anchor: Option<Anchor>,
     /// Whether the sheet's edge runs on to the next sample.
     joined: bool,
-    last: Option<Place>,
+    last: Option<EdgePlace>,
     /// Way (m) of the blade in the world since the anchor moved.
     way: f64,
 }
@@ -197,7 +197,7 @@ impl Front {
     pub fn advance(
         &mut self,
         cuts: &mut Cuts,
-        places: &[Place],
+        places: &[EdgePlace],
         moved: f64,
         inside: &dyn Fn(DVec3) -> bool,
     ) -> Result<Patch, CutError> {
@@ -260,10 +260,10 @@ impl Front {
             }
         }
         self.refuse_turns(&mut steps);
-        let places: Vec<Place> = self
+        let places: Vec<EdgePlace> = self
             .samples
             .iter()
-            .map(|sample| sample.last.unwrap_or(Place::Air))
+            .map(|sample| sample.last.unwrap_or(EdgePlace::Air))
             .collect();
         self.take(cuts, &steps, &places, inside)
     }

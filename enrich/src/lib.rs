@@ -1,6 +1,7 @@
 #![doc = include_str!("../picture.md")]
 #![doc = include_str!("../README.md")]
 
+mod blade;
 mod comparators;
 mod cuts;
 mod edges;
@@ -14,10 +15,12 @@ mod index;
 mod joint;
 mod obstacle;
 mod pieces;
+mod polyline;
 mod predicate;
 mod rule;
 mod way;
 
+pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
     PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
@@ -27,12 +30,13 @@ pub use cuts::{CutSettings, Cuts, Dropped};
 pub use error::{CutError, GraphError};
 pub use face::NearestCut;
 pub use factors::{FactorSettings, PairFactors, Touched};
-pub use front::{Front, Patch, Place, SweptPair, close_edge, missed_pairs, swept_pairs};
+pub use front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
 pub use glam;
 pub use graph::{Graph, Reach, Rows};
 pub use index::Bounds;
 pub use obstacle::{Bend, Obstacle};
 pub use pieces::{Pieces, connected_pieces, is_parted, nodes_in_small_pieces};
+pub use polyline::{largest_distance, resampled};
 pub use rule::{Rule, Scratch};
 
 #[cfg(test)]

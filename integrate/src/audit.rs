@@ -62,6 +62,35 @@ impl Audit {
             + self.support_work.abs()
             + self.dissipated.abs()
     }
+
+    /// Share of the energy that appeared or vanished since `before`.
+    ///
+    /// With the change of the balance over the time between, `δ = |balance - balance'|`, this is `max(δ, lag - s) / s`,
+    /// where `s` is the largest of the elastic and the kinetic energy before, the work from outside since, and what
+    /// was dissipated since (no more than there was and came in). Not what there is now: a motion that diverges
+    /// would be its own measure. In a mode that grows without bound the balance is kept, but what it leaves out of
+    /// the kinetic energy grows past all there was: so `lag` counts where it is above `s`.
+    ///
+    /// # Arguments
+    /// * `lag` -- `Δt²/8 Σ f²/m` (J) of the last step ([`crate::State::lag`]).
+    /// * `round_off` -- energy (J) below which nothing is said, as the model's; it is not below 1e-9 of
+    ///   [`Audit::scale`].
+    #[must_use]
+    pub fn imbalance(&self, before: &Self, lag: f64, round_off: f64) -> f64 {
+        let change = (self.balance() - before.balance()).abs();
+        let dissipated = (self.dissipated - before.dissipated).abs();
+        let work = (self.external_work() - before.external_work()).abs();
+        let had = before.elastic.max(before.kinetic);
+        let scale = had.max(work).max(dissipated.min(had + work));
+        let floor = (1e-9 * self.scale()).max(round_off);
+        let change = if change <= floor { 0.0 } else { change };
+        let unseen = lag - scale;
+        if unseen <= floor {
+            change / scale
+        } else {
+            change.max(unseen) / scale
+        }
+    }
 }
 
 /// The balance is off by more than the settings allow; the motion goes on.

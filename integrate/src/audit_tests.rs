@@ -1,3 +1,4 @@
+use super::Audit;
 use crate::motion::{Motion, MotionSettings};
 use crate::path::Path;
 use crate::supports::Supports;
@@ -163,4 +164,36 @@ fn the_balance_of_a_stiff_mode_closes_and_stays_closed_when_damping_has_taken_it
     let audit = motion.audit();
     assert!(swing > 0.2 * audit.initial, "a stiff mode: {swing}");
     assert!(audit.elastic < 1e-9 && audit.booked < -1e-4, "{audit:?}");
+}
+
+/// What appears, vanishes or is hidden counts against what there was before, or what loads and damping did
+/// since; round-off does not.
+#[test]
+fn the_imbalance_is_a_share_of_what_there_was() {
+    let before = Audit {
+        elastic: 2.0,
+        kinetic: 0.5,
+        ..Audit::default()
+    };
+    let before = Audit {
+        initial: before.elastic + before.kinetic,
+        ..before
+    };
+    let same = |share: f64, wanted: f64| assert!((share - wanted).abs() < 1e-12, "{share}");
+    same(before.imbalance(&before, 0.0, 0.0), 0.0);
+    let more = Audit {
+        elastic: 2.1,
+        ..before
+    };
+    same(more.imbalance(&before, 0.0, 0.0), 0.05);
+    same(more.imbalance(&before, 0.0, 0.2), 0.0);
+    // A mode that grows without bound keeps the balance and hides more than there was.
+    same(before.imbalance(&before, 1.9, 0.0), 0.0);
+    same(before.imbalance(&before, 5.0, 0.0), 1.5);
+    let loaded = Audit {
+        load_work: 10.0,
+        elastic: 11.0,
+        ..before
+    };
+    same(loaded.imbalance(&before, 0.0, 0.0), 0.1);
 }

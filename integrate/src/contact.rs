@@ -1,9 +1,18 @@
 //! Contact of a body's surface with one rigid tool: penalty and augmented Lagrangian.
 
-use crate::ahead::Ahead;
-use crate::friction::Limit;
-use crate::shape::{Pose, Shape, outer};
-use crate::surface::ContactSurface;
+mod ahead;
+mod friction;
+mod pressed;
+mod scratch;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+pub use pressed::Pressed;
+use scratch::Ahead;
+pub use surface::{ContactSurface, SurfaceError};
+
+use crate::shape::{Pose, RigidShape, outer};
 use glam::{DMat3, DVec3};
 
 /// Penalty times spacing over Young's modulus of [`penalty`]. Between 20 and 60 block indentation
@@ -80,6 +89,15 @@ pub struct ContactPoint {
     pub(crate) stiffness: DMat3,
     /// The same without the tool's curvature: positive semidefinite.
     pub(crate) rigid: DMat3,
+}
+
+/// What limits the traction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Limit {
+    /// Friction times the present pressure.
+    Present,
+    /// The limits of the last [`Contact::lag_friction`] or [`Contact::settle_friction`].
+    Lagged,
 }
 
 /// A surface that can touch a tool, with the state of that contact.
@@ -201,7 +219,7 @@ impl Contact {
     /// run in the order of points.
     pub fn add_forces(
         &mut self,
-        shape: &Shape,
+        shape: &RigidShape,
         pose: &Pose,
         positions: &[DVec3],
         forces: &mut [DVec3],
@@ -211,7 +229,7 @@ impl Contact {
 
     pub(crate) fn add_all(
         &mut self,
-        shape: &Shape,
+        shape: &RigidShape,
         pose: &Pose,
         positions: &[DVec3],
         forces: &mut [DVec3],
@@ -233,7 +251,7 @@ impl Contact {
     /// limit is named.
     pub(crate) fn evaluate(
         &mut self,
-        shape: &Shape,
+        shape: &RigidShape,
         pose: &Pose,
         ahead: &mut Ahead,
         friction: Option<Limit>,
@@ -316,7 +334,7 @@ impl Contact {
 
     /// Augmented Lagrangian update after a solution: pressures become multipliers (`λ ← ⟨λ − k φ⟩`), so
     /// that the next solution needs less penetration. Returns the deepest penetration (m) that was left.
-    pub fn augment(&mut self, shape: &Shape, pose: &Pose) -> f64 {
+    pub fn augment(&mut self, shape: &RigidShape, pose: &Pose) -> f64 {
         self.multipliers.clear();
         self.multipliers.resize(self.surface.point_count(), 0.0);
         let mut deepest: f64 = 0.0;
@@ -332,7 +350,3 @@ impl Contact {
         self.multipliers.clear();
     }
 }
-
-#[cfg(test)]
-#[path = "contact_tests.rs"]
-mod tests;

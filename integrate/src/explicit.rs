@@ -2,7 +2,7 @@
 
 use crate::audit::Warning;
 use crate::error::{Cause, StepError};
-use crate::motion::{Frame, Motion, Scheme};
+use crate::motion::{ExplicitScheme, Interval, Motion};
 use crate::supports::Support;
 use crate::sweep::{Before, Kick, Sums, Sweep};
 use crate::view::{NodeForces, StepView};
@@ -110,7 +110,7 @@ impl Motion {
         let same = self.state.frame.filter(|frame| {
             frame.end == end && frame.step() <= largest * (1.0 + 1e-9) && frame.done < frame.steps
         });
-        let frame = same.or_else(|| Frame::new(self.state.time, end, largest));
+        let frame = same.or_else(|| Interval::new(self.state.time, end, largest));
         let Some(mut frame) = frame else {
             self.state.frame = None;
             return Ok(false);
@@ -148,7 +148,7 @@ impl Motion {
 
     /// `Δt²/8 Σ f²/m` (J) of the last step and the forces as they are.
     fn lag(&self) -> f64 {
-        if self.settings.scheme != Scheme::VelocityVerlet {
+        if self.settings.scheme != ExplicitScheme::VelocityVerlet {
             return 0.0;
         }
         let half = 0.5 * self.state.step;
@@ -209,11 +209,11 @@ impl Motion {
         let damping = if relative { 0.0 } else { self.settings.damping };
         // Time of the first kick, of the second, and what damping leaves in each.
         let (first, second) = match self.settings.scheme {
-            Scheme::VelocityVerlet => {
+            ExplicitScheme::VelocityVerlet => {
                 let half = (0.5 * step, (-0.5 * damping * step).exp());
                 (half, half)
             }
-            Scheme::SymplecticEuler => ((step, (-damping * step).exp()), (0.0, 1.0)),
+            ExplicitScheme::SymplecticEuler => ((step, (-damping * step).exp()), (0.0, 1.0)),
         };
         let kick = |(time, decay)| Kick { time, decay, step };
         let mut dissipated = self.release_driven() * (1.0 - first.1 * first.1);

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use testkit::cloud::uniform;
 use testkit::derivative::observed_order;
 
-fn error_at_two(scheme: Scheme, damping: f64, step: f64) -> f64 {
+fn error_at_two(scheme: ExplicitScheme, damping: f64, step: f64) -> f64 {
     let settings = MotionSettings {
         scheme,
         damping,
@@ -27,10 +27,10 @@ fn error_at_two(scheme: Scheme, damping: f64, step: f64) -> f64 {
 #[test]
 fn orders_of_convergence_on_the_oscillator() {
     for (scheme, damping, order) in [
-        (Scheme::VelocityVerlet, 0.0, 2.0),
-        (Scheme::VelocityVerlet, 0.7, 2.0),
-        (Scheme::SymplecticEuler, 0.0, 1.0),
-        (Scheme::SymplecticEuler, 0.7, 1.0),
+        (ExplicitScheme::VelocityVerlet, 0.0, 2.0),
+        (ExplicitScheme::VelocityVerlet, 0.7, 2.0),
+        (ExplicitScheme::SymplecticEuler, 0.0, 1.0),
+        (ExplicitScheme::SymplecticEuler, 0.7, 1.0),
     ] {
         let errors = [0.02, 0.01, 0.005].map(|step| error_at_two(scheme, damping, step));
         for pair in errors.windows(2) {
@@ -216,10 +216,10 @@ fn warning_names_the_node_once() {
 
 #[test]
 fn frames_end_exactly_and_split_evenly() {
-    let frame = Frame::new(0.1, 0.4, 0.1).unwrap();
+    let frame = Interval::new(0.1, 0.4, 0.1).unwrap();
     assert_eq!(frame.steps, 3, "round-off costs no step");
     assert_eq!(frame.time(3).to_bits(), 0.4_f64.to_bits(), "end");
-    assert_eq!(Frame::new(1.0, 1.0, 0.1), None, "nothing to do");
+    assert_eq!(Interval::new(1.0, 1.0, 0.1), None, "nothing to do");
     let mut motion = one_node(MotionSettings::default());
     motion.advance_to(0.3, 0.07, oscillator).unwrap();
     assert_eq!(motion.time().to_bits(), 0.3_f64.to_bits(), "time");

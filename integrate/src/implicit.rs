@@ -2,11 +2,11 @@
 
 use crate::audit::Audit;
 use crate::contact::Contact;
+use crate::contact::Pressed;
 use crate::error::MotionError;
 use crate::law::ForceLaw;
 use crate::motion::Motion;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
-use crate::pressed::Pressed;
 use crate::tool::Tool;
 use glam::DVec3;
 

@@ -50,12 +50,12 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 ///
 /// ```
 /// use glam::DVec3;
-/// use phyxel_integrate::{Law, NewtonSettings, StaticLoad, Supports, solve_static};
+/// use phyxel_integrate::{ClosureLaw, NewtonSettings, StaticLoad, Supports, solve_static};
 ///
 /// // A spring of 50 N/m to the origin; with a body of `phyxel_elastic` it is
-/// // `Law::of(&mut body, Elastic::forces_into, Elastic::tangent_product_into)`.
+/// // `ClosureLaw::of(&mut body, Elastic::forces_into, Elastic::tangent_product_into)`.
 /// let mut stiffness = 50.0;
-/// let mut spring = Law::of(
+/// let mut spring = ClosureLaw::of(
 ///     &mut stiffness,
 ///     |k, x, f| {
 ///         f[0] = -x[0] * *k;
@@ -69,13 +69,13 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 /// assert!((x[0] - DVec3::Y / 50.0).length() < 1e-9);
 /// # Ok::<(), phyxel_integrate::SolveError>(())
 /// ```
-pub struct Law<'a, B, F, K> {
+pub struct ClosureLaw<'a, B, F, K> {
     body: &'a mut B,
     forces: F,
     product: K,
 }
 
-impl<'a, B, F, K> Law<'a, B, F, K>
+impl<'a, B, F, K> ClosureLaw<'a, B, F, K>
 where
     F: FnMut(&mut B, &[DVec3], &mut [DVec3]) -> f64,
     K: FnMut(&mut B, &[DVec3], &mut [DVec3]),
@@ -91,13 +91,13 @@ where
     }
 }
 
-impl<B: fmt::Debug, F, K> fmt::Debug for Law<'_, B, F, K> {
+impl<B: fmt::Debug, F, K> fmt::Debug for ClosureLaw<'_, B, F, K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Law").field(&self.body).finish()
+        f.debug_tuple("ClosureLaw").field(&self.body).finish()
     }
 }
 
-impl<B, F, K> ForceLaw for Law<'_, B, F, K>
+impl<B, F, K> ForceLaw for ClosureLaw<'_, B, F, K>
 where
     F: FnMut(&mut B, &[DVec3], &mut [DVec3]) -> f64,
     K: FnMut(&mut B, &[DVec3], &mut [DVec3]),
@@ -213,7 +213,7 @@ mod tests {
         };
         let (mut first, mut second, mut third) = (body().0, body().0, body().0);
         let itself = solve(&mut first);
-        let mut law = Law::of(
+        let mut law = ClosureLaw::of(
             &mut second,
             Network::forces_into,
             Network::tangent_product_into,

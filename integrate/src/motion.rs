@@ -10,7 +10,7 @@ use glam::DVec3;
 /// Explicit scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Scheme {
+pub enum ExplicitScheme {
     /// Half kick, drift, half kick (Störmer 1907; Verlet 1967; the central difference method):
     /// second order, symplectic, reversible, one force evaluation a step.
     #[default]
@@ -24,7 +24,7 @@ pub enum Scheme {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MotionSettings {
     /// Scheme.
-    pub scheme: Scheme,
+    pub scheme: ExplicitScheme,
     /// Mass-proportional damping (1/s): velocities decay as `exp(−damping · t)`, applied exactly; in
     /// free pieces ([`Motion::set_pieces`]) relative to their rigid motion.
     pub damping: f64,
@@ -43,7 +43,7 @@ pub struct MotionSettings {
 impl Default for MotionSettings {
     fn default() -> Self {
         Self {
-            scheme: Scheme::VelocityVerlet,
+            scheme: ExplicitScheme::VelocityVerlet,
             damping: 0.0,
             viscosity: 0.0,
             gravity: DVec3::ZERO,
@@ -83,7 +83,15 @@ pub struct State {
     /// Steps in a row after which the balance was off.
     pub suspicion: u32,
     /// Where the current frame begins and ends, if it is not finished.
-    pub frame: Option<Frame>,
+    pub frame: Option<Interval>,
+}
+
+impl State {
+    /// Whether forces that the caller applies acted in the last step, as where a tool touches.
+    #[must_use]
+    pub fn is_pressed(&self) -> bool {
+        self.applied.iter().any(|force| *force != DVec3::ZERO)
+    }
 }
 
 /// Heap bytes of a [`Motion`].
@@ -104,7 +112,7 @@ pub struct MotionBytes {
 /// A stretch of time cut into equal steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Frame {
+pub struct Interval {
     /// Start (s).
     pub start: f64,
     /// End (s).
@@ -115,7 +123,7 @@ pub struct Frame {
     pub done: u64,
 }
 
-impl Frame {
+impl Interval {
     /// Cuts `start..end` into the fewest equal steps not above `largest`; none if `end` is not later.
     #[must_use]
     pub fn new(start: f64, end: f64, largest: f64) -> Option<Self> {

@@ -1,6 +1,6 @@
 //! Prescribed displacement in time.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Shape of the motion between two keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -28,14 +28,11 @@ pub enum PathError {
     },
 }
 
-/// Displacement (m) over time (s) by keys; constant before the first and after the last. The same for
-/// all places, or affine in them: one path turns a whole region.
+/// Displacement (m) over time (s) by keys; constant before the first and after the last.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Path {
     keys: Vec<(f64, DVec3)>,
-    /// Gradients of the displacement by the place, one per key; none if it is the same everywhere.
-    gradients: Vec<(f64, DMat3)>,
     ease: Ease,
 }
 
@@ -54,34 +51,13 @@ impl Path {
                 return Err(PathError::BadKey { key });
             }
         }
-        Ok(Self {
-            keys,
-            gradients: Vec::new(),
-            ease,
-        })
-    }
-
-    /// A path through keys of time (s), gradient and displacement (m) of the origin: the place X is
-    /// displaced by `G X + u`, between keys along a straight line at constant velocity. A turn by R about
-    /// the origin has `G = R - I`; its keys lie so close that a chord stands for its arc.
-    ///
-    /// # Errors
-    /// [`PathError`] if there is no key, or one is not finite or not later than the one before.
-    pub fn affine(keys: &[(f64, DMat3, DVec3)]) -> Result<Self, PathError> {
-        let path = Self::new(keys.iter().map(|k| (k.0, k.2)).collect(), Ease::Linear)?;
-        if let Some(key) = keys.iter().position(|key| !key.1.is_finite()) {
-            return Err(PathError::BadKey { key });
-        }
-        Ok(Self {
-            gradients: keys.iter().map(|k| (k.0, k.1)).collect(),
-            ..path
-        })
+        Ok(Self { keys, ease })
     }
 
     /// Heap bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.keys) + size_of_val(&*self.gradients)
+        size_of_val(&*self.keys)
     }
 
     /// From rest at `start` to `displacement` at `end`, without a jump of the velocity.
@@ -95,26 +71,11 @@ impl Path {
         )
     }
 
-    /// Displacement (m) and velocity (m/s) at a time (s), of the origin where places differ.
+    /// Displacement (m) and velocity (m/s) at a time (s).
     #[must_use]
     pub fn at(&self, time: f64) -> (DVec3, DVec3) {
         let (before, after, share, slope) = between(&self.keys, self.ease, time);
         (before + (after - before) * share, (after - before) * slope)
-    }
-
-    /// Displacement (m) and velocity (m/s) of a place (m) at a time (s).
-    #[must_use]
-    pub fn of(&self, place: DVec3, time: f64) -> (DVec3, DVec3) {
-        let (displacement, velocity) = self.at(time);
-        if self.gradients.is_empty() {
-            return (displacement, velocity);
-        }
-        let (before, after, share, slope) = between(&self.gradients, self.ease, time);
-        let (before, after) = (before * place, after * place);
-        (
-            displacement + before + (after - before) * share,
-            velocity + (after - before) * slope,
-        )
     }
 }
 
@@ -155,29 +116,6 @@ mod tests {
             let slope = (path.at(time + 1e-6).0 - path.at(time - 1e-6).0) / 2e-6;
             assert!((slope - path.at(time).1).length() < 1e-8, "at {time}");
         }
-    }
-
-    #[test]
-    fn an_affine_path_moves_each_place_along_its_own_line() {
-        let turn = DMat3::from_rotation_z(0.3) - DMat3::IDENTITY;
-        let path = Path::affine(&[
-            (1.0, DMat3::ZERO, DVec3::ZERO),
-            (3.0, turn, DVec3::new(0.1, 0.0, 2.0)),
-        ])
-        .unwrap();
-        for place in [DVec3::ZERO, DVec3::new(0.4, -1.0, 7.0)] {
-            let end = turn * place + DVec3::new(0.1, 0.0, 2.0);
-            let own = Path::new(vec![(1.0, DVec3::ZERO), (3.0, end)], Ease::Linear).unwrap();
-            for time in [0.0, 1.0, 1.7, 2.9, 3.0, 4.0] {
-                let ((u, v), (x, w)) = (path.of(place, time), own.at(time));
-                assert!(
-                    (u - x).length() < 1e-14 && (v - w).length() < 1e-14,
-                    "{place} at {time}"
-                );
-            }
-        }
-        let bad = [(0.0, DMat3::IDENTITY * f64::NAN, DVec3::ZERO)];
-        assert_eq!(Path::affine(&bad), Err(PathError::BadKey { key: 0 }));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub enum Shape {
+pub enum RigidShape {
     /// A ball about the origin.
     Sphere {
         /// Radius (m).
@@ -28,7 +28,7 @@ pub enum Shape {
     },
 }
 
-/// Where a shape is.
+/// Where a rigid thing is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
@@ -39,12 +39,42 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose that moves nothing.
+    pub const IDENTITY: Self = Self {
+        position: DVec3::ZERO,
+        rotation: DQuat::IDENTITY,
+    };
+
     /// A pose without rotation.
     #[must_use]
     pub fn at(position: DVec3) -> Self {
         Self {
             position,
-            rotation: DQuat::IDENTITY,
+            ..Self::IDENTITY
+        }
+    }
+
+    /// World place (m) of a point (m) of its frame: `R x + position`.
+    #[must_use]
+    pub fn apply(&self, local: DVec3) -> DVec3 {
+        self.rotation * local + self.position
+    }
+
+    /// Pose in the world of what has the pose `local` in its frame.
+    #[must_use]
+    pub fn compose(&self, local: &Self) -> Self {
+        Self {
+            position: self.apply(local.position),
+            rotation: (self.rotation * local.rotation).normalize(),
+        }
+    }
+
+    /// The pose that share of the way to another, along a straight line and the shorter arc.
+    #[must_use]
+    pub fn toward(&self, other: &Self, share: f64) -> Self {
+        Self {
+            rotation: self.rotation.slerp(other.rotation, share),
+            position: self.position + (other.position - self.position) * share,
         }
     }
 }
@@ -60,7 +90,7 @@ pub struct Distance {
     pub curvature: DMat3,
 }
 
-impl Shape {
+impl RigidShape {
     /// Signed distance of a world point (m) from the shape at a pose.
     ///
     /// On the centre of a sphere, the axis of a capsule or the middle planes of a box the normal is
@@ -159,7 +189,7 @@ impl Shape {
 /// A shape at a pose.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
-    shape: Shape,
+    shape: RigidShape,
     position: DVec3,
     turn: DMat3,
 }
@@ -218,14 +248,14 @@ mod tests {
     use proptest::prelude::*;
     use testkit::strategies::{rotation, vector};
 
-    const SHAPES: [Shape; 4] = [
-        Shape::Sphere { radius: 0.7 },
-        Shape::Plane,
-        Shape::Capsule {
+    const SHAPES: [RigidShape; 4] = [
+        RigidShape::Sphere { radius: 0.7 },
+        RigidShape::Plane,
+        RigidShape::Capsule {
             half_length: 0.6,
             radius: 0.3,
         },
-        Shape::Box {
+        RigidShape::Box {
             half: DVec3::new(0.5, 0.8, 0.3),
         },
     ];
@@ -264,7 +294,7 @@ mod tests {
     #[test]
     fn distances_of_known_points() {
         let pose = Pose::at(DVec3::Z);
-        let value = |shape: Shape, x: DVec3| shape.distance_value(&pose, x);
+        let value = |shape: RigidShape, x: DVec3| shape.distance_value(&pose, x);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(close(value(SHAPES[0], DVec3::Z * 3.0), 1.3), "sphere");
         assert!(

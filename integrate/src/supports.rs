@@ -1,6 +1,6 @@
 //! Which nodes are held, along which directions, and which follow a path.
 
-use crate::path::Path;
+use crate::rigid_path::RigidPath;
 use glam::{DMat3, DVec3};
 
 const FREE: u32 = u32::MAX;
@@ -15,7 +15,7 @@ pub struct Support {
     pub free: DMat3,
     /// Path along the held directions, an index into [`Supports::paths`].
     pub path: Option<u32>,
-    /// Position (m) that the path's displacement is added to.
+    /// Position (m) that the path displaces and turns about the origin.
     pub origin: DVec3,
 }
 
@@ -35,7 +35,7 @@ impl Support {
 pub struct Supports {
     entry: Vec<u32>,
     supports: Vec<Support>,
-    paths: Vec<Path>,
+    paths: Vec<RigidPath>,
 }
 
 impl Supports {
@@ -74,7 +74,7 @@ impl Supports {
     /// Heap bytes of the entries, their paths and the table that finds them by node.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let keys: usize = self.paths.iter().map(Path::bytes).sum();
+        let keys: usize = self.paths.iter().map(RigidPath::bytes).sum();
         keys + size_of_val(&*self.entry) + size_of_val(&*self.supports) + size_of_val(&*self.paths)
     }
 
@@ -92,7 +92,7 @@ impl Supports {
 
     /// Paths that driven nodes follow.
     #[must_use]
-    pub fn paths(&self) -> &[Path] {
+    pub fn paths(&self) -> &[RigidPath] {
         &self.paths
     }
 
@@ -143,15 +143,21 @@ impl Supports {
         }
     }
 
-    /// Moves nodes along a path, from `positions` (m, of all nodes) as the origin; directions not in
-    /// `axes` stay as they are.
+    /// Moves nodes along a path, rigidly together: from `positions` X (m, of all nodes) to `R X + u`; directions not
+    /// in `axes` stay as they are.
     ///
     /// # Panics
     /// If there is no such node, or `positions` is not as long as there are nodes.
-    pub fn drive(&mut self, nodes: &[u32], axes: [bool; 3], path: Path, positions: &[DVec3]) {
+    pub fn drive(
+        &mut self,
+        nodes: &[u32],
+        axes: [bool; 3],
+        path: impl Into<RigidPath>,
+        positions: &[DVec3],
+    ) {
         assert_eq!(positions.len(), self.entry.len(), "one position per node");
         let index = index(self.paths.len());
-        self.paths.push(path);
+        self.paths.push(path.into());
         for &node in nodes {
             self.fix_axes(node, axes);
             let entry = self.entry_mut(node);
@@ -189,8 +195,7 @@ impl Supports {
     /// Position (m) and velocity (m/s) of a driven node; only their held parts count.
     pub(crate) fn target(&self, support: &Support, time: f64) -> Option<(DVec3, DVec3)> {
         let path = self.paths.get(support.path? as usize)?;
-        let (displacement, velocity) = path.of(support.origin, time);
-        Some((support.origin + displacement, velocity))
+        Some(path.place(support.origin, time))
     }
 
     fn hold(&mut self, node: u32, direction: DVec3) {
@@ -227,6 +232,7 @@ fn index(count: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::path::Path;
 
     #[test]
     fn conditions_on_one_node_add_up() {

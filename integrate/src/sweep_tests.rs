@@ -6,7 +6,7 @@
 use glam::DVec3;
 use testkit::cloud::uniform;
 
-use crate::{Motion, MotionSettings, Scheme, Supports};
+use crate::{ExplicitScheme, Motion, MotionSettings, Supports};
 
 /// Blocks of full size and a remainder.
 const N: usize = 300;
@@ -67,7 +67,7 @@ impl Twin {
     }
 
     fn step(&mut self) {
-        let euler = self.settings.scheme == Scheme::SymplecticEuler;
+        let euler = self.settings.scheme == ExplicitScheme::SymplecticEuler;
         let share = if euler { 1.0 } else { 0.5 };
         let decay = (-share * self.settings.damping * STEP).exp();
         self.decay(decay);
@@ -98,7 +98,10 @@ impl Twin {
 /// Every kind of force, damping and support at once, in blocks and node by node.
 #[test]
 fn blocks_move_as_nodes_do_one_by_one() {
-    for scheme in [Scheme::VelocityVerlet, Scheme::SymplecticEuler] {
+    for scheme in [
+        ExplicitScheme::VelocityVerlet,
+        ExplicitScheme::SymplecticEuler,
+    ] {
         let settings = MotionSettings {
             scheme,
             damping: 0.3,

@@ -1,11 +1,10 @@
 //! A rigid tool that moves along a path or under forces, and presses.
 
 use crate::contact::{Contact, ContactForce};
-use crate::path::Path;
-use crate::shape::{Pose, Shape};
-use crate::turn::Turn;
+use crate::rigid_path::RigidPath;
+use crate::shape::{Pose, RigidShape};
 use crate::view::StepView;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 /// What moves a tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,12 +12,10 @@ use glam::{DQuat, DVec3};
 pub enum Drive {
     /// Displacement-driven.
     Path {
-        /// Pose that the path's displacement and the turn are added to.
+        /// Pose that the path displaces, and turns about the shape's origin.
         origin: Pose,
-        /// Displacement over time.
-        path: Path,
-        /// Rotation over time about the shape's origin, `None` to keep that of `origin`.
-        turn: Option<Turn>,
+        /// Displacement and rotation over time.
+        path: RigidPath,
     },
     /// Force-driven: a mass under a constant force (its weight, a hand) and the contact's. It does not
     /// turn: the hand takes the torque.
@@ -39,7 +36,7 @@ pub enum Drive {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
     /// Shape.
-    pub shape: Shape,
+    pub shape: RigidShape,
     /// Where it is.
     pub pose: Pose,
     /// Velocity (m/s).
@@ -61,7 +58,7 @@ pub struct Tool {
 impl Tool {
     /// A tool at rest.
     #[must_use]
-    pub fn new(shape: Shape, pose: Pose, drive: Drive) -> Self {
+    pub fn new(shape: RigidShape, pose: Pose, drive: Drive) -> Self {
         Self {
             shape,
             pose,
@@ -75,14 +72,11 @@ impl Tool {
         }
     }
 
-    /// A tool on a path from `origin`, without turning.
+    /// A tool on a path from `origin`.
     #[must_use]
-    pub fn on_path(shape: Shape, origin: Pose, path: Path) -> Self {
-        let drive = Drive::Path {
-            origin,
-            path,
-            turn: None,
-        };
+    pub fn on_path(shape: RigidShape, origin: Pose, path: impl Into<RigidPath>) -> Self {
+        let path = path.into();
+        let drive = Drive::Path { origin, path };
         Self::new(shape, origin, drive)
     }
 
@@ -99,15 +93,7 @@ impl Tool {
     #[must_use]
     pub fn pose_at(&self, time: f64) -> Option<Pose> {
         match &self.drive {
-            Drive::Path { origin, path, turn } => {
-                let turned = turn
-                    .as_ref()
-                    .map_or(DQuat::IDENTITY, |turn| turn.at(time).0);
-                Some(Pose {
-                    position: origin.position + path.at(time).0,
-                    rotation: (turned * origin.rotation).normalize(),
-                })
-            }
+            Drive::Path { origin, path } => Some(path.pose(origin, time)),
             Drive::Force { .. } => None,
         }
     }
@@ -177,9 +163,9 @@ impl Tool {
         if let Some(pose) = self.pose_at(time) {
             self.pose = pose;
         }
-        if let Drive::Path { path, turn, .. } = &self.drive {
-            self.velocity = path.at(time).1;
-            self.angular_velocity = turn.as_ref().map_or(DVec3::ZERO, |turn| turn.at(time).1);
+        if let Drive::Path { path, .. } = &self.drive {
+            self.velocity = path.displacement(time).1;
+            self.angular_velocity = path.rotation(time).1;
         }
     }
 

@@ -15,7 +15,7 @@ const QUERIES_PER_TASK: usize = 64;
 /// How far the nodes of a [`Cloud`] are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Support {
+pub enum SupportRule {
     /// Of each node, `scale` times the mean distance to its `nearest` nearest nodes.
     Nearest {
         /// Number of nodes whose mean distance counts.
@@ -36,7 +36,7 @@ pub struct CloudSettings {
     /// Weight function; [`Cloud::with_kernel`] takes your own.
     pub kernel: Kernel,
     /// Support radii.
-    pub support: Support,
+    pub support: SupportRule,
 }
 
 impl Default for CloudSettings {
@@ -60,7 +60,7 @@ impl CloudSettings {
         Self {
             basis,
             kernel: Kernel::Polynomial,
-            support: Support::Nearest {
+            support: SupportRule::Nearest {
                 nearest: 3 * basis.size() + 4,
                 scale: 1.8,
             },
@@ -142,7 +142,7 @@ impl Cloud {
     pub fn new(points: &[DVec3], settings: &CloudSettings) -> Result<Self, CloudError> {
         let flat = flatten(points, settings.basis);
         let radii = match settings.support {
-            Support::Nearest { nearest, scale } => {
+            SupportRule::Nearest { nearest, scale } => {
                 let settings = NearestSettings {
                     nearest,
                     scale,
@@ -150,7 +150,7 @@ impl Cloud {
                 };
                 k_nearest(&flat, &settings)?.support_radii
             }
-            Support::Radius(radius) => {
+            SupportRule::Radius(radius) => {
                 positive("the support radius", radius)?;
                 vec![radius; flat.len()]
             }

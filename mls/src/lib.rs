@@ -21,7 +21,7 @@ mod weights;
 
 pub use basis::{Basis, Dimension, Order};
 pub use boundary::{BoundarySettings, boundary_vectors, triangle_quadrature};
-pub use cloud::{Cloud, CloudSettings, Sample, ShapeFunctions, Support};
+pub use cloud::{Cloud, CloudSettings, Sample, ShapeFunctions, SupportRule};
 pub use conservative::{
     ConservativeSettings, ConservativeStencils, SolveReport, StrokeReport, normal_projector,
 };

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 use phyxel::scene::{
-    Body, Capture, Cut, Gravity, Key, Motion, Region, Scene, Shape, Support, Target,
+    Body, Capture, Cut, Gravity, Key, Region, Scene, Shape, Support, SupportMotion, Target,
 };
 use phyxel::world::World;
 
@@ -76,7 +76,7 @@ fn scene() -> Scene {
             point: DVec3::Z * 0.0599,
             normal: DVec3::Z,
         },
-        motion: Motion::Fixed,
+        motion: SupportMotion::Fixed,
     });
     scene.integration.settle = None;
     scene.integration.duration = 1e3;

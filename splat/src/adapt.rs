@@ -1,8 +1,8 @@
 //! Surfels that lie closer together where the surface is more curved.
 
-use crate::binding::{NodeTree, point_tree};
 use crate::cast::{count, index, real};
 use crate::radii::shape_operators;
+use crate::tree::{NodeTree, point_tree};
 use glam::DVec3;
 use rstar::primitives::GeomWithData;
 use std::cmp::Reverse;

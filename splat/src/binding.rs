@@ -1,11 +1,10 @@
 //! Which nodes carry a surfel.
 
-use crate::cast::{count, index};
+use crate::cast::index;
 use crate::surfels::Surfels;
+use crate::tree::NodeTree;
 use glam::DVec3;
 use rayon::prelude::*;
-use rstar::RTree;
-use rstar::primitives::GeomWithData;
 
 /// Weight of a node at distance d from a surfel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -75,20 +74,6 @@ pub(crate) enum Sight {
 const POOLS: usize = 4;
 /// Nodes below which a surfel takes what its nodes see.
 const FEW: usize = 4;
-
-/// Search structure over the nodes' rest positions.
-pub(crate) type NodeTree = RTree<GeomWithData<[f64; 3], u32>>;
-
-/// Bulk-loads a tree over finite points.
-pub(crate) fn point_tree(points: &[DVec3]) -> NodeTree {
-    RTree::bulk_load(
-        points
-            .iter()
-            .enumerate()
-            .map(|(i, p)| GeomWithData::new(p.to_array(), count(i)))
-            .collect(),
-    )
-}
 
 /// One row before it is stored.
 pub(crate) struct Row {

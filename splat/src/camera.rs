@@ -73,6 +73,27 @@ impl Camera {
         Self::framing(low, high, direction, DVec3::Z, aspect)
     }
 
+    /// A perspective camera at a place (m) that looks at another, as far as it can with `up` upwards, with a vertical
+    /// field of view (rad) above 0 and below π. It looks along y where the places coincide, and is turned
+    /// anyhow where `up` lies along its view.
+    #[must_use]
+    pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {
+        let forward = (target - eye).normalize_or(DVec3::Y);
+        let right = forward
+            .cross(up)
+            .try_normalize()
+            .unwrap_or_else(|| forward.any_orthonormal_vector());
+        Self {
+            eye,
+            right,
+            up: right.cross(forward),
+            forward,
+            lens: Lens::Perspective {
+                focal: 0.5 / (0.5 * field_of_view).tan(),
+            },
+        }
+    }
+
     /// As [`Camera::framing`], orthographic.
     ///
     /// # Panics

@@ -144,6 +144,19 @@ fn decoded(rgb: [u8; 3]) -> Vec3 {
     rgb.map(|c| linear(f32::from(c) / 255.0)).into()
 }
 
+/// Linear light of an sRGB colour, channels from 0 to 1 (IEC 61966-2-1).
+#[must_use]
+pub fn linear_color(srgb: [f64; 3]) -> Vec3 {
+    let channel = |c: f64| {
+        if c <= 0.040_45 {
+            c / 12.92
+        } else {
+            ((c + 0.055) / 1.055).powf(2.4)
+        }
+    };
+    DVec3::from_array(srgb.map(channel)).as_vec3()
+}
+
 /// Linear light of an sRGB channel in 0..=1 (IEC 61966-2-1).
 pub(crate) fn linear(c: f32) -> f32 {
     if c <= 0.040_45 {

@@ -1,9 +1,10 @@
 //! Splat radii: the default without holes, and the dissertation's rules.
 
-use crate::binding::{NodeTree, point_tree};
 use crate::cast::{index, real};
 use crate::eigen::symmetric_eigen;
+use crate::error::SurfelError;
 use crate::surfels::Surfels;
+use crate::tree::{NodeTree, point_tree};
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -44,6 +45,35 @@ pub enum Measure {
     /// Surface variation (1), smallest eigenvalue of the neighbours' covariance over their sum,
     /// Aras 2014, eq. (57); 0 for a plane, 1/3 for a ball of points.
     Variation,
+}
+
+impl Surfels {
+    /// Surfels at points with normals of any length, with the radii that just cover the surface and the
+    /// curvature that their neighbours tell. The areas are those of the disks; material 0.
+    ///
+    /// # Errors
+    /// [`SurfelError::BadSurfel`] names the first point or normal that is not finite, or a zero normal;
+    /// [`SurfelError::Counts`] if there is not one normal per point.
+    ///
+    /// # Numerics
+    /// Disks cover where samples are closer together than the radius of curvature; a point without
+    /// others gets the radius 0. See [`crate::covering_radii`].
+    pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Self, SurfelError> {
+        if positions.len() != normals.len() {
+            return Err(SurfelError::Counts {
+                positions: positions.len(),
+                normals: normals.len(),
+            });
+        }
+        let areas = vec![1.0; positions.len()];
+        let mut surfels = Self::from_samples(positions, normals, &areas)?;
+        let normals = &surfels.normals;
+        surfels.radii = RadiusRule::Covering.radii(positions, normals);
+        surfels.shapes = shape_operators(positions, normals);
+        let areas = surfels.radii.iter().map(|r| std::f64::consts::PI * r * r);
+        surfels.areas = areas.collect();
+        Ok(surfels)
+    }
 }
 
 impl RadiusRule {

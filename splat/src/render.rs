@@ -3,60 +3,17 @@
 use crate::camera::{Camera, Lens};
 use crate::cast::{count, index, pixel, real, single};
 use crate::frame::Frame;
-use crate::image::{Chart, Image};
+use crate::image::Chart;
 use crate::project::{Chunk, Facing, Ink, Paint, Projected, Raster, TILE, project};
 use crate::raster::{
     Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
 };
 use crate::resolve::{LitTriangle, Stage, TilePixels};
-use crate::scene::{Background, DrawMode, ImageCoat, Lighting, SplatView, Surface};
+use crate::scene::{DrawMode, ImageCoat, RenderSettings, SplatView, Surface};
 use crate::shade::{Rig, Transfer};
-use crate::tool::Mesh;
+use crate::tool::DrawnMesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::sync::Arc;
-
-/// What the image is like.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RenderSettings {
-    /// Width (px).
-    pub width: u32,
-    /// Height (px).
-    pub height: u32,
-    /// Anti-aliasing: samples per pixel along each axis; 1, 2 or 4.
-    pub samples: u32,
-    /// How splats are drawn.
-    pub mode: DrawMode,
-    /// Splats blend with those at most this much nearer, in radii of the splat.
-    pub tolerance: f64,
-    /// Optical properties by material id; a splat whose id has none takes the default surface.
-    pub surfaces: Vec<Surface>,
-    /// Images that splats lie in by texture coordinates, see [`SplatView::places`].
-    pub images: Vec<Arc<Image>>,
-    /// Light.
-    pub lighting: Lighting,
-    /// Background.
-    pub background: Background,
-    /// Give the frame its normals too (three-pass mode).
-    pub keep_normals: bool,
-}
-
-impl Default for RenderSettings {
-    fn default() -> Self {
-        Self {
-            width: 1280,
-            height: 720,
-            samples: 2,
-            mode: DrawMode::ThreePass,
-            tolerance: 0.7,
-            surfaces: vec![Surface::default()],
-            images: Vec::new(),
-            lighting: Lighting::default(),
-            background: Background::default(),
-            keep_normals: false,
-        }
-    }
-}
 
 /// Draws frames; keeps tables and buffers between frames.
 #[derive(Debug)]
@@ -104,7 +61,7 @@ impl Renderer {
     ///
     /// # Panics
     /// If the view's slices differ in length.
-    pub fn draw(&mut self, view: &SplatView<'_>, meshes: &[Mesh], camera: &Camera) -> Frame {
+    pub fn draw(&mut self, view: &SplatView<'_>, meshes: &[DrawnMesh], camera: &Camera) -> Frame {
         let n = view.splats.positions.len();
         assert!(
             view.colors.len() == n
@@ -267,7 +224,7 @@ fn print<'a>(view: &SplatView<'_>, splat: usize, coat: &'a ImageCoat) -> Print<'
 
 /// Triangles of all meshes on the screen by tile, and what lights them.
 fn screen_triangles(
-    meshes: &[Mesh],
+    meshes: &[DrawnMesh],
     camera: &Camera,
     raster: &Raster,
 ) -> (Vec<Vec<(u32, ScreenTriangle)>>, Vec<LitTriangle>) {

@@ -4,10 +4,9 @@ use crate::camera::{Camera, Lens};
 use crate::cast::{index, real, single};
 use crate::project::{Paint, Projected, TILE};
 use crate::raster::{Sums, TileBuffers};
-use crate::render::RenderSettings;
-use crate::scene::DrawMode;
+use crate::scene::{DrawMode, RenderSettings};
 use crate::shade::{LANES, Point, Points, Rig, Transfer, relief, sqrt, tone, tones};
-use crate::tool::Mesh;
+use crate::tool::DrawnMesh;
 use glam::{Mat4, Vec3, Vec4};
 
 /// Softness of tissue, see [`Point`].
@@ -34,7 +33,7 @@ pub(crate) struct Stage<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) rig: &'a Rig,
     pub(crate) lit: &'a [LitTriangle],
-    pub(crate) meshes: &'a [Mesh],
+    pub(crate) meshes: &'a [DrawnMesh],
 }
 
 /// Sums that wait to be lit, up to one for each lane.

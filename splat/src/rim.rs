@@ -1,10 +1,10 @@
 //! Where disks end: sharp edges of the surface, and the body's surface around new skin.
 
-use crate::binding::NodeTree;
 use crate::cast::index;
 use crate::clip::{Clip, nearest_on_segment};
 use crate::skin::order_by_distance;
 use crate::surfels::Surfels;
+use crate::tree::NodeTree;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 

@@ -121,6 +121,48 @@ impl Default for Background {
     }
 }
 
+/// What the image is like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Width (px).
+    pub width: u32,
+    /// Height (px).
+    pub height: u32,
+    /// Anti-aliasing: samples per pixel along each axis; 1, 2 or 4.
+    pub samples: u32,
+    /// How splats are drawn.
+    pub mode: DrawMode,
+    /// Splats blend with those at most this much nearer, in radii of the splat.
+    pub tolerance: f64,
+    /// Optical properties by material id; a splat whose id has none takes the default surface.
+    pub surfaces: Vec<Surface>,
+    /// Images that splats lie in by texture coordinates, see [`SplatView::places`].
+    pub images: Vec<Arc<Image>>,
+    /// Light.
+    pub lighting: Lighting,
+    /// Background.
+    pub background: Background,
+    /// Give the frame its normals too (three-pass mode).
+    pub keep_normals: bool,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            samples: 2,
+            mode: DrawMode::ThreePass,
+            tolerance: 0.7,
+            surfaces: vec![Surface::default()],
+            images: Vec::new(),
+            lighting: Lighting::default(),
+            background: Background::default(),
+            keep_normals: false,
+        }
+    }
+}
+
 /// Splats and what belongs to them; all slices have one entry per splat.
 #[derive(Debug, Clone, Copy)]
 pub struct SplatView<'a> {

@@ -33,6 +33,15 @@ impl Splats {
         self.bends_v.extend(&other.bends_v);
     }
 
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let vectors = [&self.positions, &self.axes_u, &self.axes_v];
+        let normals = [&self.normals, &self.bends_u, &self.bends_v];
+        let all = vectors.iter().chain(&normals);
+        all.map(|vectors| size_of_val(&***vectors)).sum()
+    }
+
     /// The undeformed surfels.
     #[must_use]
     pub fn at_rest(surfels: &Surfels) -> Self {

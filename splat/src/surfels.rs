@@ -1,7 +1,6 @@
 //! Surfels as arrays, in the rest frame.
 
 use crate::error::SurfelError;
-use crate::radii::{RadiusRule, shape_operators};
 use glam::{DVec3, Vec2};
 
 /// Oriented disks on a surface, rest frame; all arrays have one entry per surfel.
@@ -43,6 +42,18 @@ impl Surfels {
         self.positions.len()
     }
 
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.positions)
+            + size_of_val(&*self.normals)
+            + size_of_val(&*self.areas)
+            + size_of_val(&*self.radii)
+            + size_of_val(&*self.shapes)
+            + size_of_val(&*self.materials)
+            + size_of_val(&*self.places)
+    }
+
     /// True if there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -75,33 +86,6 @@ impl Surfels {
             out.push(x, unit, a, (a / std::f64::consts::PI).sqrt(), 0);
         }
         Ok(out)
-    }
-
-    /// Surfels at points with normals of any length, with the radii that just cover the surface and the
-    /// curvature that their neighbours tell. The areas are those of the disks; material 0.
-    ///
-    /// # Errors
-    /// [`SurfelError::BadSurfel`] names the first point or normal that is not finite, or a zero normal;
-    /// [`SurfelError::Counts`] if there is not one normal per point.
-    ///
-    /// # Numerics
-    /// Disks cover where samples are closer together than the radius of curvature; a point without
-    /// others gets the radius 0. See [`crate::covering_radii`].
-    pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Self, SurfelError> {
-        if positions.len() != normals.len() {
-            return Err(SurfelError::Counts {
-                positions: positions.len(),
-                normals: normals.len(),
-            });
-        }
-        let areas = vec![1.0; positions.len()];
-        let mut surfels = Self::from_samples(positions, normals, &areas)?;
-        let normals = &surfels.normals;
-        surfels.radii = RadiusRule::Covering.radii(positions, normals);
-        surfels.shapes = shape_operators(positions, normals);
-        let areas = surfels.radii.iter().map(|r| std::f64::consts::PI * r * r);
-        surfels.areas = areas.collect();
-        Ok(surfels)
     }
 
     /// Appends one flat surfel; `normal` is taken as it is.

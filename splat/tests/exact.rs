@@ -13,8 +13,8 @@ mod oracle;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
 use oracle::{Shape, box_distance, compare};
 use phyxel_splat::{
-    Camera, DrawMode, Frame, Image, ImageCoat, Lens, Mesh, RenderSettings, Renderer, SplatView,
-    Splats, Surfels, TexturePlace, Tissue, TissueSettings,
+    Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, Lens, RenderSettings, Renderer,
+    SplatView, Splats, Surfels, TexturePlace, Tissue, TissueSettings,
 };
 use std::io::Cursor;
 use std::sync::Arc;
@@ -319,7 +319,7 @@ fn same_bits_at_any_thread_count() {
     let (tissue, splats) = opened_block(true, 0.2);
     let low = DVec3::splat(-1.0);
     let camera = cameras(low, -low)[0];
-    let tool = [Mesh::capsule(
+    let tool = [DrawnMesh::capsule(
         DVec3::new(0.1, 0.2, 0.0),
         DVec3::new(0.4, 1.5, 0.6),
         0.08,
@@ -367,7 +367,7 @@ fn tools_hide_and_are_hidden() {
     let eye_z = camera.eye.z;
     let mut depth_with = |z: f64| {
         let at = DVec3::new(0.0, 0.0, z);
-        let frame = renderer.draw(&view, &[Mesh::capsule(at, at, 0.1)], &camera);
+        let frame = renderer.draw(&view, &[DrawnMesh::capsule(at, at, 0.1)], &camera);
         eye_z - f64::from(frame.depth[centre])
     };
     // A ball in front, half sunk, and inside the block, whose face is at z = 0.7.

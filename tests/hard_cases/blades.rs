@@ -1,7 +1,7 @@
 //! Blades: strokes that end at a surface, begin anew, and weld as their own cut says.
 
 use glam::DVec3;
-use phyxel::world::{Action, Input, Moment, World};
+use phyxel::world::{Action, Input, StrokePhase, World};
 
 use super::stage::*;
 
@@ -59,7 +59,7 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
 }
 
 /// Edges of a cut that has no path of its own.
-fn lead(world: &mut World, edges: &[(Moment, f64, f64)]) {
+fn lead(world: &mut World, edges: &[(StrokePhase, f64, f64)]) {
     let inputs = edges.iter().zip(0..).map(|(&(moment, x, z), step)| Input {
         step,
         action: Action::Blade {
@@ -81,11 +81,11 @@ fn a_start_in_an_open_stroke_begins_a_new_one() {
     lead(
         &mut world,
         &[
-            (Moment::Start, -0.024, -0.015),
-            (Moment::Update, -0.01, -0.015),
-            (Moment::Start, -0.024, 0.015),
-            (Moment::Update, -0.01, 0.015),
-            (Moment::End, -0.01, 0.015),
+            (StrokePhase::Start, -0.024, -0.015),
+            (StrokePhase::Update, -0.01, -0.015),
+            (StrokePhase::Start, -0.024, 0.015),
+            (StrokePhase::Update, -0.01, 0.015),
+            (StrokePhase::End, -0.01, 0.015),
         ],
     );
     let cuts = world.members()[0]

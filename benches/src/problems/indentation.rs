@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactPoint, ContactSettings, ContactSurface, ForceLaw, NewtonSettings, Pose,
-    Preconditioner, Pressed, Shape, StaticLoad, StaticReport, Supports, penalty, solve_static,
+    Preconditioner, Pressed, RigidShape, StaticLoad, StaticReport, Supports, penalty, solve_static,
 };
 
 use super::block::lattice;
@@ -181,7 +181,7 @@ impl<B: ForceLaw> Press<B> {
     ) -> Result<Pressing, StudyError> {
         let pose = Pose::at(DVec3::Z * (radius - depth));
         let mut x = self.rest.clone();
-        let shape = Shape::Sphere { radius };
+        let shape = RigidShape::Sphere { radius };
         let mut law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
         let settings = NewtonSettings {
             tolerance,

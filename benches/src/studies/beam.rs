@@ -151,7 +151,7 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
             point: DVec3::new(-0.499_999 * LENGTH, 0.0, 0.0),
             normal: DVec3::NEG_X,
         },
-        motion: scene::Motion::Fixed,
+        motion: scene::SupportMotion::Fixed,
     });
     scene.gravity = None;
     scene.integration.settle = None;

@@ -1,7 +1,7 @@
 //! Gmsh MSH: versions 1 (text), 2 and 4.1 (text and binary).
 
 use super::text::{Text, Words, check_count, unexpected};
-use super::{Failure, Place, Raw, ReadErrorKind, out_of_range, point};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, out_of_range, point};
 use crate::mesh::index;
 
 /// Gmsh's element types.
@@ -91,9 +91,9 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    fn place(&self) -> Place {
+    fn place(&self) -> TextPlace {
         match self.binary {
-            Some(_) => Place::Byte(self.text.offset()),
+            Some(_) => TextPlace::Byte(self.text.offset()),
             None => self.text.place(),
         }
     }
@@ -101,7 +101,7 @@ impl<'a> Source<'a> {
     fn bytes<const N: usize>(&mut self, expected: &'static str) -> Result<[u8; N], Failure> {
         let Some(found) = self.text.rest().first_chunk::<N>() else {
             return Err(Failure {
-                place: Place::Byte(self.text.offset()),
+                place: TextPlace::Byte(self.text.offset()),
                 kind: ReadErrorKind::Truncated { expected },
             });
         };
@@ -373,7 +373,7 @@ fn text_element(
 fn element(
     kind: i64,
     nodes: &[i64],
-    place: Place,
+    place: TextPlace,
     raw: &mut Raw,
     numbers: &[(i64, u32)],
 ) -> Result<(), Failure> {

@@ -4,14 +4,14 @@ use std::borrow::Cow;
 
 use super::text::{Text, unexpected};
 use super::texture::{NONE, RawTexture};
-use super::{Failure, Place, Raw, ReadErrorKind, out_of_range, point, vertex_index};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, out_of_range, point, vertex_index};
 
 /// Into an empty `raw`.
 pub(super) fn parse(bytes: &[u8], mut raw: Raw) -> Result<Raw, Failure> {
     let mut texture = raw.texture.take();
     // Faces may precede their vertices: indices are checked at the end.
     let mut corners: Vec<i64> = Vec::new();
-    let mut faces: Vec<(usize, Place)> = Vec::new();
+    let mut faces: Vec<(usize, TextPlace)> = Vec::new();
     // One number for each corner, and one material for each face.
     let (mut places, mut materials): (Vec<i64>, Vec<u32>) = (Vec::new(), Vec::new());
     let mut material = NONE;
@@ -98,7 +98,11 @@ pub(super) fn parse(bytes: &[u8], mut raw: Raw) -> Result<Raw, Failure> {
 }
 
 /// The number, from 1, of a corner's texture coordinates; 0 without any.
-fn texture_number(word: Option<&[u8]>, texture: &RawTexture, place: Place) -> Result<i64, Failure> {
+fn texture_number(
+    word: Option<&[u8]>,
+    texture: &RawTexture,
+    place: TextPlace,
+) -> Result<i64, Failure> {
     let Some(word) = word else { return Ok(0) };
     let count = texture.coordinates.len();
     let expected = "the number of texture coordinates";

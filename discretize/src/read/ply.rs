@@ -2,7 +2,7 @@
 
 use super::text::{Text, check_count, unexpected};
 use super::texture::NONE;
-use super::{Failure, Place, Raw, ReadErrorKind, is_padding, point, vertex_index};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, point, vertex_index};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Encoding {
@@ -70,7 +70,7 @@ enum Role {
 struct Element {
     role: ElementRole,
     count: i64,
-    place: Place,
+    place: TextPlace,
     properties: Vec<Property>,
 }
 
@@ -208,10 +208,10 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn place(&self) -> Place {
+    fn place(&self) -> TextPlace {
         match self.encoding {
             Encoding::Ascii => self.text.place(),
-            _ => Place::Byte(self.text.offset()),
+            _ => TextPlace::Byte(self.text.offset()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! STL: triangles without shared corners, as text or binary.
 
 use super::text::{Text, unexpected};
-use super::{Failure, Place, Raw, ReadErrorKind, is_padding, point};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, point};
 use crate::mesh::index;
 
 const HEADER: usize = 84;
@@ -36,7 +36,7 @@ pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, Failure> {
 fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
     let rest = &bytes[start..];
     let trailing = Failure {
-        place: Place::Byte(start),
+        place: TextPlace::Byte(start),
         kind: ReadErrorKind::Trailing { bytes: rest.len() },
     };
     let Some((header, facets)) = rest.split_at_checked(HEADER) else {
@@ -49,7 +49,7 @@ fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
             trailing
         } else {
             Failure {
-                place: Place::Byte(80),
+                place: TextPlace::Byte(80),
                 kind: ReadErrorKind::Count {
                     what: "triangles",
                     count: u64::from(count),
@@ -66,7 +66,7 @@ fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
             for (x, bytes) in xyz.iter_mut().zip(facet[at..at + 12].chunks_exact(4)) {
                 *x = f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
             }
-            let place = Place::Byte(first_facet + f * FACET + at);
+            let place = TextPlace::Byte(first_facet + f * FACET + at);
             raw.vertices.push(point(xyz, place)?);
         }
         raw.triangles.push([first, first + 1, first + 2]);

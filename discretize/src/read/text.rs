@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{Failure, Place, ReadErrorKind};
+use super::{Failure, ReadErrorKind, TextPlace};
 
 /// Bytes shown of an unexpected word.
 const SHOWN: usize = 24;
@@ -43,8 +43,8 @@ impl<'a> Text<'a> {
         self.at = (self.at + bytes).min(self.bytes.len());
     }
 
-    pub(super) fn place(&self) -> Place {
-        Place::Line(self.line)
+    pub(super) fn place(&self) -> TextPlace {
+        TextPlace::Line(self.line)
     }
 
     /// The next line; `None` at the end.
@@ -150,8 +150,8 @@ impl<'a> Text<'a> {
 }
 
 impl<'a> Words<'a> {
-    pub(super) fn place(&self) -> Place {
-        Place::Line(self.line)
+    pub(super) fn place(&self) -> TextPlace {
+        TextPlace::Line(self.line)
     }
 
     /// What is left of the line, without the spaces round it, as a name may have some in it.
@@ -198,7 +198,7 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-pub(super) fn unexpected(expected: &'static str, found: &[u8], place: Place) -> Failure {
+pub(super) fn unexpected(expected: &'static str, found: &[u8], place: TextPlace) -> Failure {
     let shown = String::from_utf8_lossy(&found[..found.len().min(SHOWN)]).into_owned();
     Failure {
         place,
@@ -210,7 +210,7 @@ pub(super) fn unexpected(expected: &'static str, found: &[u8], place: Place) -> 
 }
 
 /// A finite number.
-pub(super) fn float(word: &[u8], place: Place) -> Result<f64, Failure> {
+pub(super) fn float(word: &[u8], place: TextPlace) -> Result<f64, Failure> {
     let value: f64 = std::str::from_utf8(word)
         .ok()
         .and_then(|w| w.parse().ok())
@@ -225,7 +225,11 @@ pub(super) fn float(word: &[u8], place: Place) -> Result<f64, Failure> {
     }
 }
 
-pub(super) fn integer(word: &[u8], place: Place, expected: &'static str) -> Result<i64, Failure> {
+pub(super) fn integer(
+    word: &[u8],
+    place: TextPlace,
+    expected: &'static str,
+) -> Result<i64, Failure> {
     std::str::from_utf8(word)
         .ok()
         .and_then(|w| w.parse().ok())
@@ -238,7 +242,7 @@ pub(super) fn check_count(
     what: &'static str,
     least: usize,
     left: usize,
-    place: Place,
+    place: TextPlace,
 ) -> Result<usize, Failure> {
     match usize::try_from(value) {
         Ok(count) if count.saturating_mul(least.max(1)) <= left.saturating_add(1) => Ok(count),

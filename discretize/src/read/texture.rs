@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 
 use super::text::{Text, Words, float, unexpected};
-use super::{Failure, Format, Place, ReadError, ReadErrorKind, collect, nothing, read_bytes};
+use super::{Failure, Format, ReadError, ReadErrorKind, TextPlace, collect, nothing, read_bytes};
 use crate::hierarchy::Hierarchy;
 use crate::mesh::{Mesh, index};
 
@@ -26,7 +26,7 @@ pub(super) struct RawTexture {
     /// Materials, by number.
     names: Vec<String>,
     numbers: HashMap<String, u32>,
-    pub(super) libraries: Vec<(String, Place)>,
+    pub(super) libraries: Vec<(String, TextPlace)>,
     /// Images that the file names itself.
     pub(super) images: Vec<String>,
     /// One entry of `coordinates` for each vertex.
@@ -50,7 +50,7 @@ impl RawTexture {
         &mut self,
         places: &[i64],
         material: u32,
-        place: Place,
+        place: TextPlace,
     ) -> Result<(), Failure> {
         let count = self.coordinates.len();
         let numbers = places
@@ -77,7 +77,7 @@ impl RawTexture {
         corners: &[u32],
         places: &[f64],
         image: u32,
-        place: Place,
+        place: TextPlace,
     ) -> Result<(), Failure> {
         if places.is_empty() && self.by_vertex {
             self.fan(corners.to_vec(), image);
@@ -198,7 +198,7 @@ pub fn read_textured_mesh(path: &Path) -> Result<TexturedMesh, ReadError> {
     let (format, raw) = collect(&bytes, Some(RawTexture::default())).map_err(failed)?;
     let unsupported = |what, fix| {
         failed(Failure {
-            place: Place::File,
+            place: TextPlace::File,
             kind: ReadErrorKind::Unsupported { what, fix },
         })
     };
@@ -237,7 +237,11 @@ pub fn read_textured_mesh(path: &Path) -> Result<TexturedMesh, ReadError> {
             Some(None) if !named.is_empty() => {
                 let found = material.to_string();
                 let expected = "the number of a TextureFile, from 0";
-                return Err(failed(unexpected(expected, found.as_bytes(), Place::File)));
+                return Err(failed(unexpected(
+                    expected,
+                    found.as_bytes(),
+                    TextPlace::File,
+                )));
             }
             Some(Some(Some(file))) if corners[0] != NONE => Some(file),
             _ => None,
@@ -286,7 +290,10 @@ fn of_materials(
             known.insert(name, image.map(|image| beside.join(image)));
         }
     }
-    let place = texture.libraries.last().map_or(Place::File, |last| last.1);
+    let place = texture
+        .libraries
+        .last()
+        .map_or(TextPlace::File, |last| last.1);
     let images = texture.names.iter().map(|name| {
         known.get(name).cloned().ok_or_else(|| ReadError {
             path: path.to_owned(),

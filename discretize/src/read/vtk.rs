@@ -1,7 +1,7 @@
 //! VTK legacy files: polydata and unstructured grids, text and binary.
 
 use super::text::{Text, check_count, unexpected};
-use super::{Failure, Place, Raw, ReadErrorKind, point, vertex_index};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, point, vertex_index};
 
 /// VTK's cell types.
 const TRIANGLE: i64 = 5;
@@ -89,7 +89,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     if cells.len() != types.len() {
         return Err(reader.text.truncated("a type for every cell"));
     }
-    let place = Place::File;
+    let place = TextPlace::File;
     add(&mut raw, types.into_iter().zip(&cells), place)?;
     Ok(raw)
 }
@@ -98,7 +98,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
 pub(super) fn add<'a>(
     raw: &mut Raw,
     cells: impl Iterator<Item = (i64, &'a Vec<i64>)>,
-    place: Place,
+    place: TextPlace,
 ) -> Result<(), Failure> {
     let count = raw.vertices.len();
     let mut corners = Vec::new();
@@ -148,9 +148,9 @@ fn size_of(kind: &[u8]) -> Option<usize> {
 }
 
 impl Reader<'_> {
-    fn place(&self) -> Place {
+    fn place(&self) -> TextPlace {
         if self.binary {
-            Place::Byte(self.text.offset())
+            TextPlace::Byte(self.text.offset())
         } else {
             self.text.place()
         }
@@ -162,7 +162,7 @@ impl Reader<'_> {
         count: i64,
         what: &'static str,
         values: usize,
-        place: Place,
+        place: TextPlace,
     ) -> Result<usize, Failure> {
         let least = if self.binary { values } else { 2 * values };
         check_count(count, what, least, self.text.rest().len(), place)
@@ -214,7 +214,7 @@ impl Reader<'_> {
     }
 
     /// Index lists: counts and indices in one array, or offsets and connectivity (from version 5).
-    fn lists(&mut self, count: i64, size: i64, place: Place) -> Result<Vec<Vec<i64>>, Failure> {
+    fn lists(&mut self, count: i64, size: i64, place: TextPlace) -> Result<Vec<Vec<i64>>, Failure> {
         if self.text.rest().trim_ascii_start().starts_with(b"OFFSETS") {
             return self.offset_lists(count, size, place);
         }
@@ -237,7 +237,7 @@ impl Reader<'_> {
         &mut self,
         count: i64,
         size: i64,
-        place: Place,
+        place: TextPlace,
     ) -> Result<Vec<Vec<i64>>, Failure> {
         let array = |reader: &mut Self, n: i64, what: &'static str| -> Result<Vec<i64>, Failure> {
             let mut words = reader.text.full_line(what)?;
@@ -271,7 +271,7 @@ impl Reader<'_> {
     }
 
     /// Skips the arrays of a FIELD.
-    fn skip_field(&mut self, arrays: i64, place: Place) -> Result<(), Failure> {
+    fn skip_field(&mut self, arrays: i64, place: TextPlace) -> Result<(), Failure> {
         let arrays = self.checked(arrays, "arrays", 1, place)?;
         for _ in 0..arrays {
             let mut words = self.text.full_line("an array")?;

@@ -1,7 +1,7 @@
 //! VTK XML: unstructured grids and polydata; arrays as text, base64 or raw bytes, plain or zlib.
 
 use super::text::{Text, check_count, unexpected};
-use super::{Failure, Place, Raw, ReadErrorKind, out_of_range, point, vtk};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, out_of_range, point, vtk};
 
 /// Most bytes that a byte of zlib data can become (a deflate block of one repeated match).
 const LARGEST_RATIO: usize = 1100;
@@ -34,8 +34,8 @@ impl<'a> Tag<'a> {
         }
     }
 
-    fn place(&self) -> Place {
-        Place::Byte(self.at)
+    fn place(&self) -> TextPlace {
+        TextPlace::Byte(self.at)
     }
 
     fn need(&self, name: &'static str) -> Result<&'a [u8], Failure> {
@@ -371,7 +371,7 @@ impl Reader<'_> {
     }
 }
 
-fn truncated(expected: &'static str, place: Place) -> Failure {
+fn truncated(expected: &'static str, place: TextPlace) -> Failure {
     Failure {
         place,
         kind: ReadErrorKind::Truncated { expected },
@@ -380,7 +380,7 @@ fn truncated(expected: &'static str, place: Place) -> Failure {
 
 /// Bytes of base64 text. Padding may end any group of four, as where a header and data were
 /// written one after the other.
-fn unbase64(text: &[u8], place: Place) -> Result<Vec<u8>, Failure> {
+fn unbase64(text: &[u8], place: TextPlace) -> Result<Vec<u8>, Failure> {
     let mut out = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut count, mut padding) = (0_u32, 0, 0);
     for &byte in text.iter().filter(|b| !b.is_ascii_whitespace()) {

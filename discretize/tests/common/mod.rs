@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DQuat, DVec3};
 use phyxel_discretize::{
-    Bounds, Grading, Mesh, Octree, Refinement, SampleError, SampleSettings, Sampling, Shape, Solid,
-    Target, sample_tetrahedra,
+    Bounds, Grading, Mesh, Octree, Primitive, Refinement, SampleError, SampleSettings, Sampling,
+    Solid, Target, sample_tetrahedra,
 };
 use proptest::prelude::*;
 use testkit::cloud::BOX_FACES;
@@ -140,24 +140,24 @@ pub(crate) fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send
 }
 
 /// Every shape that needs no file, some 0.2 m long.
-pub(crate) fn shapes() -> [Shape; 5] {
+pub(crate) fn shapes() -> [Primitive; 5] {
     [
-        Shape::Box {
+        Primitive::Box {
             half_extents: DVec3::new(0.04, 0.05, 0.1),
         },
-        Shape::Ellipsoid {
+        Primitive::Ellipsoid {
             semi_axes: DVec3::new(0.1, 0.06, 0.08),
         },
-        Shape::Capsule {
+        Primitive::Capsule {
             half_length: 0.1,
             radius: 0.04,
         },
-        Shape::Tube {
+        Primitive::Tube {
             half_length: 0.1,
             outer_radius: 0.05,
             inner_radius: 0.025,
         },
-        Shape::Liver,
+        Primitive::Liver,
     ]
 }
 

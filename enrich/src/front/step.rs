@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Anchor, Front, LARGEST_TURN, LOOK, NEAR, OVERSHOOT, Place, SKIN, THROUGH};
+use super::{Anchor, EdgePlace, Front, LARGEST_TURN, LOOK, NEAR, OVERSHOOT, SKIN, THROUGH};
 use crate::cuts::Cuts;
 
 /// Halvings with which a surface or a sheet is found along a line: a thousandth of the way.
@@ -110,16 +110,16 @@ fn last_true(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 
 impl Front {
     /// What a sample's place asks for.
-    pub(super) fn step(&self, k: usize, place: Place, around: &Surroundings<'_>) -> Step {
+    pub(super) fn step(&self, k: usize, place: EdgePlace, around: &Surroundings<'_>) -> Step {
         let (sample, h) = (&self.samples[k], self.spacing);
         let Some(anchor) = &sample.anchor else {
             return match place {
-                Place::Inside { at, came } => self.begin(k, at, came, around),
+                EdgePlace::Inside { at, came } => self.begin(k, at, came, around),
                 _ => Step::None,
             };
         };
         match place {
-            Place::Inside { at, came } => {
+            EdgePlace::Inside { at, came } => {
                 let way = at - anchor.at;
                 let across = self.across(k, way);
                 let length = across.length();
@@ -130,7 +130,7 @@ impl Front {
                 // The tissue may have moved against the blade: two spacings more than the blade. One that was
                 // outside may have come in elsewhere.
                 let led = match sample.last {
-                    Some(Place::Outside { .. } | Place::Air) => 0.0,
+                    Some(EdgePlace::Outside { .. } | EdgePlace::Air) => 0.0,
                     _ => sample.way,
                 };
                 let believed = way.length() <= 2.0 * (h + led);
@@ -158,7 +158,7 @@ impl Front {
                     step => step,
                 }
             }
-            Place::Outside { at } => {
+            EdgePlace::Outside { at } => {
                 let way = at - anchor.at;
                 let across = self.across(k, way);
                 if across != DVec3::ZERO && anchor.is_ahead(across) {
@@ -178,14 +178,14 @@ impl Front {
                     }
                 }
             }
-            Place::Gap | Place::Air => {
-                let Some(Place::Inside { .. }) = sample.last else {
+            EdgePlace::Gap | EdgePlace::Air => {
+                let Some(EdgePlace::Inside { .. }) = sample.last else {
                     return Step::Stay;
                 };
                 // Through another sheet the front goes on, or a slit would stay between its neighbours.
                 match around.beyond(anchor.at, anchor.ahead, LOOK * h, h) {
-                    Some((Met::Sheet, to)) if place == Place::Gap => Step::Go(to),
-                    Some((Met::Surface, to)) if place == Place::Air => Step::Leave(to),
+                    Some((Met::Sheet, to)) if place == EdgePlace::Gap => Step::Go(to),
+                    Some((Met::Surface, to)) if place == EdgePlace::Air => Step::Leave(to),
                     _ => Step::Stay,
                 }
             }
@@ -204,7 +204,7 @@ impl Front {
             return Step::None;
         }
         let (way, reach) = match self.samples[k].last {
-            Some(Place::Outside { at: from }) => (from - at, from.distance(at)),
+            Some(EdgePlace::Outside { at: from }) => (from - at, from.distance(at)),
             _ => (-came, 2.0 * came.length() + LOOK * h),
         };
         match around.beyond(at, way.normalize_or_zero(), reach, h) {

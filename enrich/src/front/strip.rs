@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::step::{Met, Step, Surroundings};
-use super::{Anchor, Front, LOOK, OVERSHOOT, Patch, Place, SKIN};
+use super::{Anchor, EdgePlace, Front, LOOK, OVERSHOOT, Patch, SKIN};
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use crate::obstacle::index32;
@@ -26,7 +26,7 @@ impl Front {
         &mut self,
         cuts: &mut Cuts,
         steps: &[Step],
-        places: &[Place],
+        places: &[EdgePlace],
         inside: &dyn Fn(DVec3) -> bool,
     ) -> Result<Patch, CutError> {
         let mut corners: Vec<[DVec3; 3]> = Vec::new();
@@ -135,7 +135,7 @@ impl Front {
         &self,
         &[first, last]: &[usize; 2],
         steps: &[Step],
-        places: &[Place],
+        places: &[EdgePlace],
         around: &Surroundings<'_>,
     ) -> Vec<Vertex> {
         let mut front: Vec<Vertex> = (first..=last)
@@ -204,7 +204,7 @@ impl Front {
         at: DVec3,
         step: Step,
         outward: Option<DVec3>,
-        beside: Option<Place>,
+        beside: Option<EdgePlace>,
         below: bool,
         around: &Surroundings<'_>,
     ) -> Option<DVec3> {
@@ -224,16 +224,16 @@ impl Front {
         let straight = outward.or(old_way).unwrap_or(DVec3::ZERO);
         let way = straight.normalize_or_zero();
         let met = match beside {
-            Some(Place::Outside { at: next }) => {
+            Some(EdgePlace::Outside { at: next }) => {
                 let reach = at.distance(next);
                 around.beyond(at, (next - at).normalize_or_zero(), reach, h)
             }
-            Some(Place::Air) => around.beyond(at, way, 1.5 * straight.length().max(h), h),
-            Some(Place::Gap) => around
+            Some(EdgePlace::Air) => around.beyond(at, way, 1.5 * straight.length().max(h), h),
+            Some(EdgePlace::Gap) => around
                 .beyond(at, way, straight.length().max(LOOK * h), h)
                 .filter(|(met, _)| *met == Met::Sheet),
             // The next sample may lie in an older sheet, where no front begins.
-            Some(Place::Inside { at: next, .. }) => {
+            Some(EdgePlace::Inside { at: next, .. }) => {
                 around.beyond(at, way, SKIN * h, h).or_else(|| {
                     let (way, reach) = (
                         next - at,

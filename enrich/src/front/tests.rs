@@ -58,16 +58,16 @@ fn inside(x: DVec3) -> bool {
     x.abs().max_element() <= HALF
 }
 
-fn place(from: DVec3, to: DVec3) -> Place {
+fn place(from: DVec3, to: DVec3) -> EdgePlace {
     if inside(to) {
-        Place::Inside {
+        EdgePlace::Inside {
             at: to,
             came: to - from,
         }
     } else if (to.abs() - HALF).max_element() < 1.0 {
-        Place::Outside { at: to }
+        EdgePlace::Outside { at: to }
     } else {
-        Place::Air
+        EdgePlace::Air
     }
 }
 
@@ -89,7 +89,7 @@ fn lead_into(block: &Block, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
     let mut front = Front::new(path[0].len(), 1.0);
     let mut last = &path[0];
     for now in path {
-        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let places: Vec<EdgePlace> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
         let moved = last[0].distance(now[0]);
         front.advance(cuts, &places, moved, &inside).unwrap();
         let sweep: Vec<[DVec3; 3]> = (last.windows(2).zip(now.windows(2)))
@@ -183,9 +183,9 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
     let path = down(0.3, 0.0);
     let mut last = path[0].clone();
     let mut go = |front: &mut Front, cuts: &mut Cuts, now: &[DVec3], gap: bool| {
-        let places: Vec<Place> = (last.iter().zip(now))
+        let places: Vec<EdgePlace> = (last.iter().zip(now))
             .map(|(a, b)| match place(*a, *b) {
-                Place::Inside { .. } if gap => Place::Gap,
+                EdgePlace::Inside { .. } if gap => EdgePlace::Gap,
                 place => place,
             })
             .collect();
@@ -230,9 +230,9 @@ fn a_branch_starts_through_the_sheet_and_severs() {
     let mut last = line(0.3);
     for step in 0..10 {
         let now = line(0.3 + 0.4 * f64::from(step));
-        let places: Vec<Place> = (last.iter().zip(&now))
+        let places: Vec<EdgePlace> = (last.iter().zip(&now))
             .map(|(a, b)| match place(*a, *b) {
-                Place::Inside { .. } if step == 0 => Place::Gap,
+                EdgePlace::Inside { .. } if step == 0 => EdgePlace::Gap,
                 place => place,
             })
             .collect();
@@ -252,7 +252,7 @@ fn the_same_patches_give_the_same_cut() {
     let mut front = Front::new(13, 1.0);
     let mut last = path[0].clone();
     for now in &path {
-        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let places: Vec<EdgePlace> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
         let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
         again
             .add_surface(&patch.vertices, &patch.triangles)
@@ -362,7 +362,7 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     let path = down(0.3, 0.2);
     let mut last = &path[0];
     for now in &path {
-        let places: Vec<Place> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let places: Vec<EdgePlace> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
         front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
         last = now;
     }

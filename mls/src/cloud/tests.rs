@@ -240,7 +240,7 @@ fn bad_input_is_told() {
     let refused = Cloud::new(&bad, &settings).unwrap_err();
     assert_eq!(refused, CloudError::NotFinite { point: 1 });
     let radius = |r| CloudSettings {
-        support: Support::Radius(r),
+        support: SupportRule::Radius(r),
         ..settings
     };
     for r in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -250,7 +250,7 @@ fn bad_input_is_told() {
         );
     }
     let none = CloudSettings {
-        support: Support::Nearest {
+        support: SupportRule::Nearest {
             nearest: 0,
             scale: 1.0,
         },

@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 
 use glam::{DQuat, DVec3};
+use phyxel_enrich::largest_distance;
 
 use crate::scene::Pose;
 
@@ -137,8 +138,8 @@ impl BladeLead {
     pub fn lead(&mut self, step: f64) -> Led {
         let mut left = LARGEST_SPEED * step;
         while let Some(next) = self.waiting.front() {
-            let way = farthest(&self.edge, next);
-            let room = (self.capture - farthest(&self.captured, &self.edge)).max(0.0);
+            let way = largest_distance(&self.edge, next);
+            let room = (self.capture - largest_distance(&self.captured, &self.edge)).max(0.0);
             let share = left.min(room);
             if way > share {
                 if share > 0.0 {
@@ -152,7 +153,7 @@ impl BladeLead {
             self.edge.clone_from(next);
             self.waiting.pop_front();
         }
-        let moved = farthest(&self.captured, &self.edge);
+        let moved = largest_distance(&self.captured, &self.edge);
         // Round-off must not hold a capture back.
         let due = moved >= self.capture * (1.0 - 1e-9);
         if self.ending && self.waiting.is_empty() {
@@ -166,40 +167,12 @@ impl BladeLead {
     }
 }
 
-/// Largest distance (m) of two points in the same place of two edges.
-fn farthest(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let ways = a.iter().zip(b).map(|(a, b)| a.distance(*b));
-    ways.fold(0.0, f64::max)
-}
-
 /// A polyline through `count` points, even along its length.
 pub(super) fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
     if line.len() == count {
         return line.to_vec();
     }
-    let mut along = vec![0.0];
-    for pair in line.windows(2) {
-        let last = along.last().copied().unwrap_or(0.0);
-        along.push(last + pair[0].distance(pair[1]));
-    }
-    let total = along.last().copied().unwrap_or(0.0);
-    let (mut points, mut place, mut at) = (Vec::new(), 0.0, 0);
-    #[allow(clippy::cast_precision_loss, reason = "at most 64 points")]
-    let spacing = total / (count.max(2) - 1) as f64;
-    for _ in 0..count {
-        while at + 2 < line.len() && along[at + 1] < place {
-            at += 1;
-        }
-        let length = along[at + 1] - along[at];
-        let share = if length > 0.0 {
-            ((place - along[at]) / length).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        points.push(line[at].lerp(line[at + 1], share));
-        place += spacing;
-    }
-    points
+    phyxel_enrich::resampled(line, count)
 }
 
 #[cfg(test)]

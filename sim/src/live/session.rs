@@ -12,7 +12,7 @@ use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::Painter;
 use crate::run::RunState;
 use crate::scene::{Pose, Scene, SceneError};
-use crate::world::{Action, CutPiece, Input, InputError, Moment, World, WorldError, extent};
+use crate::world::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
 
 /// Way (distances of nodes) of a blade between two captures: half of a tetrahedron, as finely as a cut
 /// can be told apart.
@@ -48,7 +48,7 @@ struct Stroke {
     /// The state before the stroke.
     before: Option<Checkpoint>,
     /// An edge that is to be taken up in the next step.
-    due: Option<(Moment, Vec<DVec3>)>,
+    due: Option<(StrokePhase, Vec<DVec3>)>,
 }
 
 /// The hand that grips.
@@ -355,14 +355,14 @@ impl Session {
     }
 
     /// Leads the blade for a step (s); the edge that is to be taken up in it, one at most.
-    fn lead_blade(&mut self, step: f64) -> Option<(Moment, Vec<DVec3>)> {
+    fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
         if self.stroke.front()?.before.is_none() {
             let before = Some(self.checkpoint());
             self.stroke.front_mut()?.before = before;
         }
         let stroke = self.stroke.front_mut()?;
         if let Some(due) = stroke.due.take() {
-            if due.0 == Moment::End {
+            if due.0 == StrokePhase::End {
                 self.stroke.pop_front();
             }
             return Some(due);
@@ -372,11 +372,11 @@ impl Session {
         self.moved[0] = stroke.lead.edge()[0].distance(before);
         let due = match led {
             Led::Nothing => return None,
-            Led::Capture(edge) => (Moment::Update, edge),
-            Led::End(edge) => (Moment::End, edge),
+            Led::Capture(edge) => (StrokePhase::Update, edge),
+            Led::End(edge) => (StrokePhase::End, edge),
         };
         match stroke.first.take() {
-            Some(first) if due.0 == Moment::End && first == due.1 => {
+            Some(first) if due.0 == StrokePhase::End && first == due.1 => {
                 self.stroke.pop_front();
                 None
             }
@@ -386,10 +386,10 @@ impl Session {
                     self.ring.push(before);
                 }
                 self.strokes += 1;
-                Some((Moment::Start, first))
+                Some((StrokePhase::Start, first))
             }
             None => {
-                if due.0 == Moment::End {
+                if due.0 == StrokePhase::End {
                     self.stroke.pop_front();
                 }
                 Some(due)

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 use phyxel_live::{BodyInfo, BodyState, Control, Scene as SceneInfo, Stats, ToolInfo, ToolState};
-use phyxel_splat::{Camera, Lens};
+use phyxel_splat::Camera;
 
 use super::session::Session;
 use super::sources::Sources;
-use crate::scene::{Scene, ToolShape, View};
+use crate::scene::{Scene, View};
 use crate::world::World;
 
 /// Bodies' nodes as plain numbers.
@@ -119,15 +119,7 @@ pub(super) fn scene_of(
 }
 
 fn tool_of(tool: &crate::scene::Tool) -> ToolInfo {
-    let zero = [0.0; 3];
-    let (shape, points, radius) = match tool.solid() {
-        ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
-        ToolShape::Capsule { from, to, radius } => {
-            ("capsule", [from.to_array(), to.to_array()], radius)
-        }
-        ToolShape::Box { size } => ("box", [size.to_array(), zero], 0.0),
-        ToolShape::Plane { normal } => ("plane", [normal.to_array(), zero], 0.0),
-    };
+    let (shape, points, radius) = tool.solid().told();
     ToolInfo {
         name: tool.name.clone(),
         shape,
@@ -183,18 +175,9 @@ pub(super) fn camera_of(asked: &Control) -> Option<(Camera, [u32; 2])> {
         return None;
     };
     let [eye, target, up] = [*eye, *target, *up].map(DVec3::from_array);
-    let forward = (target - eye).try_normalize()?;
-    let right = forward.cross(up).try_normalize()?;
+    (target - eye).try_normalize()?.cross(up).try_normalize()?;
+    let eye = Some(eye).filter(|eye| eye.is_finite())?;
     let angle = Some(*field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
-    let lens = Lens::Perspective {
-        focal: 0.5 / (0.5 * angle.to_radians()).tan(),
-    };
-    let camera = Camera {
-        eye: Some(eye).filter(|eye| eye.is_finite())?,
-        right,
-        up: right.cross(forward),
-        forward,
-        lens,
-    };
+    let camera = Camera::looking_at(eye, target, up, angle.to_radians());
     Some((camera, [*width, *height]))
 }

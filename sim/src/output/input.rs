@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Pose, Scene, nearest, read_file};
-use crate::world::{Action, Input, Moment};
+use crate::world::{Action, Input, StrokePhase};
 
 /// A recorded input that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -41,7 +41,7 @@ struct Row {
     step: u64,
     kind: Kind,
     name: String,
-    moment: Option<Moment>,
+    moment: Option<StrokePhase>,
     point: usize,
     x_m: f64,
     y_m: f64,

@@ -42,21 +42,6 @@ pub(super) fn camera_of(world: &World, pictures: &Pictures) -> Camera {
             eye,
             target,
             field_of_view,
-        } => {
-            let forward = (target - eye).normalize_or(DVec3::Y);
-            let right = forward
-                .cross(DVec3::Z)
-                .try_normalize()
-                .unwrap_or_else(|| forward.any_orthonormal_vector());
-            Camera {
-                eye,
-                right,
-                up: right.cross(forward),
-                forward,
-                lens: Lens::Perspective {
-                    focal: 0.5 / (0.5 * field_of_view.to_radians()).tan(),
-                },
-            }
-        }
+        } => Camera::looking_at(eye, target, DVec3::Z, field_of_view.to_radians()),
     }
 }

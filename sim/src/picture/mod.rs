@@ -2,8 +2,6 @@
 
 mod camera;
 mod coloring;
-mod merged;
-mod reach;
 mod rigid;
 mod sampling;
 mod style;
@@ -20,11 +18,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use phyxel_splat::{
-    Camera, DrawMode, Frame, Image, ImageCoat, Mesh, Overlay, RenderSettings, Renderer, SplatView,
-    Splats, Surface, Tissue, TissueSettings, TissueTexture,
+    Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, MergedSplats, Overlay, RenderSettings,
+    Renderer, SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
+    triangle_near_box,
 };
-
-use merged::Merged;
 
 use crate::scene::{self, Coloring, Pictures, Show, read_file};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
@@ -78,8 +75,8 @@ pub struct Painter {
     show: Show,
     bare: bool,
     /// Rigid surfaces of the scene, and the looks of each tool in its own frame.
-    rigid: Vec<Mesh>,
-    looks: Vec<Option<Mesh>>,
+    rigid: Vec<DrawnMesh>,
+    looks: Vec<Option<DrawnMesh>>,
     frames: usize,
 }
 
@@ -279,7 +276,7 @@ impl Painter {
         for piece in pieces {
             let Member { body, cutting, .. } = &world.members()[piece.member];
             let Some(cutting) = cutting else { continue };
-            let cuts = cutting.cuts();
+            let (cuts, bounds) = (cutting.cuts(), body.solid.bounds());
             // A blade reaches far out of the body; skin grows where it is inside or near.
             let near: Vec<_> = piece
                 .triangles
@@ -292,7 +289,7 @@ impl Painter {
                         .max(c.distance(middle));
                     body.solid.signed_distance(middle) < size + 2.0 * body.spacing
                 })
-                .flat_map(|triangle| reach::within(*triangle, &body.solid.bounds()))
+                .flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
                 .collect();
             let change = self.skins[piece.member]
                 .tissue
@@ -340,16 +337,16 @@ impl Painter {
             meshes.extend(views::blade_paths(world));
         }
         let mut frame = match &self.skins[..] {
-            _ if !views::has_surface(self.show) => {
-                Merged::default().draw(&mut self.renderer, &meshes, &self.camera)
-            }
-            [only] if self.splat_scale >= 1.0 => {
+            [only] if self.splat_scale >= 1.0 && views::has_surface(self.show) => {
                 self.renderer.draw(&only.view(), &meshes, &self.camera)
             }
             skins => {
-                let mut all = Merged::of(skins);
+                let shown = skins.iter().filter(|_| views::has_surface(self.show));
+                let mut all = MergedSplats::of(
+                    shown.map(|skin| (skin.view(), skin.surfaces.len(), skin.images.len())),
+                );
                 all.scale(self.splat_scale);
-                all.draw(&mut self.renderer, &meshes, &self.camera)
+                self.renderer.draw(&all.view(), &meshes, &self.camera)
             }
         };
         let legends = [coloring::legend(self.coloring), views::legend(self.show)];
@@ -362,20 +359,7 @@ impl Painter {
 
 fn bytes_of(skins: &[Skin]) -> usize {
     let bytes = skins.iter().map(|skin| {
-        let (surfels, splats) = (skin.tissue.surfels(), &skin.splats);
-        size_of_val(&*surfels.positions)
-            + size_of_val(&*surfels.normals)
-            + size_of_val(&*surfels.areas)
-            + size_of_val(&*surfels.radii)
-            + size_of_val(&*surfels.shapes)
-            + size_of_val(&*splats.positions)
-            + size_of_val(&*splats.axes_u)
-            + size_of_val(&*splats.axes_v)
-            + size_of_val(&*splats.normals)
-            + size_of_val(&*splats.bends_u)
-            + size_of_val(&*splats.bends_v)
-            + size_of_val(&*skin.colors)
-            + size_of_val(&*surfels.places)
+        skin.tissue.surfels().bytes() + skin.splats.bytes() + size_of_val(&*skin.colors)
     });
     bytes.sum()
 }
@@ -457,7 +441,7 @@ impl Skin {
 }
 
 /// The image that a scene lays on a surface.
-fn coat_of(image: &scene::Image) -> Result<ImageCoat, BodyProblem> {
+fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, BodyProblem> {
     Ok(ImageCoat {
         image: Arc::new(image_of(&image.file)?),
         size: image.size,
@@ -476,8 +460,8 @@ fn image_of(file: &Path) -> Result<Image, BodyProblem> {
 
 /// The liver's texture with the scene's two colours.
 fn texture_of(wish: &scene::Surfels, size: f64) -> TissueTexture {
-    let capsule = style::linear(wish.color);
-    let parenchyma = style::linear(wish.cut_color);
+    let capsule = linear_color(wish.color);
+    let parenchyma = linear_color(wish.cut_color);
     TissueTexture {
         capsule,
         capsule_dark: capsule * 0.55,

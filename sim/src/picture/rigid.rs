@@ -1,37 +1,36 @@
 //! Rigid meshes from files among the surfels.
 
 use phyxel_discretize::{ReadError, read_mesh};
-use phyxel_splat::Mesh;
+use phyxel_splat::{DrawnMesh, linear_color};
 
-use super::style;
 use crate::scene::{Pose, RigidMesh};
 
 /// Gloss of dry surfaces, as that of a surface that says nothing of it.
 const SPECULAR: f32 = 0.35;
 
 /// The mesh of a file, placed and coloured.
-pub(super) fn read(wish: &RigidMesh) -> Result<Mesh, ReadError> {
+pub(super) fn read(wish: &RigidMesh) -> Result<DrawnMesh, ReadError> {
     let mesh = read_mesh(&wish.file)?.mesh;
     let turn = wish.turn();
     let placed = |vertex| turn * (vertex * wish.scale) + wish.position;
     let vertices = mesh.vertices.into_iter().map(placed).collect();
-    Ok(Mesh {
-        color: style::linear(wish.color),
+    Ok(DrawnMesh {
+        color: linear_color(wish.color),
         specular: SPECULAR,
         smooth: true,
-        ..Mesh::metal(vertices, mesh.triangles)
+        ..DrawnMesh::metal(vertices, mesh.triangles)
     })
 }
 
 /// The same at a scale.
-pub(super) fn scaled(mut mesh: Mesh, scale: f64) -> Mesh {
+pub(super) fn scaled(mut mesh: DrawnMesh, scale: f64) -> DrawnMesh {
     mesh.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
     mesh
 }
 
 /// The same where a pose has it.
-pub(super) fn posed(mesh: &Mesh, pose: &Pose) -> Mesh {
-    Mesh {
+pub(super) fn posed(mesh: &DrawnMesh, pose: &Pose) -> DrawnMesh {
+    DrawnMesh {
         vertices: mesh.vertices.iter().map(|&v| pose.apply(v)).collect(),
         ..mesh.clone()
     }

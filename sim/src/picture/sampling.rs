@@ -1,7 +1,7 @@
 //! Where the surfels of a surface lie.
 
 use glam::DVec3;
-use phyxel_discretize::{Mesh, Solid, Surfels, sample_surfels};
+use phyxel_discretize::{Mesh, Solid, SurfaceSamples, sample_surfels};
 use phyxel_splat::follow_curvature;
 
 use crate::scene::SurfelSpacing;
@@ -19,7 +19,7 @@ pub fn surfels_on_solid(
     mesh: &Mesh,
     count: usize,
     spacing: SurfelSpacing,
-) -> Surfels {
+) -> SurfaceSamples {
     let SurfelSpacing::Curvature { range } = spacing else {
         return sample_surfels(mesh, count, Some(solid));
     };
@@ -27,7 +27,7 @@ pub fn surfels_on_solid(
     let (chosen, areas) =
         follow_curvature(&many.positions, &many.normals, &many.areas, count, range);
     let pick = |values: &[DVec3]| chosen.iter().map(|&i| values[i as usize]).collect();
-    Surfels {
+    SurfaceSamples {
         positions: pick(&many.positions),
         normals: pick(&many.normals),
         areas,

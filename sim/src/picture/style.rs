@@ -1,8 +1,8 @@
 //! How a scene wants surfaces covered and drawn.
 
-use glam::{DVec3, Vec3};
 use phyxel_splat::{
     Background, BindSettings, DrawMode, InsideTest, Measure, RadiusRule, TissueSettings, WeightLaw,
+    linear_color,
 };
 
 use crate::scene::{self, Backdrop, SurfelMeasure, SurfelRadius, SurfelWeights, Surfels};
@@ -61,19 +61,7 @@ pub(super) fn mode_of(wish: scene::DrawMode) -> DrawMode {
 
 pub(super) fn background_of(wish: Option<Backdrop>) -> Background {
     wish.map_or_else(Background::default, |wish| Background {
-        top: linear(wish.top),
-        bottom: linear(wish.bottom),
+        top: linear_color(wish.top),
+        bottom: linear_color(wish.bottom),
     })
-}
-
-/// Linear light of an sRGB colour (IEC 61966-2-1).
-pub(super) fn linear(srgb: [f64; 3]) -> Vec3 {
-    let channel = |c: f64| {
-        if c <= 0.040_45 {
-            c / 12.92
-        } else {
-            ((c + 0.055) / 1.055).powf(2.4)
-        }
-    };
-    DVec3::from_array(srgb.map(channel)).as_vec3()
 }

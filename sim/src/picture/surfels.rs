@@ -1,6 +1,6 @@
 //! Surfels on a body's surface at rest: spread on its shape, or points of a file.
 
-use phyxel_discretize::{Surfels, read_point_cloud, surface_mesh};
+use phyxel_discretize::{SurfaceSamples, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
 
 use super::sampling::surfels_on_solid;
@@ -35,7 +35,7 @@ pub(super) fn spread(
     spacing: SurfelSpacing,
     share: f64,
     body: &Body,
-) -> Result<Surfels, BodyProblem> {
+) -> Result<SurfaceSamples, BodyProblem> {
     // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
     let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
     let count = match target {
@@ -52,7 +52,7 @@ pub(super) fn scanned(
     points: &PointFile,
     placed: &crate::scene::Body,
     body: &Body,
-) -> Result<Surfels, BodyProblem> {
+) -> Result<SurfaceSamples, BodyProblem> {
     let mut surfels = read_point_cloud(&points.file)?;
     let (turn, scale) = (
         placed.turn() * points.up.rotation(),

@@ -1,7 +1,7 @@
 //! What pictures show in place of surfaces, or beside them: to look into a model.
 
 use glam::{DVec3, Vec3};
-use phyxel_splat::{ColorScale, Mesh, Splats, Tissue};
+use phyxel_splat::{ColorScale, DrawnMesh, Markers, Splats, Tissue};
 
 use crate::scene::{Cut, Show};
 use crate::world::{Factors, Member, World};
@@ -25,7 +25,12 @@ pub(super) fn has_surface(show: Show) -> bool {
 }
 
 /// Meshes of what is to be shown of a body.
-pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Splats) -> Vec<Mesh> {
+pub(super) fn meshes(
+    show: Show,
+    member: &Member,
+    tissue: &Tissue,
+    splats: &Splats,
+) -> Vec<DrawnMesh> {
     let body = &member.body;
     let (mark, line) = (MARK * body.spacing, LINE * body.spacing);
     let at = body.motion.positions();
@@ -34,11 +39,11 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
         Show::Neighbors { node } => {
             let graph = &body.neighborhoods;
             let weights = body.stencils.weights();
-            let (mut marks, mut lines) = (Shape::default(), Shape::default());
+            let (mut marks, mut lines) = (Markers::default(), Markers::default());
             for (k, &from) in (0_u32..).zip(at) {
                 let row = k as usize;
                 if node.is_none() || node == Some(k) {
-                    marks.mark(from, mark);
+                    marks.point(from, mark);
                 }
                 for (pair, &other) in graph.pairs(row).zip(graph.row(row)) {
                     // One way of a pair is enough, the other if it is the only one.
@@ -48,7 +53,7 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
                     if weights[pair] > 0.0 && shown {
                         lines.line(from, at[other as usize], line);
                         if node.is_some() {
-                            marks.mark(at[other as usize], 0.6 * mark);
+                            marks.point(at[other as usize], 0.6 * mark);
                         }
                     }
                 }
@@ -63,7 +68,7 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
         }
         Show::Lattice => lattices(member, mark),
         Show::Normals { length } => {
-            let mut lines = Shape::default();
+            let mut lines = Markers::default();
             for (&from, normal) in splats.positions.iter().zip(&splats.normals) {
                 lines.line(from, from + length * *normal, 0.03 * length);
             }
@@ -71,7 +76,7 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
         }
         Show::Binding { surfel } => {
             let surfel = surfel as usize;
-            let (mut nodes, mut lines) = (Shape::default(), Shape::default());
+            let (mut nodes, mut lines) = (Markers::default(), Markers::default());
             let Some(&from) = splats.positions.get(surfel) else {
                 return Vec::new();
             };
@@ -79,13 +84,13 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
             for (&node, &weight) in bound.iter().zip(weights) {
                 if weight > 0.0 {
                     let to = at[node as usize];
-                    nodes.mark(to, mark);
+                    nodes.point(to, mark);
                     // As thick as its weight, 1 if one node carries it alone.
                     lines.line(from, to, 8.0 * line * weight);
                 }
             }
-            let mut own = Shape::default();
-            own.mark(from, 1.5 * mark);
+            let mut own = Markers::default();
+            own.point(from, 1.5 * mark);
             vec![
                 nodes.colored(Vec3::new(0.6, 0.05, 0.05)),
                 lines.colored(Vec3::new(0.05, 0.12, 0.5)),
@@ -97,10 +102,10 @@ pub(super) fn meshes(show: Show, member: &Member, tissue: &Tissue, splats: &Spla
 }
 
 /// All nodes, small and grey.
-fn dots(at: &[DVec3], mark: f64) -> Mesh {
-    let mut all = Shape::default();
+fn dots(at: &[DVec3], mark: f64) -> DrawnMesh {
+    let mut all = Markers::default();
     for &node in at {
-        all.mark(node, 0.25 * mark);
+        all.point(node, 0.25 * mark);
     }
     all.colored(Vec3::splat(0.3))
 }
@@ -115,7 +120,7 @@ pub(super) fn legend(show: Show) -> Option<(ColorScale, &'static str)> {
 }
 
 /// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
-fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
+fn lattices(member: &Member, mark: f64) -> Vec<DrawnMesh> {
     let Some(Factors::Grids(grids)) = member.cutting.as_ref().map(|cutting| cutting.factors())
     else {
         return Vec::new();
@@ -123,7 +128,7 @@ fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
     let Some((scale, _)) = legend(Show::Lattice) else {
         return Vec::new();
     };
-    let mut shades: Vec<Shape> = (0..SHADES).map(|_| Shape::default()).collect();
+    let mut shades: Vec<Markers> = (0..SHADES).map(|_| Markers::default()).collect();
     for grid in grids.lattices() {
         let [nx, ny, nz] = grid.size();
         #[allow(
@@ -147,7 +152,7 @@ fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
                         reason = "from 0 to the number of shades"
                     )]
                     let shade = share.round() as usize;
-                    shades[shade].mark(grid.lattice_point(k), 0.5 * mark);
+                    shades[shade].point(grid.lattice_point(k), 0.5 * mark);
                 }
             }
         }
@@ -162,7 +167,7 @@ fn lattices(member: &Member, mark: f64) -> Vec<Mesh> {
 
 /// The ways of all blades' edges in the world up to now, as nets of lines: edges at times, and the ways of their
 /// points.
-pub(super) fn blade_paths(world: &World) -> Vec<Mesh> {
+pub(super) fn blade_paths(world: &World) -> Vec<DrawnMesh> {
     let Some(now) = world.scene_time() else {
         return Vec::new();
     };
@@ -170,9 +175,9 @@ pub(super) fn blade_paths(world: &World) -> Vec<Mesh> {
     begun.map(|cut| blade_path(cut, now)).collect()
 }
 
-fn blade_path(cut: &Cut, now: f64) -> Mesh {
+fn blade_path(cut: &Cut, now: f64) -> DrawnMesh {
     let end = cut.end().min(now);
-    let mut shape = Shape::default();
+    let mut shape = Markers::default();
     let place = |piece: u32| {
         let share = f64::from(piece) / f64::from(PIECES);
         cut.edge_at(cut.start() + share * (end - cut.start()))
@@ -192,55 +197,4 @@ fn blade_path(cut: &Cut, now: f64) -> Mesh {
         }
     }
     shape.colored(Vec3::new(0.1, 0.3, 0.6))
-}
-
-/// Triangles that are put together.
-#[derive(Debug, Default)]
-struct Shape {
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Shape {
-    fn triangle(&mut self, corners: [DVec3; 3]) {
-        let first = u32::try_from(self.vertices.len()).unwrap_or(u32::MAX);
-        self.vertices.extend(corners);
-        self.triangles.push([first, first + 1, first + 2]);
-    }
-
-    /// An octahedron.
-    fn mark(&mut self, at: DVec3, radius: f64) {
-        for x in [-radius, radius] {
-            for y in [-radius, radius] {
-                for z in [-radius, radius] {
-                    self.triangle([at + x * DVec3::X, at + y * DVec3::Y, at + z * DVec3::Z]);
-                }
-            }
-        }
-    }
-
-    /// A prism of three sides.
-    fn line(&mut self, from: DVec3, to: DVec3, radius: f64) {
-        let Some(axis) = (to - from).try_normalize() else {
-            return;
-        };
-        let (a, b) = axis.any_orthonormal_pair();
-        let out = [0.0_f64, 120.0, 240.0].map(|angle| {
-            let (sin, cos) = angle.to_radians().sin_cos();
-            radius * (a * cos + b * sin)
-        });
-        for k in 0..3 {
-            let (p, q) = (out[k], out[(k + 1) % 3]);
-            self.triangle([from + p, from + q, to + p]);
-            self.triangle([to + p, from + q, to + q]);
-        }
-    }
-
-    fn colored(self, color: Vec3) -> Mesh {
-        Mesh {
-            color,
-            specular: 0.0,
-            ..Mesh::metal(self.vertices, self.triangles)
-        }
-    }
 }

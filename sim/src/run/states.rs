@@ -1,7 +1,7 @@
 //! The bodies as ParaView reads them: nodes as VTK with stress, surfels as PLY, at the end and at a
 //! rate.
 
-use phyxel_discretize::{Field, Surfels, ply_surfels, vtk_points, vtk_tetrahedra};
+use phyxel_discretize::{Field, SurfaceSamples, ply_surfels, vtk_points, vtk_tetrahedra};
 use phyxel_elastic::von_mises_stress;
 use serde::{Deserialize, Serialize};
 
@@ -114,7 +114,7 @@ fn write(
         keep(format!("{}.vtk", name(body)), &vtk(body))?;
         if let Some(painter) = &painter {
             let (positions, normals, areas) = painter.surfels(index);
-            let surfels = Surfels {
+            let surfels = SurfaceSamples {
                 positions: positions.to_vec(),
                 normals: normals.to_vec(),
                 areas: areas.to_vec(),

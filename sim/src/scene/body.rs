@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::RepairSettings;
+use phyxel_discretize::{Primitive, RepairSettings};
 use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
@@ -97,8 +97,8 @@ impl Body {
 
     /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
     pub(crate) fn rough_volume(&self) -> Option<f64> {
-        let volume = self.shape.rough_volume()?;
-        Some(volume * self.scale * self.scale * self.scale)
+        let (primitive, _, scale, _) = self.shape.primitive()?;
+        Some(primitive.volume() * (self.scale * scale).powi(3))
     }
 
     /// Rotation of the shape.
@@ -193,16 +193,34 @@ impl Shape {
         RepairSettings::default().largest_hole
     }
 
-    /// [`Body::rough_volume`] at scale 1.
-    fn rough_volume(&self) -> Option<f64> {
-        use std::f64::consts::PI;
-        Some(match *self {
-            // 1.2 litres at 0.166 m.
-            Self::Liver { width } => 0.26 * width * width * width,
-            Self::Box { size } => size.element_product(),
-            Self::Ellipsoid { radii } => 4.0 / 3.0 * PI * radii.element_product(),
+    /// The shape without a file that it is, with the rotation, the size and the place (m) that it has in the body's
+    /// frame; `None` for a mesh.
+    pub(crate) fn primitive(&self) -> Option<(Primitive, DMat3, f64, DVec3)> {
+        // Rotation that takes +z to the axis of a capsule or tube.
+        let along = |axis: DVec3| {
+            let z = axis.normalize_or(DVec3::Z);
+            let (x, y) = z.any_orthonormal_pair();
+            DMat3::from_cols(x, y, z)
+        };
+        let still = |primitive| Some((primitive, DMat3::IDENTITY, 1.0, DVec3::ZERO));
+        match *self {
+            Self::Liver { width } => {
+                // The organ of an upright person: its head end up, its front to -y.
+                let turn = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
+                let scale = width / Primitive::LIVER_WIDTH;
+                Some((Primitive::Liver, turn, scale, DVec3::ZERO))
+            }
+            Self::Box { size } => still(Primitive::Box {
+                half_extents: size * 0.5,
+            }),
+            Self::Ellipsoid { radii } => still(Primitive::Ellipsoid { semi_axes: radii }),
             Self::Capsule { from, to, radius } => {
-                PI * radius * radius * (from.distance(to) + 4.0 / 3.0 * radius)
+                let half_length = 0.5 * from.distance(to);
+                let capsule = Primitive::Capsule {
+                    half_length,
+                    radius,
+                };
+                Some((capsule, along(to - from), 1.0, from.midpoint(to)))
             }
             Self::Tube {
                 from,
@@ -210,11 +228,15 @@ impl Shape {
                 inner_radius,
                 outer_radius,
             } => {
-                let section = outer_radius * outer_radius - inner_radius * inner_radius;
-                PI * section * from.distance(to)
+                let tube = Primitive::Tube {
+                    half_length: 0.5 * from.distance(to),
+                    outer_radius,
+                    inner_radius,
+                };
+                Some((tube, along(to - from), 1.0, from.midpoint(to)))
             }
-            Self::Mesh { .. } => return None,
-        })
+            Self::Mesh { .. } => None,
+        }
     }
 }
 
@@ -355,13 +377,13 @@ pub struct Surfels {
     /// Colour of the inside that a cut lays open (sRGB, 0 to 1).
     pub cut_color: [f64; 3],
     /// Image that colours the surface in place of `color`.
-    pub image: Option<Image>,
+    pub image: Option<ImageFile>,
     /// Whether the images that the body's mesh file names colour the surface, by the texture coordinates in it, in
     /// place of `color` and `image`: of OBJ those of its `.mtl` beside it (`map_Kd`), of PLY those of
     /// `comment TextureFile`; PNG.
     pub textured: bool,
     /// Image that colours the inside in place of `cut_color`.
-    pub cut_image: Option<Image>,
+    pub cut_image: Option<ImageFile>,
 }
 
 /// Points with normals on a body's surface, without triangles.
@@ -384,8 +406,8 @@ pub struct PointFile {
 /// An image laid on a body from the six sides of a box, by the place at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Image {
+#[serde(deny_unknown_fields, rename = "Image")]
+pub struct ImageFile {
     /// PNG file; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
     #[cfg_attr(feature = "cli", schemars(with = "String"))]

@@ -17,7 +17,7 @@ pub struct Support {
     pub region: Region,
     /// How the supported nodes move.
     #[serde(default)]
-    pub motion: Motion,
+    pub motion: SupportMotion,
 }
 
 impl Support {
@@ -27,7 +27,7 @@ impl Support {
         Self {
             body: None,
             region,
-            motion: Motion::Fixed,
+            motion: SupportMotion::Fixed,
         }
     }
 
@@ -37,7 +37,7 @@ impl Support {
         Self {
             body: None,
             region,
-            motion: Motion::Driven { path },
+            motion: SupportMotion::Driven { path },
         }
     }
 }
@@ -93,8 +93,8 @@ impl Region {
 /// How supported nodes move.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum Motion {
+#[serde(deny_unknown_fields, rename = "Motion")]
+pub enum SupportMotion {
     /// They stay where they rest.
     #[default]
     Fixed,

@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use serde_json::Value;
 
+use super::format::Format;
 use super::keys;
-use super::read::Format;
 
 /// The format's schema.
 pub(super) static SCHEMA: LazyLock<Value> = LazyLock::new(keys::schema);

@@ -1,6 +1,7 @@
 //! What bodies are made of.
 
 use glam::DVec3;
+use phyxel_elastic as elastic;
 use serde::{Deserialize, Serialize};
 
 use super::event::Region;
@@ -260,6 +261,38 @@ impl Material {
             youngs_modulus,
             density,
             ..Self::default()
+        }
+    }
+
+    /// The material as the elastic model has it.
+    #[must_use]
+    pub fn law(&self) -> elastic::Material {
+        let (modulus, ratio) = (self.youngs_modulus, self.poissons_ratio);
+        let law = match self.model {
+            Model::StableNeoHookean => elastic::Material::stable_neo_hookean(modulus, ratio),
+            Model::NeoHookean => elastic::Material::neo_hookean(modulus, ratio),
+            Model::SaintVenantKirchhoff => {
+                elastic::Material::saint_venant_kirchhoff(modulus, ratio)
+            }
+            Model::MooneyRivlin { share } => {
+                elastic::Material::mooney_rivlin(modulus, ratio, share)
+            }
+        };
+        let terms = self.viscosity.iter().map(|term| elastic::PronyTerm {
+            ratio: term.ratio,
+            relaxation_time: term.time,
+        });
+        let law = law
+            .with_volume_constant(self.volume_constant)
+            .with_prony(&terms.collect::<Vec<_>>());
+        match self.fiber {
+            None => law,
+            Some(fiber) => law.with_fiber(elastic::Fiber {
+                direction: fiber.direction,
+                stiffness: fiber.stiffness,
+                exponent: fiber.exponent,
+                dispersion: fiber.dispersion,
+            }),
         }
     }
 

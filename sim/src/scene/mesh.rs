@@ -144,7 +144,7 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
             point: at(0.5, 0.65, 0.45),
             normal: DVec3::new(0.0, size.z, -size.y).normalize_or(DVec3::Y),
         },
-        motion: super::Motion::Fixed,
+        motion: super::SupportMotion::Fixed,
     });
     // An upright edge, from the middle of the height to above the top, drawn towards the back.
     scene.cuts.push(Cut {

@@ -9,10 +9,10 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::error::FormatProblem;
+use super::format::{Format, options};
 use super::key_path::{KeyPath, Segment};
 use super::kind::{Kind, SCHEMA, name_of, names_of, required};
 use super::locate::{Content, Node};
-use super::read::{Format, options};
 use super::suggest::nearest;
 
 /// Most problems that are gathered: nobody reads more, and a list of a million values may be all wrong.

@@ -8,6 +8,7 @@ mod body;
 mod embedded;
 mod error;
 mod event;
+mod format;
 mod key_path;
 #[cfg(feature = "cli")]
 mod keys;
@@ -35,12 +36,14 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Form, Image, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
+    Axis, Body, Form, ImageFile, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
     SurfelRadius, SurfelSpacing, SurfelTarget, SurfelWeights, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
-pub use event::{Capture, Cut, Gravity, Motion, Region, Support};
+pub use event::{Capture, Cut, Gravity, Region, Support, SupportMotion};
+#[cfg(feature = "cli")]
+pub(crate) use format::Format;
 #[cfg(feature = "cli")]
 pub(crate) use key_path::{KeyPath, Segment};
 #[cfg(feature = "cli")]
@@ -51,10 +54,11 @@ pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Preset, Relaxa
 pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
 pub use overrides::Override;
-pub use path::{Key, Pose, pose_at};
+pub use path::{Key, pose_at};
+pub use phyxel_integrate::Pose;
 pub(crate) use read::read_file;
 #[cfg(feature = "cli")]
-pub(crate) use read::{Format, parse_ron, place_of_body, read_text};
+pub(crate) use read::{parse_ron, place_of_body, read_text};
 pub use rigid::RigidMesh;
 pub use settings::{
     Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, Show, View,

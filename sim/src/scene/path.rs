@@ -1,6 +1,7 @@
 //! Paths in time: how tools, blades and driven regions move.
 
 use glam::{DQuat, DVec3};
+use phyxel_integrate::Pose;
 use serde::{Deserialize, Serialize};
 
 /// One key of a path: where something is at a time.
@@ -23,38 +24,6 @@ pub struct Key {
     pub rotation: DVec3,
 }
 
-/// Rotation and translation of a path at one time: `x = rotation * local + position`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Pose {
-    /// Rotation from the local frame to the world.
-    pub rotation: DQuat,
-    /// Translation (m).
-    pub position: DVec3,
-}
-
-impl Pose {
-    /// The pose that moves nothing.
-    pub const IDENTITY: Self = Self {
-        rotation: DQuat::IDENTITY,
-        position: DVec3::ZERO,
-    };
-
-    /// World place (m) of the point `local` (m).
-    #[must_use]
-    pub fn apply(&self, local: DVec3) -> DVec3 {
-        self.rotation * local + self.position
-    }
-
-    /// The pose that share of the way to another, along a straight line and the shorter arc.
-    #[must_use]
-    pub fn toward(&self, other: &Self, share: f64) -> Self {
-        Self {
-            rotation: self.rotation.slerp(other.rotation, share),
-            position: self.position + (other.position - self.position) * share,
-        }
-    }
-}
-
 impl Key {
     /// A place (m) at a scene time (s), not turned.
     #[must_use]
@@ -66,7 +35,9 @@ impl Key {
         }
     }
 
-    fn pose(&self) -> Pose {
+    /// Its place and rotation.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
         Pose {
             rotation: turn(self.rotation),
             position: self.position,

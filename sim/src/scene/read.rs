@@ -4,11 +4,11 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use ron::extensions::Extensions;
 use serde::de::DeserializeOwned;
 
 use super::embedded::{self, EMBEDDED};
 use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
+use super::format::{Format, options};
 use super::key_path::KeyPath;
 use super::locate::{Node, byte_at, line_column};
 #[cfg(feature = "cli")]
@@ -175,39 +175,10 @@ fn resolve(folder: &Path, file: &Path) -> PathBuf {
     std::path::absolute(&joined).unwrap_or(joined)
 }
 
-pub(super) fn options() -> ron::Options {
-    ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
-}
-
 /// Line and column at which a text departs from the format, and how.
 type Misread = ((usize, usize), FormatProblem);
 
-/// How a scene is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Format {
-    Ron,
-    Json,
-}
-
 impl Format {
-    /// JSON for the extension `json`.
-    pub(crate) fn of(file: &Path) -> Self {
-        let json = |extension: &std::ffi::OsStr| extension.eq_ignore_ascii_case("json");
-        if file.extension().is_some_and(json) {
-            Self::Json
-        } else {
-            Self::Ron
-        }
-    }
-
-    /// Where values stand; nothing where brackets or separators do not fit.
-    pub(crate) fn tree(self, text: &str) -> Option<Node> {
-        match self {
-            Self::Ron => Node::read(text),
-            Self::Json => Node::read_json(text),
-        }
-    }
-
     /// Reads a scene without validating it.
     fn parse(self, text: &str) -> Result<Scene, Misread> {
         match self {

@@ -8,7 +8,7 @@ use serde_json::{Number, Value};
 use super::case::Case;
 use super::chart::{Panel, chart};
 use super::outcome::Outcome;
-use super::plan::{Measure, Plan, PlanError, Values};
+use super::plan::{Plan, PlanError, ResultColumn, Values};
 use super::statistics::{SHARES, quantiles, sensitivity};
 use crate::output::{OutputError, OutputFolder};
 use crate::scene::{KeyPath, Segment};
@@ -126,15 +126,15 @@ fn row<'a>(plan: &Plan, case: &'a Case, outcome: Outcome, sweep: &Path) -> Row<'
         let warnings = summary.get("warnings").and_then(Value::as_array);
         warnings.map_or(0, Vec::len)
     });
-    let result = |measure: &Measure| match measure {
-        Measure::Summary { path, .. } => summary
+    let result = |measure: &ResultColumn| match measure {
+        ResultColumn::Summary { path, .. } => summary
             .as_ref()
             .and_then(|summary| at_path(summary, path).ok())
             .map_or(String::new(), text_of),
-        Measure::Largest {
+        ResultColumn::Largest {
             column, file, of, ..
         } => extreme(&folder.join(file), column, of.as_deref(), f64::max),
-        Measure::Smallest {
+        ResultColumn::Smallest {
             column, file, of, ..
         } => extreme(&folder.join(file), column, of.as_deref(), f64::min),
     };
@@ -208,7 +208,7 @@ fn demand(plan: &Plan, rows: &[Row<'_>], sweep: &Path) -> Result<(), PlanError> 
             continue;
         }
         let (key, found, must) = match measure {
-            Measure::Summary { path, .. } => {
+            ResultColumn::Summary { path, .. } => {
                 let text = fs::read(folder.join("summary.json")).unwrap_or_default();
                 let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
                 let above = at_path(&summary, path).err().unwrap_or(KeyPath(Vec::new()));
@@ -224,7 +224,8 @@ fn demand(plan: &Plan, rows: &[Row<'_>], sweep: &Path) -> Result<(), PlanError> 
                 let must = format!("no run has a value there; {owner} has {}", keys.join(", "));
                 ("path", path.clone(), must)
             }
-            Measure::Largest { column, file, .. } | Measure::Smallest { column, file, .. } => {
+            ResultColumn::Largest { column, file, .. }
+            | ResultColumn::Smallest { column, file, .. } => {
                 let text = fs::read_to_string(folder.join(file)).unwrap_or_default();
                 let header = text.lines().next().unwrap_or("nothing").replace(',', ", ");
                 let must = format!("no run has a number there; {file} has {header}");
@@ -252,7 +253,7 @@ fn results(plan: &Plan, rows: &[Row<'_>]) -> String {
     let mut header = vec!["case".to_owned()];
     header.extend(plan.keys.iter().map(|key| key.name().to_owned()));
     header.extend(["ended", "healthy", "warnings"].map(str::to_owned));
-    header.extend(plan.results.iter().map(Measure::name));
+    header.extend(plan.results.iter().map(ResultColumn::name));
     header.push("error".to_owned());
     let rows = rows.iter().map(|row| {
         let mut fields = vec![row.case.number.to_string()];

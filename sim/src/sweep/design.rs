@@ -1,6 +1,6 @@
 //! The values of each case.
 
-use super::plan::{Design, Key, Plan, Values};
+use super::plan::{Design, Plan, SweptKey, Values};
 
 /// Numbers from 0 to 1 that look random and are the same on every machine: the splitting generator of
 /// Steele, Lea and Flood 2014.
@@ -77,14 +77,14 @@ pub(super) fn rows(plan: &Plan) -> Vec<Vec<String>> {
     rows
 }
 
-fn length(key: &Key) -> usize {
+fn length(key: &SweptKey) -> usize {
     match &key.values {
         Values::Of(list) => list.len(),
         Values::Uniform(..) | Values::LogUniform(..) => 0,
     }
 }
 
-fn listed(key: &Key, index: usize) -> String {
+fn listed(key: &SweptKey, index: usize) -> String {
     match &key.values {
         Values::Of(list) => list
             .get(index)
@@ -94,7 +94,7 @@ fn listed(key: &Key, index: usize) -> String {
 }
 
 /// The value below which a `share` of all lie; of a list the one that `part` of `count` falls on.
-fn drawn(key: &Key, share: f64, part: usize, count: usize) -> String {
+fn drawn(key: &SweptKey, share: f64, part: usize, count: usize) -> String {
     let number = match key.values {
         Values::Of(ref list) => return listed(key, part * list.len() / count),
         Values::Uniform(low, high) => low + (high - low) * share,

@@ -18,6 +18,6 @@ pub use case::{Case, write_cases};
 pub use collect::{CollectError, Collected, collect};
 pub use design::Sequence;
 pub use outcome::{CaseError, Outcome, run_case};
-pub use plan::{Design, Key, Measure, Plan, PlanError, Values};
+pub use plan::{Design, Plan, PlanError, ResultColumn, SweptKey, Values};
 pub use pool::{PoolError, PoolOptions, Tally, run_cases};
 pub use statistics::{Quantiles, SHARES, Sensitivity, quantiles, sensitivity};

@@ -28,9 +28,9 @@ pub struct Plan {
     /// How the values of the keys are combined.
     pub design: Design,
     /// What changes from case to case, at least one.
-    pub keys: Vec<Key>,
+    pub keys: Vec<SweptKey>,
     /// What is kept of each run.
-    pub results: Vec<Measure>,
+    pub results: Vec<ResultColumn>,
     /// The plan's file and its text, for messages.
     pub(super) source: Source,
 }
@@ -63,8 +63,8 @@ pub enum Design {
 
 /// Something that changes from case to case.
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Key {
+#[serde(deny_unknown_fields, rename = "Key")]
+pub struct SweptKey {
     /// Key path in the scene, as `--set` takes it.
     pub key: String,
     /// More paths that take the same text.
@@ -74,7 +74,7 @@ pub struct Key {
     #[serde(default)]
     pub name: Option<String>,
     /// What is written at the path, with the value in place of `{}`.
-    #[serde(default = "Key::default_write")]
+    #[serde(default = "SweptKey::default_write")]
     pub write: String,
     /// Whether values of a range are rounded to whole numbers.
     #[serde(default)]
@@ -83,7 +83,7 @@ pub struct Key {
     pub values: Values,
 }
 
-impl Key {
+impl SweptKey {
     fn default_write() -> String {
         "{}".to_owned()
     }
@@ -118,8 +118,8 @@ pub enum Values {
 
 /// A number that is kept of each run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Measure {
+#[serde(deny_unknown_fields, rename = "Measure")]
+pub enum ResultColumn {
     /// What stands at a path in `summary.json`; of a list its length.
     Summary {
         /// Path, such as `bodies[0].energy.elastic`.
@@ -133,7 +133,7 @@ pub enum Measure {
         /// Column of the file.
         column: String,
         /// A table of the run's folder.
-        #[serde(default = "Measure::default_file")]
+        #[serde(default = "ResultColumn::default_file")]
         file: String,
         /// Only rows in which `body` or `tool` is this; all where not given.
         #[serde(default)]
@@ -147,7 +147,7 @@ pub enum Measure {
         /// Column of the file.
         column: String,
         /// A table of the run's folder.
-        #[serde(default = "Measure::default_file")]
+        #[serde(default = "ResultColumn::default_file")]
         file: String,
         /// Only rows in which `body` or `tool` is this; all where not given.
         #[serde(default)]
@@ -158,7 +158,7 @@ pub enum Measure {
     },
 }
 
-impl Measure {
+impl ResultColumn {
     fn default_file() -> String {
         "history.csv".to_owned()
     }
@@ -268,9 +268,9 @@ struct Written {
     #[serde(default)]
     set: Vec<String>,
     design: Design,
-    keys: Vec<Key>,
+    keys: Vec<SweptKey>,
     #[serde(default)]
-    results: Option<Vec<Measure>>,
+    results: Option<Vec<ResultColumn>>,
 }
 
 impl Plan {
@@ -321,7 +321,7 @@ impl Plan {
             set: set.collect::<Result<_, _>>()?,
             design: written.design,
             keys: written.keys,
-            results: written.results.unwrap_or_else(Measure::usual),
+            results: written.results.unwrap_or_else(ResultColumn::usual),
             source,
         };
         plan.validate()?;
@@ -394,7 +394,7 @@ impl Plan {
                 &format!("'{name}'"),
                 "another column is called so; give each a name of its own",
             )?;
-            if let Measure::Summary { path: place, .. } = result {
+            if let ResultColumn::Summary { path: place, .. } = result {
                 source.require(
                     KeyPath::parse(place).is_some(),
                     &format!("{path}.path"),
@@ -402,7 +402,8 @@ impl Plan {
                     "it must be a path such as bodies[0].energy.elastic",
                 )?;
             }
-            if let Measure::Largest { file, .. } | Measure::Smallest { file, .. } = result {
+            if let ResultColumn::Largest { file, .. } | ResultColumn::Smallest { file, .. } = result
+            {
                 source.require(
                     file.ends_with(".csv") && !file.contains(['/', '\\']),
                     &format!("{path}.file"),
@@ -420,7 +421,7 @@ impl Plan {
         )
     }
 
-    fn key(&self, path: &str, key: &Key) -> Result<(), PlanError> {
+    fn key(&self, path: &str, key: &SweptKey) -> Result<(), PlanError> {
         let source = &self.source;
         for (at, text) in std::iter::once(&key.key).chain(&key.also).enumerate() {
             let here = at.checked_sub(1);

@@ -7,19 +7,18 @@ use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::{Elastic, Part, StiffNode, WATCHED_NODES};
 use phyxel_enrich::{Pieces, connected_pieces};
 use phyxel_integrate::{
-    Eigenvalue, EigenvalueSettings, Leveled, Motion, MotionSettings, StepError, Supports,
-    critical_step, largest_eigenvalue, level_masses,
+    ContactSurface, Eigenvalue, EigenvalueSettings, Grip, Leveled, Motion, MotionSettings,
+    StepError, Supports, critical_step, largest_eigenvalue, level_masses,
 };
 use phyxel_mls::Neighborhoods;
 
 use super::error::{BodyProblem, WorldError};
-use super::grip::Grip;
+use super::factors::Factors;
 use super::model::{Built, build};
-use super::outside::{Cover, outside_of};
+use super::outside::{Cover, outside_of, surface_of};
 use super::scheme::{Stepper, equilibrium, explicit_scheme};
 use super::shape::solid_of;
-use super::state::fingerprint;
-use super::stencils::Stencils;
+use super::stencils::BodyStencils;
 use super::support::supports_of;
 use super::tool::Touch;
 use crate::scene::{self, CutRule, Scene};
@@ -71,7 +70,7 @@ pub struct Body {
     /// Who is coupled with whom.
     pub neighborhoods: Neighborhoods,
     /// Gradient stencils.
-    pub stencils: Stencils,
+    pub stencils: BodyStencils,
     /// Forces.
     pub elastic: Elastic,
     /// Nodes in motion.
@@ -560,6 +559,30 @@ impl Body {
         self.motion.refresh(|x, f| elastic.forces_again(x, f))
     }
 
+    /// Contact points on its outside, with the factors of its cuts.
+    pub(super) fn contact_surface(
+        &self,
+        factors: Option<&Factors>,
+    ) -> Result<ContactSurface, BodyProblem> {
+        let holds = |a: u32, b: u32| self.holds(factors, a, b);
+        surface_of(self.cover.as_ref(), &self.outside, &self.rest, holds)
+    }
+
+    /// How many triangles of its outside cuts have torn; what is torn stays so.
+    pub(super) fn torn_count(&self, factors: &Factors) -> usize {
+        let holds = |a: u32, b: u32| self.holds(Some(factors), a, b);
+        let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
+        self.outside.len() - self.outside.iter().filter(whole).count()
+    }
+
+    /// Whether no cut has severed two nodes that were neighbours.
+    fn holds(&self, factors: Option<&Factors>, a: u32, b: u32) -> bool {
+        let pair = self.neighborhoods.find_pair(a as usize, b);
+        factors
+            .zip(pair)
+            .is_none_or(|(factors, pair)| factors.factor(pair) > 0.0)
+    }
+
     /// Whether the stable step is to be watched.
     pub(super) fn is_explicit(&self) -> bool {
         self.stepper.step().is_none()
@@ -584,4 +607,15 @@ fn mean_edge(rest: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let count = neighborhoods.pair_count().max(1) as f64;
     sum / count
+}
+
+/// Checksum of rest positions.
+fn fingerprint(rest: &[DVec3]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for x in rest {
+        for coordinate in x.to_array() {
+            hasher.update(&coordinate.to_le_bytes());
+        }
+    }
+    hasher.finalize()
 }

@@ -2,17 +2,17 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_enrich::{
-    CutSettings, Cuts, Graph, Patch, connected_pieces, is_parted, nodes_in_small_pieces,
+    Blade, CutSettings, Cuts, DeformedBody, Graph, Sweep, connected_pieces, is_parted,
+    nodes_in_small_pieces,
 };
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
-use super::blade::{Blade, Tissue, reach_of};
 use super::body::Body;
 use super::energy::{CutEnergy, StrokeEnergy};
 use super::error::BodyProblem;
 use super::factors::Factors;
-use super::state::Incision;
+use super::input::StrokePhase;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
 /// condition, has no strain of its own any more.
@@ -27,6 +27,8 @@ const TOUCHED_CONTROL: f64 = 3.0;
 const SMALLEST_PIECE: usize = 12;
 /// Products with the stiffness of the part round a cut per estimate.
 const ESTIMATE_PRODUCTS: usize = 16;
+/// Tissue that is pressed to a smaller share of its volume is not mapped: its gradients are none.
+const LEAST_VOLUME: f64 = 0.2;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
 /// Round-off of a bend's place, as a share of the body's size. A bend in a face of the body lies 1e-17
@@ -79,40 +81,27 @@ impl OpenStroke {
     }
 }
 
-/// What a blade's edge added to the cut, all in the material: doing it again gives the same cut.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sweep {
-    pub(super) patches: Vec<Patch>,
-    /// Ends of the front before and after it (m); `None` if nothing was added.
-    pub(super) ends: Option<[[DVec3; 2]; 2]>,
-}
-
-impl Sweep {
-    pub(super) fn is_finite(&self) -> bool {
-        let vertices = self.patches.iter().flat_map(|patch| &patch.vertices);
-        let ends = self.ends.iter().flatten().flatten();
-        vertices.chain(ends).all(|x| x.is_finite())
-    }
+/// What a blade's edge did when it was taken up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Incision {
+    /// Steps that had been taken.
+    pub(super) steps: u64,
+    /// Index of the body.
+    pub(super) member: usize,
+    /// Index of the scene's cut.
+    pub(super) cut: usize,
+    pub(super) moment: StrokePhase,
+    /// What it added to the cut.
+    pub(super) sweep: Sweep,
 }
 
 /// What a capture changed.
 #[derive(Debug, Clone, Default)]
-pub struct Capture {
+pub struct Captured {
     /// New triangles, corners in material coordinates (m).
     pub triangles: Vec<[DVec3; 3]>,
     /// Whether any pair factor changed.
     pub changed: bool,
-}
-
-/// When in a stroke the edge is taken up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Moment {
-    /// The stroke starts.
-    Start,
-    /// The blade has moved.
-    Update,
-    /// The stroke ends.
-    End,
 }
 
 impl Cutting {
@@ -226,8 +215,8 @@ impl Cutting {
         cut: usize,
         weld_tolerance: Option<f64>,
         edge: &[DVec3],
-        moment: Moment,
-    ) -> Result<(Capture, Sweep), BodyProblem> {
+        moment: StrokePhase,
+    ) -> Result<(Captured, Sweep), BodyProblem> {
         let (first, number) = self.begin(body, cut, weld_tolerance, moment);
         let sweep = self.sweep(body, cut, edge, moment)?;
         let (capture, touched) = self.grow(body, (cut, number), first, &sweep, moment)?;
@@ -250,7 +239,7 @@ impl Cutting {
         body: &mut Body,
         weld_tolerance: Option<f64>,
         incision: &Incision,
-    ) -> Result<Capture, BodyProblem> {
+    ) -> Result<Captured, BodyProblem> {
         let (first, number) = self.begin(body, incision.cut, weld_tolerance, incision.moment);
         for patch in &incision.sweep.patches {
             self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
@@ -295,13 +284,13 @@ impl Cutting {
         body: &Body,
         cut: usize,
         weld_tolerance: Option<f64>,
-        moment: Moment,
+        moment: StrokePhase,
     ) -> (usize, usize) {
         self.captures += 1;
         let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
         self.cuts
             .set_weld_tolerance(weld_tolerance.unwrap_or(usual));
-        if moment == Moment::Start {
+        if moment == StrokePhase::Start {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
@@ -325,7 +314,7 @@ impl Cutting {
         body: &Body,
         cut: usize,
         edge: &[DVec3],
-        moment: Moment,
+        moment: StrokePhase,
     ) -> Result<Sweep, BodyProblem> {
         let Some(stroke) = self.strokes.iter_mut().find(|stroke| stroke.cut == cut) else {
             return Ok(Sweep::default());
@@ -333,14 +322,24 @@ impl Cutting {
         let positions = body.motion.positions();
         let blade = stroke
             .blade
-            .get_or_insert_with(|| Blade::new(edge, body.spacing, &reach_of(positions)));
+            .get_or_insert_with(|| Blade::new(edge, body.spacing, positions));
         let gradients = body.elastic.deformation_gradients();
-        let tissue = Tissue {
-            body,
-            frame: self.map.frame(positions, &gradients)?,
-            factors: &self.factors,
+        let frame = self.map.frame(positions, &gradients)?;
+        let graph = &body.neighborhoods;
+        let deformed = DeformedBody {
+            rest: &body.rest,
+            present: Graph::trusted(positions, graph.offsets(), graph.indices()),
+            spacing: body.spacing,
+            inside: &|point| body.solid.contains(point),
+            preimage: &|world, seen| {
+                let found = frame.preimage(world, LEAST_VOLUME, seen)?;
+                Some((found.position, found.jacobian))
+            },
+            nearest: &|world| frame.nearest_node(world),
+            known: &|pair| self.factors.factor(pair) < 1.0,
         };
-        let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &tissue, moment)?;
+        let ends = moment == StrokePhase::End;
+        let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &deformed, ends)?;
         self.missed += missed;
         Ok(sweep)
     }
@@ -352,8 +351,8 @@ impl Cutting {
         (cut, number): (usize, usize),
         first: usize,
         sweep: &Sweep,
-        moment: Moment,
-    ) -> Result<(Capture, Vec<u32>), BodyProblem> {
+        moment: StrokePhase,
+    ) -> Result<(Captured, Vec<u32>), BodyProblem> {
         let new = first..self.cuts.triangle_count();
         let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let mut touched = Vec::new();
@@ -370,7 +369,7 @@ impl Cutting {
                 .factors
                 .update(&graph, &self.cuts, new, (number, sweep.ends), &inside);
         }
-        if moment == Moment::End {
+        if moment == StrokePhase::End {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let changed = !touched.is_empty();
@@ -379,7 +378,7 @@ impl Cutting {
             self.by_stroke[number].updates += 1;
             self.reconnect(body, &touched)?;
         }
-        Ok((Capture { triangles, changed }, touched))
+        Ok((Captured { triangles, changed }, touched))
     }
 
     /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they

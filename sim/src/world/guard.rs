@@ -8,11 +8,10 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use phyxel_integrate::Audit;
 
 use super::body::Body;
+use super::body_state::BodyState;
 use super::error::{BodyProblem, WorldError};
-use super::state::BodyState;
 use super::{Member, World};
 use crate::phases::Phase;
 use crate::scene::Pose;
@@ -279,15 +278,15 @@ impl World {
 
     fn check_energy_since(&self, bodies: &[BodyState]) -> Result<(), WorldError> {
         for (Member { body, .. }, before) in self.members.iter().zip(bodies) {
-            let pressed = body.is_pressed() || before.is_pressed();
+            let state = body.motion.state();
+            let pressed = state.is_pressed() || before.motion.is_pressed();
             let allowed = if pressed {
                 LARGEST_IMBALANCE_IN_CONTACT
             } else {
                 LARGEST_IMBALANCE
             };
-            let state = body.motion.state();
             let round_off = body.elastic.energy_round_off();
-            let share = imbalance(&state.audit, before.audit(), state.lag, round_off);
+            let share = (state.audit).imbalance(&before.motion.audit, state.lag, round_off);
             if share > allowed {
                 let problem = BodyProblem::Unbalanced {
                     share,
@@ -300,39 +299,7 @@ impl World {
     }
 }
 
-/// Whether any force acts.
-pub(super) fn presses(applied: &[DVec3]) -> bool {
-    applied.iter().any(|force| *force != DVec3::ZERO)
-}
-
-/// Energy that appeared or vanished since `before`, or that the balance leaves out (`lag`), over the largest of
-/// what there was.
-fn imbalance(now: &Audit, before: &Audit, lag: f64, round_off: f64) -> f64 {
-    let change = (now.balance() - before.balance()).abs();
-    let dissipated = (now.dissipated - before.dissipated).abs();
-    let work = (now.external_work() - before.external_work()).abs();
-    // Not what there is now: a motion that diverges would be its own measure.
-    let had = before.elastic.max(before.kinetic);
-    let scale = had.max(work).max(dissipated.min(had + work));
-    // Below the round-off of energies, and of what was moved, nothing is said.
-    let floor = (1e-9 * now.scale()).max(round_off);
-    let change = if change <= floor { 0.0 } else { change };
-    // In a mode that grows without bound the balance is kept, but what it leaves out of the kinetic
-    // energy grows past all there was.
-    let unseen = lag - scale;
-    if unseen <= floor {
-        change / scale
-    } else {
-        change.max(unseen) / scale
-    }
-}
-
 impl Body {
-    /// Whether a tool acted on it in the last step.
-    fn is_pressed(&self) -> bool {
-        presses(&self.motion.state().applied)
-    }
-
     /// Lets what rebuilt rows carried over decay over a step (s); half the work (J) of it, if there is
     /// anything.
     fn decay(&mut self, step: f64) -> Option<f64> {
@@ -370,38 +337,6 @@ mod tests {
     fn scale(world: &World) -> f64 {
         let audit = world.members()[0].body.motion.audit();
         audit.elastic.max(audit.kinetic)
-    }
-
-    /// What appears, vanishes or is hidden counts against what there was before, or what loads and damping did
-    /// since; round-off does not.
-    #[test]
-    fn the_share_is_of_what_there_was() {
-        let before = Audit {
-            elastic: 2.0,
-            kinetic: 0.5,
-            ..Audit::default()
-        };
-        let before = Audit {
-            initial: before.elastic + before.kinetic,
-            ..before
-        };
-        let same = |share: f64, wanted: f64| assert!((share - wanted).abs() < 1e-12, "{share}");
-        same(imbalance(&before, &before, 0.0, 0.0), 0.0);
-        let more = Audit {
-            elastic: 2.1,
-            ..before
-        };
-        same(imbalance(&more, &before, 0.0, 0.0), 0.05);
-        same(imbalance(&more, &before, 0.0, 0.2), 0.0);
-        // A mode that grows without bound keeps the balance and hides more than there was.
-        same(imbalance(&before, &before, 1.9, 0.0), 0.0);
-        same(imbalance(&before, &before, 5.0, 0.0), 1.5);
-        let loaded = Audit {
-            load_work: 10.0,
-            elastic: 11.0,
-            ..before
-        };
-        same(imbalance(&loaded, &before, 0.0, 0.0), 0.1);
     }
 
     /// A step beyond the limit lets a mode grow; that is seen, and the stretch is done again.

@@ -6,8 +6,18 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::Moment;
 use crate::scene::{Cut, Pose, Scene};
+
+/// When in a stroke the edge is taken up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum StrokePhase {
+    /// The stroke starts.
+    Start,
+    /// The blade has moved.
+    Update,
+    /// The stroke ends.
+    End,
+}
 
 /// One thing that a hand does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,7 +34,7 @@ pub enum Action {
         /// Index of the scene's cut.
         cut: usize,
         /// When in the stroke.
-        moment: Moment,
+        moment: StrokePhase,
         /// Points of the edge in the world (m).
         edge: Vec<DVec3>,
     },
@@ -139,7 +149,7 @@ impl Input {
 struct Due {
     time: f64,
     cut: usize,
-    moment: Moment,
+    moment: StrokePhase,
 }
 
 /// Where actions come from.
@@ -224,7 +234,7 @@ impl Hands {
         scene: &Scene,
         step: u64,
         time: Option<f64>,
-    ) -> Vec<(usize, Moment, Vec<DVec3>)> {
+    ) -> Vec<(usize, StrokePhase, Vec<DVec3>)> {
         let mut blades = Vec::new();
         match &mut self.source {
             Source::Scene { due, next } => {
@@ -368,9 +378,9 @@ fn captures_of(index: usize, cut: &Cut) -> impl Iterator<Item = Due> {
         time,
         cut: index,
         moment: match k {
-            0 => Moment::Start,
-            k if k == last => Moment::End,
-            _ => Moment::Update,
+            0 => StrokePhase::Start,
+            k if k == last => StrokePhase::End,
+            _ => StrokePhase::Update,
         },
     })
 }

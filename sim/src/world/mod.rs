@@ -3,8 +3,8 @@
 //! The world composes the leaves and computes no physics itself. It knows nothing of pictures and
 //! files; whoever runs it asks for them between two steps.
 
-mod blade;
 mod body;
+mod body_state;
 mod cutting;
 mod energy;
 mod error;
@@ -28,17 +28,18 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 
 pub use body::Body;
-use cutting::Sweep;
-pub use cutting::{Capture, Cutting, Moment};
+use cutting::Incision;
+pub use cutting::{Captured, Cutting};
 pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
 pub use factors::Factors;
 pub use guard::Retaken;
-pub use input::{Action, Input, InputError};
-pub use parts::Part;
+pub use input::{Action, Input, InputError, StrokePhase};
+pub use parts::PartCost;
+use phyxel_enrich::Sweep;
 pub use shape::extent;
 pub use state::WorldState;
-pub use stencils::Stencils;
+pub use stencils::BodyStencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
@@ -46,7 +47,6 @@ use crate::scene::{Rest, Scene};
 use grip::Adjusted;
 use guard::Kept;
 use input::Hands;
-use state::Incision;
 use tool::Touch;
 
 /// Products with the stiffness for the step where an equilibrium was found.
@@ -541,7 +541,14 @@ fn touches_of(
         .map(|(index, tool)| {
             let pose = tool.pose_at(0.0);
             let modulus = description.material.youngs_modulus;
-            Touch::new(body, index, tool, &pose, modulus)
+            let surface = body.contact_surface(None)?;
+            Ok(Touch::new(
+                index,
+                tool,
+                &pose,
+                surface,
+                (modulus, body.spacing),
+            ))
         })
         .collect()
 }
@@ -553,15 +560,17 @@ impl Member {
         index: usize,
         cut: &crate::scene::Cut,
         edge: &[DVec3],
-        moment: Moment,
-    ) -> Result<(Capture, Sweep), BodyProblem> {
+        moment: StrokePhase,
+    ) -> Result<(Captured, Sweep), BodyProblem> {
         let (body, cutting) = self.with_cutting()?;
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
         let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
+            let factors = cutting.factors();
+            let torn = self.body.torn_count(factors);
             for touch in &mut self.touches {
-                touch.tear(&self.body, cutting.factors())?;
+                touch.tear(torn, || self.body.contact_surface(Some(factors)))?;
             }
         }
         Ok((capture, sweep))
@@ -571,7 +580,7 @@ impl Member {
         &mut self,
         incision: &Incision,
         cut: &crate::scene::Cut,
-    ) -> Result<Capture, BodyProblem> {
+    ) -> Result<Captured, BodyProblem> {
         let (body, cutting) = self.with_cutting()?;
         cutting.replay(body, cut.weld_tolerance, incision)
     }

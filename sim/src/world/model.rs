@@ -4,9 +4,7 @@ use glam::DVec3;
 use phyxel_discretize::{
     Solid, boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
 };
-use phyxel_elastic::{
-    Dilatation, Elastic, Fiber, Material, Materials, Nodes, Precision, PronyTerm, Settings,
-};
+use phyxel_elastic::{Dilatation, Elastic, Material, Materials, Nodes, Precision, Settings};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, NearestSettings, Neighborhoods, dissertation_cloud,
     inverse_square_weights, k_nearest, widen_deficient_rows,
@@ -15,9 +13,9 @@ use phyxel_mls::{
 use super::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
 use super::error::BodyProblem;
 use super::shape::{Sampled, sample};
-use super::stencils::Stencils;
+use super::stencils::BodyStencils;
 use super::support::holders;
-use crate::scene::{self, Form, Method, Model, Scene};
+use crate::scene::{self, Form, Method, Scene};
 
 /// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
 /// neighbours' neighbours.
@@ -41,7 +39,7 @@ pub(super) struct Built {
     pub(super) volume_error: Option<f64>,
     pub(super) missed: f64,
     pub(super) neighborhoods: Neighborhoods,
-    pub(super) stencils: Stencils,
+    pub(super) stencils: BodyStencils,
     pub(super) elastic: Elastic,
 }
 
@@ -75,7 +73,7 @@ pub(super) fn build(
             *mass *= density / wish.material.density;
         }
     }
-    let list: Vec<Material> = all.iter().map(law_of).collect();
+    let list: Vec<Material> = all.iter().map(scene::Material::law).collect();
     let materials = if part_of.is_empty() {
         Materials::Uniform(list[0])
     } else {
@@ -138,7 +136,7 @@ pub(super) fn build(
 /// Nodes that know their neighbours.
 struct Coupled {
     neighborhoods: Neighborhoods,
-    stencils: Stencils,
+    stencils: BodyStencils,
     /// Volumes (m³) whose strain nodes carry, where these are not their volumes.
     carried: Option<Vec<f64>>,
     volumes: Vec<f64>,
@@ -186,7 +184,7 @@ fn couple(sampling: &Sampled, holders: &[u32], wish: &scene::Body) -> Result<Cou
             stencils.forget_pair_gradients();
             Ok(Coupled {
                 neighborhoods,
-                stencils: Stencils::Conservative(Box::new(stencils)),
+                stencils: BodyStencils::Conservative(Box::new(stencils)),
                 volumes: sampling.volumes.clone(),
                 masses: sampling.volumes.iter().map(|v| density * v).collect(),
                 inert: deforming.as_ref().map_or_else(Vec::new, Deforming::inert),
@@ -210,7 +208,7 @@ fn couple(sampling: &Sampled, holders: &[u32], wish: &scene::Body) -> Result<Cou
             let cloud = dissertation_cloud(rest, &near, density, tolerance)?;
             Ok(Coupled {
                 neighborhoods: cloud.neighborhoods,
-                stencils: Stencils::Plain(Box::new(cloud.stencils)),
+                stencils: BodyStencils::Plain(Box::new(cloud.stencils)),
                 carried: None,
                 volumes: cloud.masses.volumes,
                 masses: cloud.masses.masses,
@@ -308,31 +306,4 @@ fn parts_of(wish: &scene::Body, rest: &[DVec3]) -> Vec<u32> {
         }
     }
     part_of
-}
-
-/// A scene's material as the elastic model has it.
-fn law_of(wish: &scene::Material) -> Material {
-    let (modulus, ratio) = (wish.youngs_modulus, wish.poissons_ratio);
-    let law = match wish.model {
-        Model::StableNeoHookean => Material::stable_neo_hookean(modulus, ratio),
-        Model::NeoHookean => Material::neo_hookean(modulus, ratio),
-        Model::SaintVenantKirchhoff => Material::saint_venant_kirchhoff(modulus, ratio),
-        Model::MooneyRivlin { share } => Material::mooney_rivlin(modulus, ratio, share),
-    };
-    let terms = wish.viscosity.iter().map(|term| PronyTerm {
-        ratio: term.ratio,
-        relaxation_time: term.time,
-    });
-    let law = law
-        .with_volume_constant(wish.volume_constant)
-        .with_prony(&terms.collect::<Vec<_>>());
-    match wish.fiber {
-        None => law,
-        Some(fiber) => law.with_fiber(Fiber {
-            direction: fiber.direction,
-            stiffness: fiber.stiffness,
-            exponent: fiber.exponent,
-            dispersion: fiber.dispersion,
-        }),
-    }
 }

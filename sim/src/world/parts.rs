@@ -7,7 +7,7 @@ use crate::phases::Phase;
 
 /// A part of the model of one body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
+pub struct PartCost {
     /// Name in reports.
     pub name: &'static str,
     /// Heap bytes; 0 where the scene does not need it.
@@ -19,9 +19,9 @@ pub struct Part {
 impl Member {
     /// Every part that a body's model can have, in the order of a step, those that are off included.
     #[must_use]
-    pub fn parts(&self) -> Vec<Part> {
+    pub fn parts(&self) -> Vec<PartCost> {
         let body = &self.body;
-        let part = |name, bytes, phase| Part { name, bytes, phase };
+        let part = |name, bytes, phase| PartCost { name, bytes, phase };
         let moving = body.motion.bytes();
         let graph = &body.neighborhoods;
         let relaxing = body.elastic.viscous_bytes();
@@ -79,7 +79,7 @@ impl Member {
 impl World {
     /// Parts of all bodies together.
     #[must_use]
-    pub fn parts(&self) -> Vec<Part> {
+    pub fn parts(&self) -> Vec<PartCost> {
         let mut members = self.members.iter().map(Member::parts);
         let mut all = members.next().unwrap_or_default();
         for parts in members {

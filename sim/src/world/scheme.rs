@@ -5,12 +5,11 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionError, NewtonSettings,
-    Scheme as Explicit, StaticLoad, Supports, solve_static,
+    ExplicitScheme, ForceLaw, Grip, Implicit, ImplicitScheme, ImplicitSettings, Motion,
+    MotionError, NewtonSettings, StaticLoad, Supports, solve_static,
 };
 
 use super::error::BodyProblem;
-use super::grip::Grip;
 use super::tool::Touch;
 use crate::scene::Scheme;
 
@@ -27,11 +26,11 @@ pub(super) enum Stepper {
 }
 
 /// The explicit scheme that a scene's scheme is, or stands for where it is implicit.
-pub(super) fn explicit_scheme(scheme: Scheme) -> Explicit {
+pub(super) fn explicit_scheme(scheme: Scheme) -> ExplicitScheme {
     match scheme {
-        Scheme::SymplecticEuler => Explicit::SymplecticEuler,
+        Scheme::SymplecticEuler => ExplicitScheme::SymplecticEuler,
         Scheme::VelocityVerlet | Scheme::BackwardEuler { .. } | Scheme::Newmark { .. } => {
-            Explicit::VelocityVerlet
+            ExplicitScheme::VelocityVerlet
         }
     }
 }

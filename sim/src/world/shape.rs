@@ -1,109 +1,53 @@
 //! What a body occupies, and the nodes in it.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use phyxel_discretize::{
-    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Sampling,
-    Shape as Primitive, Solid, Target, estimate_point_nodes, estimate_tetrahedra_nodes, read_mesh,
-    repair, sample_lattice, sample_points, sample_tetrahedra,
+    Bounds, Grading, MeshReport, Refinement, RepairSettings, SampleSettings, Sampling, Solid,
+    Target, estimate_point_nodes, estimate_tetrahedra_nodes, read_mesh, repair, sample_lattice,
+    sample_points, sample_tetrahedra,
 };
 
 use super::error::{BodyProblem, WorldError};
 use crate::scene::{self, Form, Shape};
 
-/// Extent of the built-in liver from right to left (m), as its own function has it.
-const LIVER_WIDTH: f64 = 0.166;
 /// The body's solid in the world's rest frame.
 pub(super) fn solid_of(body: &scene::Body) -> Result<(Solid, Option<MeshReport>), BodyProblem> {
     let (at, size, turned) = (body.position, body.scale, body.turn());
-    // A primitive in a frame of the shape's own.
-    let placed = |primitive: Primitive, turn: DMat3, scale: f64, shift: DVec3| {
-        let (turn, scale, shift) = (turned * turn, size * scale, turned * (size * shift) + at);
-        let inner = primitive.bounds();
-        let corners = (0..8).map(|k| {
-            let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
-            let corner = DVec3::new(
-                pick(0, inner.min.x, inner.max.x),
-                pick(1, inner.min.y, inner.max.y),
-                pick(2, inner.min.z, inner.max.z),
-            );
-            turn * corner * scale + shift
-        });
-        let back = turn.transpose();
-        Solid::implicit(Bounds::of(corners), move |p| {
-            scale * primitive.value(back * (p - shift) / scale)
-        })
-    };
-    // Rotation that takes +z to the axis of a capsule or tube.
-    let along = |axis: DVec3| {
-        let z = axis.normalize_or(DVec3::Z);
-        let (x, y) = z.any_orthonormal_pair();
-        DMat3::from_cols(x, y, z)
-    };
-    let still = DMat3::IDENTITY;
-    let solid = match &body.shape {
-        Shape::Liver { width } => {
-            // The organ of an upright person: its head end up, its front to -y.
-            let turn = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
-            placed(Primitive::Liver, turn, width / LIVER_WIDTH, DVec3::ZERO)
+    if let Shape::Mesh {
+        file,
+        scale,
+        up,
+        largest_hole,
+    } = &body.shape
+    {
+        let mut mesh = read_mesh(file)?.mesh;
+        let (turn, scale) = (turned * up.rotation(), size * *scale);
+        for vertex in &mut mesh.vertices {
+            *vertex = turn * (*vertex * scale) + at;
         }
-        Shape::Box { size: edges } => {
-            let half_extents = *edges * size * 0.5;
-            if body.rotation == DVec3::ZERO {
-                // Cells that fit it are for boxes along the axes.
-                let (min, max) = (at - half_extents, at + half_extents);
-                Solid::from(Bounds { min, max })
-            } else {
-                let half_extents = *edges * 0.5;
-                placed(Primitive::Box { half_extents }, still, 1.0, DVec3::ZERO)
-            }
-        }
-        Shape::Ellipsoid { radii } => {
-            let semi_axes = *radii;
-            placed(Primitive::Ellipsoid { semi_axes }, still, 1.0, DVec3::ZERO)
-        }
-        Shape::Capsule { from, to, radius } => {
-            let capsule = Primitive::Capsule {
-                half_length: 0.5 * from.distance(*to),
-                radius: *radius,
-            };
-            placed(capsule, along(*to - *from), 1.0, from.midpoint(*to))
-        }
-        Shape::Tube {
-            from,
-            to,
-            inner_radius,
-            outer_radius,
-        } => {
-            let tube = Primitive::Tube {
-                half_length: 0.5 * from.distance(*to),
-                outer_radius: *outer_radius,
-                inner_radius: *inner_radius,
-            };
-            placed(tube, along(*to - *from), 1.0, from.midpoint(*to))
-        }
-        Shape::Mesh {
-            file,
-            scale,
-            up,
-            largest_hole,
-        } => {
-            let mut mesh = read_mesh(file)?.mesh;
-            let (turn, scale) = (turned * up.rotation(), size * *scale);
-            for vertex in &mut mesh.vertices {
-                *vertex = turn * (*vertex * scale) + at;
-            }
-            let settings = RepairSettings {
-                largest_hole: *largest_hole,
-                ..RepairSettings::default()
-            };
-            let repaired = repair(&mesh, &settings);
-            let (mesh, report) = repaired.map_err(|problem| BodyProblem::Repair {
-                file: file.clone(),
-                problem: Box::new(problem),
-            })?;
-            return Ok((Solid::from_mesh(mesh), Some(report)));
-        }
-    };
+        let settings = RepairSettings {
+            largest_hole: *largest_hole,
+            ..RepairSettings::default()
+        };
+        let repaired = repair(&mesh, &settings);
+        let (mesh, report) = repaired.map_err(|problem| BodyProblem::Repair {
+            file: file.clone(),
+            problem: Box::new(problem),
+        })?;
+        return Ok((Solid::from_mesh(mesh), Some(report)));
+    }
+    if let Shape::Box { size: edges } = &body.shape
+        && body.rotation == DVec3::ZERO
+    {
+        // Cells that fit it are for boxes along the axes.
+        let half_extents = *edges * size * 0.5;
+        let (min, max) = (at - half_extents, at + half_extents);
+        return Ok((Solid::from(Bounds { min, max }), None));
+    }
+    let primitive = body.shape.primitive();
+    let (primitive, turn, scale, shift) = primitive.expect("all but a mesh are primitives");
+    let shift = turned * (size * shift) + at;
+    let solid = Solid::placed(primitive, turned * turn, size * scale, shift);
     Ok((solid, None))
 }
 

@@ -5,16 +5,14 @@
 //! gives the same cut, factors and rows, to the bit.
 
 use glam::DVec3;
-use phyxel_elastic::Offsets;
 use serde::{Deserialize, Serialize};
 
-use super::cutting::{Cutting, Moment, OpenStroke, Sweep};
-use super::energy::CutEnergy;
+use super::body_state::BodyState;
+use super::cutting::Incision;
 use super::error::{BodyProblem, WorldError};
-use super::grip::{Adjusted, Grip};
-use super::guard::{Kept, Retaken, presses};
+use super::grip::Adjusted;
+use super::guard::{Kept, Retaken};
 use super::input::HandsState;
-use super::tool::Touch;
 use super::{CutPiece, Member, World};
 use crate::phases::Phases;
 
@@ -32,163 +30,6 @@ pub struct WorldState {
     caution: f64,
     retaken: Retaken,
     adjusted: Adjusted,
-}
-
-/// What moves in a body, and what watches over it.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct BodyState {
-    /// Checksum of the rest positions: a mesh file may have changed since.
-    fingerprint: u32,
-    motion: phyxel_integrate::State,
-    estimates: [f64; 2],
-    eigenvector: Vec<DVec3>,
-    indicators: Vec<f64>,
-    smallest_ratio: f64,
-    doubt: Option<phyxel_integrate::Warning>,
-    growth: Option<f64>,
-    cut_energy: Option<CutEnergy>,
-    stroke_energies: Vec<CutEnergy>,
-    /// Blades that are in strokes.
-    strokes: Vec<OpenStroke>,
-    /// What viscous materials remember, and the energy (J) they took up.
-    history: Vec<[f64; 6]>,
-    relaxed: f64,
-    /// What rebuilt rows carried over: nodes, deformation gradients, lengths of bonds.
-    offset_nodes: Vec<u32>,
-    offsets: Vec<[f64; 9]>,
-    bond_offsets: Vec<f64>,
-    /// Scales of the zero-energy control, where they are not 1.
-    control_scales: Vec<(u32, f64)>,
-    touches: Vec<Touch>,
-    grip: Option<Grip>,
-}
-
-impl BodyState {
-    /// Whether a tool acted in the last step.
-    pub(super) fn is_pressed(&self) -> bool {
-        presses(&self.motion.applied)
-    }
-
-    pub(super) fn audit(&self) -> &phyxel_integrate::Audit {
-        &self.motion.audit
-    }
-
-    /// Whether this can be a state of a body with the cuts that it has now: lists of its lengths, indices
-    /// within it, finite numbers.
-    pub(super) fn fits(&self, member: &Member) -> bool {
-        let body = &member.body;
-        let n = body.rest.len();
-        let cut = self.cut_energy.unwrap_or_default();
-        let numbers = [
-            self.relaxed,
-            self.growth.unwrap_or(1.0),
-            cut.released,
-            cut.added,
-            cut.largest_addition,
-            cut.decay,
-        ];
-        let lists = numbers.iter().chain(&self.indicators);
-        let lists = lists.chain(self.history.iter().flatten());
-        let lists = lists.chain(self.offsets.iter().flatten());
-        body.motion.fits(&self.motion)
-            && self
-                .estimates
-                .iter()
-                .all(|value| value.is_finite() && *value >= 0.0)
-            && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
-            && self.eigenvector.iter().all(|x| x.is_finite())
-            && !self.smallest_ratio.is_nan()
-            && lists.chain(&self.bond_offsets).all(|x| x.is_finite())
-            && self.history.len() == body.elastic.viscous_history().len()
-            && self.offset_nodes.len() == self.offsets.len()
-            && self.offset_nodes.iter().all(|&node| (node as usize) < n)
-            && self.bond_offsets.len() == body.elastic.bond_offsets().len()
-            && (self.control_scales.iter())
-                .all(|&(node, scale)| (node as usize) < n && scale.is_finite() && scale >= 1.0)
-            && self.touches.len() == member.touches.len()
-            && (self.touches.iter().zip(&member.touches))
-                .all(|(kept, built)| kept.is_sound(n, built))
-            && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
-    }
-}
-
-impl Member {
-    /// What moves, to be kept.
-    pub(super) fn state(&self) -> BodyState {
-        let Self {
-            body,
-            cutting,
-            touches,
-        } = self;
-        let offsets = body.elastic.offsets();
-        BodyState {
-            fingerprint: body.fingerprint,
-            motion: body.motion.state().clone(),
-            estimates: body.estimates,
-            eigenvector: body.eigenvector.clone(),
-            indicators: body.indicators.clone(),
-            smallest_ratio: body.smallest_ratio,
-            doubt: body.doubt,
-            growth: cutting.as_ref().map(Cutting::growth),
-            strokes: cutting
-                .as_ref()
-                .map_or_else(Vec::new, Cutting::open_strokes),
-            cut_energy: cutting.as_ref().map(Cutting::energy),
-            stroke_energies: cutting.as_ref().map_or_else(Vec::new, |cutting| {
-                let strokes = cutting.by_stroke().iter();
-                strokes.map(|stroke| stroke.energy).collect()
-            }),
-            history: body.elastic.viscous_history().to_vec(),
-            relaxed: body.relaxed,
-            offset_nodes: offsets.nodes,
-            offsets: offsets.values,
-            bond_offsets: body.elastic.bond_offsets(),
-            control_scales: body.elastic.control_scales(),
-            touches: touches.clone(),
-            grip: body.grip.clone(),
-        }
-    }
-
-    /// Takes over a kept state of the same body with the same cuts.
-    pub(super) fn set_state(&mut self, state: BodyState) {
-        let body = &mut self.body;
-        body.elastic.set_offsets(&Offsets {
-            nodes: state.offset_nodes,
-            values: state.offsets,
-        });
-        body.elastic.set_bond_offsets(&state.bond_offsets);
-        body.elastic.set_control_scales(&state.control_scales);
-        body.indicators = state.indicators;
-        body.smallest_ratio = state.smallest_ratio;
-        body.doubt = state.doubt;
-        let viscous = (&*state.history, state.relaxed);
-        body.grip = state.grip;
-        body.restore(state.motion, state.estimates, state.eigenvector, viscous);
-        self.touches = state.touches;
-        if let Some(cutting) = &mut self.cutting {
-            if let Some(growth) = state.growth {
-                cutting.set_growth(growth);
-            }
-            if let Some(energy) = state.cut_energy {
-                cutting.set_energy(energy, &state.stroke_energies);
-            }
-            cutting.set_open_strokes(state.strokes);
-        }
-    }
-}
-
-/// What a blade's edge did when it was taken up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Incision {
-    /// Steps that had been taken.
-    pub(super) steps: u64,
-    /// Index of the body.
-    pub(super) member: usize,
-    /// Index of the scene's cut.
-    pub(super) cut: usize,
-    pub(super) moment: Moment,
-    /// What it added to the cut.
-    pub(super) sweep: Sweep,
 }
 
 impl World {
@@ -353,16 +194,6 @@ impl World {
         }
         Ok(())
     }
-}
-
-pub(super) fn fingerprint(rest: &[DVec3]) -> u32 {
-    let mut hasher = crc32fast::Hasher::new();
-    for x in rest {
-        for coordinate in x.to_array() {
-            hasher.update(&coordinate.to_le_bytes());
-        }
-    }
-    hasher.finalize()
 }
 
 #[cfg(test)]

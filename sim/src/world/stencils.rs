@@ -8,7 +8,7 @@ use phyxel_mls::{
 
 /// Stencils of either method.
 #[derive(Debug, Clone)]
-pub enum Stencils {
+pub enum BodyStencils {
     /// Conservative and consistent ones.
     Conservative(Box<ConservativeStencils>),
     /// Plain moving least squares, the dissertation's.
@@ -19,13 +19,13 @@ pub enum Stencils {
 macro_rules! with {
     ($of:expr, $stencils:ident => $work:expr) => {
         match $of {
-            Stencils::Conservative($stencils) => $work,
-            Stencils::Plain($stencils) => $work,
+            BodyStencils::Conservative($stencils) => $work,
+            BodyStencils::Plain($stencils) => $work,
         }
     };
 }
 
-impl Stencils {
+impl BodyStencils {
     /// Present weights of the pairs, any unit, shape `(pairs)`.
     #[must_use]
     pub fn weights(&self) -> &[f64] {

@@ -4,15 +4,11 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use phyxel_integrate::{
-    Contact, ContactSettings, Drive, Ease, Path, Pose as Placed, Shape, StepView, Turn, penalty,
+    Contact, ContactSettings, ContactSurface, Drive, Ease, Pose, RigidPath, StepView, penalty,
 };
 use serde::{Deserialize, Serialize};
 
-use super::body::Body;
-use super::error::BodyProblem;
-use super::factors::Factors;
-use super::outside::{surface_of, torn_count};
-use crate::scene::{self, Pose, Release, ToolShape};
+use crate::scene::{self, Release, ToolShape};
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -67,32 +63,32 @@ impl Touch {
             && self.contact.is_sound(node_count)
     }
 
-    /// The contact of a tool at `pose` with an uncut body.
+    /// The contact of a tool at `pose` with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
+    /// apart.
     pub(super) fn new(
-        body: &Body,
         tool: usize,
         description: &scene::Tool,
         pose: &Pose,
-        youngs_modulus: f64,
-    ) -> Result<Self, BodyProblem> {
-        let (shape, _) = shape_of(&description.solid());
+        surface: ContactSurface,
+        (youngs_modulus, spacing): (f64, f64),
+    ) -> Self {
+        let (shape, _) = description.solid().contact();
         let stiffness = description
             .penalty
-            .unwrap_or_else(|| penalty(youngs_modulus, body.spacing));
+            .unwrap_or_else(|| penalty(youngs_modulus, spacing));
         let settings = ContactSettings {
             friction: description.friction,
             ..ContactSettings::new(stiffness)
         };
-        let surface = surface_of(body, None)?;
-        let still = Path::new(vec![(0.0, DVec3::ZERO)], Ease::Linear);
+        let still = RigidPath::new(&[(0.0, Pose::IDENTITY)], Ease::Linear);
         let path = still.expect("one finite key is a path");
         let placed = placed(&description.solid(), pose);
-        Ok(Self {
+        Self {
             tool,
             hand: phyxel_integrate::Tool::on_path(shape, placed, path),
             contact: Contact::new(surface, settings),
             torn: 0,
-        })
+        }
     }
 
     /// Leads the tool from where it is to where it will be after a step (s) that begins at `time` (s),
@@ -103,17 +99,19 @@ impl Touch {
         }
         let (from, to) = (placed(shape, from), placed(shape, to));
         let end = time + 2.0 * step;
-        let way = (to.position - from.position) * 2.0;
-        let path = Path::new(vec![(time, DVec3::ZERO), (end, way)], Ease::Linear);
         let half = (to.rotation * from.rotation.inverse()).normalize();
-        let turn = (half.w.abs() < 1.0).then(|| {
-            let keys = vec![(time, DQuat::IDENTITY), (end, half * half)];
-            Turn::new(keys, Ease::Linear).expect("finite keys in rising order")
-        });
+        let way = Pose {
+            position: (to.position - from.position) * 2.0,
+            rotation: if half.w.abs() < 1.0 {
+                half * half
+            } else {
+                DQuat::IDENTITY
+            },
+        };
+        let path = RigidPath::new(&[(time, Pose::IDENTITY), (end, way)], Ease::Linear);
         self.hand.drive = Drive::Path {
             origin: from,
             path: path.expect("finite keys in rising order"),
-            turn,
         };
     }
 
@@ -141,11 +139,13 @@ impl Touch {
 
     /// Gives way where a cut has torn the surface: a torn triangle's area goes to its corners, so that
     /// nothing spans the gap. Where friction sticks is forgotten then.
-    pub(super) fn tear(&mut self, body: &Body, factors: &Factors) -> Result<(), BodyProblem> {
-        let torn = torn_count(body, factors);
+    pub(super) fn tear<E>(
+        &mut self,
+        torn: usize,
+        surface: impl FnOnce() -> Result<ContactSurface, E>,
+    ) -> Result<(), E> {
         if torn != self.torn {
-            let surface = surface_of(body, Some(factors))?;
-            self.contact = Contact::new(surface, *self.contact.settings());
+            self.contact = Contact::new(surface()?, *self.contact.settings());
             self.torn = torn;
         }
         Ok(())
@@ -158,7 +158,7 @@ impl Touch {
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
     pub(super) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
-        let (_, local) = shape_of(shape);
+        let (_, local) = shape.contact();
         if matches!(self.hand.drive, Drive::Force { .. }) {
             let rotation = (self.hand.pose.rotation * local.rotation.inverse()).normalize();
             sum.pose = Pose {
@@ -181,33 +181,8 @@ impl Touch {
     }
 }
 
-/// A scene's shape as contact has it, and where that lies in the tool's frame.
-fn shape_of(shape: &ToolShape) -> (Shape, Placed) {
-    let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
-    match *shape {
-        ToolShape::Sphere { radius } => (Shape::Sphere { radius }, Placed::at(DVec3::ZERO)),
-        ToolShape::Plane { normal } => {
-            let rotation = along(normal);
-            let position = DVec3::ZERO;
-            (Shape::Plane, Placed { position, rotation })
-        }
-        ToolShape::Capsule { from, to, radius } => {
-            let capsule = Shape::Capsule {
-                half_length: 0.5 * from.distance(to),
-                radius,
-            };
-            let (position, rotation) = (from.midpoint(to), along(to - from));
-            (capsule, Placed { position, rotation })
-        }
-        ToolShape::Box { size } => (Shape::Box { half: size * 0.5 }, Placed::at(DVec3::ZERO)),
-    }
-}
-
 /// Where contact's shape is in the world when the tool is at `pose`.
-fn placed(shape: &ToolShape, pose: &Pose) -> Placed {
-    let (_, local) = shape_of(shape);
-    Placed {
-        position: pose.apply(local.position),
-        rotation: (pose.rotation * local.rotation).normalize(),
-    }
+fn placed(shape: &ToolShape, pose: &Pose) -> Pose {
+    let (_, local) = shape.contact();
+    pose.compose(&local)
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_discretize::Bounds;
 
 use super::{Member, World, support};
-use crate::scene::{Key, Tool, ToolShape, pose_at};
+use crate::scene::{Key, Tool, pose_at};
 
 /// Lengths beyond this many times the bodies' are told of: the next unit is a thousand times larger.
 const FAR: f64 = 30.0;
@@ -166,32 +166,6 @@ fn sweeps<'a>(
 }
 
 /// Corners of a box round a tool, in its frame; `None` for a plane, which has no end.
-fn corners(tool: &Tool) -> Option<Vec<DVec3>> {
-    let bounds = match tool.solid() {
-        ToolShape::Plane { .. } => return None,
-        ToolShape::Sphere { radius } => Bounds {
-            min: DVec3::splat(-radius),
-            max: DVec3::splat(radius),
-        },
-        ToolShape::Capsule { from, to, radius } => Bounds {
-            min: from.min(to) - radius,
-            max: from.max(to) + radius,
-        },
-        ToolShape::Box { size } => Bounds {
-            min: -0.5 * size,
-            max: 0.5 * size,
-        },
-    };
-    let pick = |k: u32, axis: usize| {
-        if k >> axis & 1 == 0 {
-            bounds.min[axis]
-        } else {
-            bounds.max[axis]
-        }
-    };
-    Some(
-        (0..8)
-            .map(|k| DVec3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
-            .collect(),
-    )
+fn corners(tool: &Tool) -> Option<[DVec3; 8]> {
+    Some(tool.solid().bounds()?.corners())
 }

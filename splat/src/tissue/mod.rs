@@ -6,7 +6,7 @@ mod split;
 #[cfg(test)]
 mod tests;
 
-use crate::binding::{BindSettings, Binding, NodeTree, Nodes, Query, View, point_tree};
+use crate::binding::{BindSettings, Binding, Nodes, Query, View};
 use crate::border::Borders;
 use crate::carry::carry_into;
 use crate::cast::{count, index};
@@ -19,6 +19,7 @@ use crate::skin::CutSampler;
 use crate::splats::Splats;
 use crate::surfels::{Surfels, TexturePlace};
 use crate::texture::CAPSULE;
+use crate::tree::{NodeTree, point_tree};
 use glam::{DMat3, DVec3, Vec3};
 use renew::Renewal;
 use rstar::RTree;

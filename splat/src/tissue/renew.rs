@@ -1,12 +1,12 @@
 //! Radii by a measure, computed again where a cut changed what is measured.
 
 use super::Tissue;
-use crate::binding::NodeTree;
 use crate::cast::{count, index};
 use crate::clip::nearest_on_triangle;
 use crate::radii::{FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
 use crate::surfels::Surfels;
 use crate::texture::CAPSULE;
+use crate::tree::NodeTree;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use rstar::AABB;

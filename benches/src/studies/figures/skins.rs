@@ -1,7 +1,7 @@
 //! Figures 43 to 46, 62, 64 and 65: splats by their weight, and samples on a cut; and eq. (59).
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use phyxel_discretize::{Shape, Solid, Surfels, sample_surfels, surface_mesh};
+use phyxel_discretize::{Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
 use phyxel_splat::{
     Camera, CutSampler, DrawMode, Frame, RadiusRule, RenderSettings, Renderer, SplatView, Splats,
     Tissue, TissueSettings, carry_by_displacements_into,
@@ -14,7 +14,7 @@ use crate::studies::splat::at_rest;
 
 /// Splats (m) in a plane, each of its colour.
 fn flat(places: &[DVec2], colors: &[Vec3], mode: DrawMode) -> Result<Frame, StudyError> {
-    let surfels = Surfels {
+    let surfels = SurfaceSamples {
         positions: places.iter().map(|p| p.extend(0.0)).collect(),
         normals: vec![DVec3::Z; places.len()],
         areas: vec![1.0; places.len()],
@@ -78,7 +78,7 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
 
 /// Samples on two pairs of triangles that reach out of a ball, and those of them that lie in it.
 fn samples() -> Result<Vec<Drawn>, StudyError> {
-    let ball = Shape::Ellipsoid {
+    let ball = Primitive::Ellipsoid {
         semi_axes: DVec3::splat(0.36),
     };
     let solid = Solid::implicit(ball.bounds(), move |p| ball.value(p));
@@ -145,7 +145,7 @@ fn samples() -> Result<Vec<Drawn>, StudyError> {
 /// A bar whose nodes are twisted about its axis, carried by eq. (59) and by the default.
 fn twisted() -> Result<Vec<Drawn>, StudyError> {
     let half = DVec3::new(0.035, 0.035, 0.105);
-    let bar = Shape::Box { half_extents: half };
+    let bar = Primitive::Box { half_extents: half };
     let solid = Solid::implicit(bar.bounds(), move |p| bar.value(p));
     let surfels = sample_surfels(&surface_mesh(&solid, 0.004)?, 6_000, Some(&solid));
     // Nodes 17.5 mm apart, those of the surface half of it below.

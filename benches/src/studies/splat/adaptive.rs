@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use phyxel_discretize::{Bounds, Shape, Solid, Surfels, surface_mesh};
+use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, surface_mesh};
 use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
@@ -21,7 +21,7 @@ const EDGE: f64 = 0.03;
 /// Bodies about 2 m large: one whose curvature is the same everywhere, and others.
 fn bodies() -> Vec<(&'static str, Solid)> {
     let ellipsoid = |semi_axes: DVec3| {
-        let shape = Shape::Ellipsoid { semi_axes };
+        let shape = Primitive::Ellipsoid { semi_axes };
         Solid::implicit(shape.bounds(), move |p| shape.value(p))
     };
     let round = |half: DVec3, edge: f64| {
@@ -44,7 +44,7 @@ fn bodies() -> Vec<(&'static str, Solid)> {
 }
 
 /// Surfels of even density, and as many that follow curvature.
-fn surfels(solid: &Solid, count: usize) -> Result<[Surfels; 2], StudyError> {
+fn surfels(solid: &Solid, count: usize) -> Result<[SurfaceSamples; 2], StudyError> {
     let mesh = surface_mesh(solid, EDGE)?;
     let even = surfels_on_solid(solid, &mesh, count, SurfelSpacing::Even);
     let following = SurfelSpacing::Curvature { range: RANGE };
@@ -64,7 +64,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         let aspect = f64::from(width) / f64::from(height);
         let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
         let exact = Exact::of(&solid, &camera, width as usize, height as usize);
-        let drawn = |surfels: &Surfels, radius| -> Result<Difference, StudyError> {
+        let drawn = |surfels: &SurfaceSamples, radius| -> Result<Difference, StudyError> {
             let tissue = at_rest(surfels, radius)?;
             let splats = Splats::at_rest(tissue.surfels());
             let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
@@ -103,7 +103,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     Ok(Table {
         name: "adaptive",
         title: format!(
-            "Surfels and radii that follow curvature (spacing as its cube root, up to {RANGE}:1) \
+            "SurfaceSamples and radii that follow curvature (spacing as its cube root, up to {RANGE}:1) \
              against as many even surfels of one radius, at equal overdraw: errors of both, and how \
              many times smaller they become"
         ),

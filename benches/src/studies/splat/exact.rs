@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use phyxel_discretize::{Bounds, Shape, Solid, Surfels, sample_surfels, surface_mesh};
+use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
 use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
 use rayon::prelude::*;
 
@@ -31,10 +31,10 @@ struct Body {
 }
 
 fn bodies() -> Vec<Body> {
-    let shape = |shape: Shape| Solid::implicit(shape.bounds(), move |p| shape.value(p));
+    let shape = |shape: Primitive| Solid::implicit(shape.bounds(), move |p| shape.value(p));
     let ball = Body {
         name: "ball",
-        solid: shape(Shape::Ellipsoid {
+        solid: shape(Primitive::Ellipsoid {
             semi_axes: DVec3::ONE,
         }),
     };
@@ -49,7 +49,7 @@ fn bodies() -> Vec<Body> {
     };
     let block = Body {
         name: "box",
-        solid: shape(Shape::Box {
+        solid: shape(Primitive::Box {
             half_extents: DVec3::new(0.8, 0.6, 0.7),
         }),
     };
@@ -210,7 +210,7 @@ fn standing_out(tissue: &Tissue, area: f64, camera: &Camera, height: u32) -> [f6
 
 /// The radius rules; all but the default and the largest draw as much as the default does: the mean
 /// square of their radii is the same.
-fn rules(surfels: &Surfels) -> Vec<(&'static str, RadiusRule)> {
+fn rules(surfels: &SurfaceSamples) -> Vec<(&'static str, RadiusRule)> {
     let of = |rule: RadiusRule| rule.radii(&surfels.positions, &surfels.normals);
     let covering = of(RadiusRule::Covering);
     let mean = mean_square(&covering).sqrt();

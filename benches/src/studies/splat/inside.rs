@@ -1,7 +1,7 @@
 //! The dissertation's inside test beside the default.
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{Bounds, Shape, Solid, sample_surfels, surface_mesh};
+use phyxel_discretize::{Bounds, Primitive, Solid, sample_surfels, surface_mesh};
 use phyxel_splat::{Tissue, TissueSettings};
 
 use crate::problems::noise::noisy;
@@ -12,13 +12,13 @@ use crate::{Effort, StudyError};
 /// Solids with the longest edge of their surface mesh (m).
 fn bodies() -> Vec<(&'static str, Solid, f64)> {
     let cuboid = |half_extents: DVec3| {
-        let shape = Shape::Box { half_extents };
+        let shape = Primitive::Box { half_extents };
         Solid::implicit(shape.bounds(), move |p| shape.value(p))
     };
-    let ball = Shape::Ellipsoid {
+    let ball = Primitive::Ellipsoid {
         semi_axes: DVec3::ONE,
     };
-    let liver = Shape::Liver;
+    let liver = Primitive::Liver;
     vec![
         (
             "ball",

@@ -9,7 +9,7 @@ mod speed;
 pub(super) mod stills;
 
 use glam::DVec3;
-use phyxel_discretize::Surfels;
+use phyxel_discretize::SurfaceSamples;
 use phyxel_splat::{RadiusRule, RenderSettings, Renderer, Tissue, TissueSettings};
 
 use crate::report::Report;
@@ -44,7 +44,7 @@ fn plain_renderer(width: u32, height: u32) -> Renderer {
 }
 
 /// Surfels that nothing carries: a tissue of one node, at rest.
-pub(super) fn at_rest(surfels: &Surfels, radius: RadiusRule) -> Result<Tissue, StudyError> {
+pub(super) fn at_rest(surfels: &SurfaceSamples, radius: RadiusRule) -> Result<Tissue, StudyError> {
     let settings = TissueSettings {
         radius,
         ..TissueSettings::default()

@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
-use phyxel_discretize::{Shape, Solid, Surfels, sample_surfels, surface_mesh};
+use phyxel_discretize::{Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
 use phyxel_splat::{
     Camera, ColorScale, DrawMode, Frame, Image, ImageCoat, Measure, Overlay, RadiusRule,
     RenderSettings, Renderer, SplatView, Splats, Surface, Tissue, TissueTexture, fractal_noise,
@@ -25,16 +25,16 @@ struct Model {
 }
 
 fn models() -> [Model; 2] {
-    let implicit = |shape: Shape| Solid::implicit(shape.bounds(), move |p| shape.value(p));
+    let implicit = |shape: Primitive| Solid::implicit(shape.bounds(), move |p| shape.value(p));
     [
         Model {
-            solid: implicit(Shape::Liver),
+            solid: implicit(Primitive::Liver),
             size: 0.166,
             edge: 0.003,
             turn: DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
         },
         Model {
-            solid: implicit(Shape::Box {
+            solid: implicit(Primitive::Box {
                 half_extents: DVec3::new(0.05, 0.04, 0.045),
             }),
             size: 0.1,
@@ -46,7 +46,7 @@ fn models() -> [Model; 2] {
 
 impl Model {
     /// Surfels in the upright frame.
-    fn surfels(&self, count: usize) -> Result<Surfels, StudyError> {
+    fn surfels(&self, count: usize) -> Result<SurfaceSamples, StudyError> {
         let mesh = surface_mesh(&self.solid, self.edge)?;
         let mut surfels = sample_surfels(&mesh, count, Some(&self.solid));
         for vector in surfels.positions.iter_mut().chain(&mut surfels.normals) {

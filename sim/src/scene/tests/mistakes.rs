@@ -1,9 +1,9 @@
 //! All mistakes of a scene at once.
 
 use super::*;
+use crate::scene::format::Format;
 #[cfg(feature = "cli")]
 use crate::scene::key_path::KeyPath;
-use crate::scene::read::Format;
 
 /// A scene with several bad values is told all of them, each on its line.
 #[test]

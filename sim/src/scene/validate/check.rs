@@ -23,7 +23,7 @@ const MOST_FAULTS: usize = 1000;
 
 /// What has been found so far.
 #[derive(Debug, Default)]
-pub(super) struct Checks {
+pub(in crate::scene) struct Checks {
     faults: Vec<Fault>,
 }
 
@@ -83,7 +83,7 @@ impl Checks {
     }
 
     /// A finite number above zero.
-    pub(super) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
+    pub(in crate::scene) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
         self.require(
             value.is_finite() && value > 0.0,
             path,
@@ -114,7 +114,7 @@ impl Checks {
         }
     }
 
-    pub(super) fn finite(&mut self, path: impl Display, value: DVec3) {
+    pub(in crate::scene) fn finite(&mut self, path: impl Display, value: DVec3) {
         self.require(
             value.is_finite(),
             path,
@@ -123,7 +123,7 @@ impl Checks {
         );
     }
 
-    pub(super) fn direction(&mut self, path: impl Display, value: DVec3) {
+    pub(in crate::scene) fn direction(&mut self, path: impl Display, value: DVec3) {
         let length = value.length();
         self.require(
             length.is_finite() && length > 0.0,
@@ -133,7 +133,7 @@ impl Checks {
         );
     }
 
-    pub(super) fn positive_components(&mut self, path: &str, value: DVec3) {
+    pub(in crate::scene) fn positive_components(&mut self, path: &str, value: DVec3) {
         for (index, component) in value.to_array().into_iter().enumerate() {
             self.positive(format_args!("{path}[{index}]"), component, " (m)");
         }

@@ -1,48 +1,21 @@
 //! What acts on the bodies: supports, tools and cuts.
 
 use super::check::{Checks, triple};
+use super::region::region;
 use super::rigid::rigid;
-use crate::scene::event::{Capture, Cut, Motion, Region, Support};
-use crate::scene::tool::{Tool, ToolShape};
+use crate::scene::event::{Capture, Cut, Support, SupportMotion};
+use crate::scene::tool::Tool;
 use crate::scene::{Body, Scene};
 
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
 
-/// A part of space.
-pub(super) fn region(checks: &mut Checks, path: &str, region: Region) {
-    match region {
-        Region::HalfSpace { point, normal } => {
-            checks.finite(format_args!("{path}.point"), point);
-            checks.direction(format_args!("{path}.normal"), normal);
-        }
-        Region::Box { min, max } => {
-            checks.finite(format_args!("{path}.min"), min);
-            checks.finite(format_args!("{path}.max"), max);
-            checks.agree(
-                min.cmple(max).all(),
-                format_args!("{path}.max"),
-                triple(max),
-                format_args!(
-                    "each of its numbers must be at least that of min, {}",
-                    triple(min)
-                ),
-                &[&format!("{path}.min")],
-            );
-        }
-        Region::Sphere { center, radius } => {
-            checks.finite(format_args!("{path}.center"), center);
-            checks.positive(format_args!("{path}.radius"), radius, " (m)");
-        }
-    }
-}
-
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
     checks.body_name(&format!("{path}.body"), support.body.as_deref(), bodies);
     region(checks, &format!("{path}.region"), support.region);
     match &support.motion {
-        Motion::Fixed => {}
-        Motion::Driven { path: keys } => {
+        SupportMotion::Fixed => {}
+        SupportMotion::Driven { path: keys } => {
             checks.keys_in_order(&format!("{path}.motion.path"), keys, 1);
         }
     }
@@ -50,20 +23,7 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
 
 pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]) {
     checks.body_name(&format!("{path}.body"), tool.body.as_deref(), bodies);
-    match tool.shape {
-        ToolShape::Sphere { radius } => {
-            checks.positive(format_args!("{path}.shape.radius"), radius, " (m)");
-        }
-        ToolShape::Plane { normal } => {
-            checks.direction(format_args!("{path}.shape.normal"), normal);
-        }
-        ToolShape::Capsule { from, to, radius } => {
-            checks.finite(format_args!("{path}.shape.from"), from);
-            checks.finite(format_args!("{path}.shape.to"), to);
-            checks.positive(format_args!("{path}.shape.radius"), radius, " (m)");
-        }
-        ToolShape::Box { size } => checks.positive_components(&format!("{path}.shape.size"), size),
-    }
+    tool.shape.check(checks, &format!("{path}.shape"));
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }

@@ -1,7 +1,7 @@
 //! Materials and their parts.
 
 use super::check::Checks;
-use super::event::region;
+use super::region::region;
 use crate::scene::body::Body;
 use crate::scene::material::{Dilatation, Fiber, Material, Model};
 

@@ -3,16 +3,18 @@
 mod body;
 mod check;
 mod event;
+mod file;
 mod material;
 mod method;
+mod region;
 mod rigid;
 
-pub(super) use check::Fault;
+pub(super) use check::{Checks, Fault};
 
 use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, Show, View};
 use super::{Scene, VERSION};
 use body::body;
-use check::{Checks, triple};
+use check::triple;
 use event::{cut, support, tool};
 use rigid::rigid;
 

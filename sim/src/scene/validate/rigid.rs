@@ -1,7 +1,7 @@
 //! Rigid surfaces that are only drawn.
 
-use super::body::{existing_file, scale};
 use super::check::Checks;
+use super::file::{existing_file, scale};
 use crate::scene::RigidMesh;
 
 pub(super) fn rigid(checks: &mut Checks, path: &str, mesh: &RigidMesh) {

@@ -1,9 +1,9 @@
 //! From points to a hanging, cut and settled body with the leaves alone.
 
-use phyxel_discretize::{SampleSettings, Shape, Solid, sample_tetrahedra, tetrahedra_edges};
+use phyxel_discretize::{SampleSettings, Primitive, Solid, sample_tetrahedra, tetrahedra_edges};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils, glam::DVec3};
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
-use phyxel_integrate::{Law, NewtonSettings, SolveError, StaticLoad, Supports, solve_static};
+use phyxel_integrate::{ClosureLaw, NewtonSettings, SolveError, StaticLoad, Supports, solve_static};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
@@ -27,7 +27,7 @@ fn settle(
     supports: &Supports,
     load: &[DVec3],
 ) -> Result<f64, SolveError> {
-    let mut law = Law::of(body, Elastic::forces_into, Elastic::tangent_product_into);
+    let mut law = ClosureLaw::of(body, Elastic::forces_into, Elastic::tangent_product_into);
     let (load, settings) = (StaticLoad::of(load), NewtonSettings::default());
     solve_static(&mut law, at, supports, &load, &settings)?;
     Ok(at.iter().fold(0.0, |low, x| x.z.min(low)) * -1e3)
@@ -36,7 +36,7 @@ fn settle(
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Nodes of a block of 4 x 4 x 8 cm, who is coupled with whom, and gradient stencils.
     let half_extents = DVec3::new(0.02, 0.02, 0.04);
-    let block = Solid::from(Shape::Box { half_extents });
+    let block = Solid::from(Primitive::Box { half_extents });
     let nodes = sample_tetrahedra(&block, &SampleSettings::nodes(1000))?;
     let (x, volumes, b) = (&nodes.positions, &nodes.volumes, &nodes.boundary_vectors);
     let (offsets, indices) = tetrahedra_edges(x.len(), &nodes.tetrahedra);

@@ -1,17 +1,8 @@
 //! Coulomb friction by return mapping, with limits of the moment or lagged ones.
 
-use crate::contact::{Contact, ContactForce};
+use super::{Contact, ContactForce, ContactPoint, Limit};
 use crate::shape::{Pose, outer};
 use glam::{DMat3, DVec3};
-
-/// What limits the traction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Limit {
-    /// Friction times the present pressure.
-    Present,
-    /// The limits of the last [`Contact::lag_friction`] or [`Contact::settle_friction`].
-    Lagged,
-}
 
 impl Contact {
     /// Adds frictional forces at the points of the last [`Contact::add_forces`] to `forces` and `sum`:
@@ -68,7 +59,7 @@ impl Contact {
         }
         self.lag_friction();
         for point in self.sticking.drain(..) {
-            let touches = |a: &crate::contact::ContactPoint| a.point.cmp(&point);
+            let touches = |a: &ContactPoint| a.point.cmp(&point);
             if self.active.binary_search_by(touches).is_err() {
                 self.anchors[point as usize] = None;
             }

@@ -4,7 +4,6 @@ use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::newton::NewtonSettings;
 use crate::path::Path;
-use crate::pressed::Pressed;
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, Tool};
@@ -30,21 +29,21 @@ fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
     )
 }
 
-fn shapes() -> [Shape; 4] {
+fn shapes() -> [RigidShape; 4] {
     [
-        Shape::Sphere { radius: 1.2 },
-        Shape::Plane,
-        Shape::Capsule {
+        RigidShape::Sphere { radius: 1.2 },
+        RigidShape::Plane,
+        RigidShape::Capsule {
             half_length: 0.5,
             radius: 0.8,
         },
-        Shape::Box {
+        RigidShape::Box {
             half: DVec3::new(0.7, 0.9, 0.6),
         },
     ]
 }
 
-fn random_case(seed: u64) -> (Contact, Vec<DVec3>, Shape, Pose) {
+fn random_case(seed: u64) -> (Contact, Vec<DVec3>, RigidShape, Pose) {
     let mut random = Random::new(seed);
     let (contact, x) = contact(0.0);
     let x: Vec<DVec3> = x.iter().map(|x| *x + random.vector(0.2)).collect();
@@ -64,7 +63,7 @@ fn pressure_on_a_flat_punch_is_exact() {
         rotation: DQuat::from_rotation_x(std::f64::consts::PI),
     };
     let mut f = vec![DVec3::ZERO; 9];
-    let sum = contact.add_forces(&Shape::Plane, &pose, &x, &mut f);
+    let sum = contact.add_forces(&RigidShape::Plane, &pose, &x, &mut f);
     assert!(
         (sum.force - DVec3::Z * (4.0 * 50.0 * 0.1)).length() < 1e-12,
         "{sum:?}"
@@ -100,7 +99,7 @@ fn nodes_and_surfels_press_as_their_points() {
     let surfels =
         ContactSurface::from_surfels(&[0, 1, 3], &[0, 4, 4], &[1.0, 0.25, 0.75], &[0.5, 2.0], 9)
             .unwrap();
-    let shape = Shape::Sphere { radius: 2.0 };
+    let shape = RigidShape::Sphere { radius: 2.0 };
     let pose = Pose::at(DVec3::new(0.5, 0.5, 1.0));
     let settings = ContactSettings {
         penalty: 3.0,
@@ -131,7 +130,7 @@ fn friction_sticks_below_the_limit_and_slides_at_it() {
     let mut run = |shift: f64| {
         pose.position.x = shift;
         let mut f = vec![DVec3::ZERO; 9];
-        let mut sum = contact.add_forces(&Shape::Plane, &pose, &x, &mut f);
+        let mut sum = contact.add_forces(&RigidShape::Plane, &pose, &x, &mut f);
         contact.add_friction(&pose, &mut f, &mut sum);
         let total: DVec3 = f.iter().sum();
         assert!((total + sum.force).length() < 1e-12, "action and reaction");
@@ -159,7 +158,7 @@ fn augmentation_removes_the_penetration() {
     let (mut contact, rest) = contact(0.0);
     let mut network = Network::complete(&rest, 4.0);
     let supports = Supports::fixed(9, &[0, 2, 6, 8]);
-    let shape = Shape::Sphere { radius: 1.5 };
+    let shape = RigidShape::Sphere { radius: 1.5 };
     let pose = Pose::at(DVec3::new(1.0, 1.0, 1.5 - 0.2));
     let mut x = rest.clone();
     // A flat net has no stiffness across its plane: begin with it pushed down.
@@ -202,7 +201,7 @@ fn tool_and_body_keep_their_momentum_and_energy() {
         damping: 0.0,
     };
     let pose = Pose::at(DVec3::new(1.1, 0.9, 0.65));
-    let mut tool = Tool::new(Shape::Sphere { radius: 0.6 }, pose, drive);
+    let mut tool = Tool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive);
     tool.velocity = DVec3::new(0.1, 0.0, -1.0);
     let start = tool.velocity * 3.0;
     let kinetic = tool.kinetic();
@@ -236,7 +235,7 @@ fn a_driven_tool_follows_its_path_and_its_work_arrives() {
     let mut law = Network::complete(&rest, 30.0);
     let path = Path::ramp(0.0, 1.0, DVec3::new(0.0, 0.0, -0.5)).unwrap();
     let origin = DVec3::new(1.0, 1.0, 0.65);
-    let shape = Shape::Capsule {
+    let shape = RigidShape::Capsule {
         half_length: 0.3,
         radius: 0.3,
     };
@@ -286,7 +285,7 @@ proptest! {
     fn forces_are_the_gradient_and_the_tangent_their_derivative(seed in 0_u64..10_000) {
         let (mut contact, x, shape, pose) = random_case(seed);
         // A box's inside has kinks where the nearest face changes.
-        prop_assume!(!matches!(shape, Shape::Box { .. }));
+        prop_assume!(!matches!(shape, RigidShape::Box { .. }));
         let d = uniform(9, 1.0, seed + 1);
         let at = |t: f64| -> Vec<DVec3> { x.iter().zip(&d).map(|(x, d)| *x + *d * t).collect() };
         let mut f = vec![DVec3::ZERO; 9];

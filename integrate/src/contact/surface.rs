@@ -92,6 +92,44 @@ impl ContactSurface {
         Ok(surface.numbered())
     }
 
+    /// The surface of a body that a cut may have torn: triangles whose corners hang together, as
+    /// [`ContactSurface::from_triangles`] takes them, and of each torn one a third of its area at every corner,
+    /// so that nothing spans a gap.
+    ///
+    /// # Arguments
+    /// * `holds` -- whether two corners of a triangle hang together.
+    ///
+    /// # Errors
+    /// As [`ContactSurface::from_triangles`].
+    ///
+    /// # Panics
+    /// If `divisions` is 0, or a torn triangle names a node that is not there.
+    pub fn from_torn_triangles(
+        triangles: &[[u32; 3]],
+        rest_positions: &[DVec3],
+        divisions: u32,
+        holds: impl Fn(u32, u32) -> bool,
+    ) -> Result<Self, SurfaceError> {
+        let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
+            .iter()
+            .partition(|&&[a, b, c]| holds(a, b) && holds(b, c) && holds(c, a));
+        let surface = Self::from_triangles(&whole, rest_positions, divisions)?;
+        if torn.is_empty() {
+            return Ok(surface);
+        }
+        let mut areas = vec![0.0; rest_positions.len()];
+        for triangle in &torn {
+            let [a, b, c] = triangle.map(|node| rest_positions[node as usize]);
+            for &node in triangle {
+                areas[node as usize] += (b - a).cross(c - a).length() / 6.0;
+            }
+        }
+        let (nodes, areas): (Vec<u32>, Vec<f64>) =
+            (0_u32..).zip(areas).filter(|&(_, area)| area > 0.0).unzip();
+        let corners = Self::from_nodes(&nodes, &areas, rest_positions.len())?;
+        Ok(surface.joined(&corners))
+    }
+
     /// Whether its indices lie within a body of so many nodes and its numbers are finite, as those of a
     /// surface read from a file may not.
     pub(crate) fn is_sound(&self, node_count: usize) -> bool {
@@ -371,6 +409,29 @@ mod tests {
             expected,
             "points keep their order and places"
         );
+    }
+
+    #[test]
+    fn a_torn_triangle_gives_its_area_to_its_corners() {
+        let x = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0)];
+        let triangles = [[0, 1, 2], [1, 3, 2]];
+        let whole = ContactSurface::from_triangles(&triangles, &x, 3).unwrap();
+        let torn = |holds: fn(u32, u32) -> bool| {
+            ContactSurface::from_torn_triangles(&triangles, &x, 3, holds).unwrap()
+        };
+        assert_eq!(torn(|_, _| true), whole, "nothing is torn");
+        let surface = torn(|a, b| a != 3 && b != 3);
+        assert_eq!(surface.point_count(), 9 + 3, "one of two");
+        assert!(
+            (surface.area() - whole.area()).abs() < 1e-15,
+            "all of the area"
+        );
+        let bare = torn(|_, _| false);
+        let thirds = [1.0, 2.0, 2.0, 1.0].map(|third| third / 6.0);
+        let nodes = ContactSurface::from_nodes(&[0, 1, 2, 3], &thirds, 4).unwrap();
+        assert_eq!(bare.members(), nodes.members(), "all of them");
+        let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-15;
+        assert!(bare.areas.iter().zip(&nodes.areas).all(same));
     }
 
     #[test]

@@ -1,12 +1,12 @@
 use super::*;
-use crate::contact::ContactSettings;
+use crate::contact::{ContactSettings, ContactSurface};
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings, State};
 use crate::path::{Ease, Path};
+use crate::rigid_path::RigidPath;
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, Tool};
-use crate::turn::Turn;
 use glam::DQuat;
 use proptest::prelude::*;
 use testkit::cloud::{Random, uniform};
@@ -48,7 +48,7 @@ impl Net {
             law,
             motion,
             contact,
-            tool: Tool::new(Shape::Sphere { radius: 0.6 }, pose, drive),
+            tool: Tool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive),
             limit: found.unwrap().critical_step,
         }
     }
@@ -64,8 +64,9 @@ impl Net {
 fn pressing() -> Drive {
     Drive::Path {
         origin: Pose::at(DVec3::new(1.1, 0.9, 0.65)),
-        path: Path::ramp(0.0, 2.0, DVec3::new(0.1, 0.0, -0.15)).unwrap(),
-        turn: None,
+        path: Path::ramp(0.0, 2.0, DVec3::new(0.1, 0.0, -0.15))
+            .unwrap()
+            .into(),
     }
 }
 
@@ -78,7 +79,7 @@ fn thrown(mass: f64) -> Drive {
 }
 
 /// The equation that defines the forces, with the forces of a plain evaluation where it puts the nodes.
-fn check_defining_equation(contact: &mut Contact, shape: &Shape, pose: &Pose, seed: u64) {
+fn check_defining_equation(contact: &mut Contact, shape: &RigidShape, pose: &Pose, seed: u64) {
     let x = patch().0;
     let mut random = Random::new(seed);
     let x: Vec<DVec3> = x.iter().map(|x| *x + random.vector(0.1)).collect();
@@ -137,9 +138,9 @@ proptest! {
         let mut random = Random::new(seed + 77);
         let pose = Pose::at(DVec3::new(1.0, 1.0, 0.9) + random.vector(0.2));
         let shape = if seed % 2 == 0 {
-            Shape::Sphere { radius: 0.95 }
+            RigidShape::Sphere { radius: 0.95 }
         } else {
-            Shape::Capsule { half_length: 0.4, radius: 0.6 }
+            RigidShape::Capsule { half_length: 0.4, radius: 0.6 }
         };
         check_defining_equation(&mut contact, &shape, &pose, seed);
         for point in contact.points() {
@@ -228,12 +229,13 @@ fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
     let keys = vec![(0.5, DQuat::IDENTITY), (2.0, DQuat::from_rotation_z(0.4))];
     let drive = Drive::Path {
         origin: Pose::at(DVec3::new(1.0, 1.0, 0.25)),
-        path: Path::ramp(0.0, 0.5, DVec3::Z * -0.15).unwrap(),
-        turn: Some(Turn::new(keys, Ease::Smooth).unwrap()),
+        path: RigidPath::from(Path::ramp(0.0, 0.5, DVec3::Z * -0.15).unwrap())
+            .turning(keys, Ease::Smooth)
+            .unwrap(),
     };
     let half = DVec3::new(0.7, 0.7, 0.2);
     let pose = Pose::at(DVec3::new(1.0, 1.0, 0.25));
-    let mut tool = Tool::new(Shape::Box { half }, pose, drive);
+    let mut tool = Tool::new(RigidShape::Box { half }, pose, drive);
     let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
     let forces = |x: &[DVec3], f: &mut [DVec3]| law.forces_into(x, f);
     motion.advance_with(1.2, 1e-3, forces, press).unwrap();
@@ -285,7 +287,7 @@ fn far_away_nothing_happens() {
     motion.set_velocities(&v).unwrap();
     let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
     let origin = Pose::at(DVec3::Z * 5.0);
-    let mut tool = Tool::on_path(Shape::Sphere { radius: 1.0 }, origin, path);
+    let mut tool = Tool::on_path(RigidShape::Sphere { radius: 1.0 }, origin, path);
     let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
     motion.advance_with(1.0, 0.1, |_, _| 0.0, press).unwrap();
     assert_eq!(tool.contact, ContactForce::default(), "no force");

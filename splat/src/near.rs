@@ -1,22 +1,23 @@
 //! The part of a cut that may lie in a body.
 
 use glam::DVec3;
-use phyxel_discretize::Bounds;
 
 /// Least share of a triangle near the body for which all of it is sampled.
 const LEAST_SHARE: f64 = 0.25;
 
-/// The part of a triangle within the body's box, grown by half its size along each axis; all of the
-/// triangle if that is most of it. A blade may reach any way beyond a body, which may be a thousand
-/// times as long as it is thick, and skin is looked for by area.
-pub(super) fn within(triangle: [DVec3; 3], bounds: &Bounds) -> Vec<[DVec3; 3]> {
-    let margin = 0.5 * (bounds.max - bounds.min);
+/// The part of a cut's triangle (m) near a body, as triangles: what lies in the body's box from `low` to `high`,
+/// grown by half its size along each axis; all of the triangle if that is a quarter of it or more.
+///
+/// A blade may reach any way beyond a body, which may be a thousand times as long as it is thick, and
+/// [`crate::Tissue::cut`] looks for skin by area.
+#[must_use]
+pub fn triangle_near_box(triangle: [DVec3; 3], low: DVec3, high: DVec3) -> Vec<[DVec3; 3]> {
+    let margin = 0.5 * (high - low);
     let mut polygon = triangle.to_vec();
     for axis in 0..3 {
-        let low = bounds.min[axis] - margin[axis];
-        let high = bounds.max[axis] + margin[axis];
-        polygon = clip(&polygon, |p| p[axis] - low);
-        polygon = clip(&polygon, |p| high - p[axis]);
+        let (least, most) = (low[axis] - margin[axis], high[axis] + margin[axis]);
+        polygon = clip(&polygon, |p| p[axis] - least);
+        polygon = clip(&polygon, |p| most - p[axis]);
     }
     let part: Vec<[DVec3; 3]> = (2..polygon.len())
         .map(|k| [polygon[0], polygon[k - 1], polygon[k]])
@@ -55,24 +56,21 @@ mod tests {
 
     #[test]
     fn a_large_triangle_is_clipped_to_the_body() {
-        let bounds = Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::ONE,
-        };
+        let (low, high) = (DVec3::ZERO, DVec3::ONE);
         let small = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        assert_eq!(within(small, &bounds), [small], "as it is");
+        assert_eq!(triangle_near_box(small, low, high), [small], "as it is");
         // A plane through the middle: what is left is the section of the grown box.
         let large = [(-1e3, -1e3), (3e3, -1e3), (-1e3, 3e3)].map(|(x, y)| DVec3::new(x, y, 0.5));
-        let found = area(&within(large, &bounds));
+        let found = area(&triangle_near_box(large, low, high));
         assert!((found / 4.0 - 1.0).abs() < 1e-9, "{found}");
         // A needle of a body: its section counts, not its length.
-        let needle = Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::new(0.1, 0.1, 1e4),
-        };
-        let found = area(&within(large, &needle));
+        let needle = DVec3::new(0.1, 0.1, 1e4);
+        let found = area(&triangle_near_box(large, low, needle));
         assert!((found / 0.04 - 1.0).abs() < 1e-9, "{found}");
         let beyond = large.map(|p| p + 10.0 * DVec3::Z);
-        assert!(within(beyond, &bounds).is_empty(), "nothing near the body");
+        assert!(
+            triangle_near_box(beyond, low, high).is_empty(),
+            "nothing near the body"
+        );
     }
 }

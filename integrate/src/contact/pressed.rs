@@ -1,10 +1,9 @@
 //! A force law with contacts added.
 
-use crate::contact::{Contact, ContactForce};
+use super::{Contact, ContactForce, Limit};
 use crate::coupling::Coupling;
-use crate::friction::Limit;
 use crate::law::ForceLaw;
-use crate::shape::{Pose, Shape};
+use crate::shape::{Pose, RigidShape};
 use glam::{DMat3, DVec3};
 
 /// A force law with contacts added, for static and implicit solutions.
@@ -17,14 +16,14 @@ pub struct Pressed<'a, L> {
     /// The body's own law.
     pub law: L,
     /// Contact, shape and pose of each tool.
-    pub contacts: Vec<(&'a mut Contact, Shape, Pose)>,
+    pub contacts: Vec<(&'a mut Contact, RigidShape, Pose)>,
     /// Forces on the tools at the last evaluation.
     pub tool_forces: Vec<ContactForce>,
 }
 
 impl<'a, L: ForceLaw> Pressed<'a, L> {
     /// One body, one tool.
-    pub fn new(law: L, contact: &'a mut Contact, shape: Shape, pose: Pose) -> Self {
+    pub fn new(law: L, contact: &'a mut Contact, shape: RigidShape, pose: Pose) -> Self {
         Self {
             law,
             contacts: vec![(contact, shape, pose)],

@@ -1,14 +1,14 @@
 use super::*;
 use crate::contact::ContactSettings;
+use crate::contact::ContactSurface;
+use crate::contact::Pressed;
 use crate::equilibrium::{StaticLoad, solve_static};
 use crate::implicit::{Implicit, ImplicitScheme, ImplicitSettings};
 use crate::motion::{Motion, MotionSettings};
 use crate::newton::{NewtonSettings, SolveError};
 use crate::path::{Ease, Path};
-use crate::pressed::Pressed;
-use crate::shape::Shape;
+use crate::shape::RigidShape;
 use crate::supports::Supports;
-use crate::surface::ContactSurface;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, Tool};
 use glam::DQuat;
@@ -48,7 +48,7 @@ fn static_friction_sticks_below_the_limit_and_slides_at_it() {
         let load = StaticLoad::default();
         for pose in [plate(0.0), plate(shift)] {
             for round in 0..20 {
-                let mut law = Pressed::new(&mut law, &mut contact, Shape::Plane, pose);
+                let mut law = Pressed::new(&mut law, &mut contact, RigidShape::Plane, pose);
                 solve_static(&mut law, &mut x, &supports, &load, &settings).unwrap();
                 last = law.tool_forces[0];
                 if contact.lag_friction() < 1e-9 && round > 0 {
@@ -82,7 +82,7 @@ fn implicit_steps_with_friction_agree_with_explicit_ones() {
     ];
     let path = Path::new(keys, Ease::Smooth).unwrap();
     let origin = Pose::at(DVec3::new(1.1, 0.9, 0.65));
-    let shape = Shape::Sphere { radius: 0.6 };
+    let shape = RigidShape::Sphere { radius: 0.6 };
     let settings = MotionSettings {
         damping: 2.0,
         ..MotionSettings::default()
@@ -146,7 +146,7 @@ fn what_implicit_steps_cannot_do_is_refused() {
         force: DVec3::ZERO,
         damping: 0.0,
     };
-    let mut tool = Tool::new(Shape::Plane, Pose::at(DVec3::Z * -9.0), drive);
+    let mut tool = Tool::new(RigidShape::Plane, Pose::at(DVec3::Z * -9.0), drive);
     let mut solver = Implicit::new(ImplicitSettings::default()).unwrap();
     let tools = &mut [(&mut tool, &mut contact)];
     let error = solver.step_with(&mut motion, 0.1, &mut law, tools);

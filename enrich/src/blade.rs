@@ -1,22 +1,19 @@
 //! A blade on its way through a body: from its edge in the world to the front of its cut.
 
-use glam::DVec3;
-use phyxel_enrich::{
-    Bounds, Cuts, Front, Graph, Patch, Place, SweptPair, close_edge, missed_pairs, swept_pairs,
-};
-use phyxel_mls::MapFrame;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::body::Body;
-use super::cutting::{Moment, Sweep};
-use super::error::BodyProblem;
-use super::factors::Factors;
+use crate::cuts::Cuts;
+use crate::error::CutError;
+use crate::front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
+use crate::graph::Graph;
+use crate::index::Bounds;
+use crate::polyline::{
+    divided, largest_distance, pieces, resampled, shares, swept_surface, within,
+};
 
 /// No point of a blade moves farther than this between two looks at where it is, in spacings.
 const LARGEST_MOVE: f64 = 0.5;
-/// Tissue that is pressed to a smaller share of its volume is not mapped: its gradients are none.
-const LEAST_VOLUME: f64 = 0.2;
 /// A blade goes on for this way, in spacings, before its front is led to a pair that it passed. The map is not
 /// exact to the last hair: most such pairs lie so little ahead of the front that its next step takes them.
 const PATIENCE: f64 = 1.0;
@@ -33,9 +30,11 @@ const CARRYING: f64 = 1.5;
 /// A blade of more points than this is looked at only round the body.
 const MOST_POINTS: u32 = 4096;
 
-/// The blade of one stroke.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Blade {
+/// The blade of one stroke: its edge, looked at every half a spacing of its way, and the front of the cut
+/// that it makes.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Blade {
     front: Front,
     /// Samples on each segment of the edge, its start included, as shares of it.
     shares: Vec<Vec<f64>>,
@@ -48,16 +47,71 @@ pub(super) struct Blade {
     owed: Vec<(SweptPair, f64)>,
 }
 
-/// A body as a blade finds it.
-pub(super) struct Tissue<'a> {
-    pub(super) body: &'a Body,
-    pub(super) frame: MapFrame<'a>,
-    pub(super) factors: &'a Factors,
+/// Finds the material point and `∂x/∂X` there of a world point (m), seen from nodes of which `seen(node, material
+/// point)` holds; `None` where there is no tissue.
+pub type MaterialPlace<'a> =
+    dyn Fn(DVec3, &dyn Fn(u32, DVec3) -> bool) -> Option<(DVec3, DMat3)> + Sync + 'a;
+
+/// A body as a blade finds it, deformed.
+#[derive(Clone, Copy)]
+pub struct DeformedBody<'a> {
+    /// Rest positions X (m), shape `(n)`.
+    pub rest: &'a [DVec3],
+    /// Its pairs, with present positions x (m) in place of rest positions.
+    pub present: Graph<'a>,
+    /// Mean distance (m) between neighbouring nodes.
+    pub spacing: f64,
+    /// Whether a material point (m) lies in the uncut body.
+    pub inside: &'a (dyn Fn(DVec3) -> bool + Sync),
+    /// Map from the world to the material.
+    pub preimage: &'a MaterialPlace<'a>,
+    /// Node nearest to a world point (m).
+    pub nearest: &'a (dyn Fn(DVec3) -> u32 + Sync),
+    /// Whether a directed pair is known to be crossed by the cut.
+    pub known: &'a (dyn Fn(usize) -> bool + Sync),
+}
+
+impl std::fmt::Debug for DeformedBody<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let nodes = self.rest.len();
+        write!(f, "DeformedBody({nodes} nodes {} m apart)", self.spacing)
+    }
+}
+
+/// What a blade's edge added to its cut, all in the material: adding it again gives the same cut.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Sweep {
+    /// Strips, in the order in which they were added.
+    pub patches: Vec<Patch>,
+    /// Ends (m) of the front before and after it; `None` if nothing was added.
+    pub ends: Option<[[DVec3; 2]; 2]>,
+}
+
+impl Sweep {
+    /// Whether all of it is finite, as one that was read from a file may not be.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let vertices = self.patches.iter().flat_map(|patch| &patch.vertices);
+        let ends = self.ends.iter().flatten().flatten();
+        vertices.chain(ends).all(|x| x.is_finite())
+    }
 }
 
 impl Blade {
-    /// A blade whose edge (m) is looked at every `spacing` (m), if it is very long only within `reach`.
-    pub(super) fn new(edge: &[DVec3], spacing: f64, reach: &Bounds) -> Self {
+    /// A blade that begins a stroke with its edge at a place (m, in the world).
+    ///
+    /// # Arguments
+    /// * `edge` -- corners (m), at least two; samples lie `spacing` apart on it.
+    /// * `spacing` -- mean distance (m) between neighbouring nodes, positive.
+    /// * `positions` -- where the body's nodes are (m). An edge of more than 4,096 samples has them only
+    ///   in their box, grown by its diagonal.
+    ///
+    /// # Panics
+    /// If the spacing is not positive.
+    #[must_use]
+    pub fn new(edge: &[DVec3], spacing: f64, positions: &[DVec3]) -> Self {
+        let reach = &reach_of(positions);
         let segments = || edge.windows(2).map(|ends| (ends[0], ends[1]));
         let whole: f64 = segments().map(|(from, to)| from.distance(to)).sum();
         let everywhere = whole <= f64::from(MOST_POINTS) * spacing;
@@ -84,41 +138,56 @@ impl Blade {
 
     /// Leads the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
     /// from where tissue has carried the places that the edge had in it, which a lobe that swings past the blade
-    /// moves farther than the hand does. Also the number of pairs that it passed and the cut does not cross.
-    pub(super) fn sweep(
+    /// moves farther than the hand does. A pair that it passed in the world and that the cut does not cross a
+    /// spacing of its way later, or when the stroke ends, is led to.
+    ///
+    /// # Arguments
+    /// * `edge` -- corners (m) of the edge in the world; with another number of them than at the start it is
+    ///   divided evenly.
+    /// * `cuts` -- takes what the blade cuts.
+    /// * `ends` -- whether the stroke ends here.
+    ///
+    /// # Returns
+    /// What it added, and the number of pairs that it passed and the cut does not cross.
+    ///
+    /// # Errors
+    /// [`CutError::NotFinite`]; what the blade cut before that place stays in the cut.
+    ///
+    /// # Panics
+    /// If the body has another number of nodes than at the last call.
+    pub fn sweep(
         &mut self,
         edge: &[DVec3],
         cuts: &mut Cuts,
-        tissue: &Tissue<'_>,
-        moment: Moment,
-    ) -> Result<(Sweep, usize), BodyProblem> {
+        body: &DeformedBody<'_>,
+        ends: bool,
+    ) -> Result<(Sweep, usize), CutError> {
         let now = if edge.len() == self.shares.len() + 1 {
             divided(edge, &self.shares)
         } else {
             resampled(edge, self.last.len())
         };
-        let inside = |point: DVec3| tissue.body.solid.contains(point);
-        let positions = tissue.body.motion.positions();
+        let positions = body.present.positions();
         self.carry(positions);
         let mut patches = Vec::new();
         let before = self.front.line();
         let mut from = self.last.clone();
-        for share in self.looks(&now, tissue.body) {
+        for share in self.looks(&now, body) {
             let to: Vec<DVec3> = (self.last.iter().zip(&now))
                 .map(|(last, now)| last.lerp(*now, share))
                 .collect();
-            let found = |(from, to): (&DVec3, &DVec3)| tissue.place(*from, *to, cuts);
-            let places: Vec<Place> = if from.len() < PARALLEL {
+            let found = |(from, to): (&DVec3, &DVec3)| body.place(*from, *to, cuts);
+            let places: Vec<EdgePlace> = if from.len() < PARALLEL {
                 from.iter().zip(&to).map(found).collect()
             } else {
                 from.par_iter().zip(&to).map(found).collect()
             };
-            let moved = largest_move(&from, &to);
-            patches.push(self.front.advance(cuts, &places, moved, &inside)?);
+            let moved = largest_distance(&from, &to);
+            patches.push(self.front.advance(cuts, &places, moved, body.inside)?);
             from = to;
         }
-        let missed = self.settle_debts(&now, cuts, tissue, moment, &mut patches)?;
-        self.around = now.iter().map(|at| tissue.around(*at)).collect();
+        let missed = self.settle_debts(&now, cuts, body, ends, &mut patches)?;
+        self.around = now.iter().map(|at| body.around(*at)).collect();
         self.then.clear();
         self.then.extend_from_slice(positions);
         self.last = now;
@@ -146,24 +215,22 @@ impl Blade {
         &mut self,
         now: &[DVec3],
         cuts: &mut Cuts,
-        tissue: &Tissue<'_>,
-        moment: Moment,
+        body: &DeformedBody<'_>,
+        ends: bool,
         patches: &mut Vec<Patch>,
-    ) -> Result<usize, BodyProblem> {
-        let (rest, spacing) = (&tissue.body.rest, tissue.body.spacing);
-        let inside = |point: DVec3| tissue.body.solid.contains(point);
-        let moved = largest_move(&self.last, now);
+    ) -> Result<usize, CutError> {
+        let (rest, spacing) = (body.rest, body.spacing);
+        let moved = largest_distance(&self.last, now);
         for (_, way) in &mut self.owed {
             *way += moved;
         }
-        let passed = tissue.passed(&swept(&self.last, now));
+        let passed = body.passed(&swept_surface(&self.last, now));
         self.owed.extend(passed.into_iter().map(|pair| (pair, 0.0)));
         let is_missed = |pair: &SweptPair, cuts: &Cuts| {
             !missed_pairs(std::slice::from_ref(pair), rest, cuts, spacing).is_empty()
         };
         self.owed.retain(|(pair, _)| is_missed(pair, cuts));
-        let is_due =
-            |&(_, way): &(SweptPair, f64)| moment == Moment::End || way > PATIENCE * spacing;
+        let is_due = |&(_, way): &(SweptPair, f64)| ends || way > PATIENCE * spacing;
         let (due, owed): (Vec<_>, Vec<_>) = self.owed.drain(..).partition(is_due);
         self.owed = owed;
         let mut due: Vec<SweptPair> = due.into_iter().map(|(pair, _)| pair).collect();
@@ -172,7 +239,7 @@ impl Blade {
                 break;
             }
             let points: Vec<DVec3> = due.iter().map(|pair| pair.point).collect();
-            let patch = self.front.reach(cuts, &points, &inside)?;
+            let patch = self.front.reach(cuts, &points, body.inside)?;
             if patch.triangles.is_empty() {
                 break;
             }
@@ -182,15 +249,16 @@ impl Blade {
         // What no front is near to: the edge of the cut that ends beside it.
         for pair in &due {
             if is_missed(pair, cuts) {
-                patches.push(close_edge(cuts, pair.point, spacing, &inside)?);
+                patches.push(close_edge(cuts, pair.point, spacing, body.inside)?);
             }
         }
         due.retain(|pair| is_missed(pair, cuts));
         Ok(due.len())
     }
 
-    /// Whether it can be gone on from, as one that was read from a file may not.
-    pub(super) fn is_sound(&self, nodes: usize) -> bool {
+    /// Whether it can be led on in a body of so many nodes, as one that was read from a file may not.
+    #[must_use]
+    pub fn is_sound(&self, nodes: usize) -> bool {
         let shares = self.shares.iter().flatten();
         let count = 1 + shares.clone().count();
         self.last.len() == count
@@ -213,15 +281,15 @@ impl Blade {
 
     /// Shares of the way to the next place of the edge at which the blade is looked at: every half a spacing
     /// while it is near the body, and at the end.
-    fn looks(&self, now: &[DVec3], body: &Body) -> Vec<f64> {
-        let reach = reach_of(body.motion.positions());
+    fn looks(&self, now: &[DVec3], body: &DeformedBody<'_>) -> Vec<f64> {
+        let reach = reach_of(body.present.positions());
         let ways = self.last.iter().zip(now);
         let near = ways.filter_map(|(last, now)| within(*last, *now, &reach));
         let near = near.reduce(|(a, b), (start, end)| (a.min(start), b.max(end)));
         let Some((start, end)) = near else {
             return vec![1.0];
         };
-        let farthest = (end - start) * largest_move(&self.last, now);
+        let farthest = (end - start) * largest_distance(&self.last, now);
         let count = pieces(farthest / (LARGEST_MOVE * body.spacing));
         let share = |look: u32| start + (end - start) * (f64::from(look) / f64::from(count));
         let mut looks: Vec<f64> = (1..=count).map(share).collect();
@@ -235,32 +303,29 @@ impl Blade {
     }
 }
 
-impl Tissue<'_> {
+impl DeformedBody<'_> {
     /// Where a point of the edge is that comes from another place.
-    fn place(&self, from: DVec3, to: DVec3, cuts: &Cuts) -> Place {
-        let body = self.body;
-        let seen = |node: u32, point: DVec3| !cuts.crosses(body.rest[node as usize], point);
-        let Some(found) = self.frame.preimage(to, LEAST_VOLUME, &seen) else {
-            let node = self.frame.nearest_node(to) as usize;
-            let near = body.motion.positions()[node].distance(to) < body.spacing;
-            return if near { Place::Gap } else { Place::Air };
+    fn place(&self, from: DVec3, to: DVec3, cuts: &Cuts) -> EdgePlace {
+        let seen = |node: u32, point: DVec3| !cuts.crosses(self.rest[node as usize], point);
+        let Some((at, jacobian)) = (self.preimage)(to, &seen) else {
+            let node = (self.nearest)(to) as usize;
+            let near = self.present.positions[node].distance(to) < self.spacing;
+            return if near { EdgePlace::Gap } else { EdgePlace::Air };
         };
-        let at = found.position;
-        if body.solid.contains(at) {
-            let came = found.jacobian.inverse() * (to - from);
-            Place::Inside { at, came }
+        if (self.inside)(at) {
+            let came = jacobian.inverse() * (to - from);
+            EdgePlace::Inside { at, came }
         } else {
-            Place::Outside { at }
+            EdgePlace::Outside { at }
         }
     }
 
     /// Nodes that move a place of the edge with them: those of the nearest node's row, itself included, that are
     /// no farther than [`CARRYING`] spacings, on both sides of a cut. None in the air.
     fn around(&self, at: DVec3) -> Vec<u32> {
-        let (body, nearest) = (self.body, self.frame.nearest_node(at));
-        let positions = body.motion.positions();
-        let reach = CARRYING * body.spacing;
-        let row = body.neighborhoods.row(nearest as usize).iter();
+        let (nearest, positions) = ((self.nearest)(at), self.present.positions);
+        let reach = CARRYING * self.spacing;
+        let row = self.present.indices[self.present.pairs(nearest as usize)].iter();
         row.chain([&nearest])
             .copied()
             .filter(|&node| positions[node as usize].distance(at) < reach)
@@ -269,122 +334,14 @@ impl Tissue<'_> {
 
     /// Pairs that a sweep of the blade passes and whose factors do not know of it.
     fn passed(&self, sweep: &[[DVec3; 3]]) -> Vec<SweptPair> {
-        let body = self.body;
-        let present = Graph::trusted(
-            body.motion.positions(),
-            body.neighborhoods.offsets(),
-            body.neighborhoods.indices(),
-        );
-        let known = |pair| self.factors.factor(pair) < 1.0;
-        swept_pairs(&present, &body.rest, sweep, &known)
+        swept_pairs(&self.present, self.rest, sweep, self.known)
     }
-}
-
-/// Number of pieces of a length that is `ratio` of them.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to what fits"
-)]
-fn pieces(ratio: f64) -> u32 {
-    // So that a length of a whole number of pieces is not one more, whatever the last bit says.
-    let rounding = 1.0 - 1e-9;
-    (ratio * rounding).ceil().clamp(1.0, 1e6) as u32
-}
-
-/// Shares of a segment at which it is divided, its start included: `ratio` pieces would be its whole length.
-fn shares(part: Option<(f64, f64)>, ratio: f64) -> Vec<f64> {
-    let Some((start, end)) = part else {
-        return vec![0.0];
-    };
-    let count = pieces((end - start) * ratio);
-    let share = |piece: u32| start + (end - start) * (f64::from(piece) / f64::from(count));
-    let mut shares: Vec<f64> = (0..count).map(share).collect();
-    if start > 0.0 {
-        shares.insert(0, 0.0);
-    }
-    if end < 1.0 {
-        shares.push(end);
-    }
-    shares
-}
-
-/// Divides each segment of a polyline at its shares.
-fn divided(line: &[DVec3], shares: &[Vec<f64>]) -> Vec<DVec3> {
-    let mut points = Vec::new();
-    for (ends, shares) in line.windows(2).zip(shares) {
-        points.extend(shares.iter().map(|&share| ends[0].lerp(ends[1], share)));
-    }
-    points.extend(line.last());
-    points
-}
-
-/// Equally spaced points along a polyline, its ends included.
-fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
-    let lengths: Vec<f64> = line
-        .windows(2)
-        .map(|ends| ends[0].distance(ends[1]))
-        .collect();
-    let total: f64 = lengths.iter().sum();
-    let mut points = Vec::with_capacity(count);
-    let (mut segment, mut passed, mut reached) = (0, 0.0, 0.0);
-    for k in 0..count {
-        while segment + 1 < lengths.len() && passed + lengths[segment] < reached {
-            passed += lengths[segment];
-            segment += 1;
-        }
-        let length = lengths[segment];
-        let share = if length > 0.0 {
-            ((reached - passed) / length).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        points.push(line[segment].lerp(line[segment + 1], share));
-        if k + 1 < count {
-            #[allow(clippy::cast_precision_loss, reason = "a blade has few samples")]
-            let next = (k + 1) as f64 / (count - 1) as f64;
-            reached = total * next;
-        }
-    }
-    points
-}
-
-fn largest_move(from: &[DVec3], to: &[DVec3]) -> f64 {
-    let moves = from.iter().zip(to).map(|(from, to)| from.distance(*to));
-    moves.fold(0.0, f64::max)
-}
-
-/// The surface between two places of the edge.
-fn swept(from: &[DVec3], to: &[DVec3]) -> Vec<[DVec3; 3]> {
-    let pairs = from.windows(2).zip(to.windows(2));
-    pairs
-        .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
-        .collect()
 }
 
 /// The box round some points, grown on every side by its diagonal: farther off nothing is cut.
-pub(super) fn reach_of(points: &[DVec3]) -> Bounds {
+fn reach_of(points: &[DVec3]) -> Bounds {
     let bounds = Bounds::of(points);
     bounds.grown(bounds.low.distance(bounds.high))
-}
-
-/// The part of a way, from 0 to 1, that lies in a box, if any does.
-fn within(from: DVec3, to: DVec3, reach: &Bounds) -> Option<(f64, f64)> {
-    let (mut start, mut end) = (0.0_f64, 1.0_f64);
-    for axis in 0..3 {
-        let (x, way) = (from[axis], to[axis] - from[axis]);
-        let (low, high) = (reach.low[axis], reach.high[axis]);
-        if way == 0.0 {
-            if !(low..=high).contains(&x) {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = ((low - x) / way, (high - x) / way);
-        start = start.max(a.min(b));
-        end = end.min(a.max(b));
-    }
-    (start < end).then_some((start, end))
 }
 
 #[cfg(test)]
@@ -394,7 +351,7 @@ mod tests {
     #[test]
     fn a_divided_edge_keeps_its_corners_and_has_no_long_piece() {
         let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.25, 0.0)];
-        let blade = Blade::new(&line, 0.3, &Bounds::of(&line));
+        let blade = Blade::new(&line, 0.3, &line);
         for corner in line {
             assert!(blade.last.contains(&corner), "{corner} is lost");
         }
@@ -406,7 +363,7 @@ mod tests {
 
     #[test]
     fn a_very_long_edge_is_divided_only_near_the_body() {
-        let body = reach_of(&[DVec3::ZERO, DVec3::ONE]);
+        let body = [DVec3::ZERO, DVec3::ONE];
         let middle = DVec3::splat(0.5);
         let line = [middle - 1e6 * DVec3::X, middle + 1e6 * DVec3::X, middle];
         let blade = Blade::new(&line, 0.1, &body);
@@ -415,11 +372,68 @@ mod tests {
             assert!(blade.last.contains(&corner), "{corner} is lost");
         }
         for pair in blade.last.windows(2) {
-            let near = within(pair[0], pair[1], &Bounds::of(&[DVec3::ZERO, DVec3::ONE]));
+            let near = within(pair[0], pair[1], &Bounds::of(&body));
             let length = pair[0].distance(pair[1]);
             assert!(near.is_none() || length < 0.11, "{pair:?} is too long");
         }
         let away = [DVec3::splat(50.0), DVec3::splat(1e6)];
         assert_eq!(Blade::new(&away, 0.1, &body).last, away, "not divided");
+    }
+
+    /// A block of 7 x 7 x 7 nodes at rest, one apart: the material is the world. A blade through all of it crosses
+    /// each pair across its plane, in however many sweeps, and no other.
+    #[test]
+    fn a_blade_through_a_block_crosses_the_pairs_across_its_plane() {
+        let at = |k: u32| f64::from(k) - 3.0;
+        let nodes: Vec<DVec3> = (0..343)
+            .map(|k| DVec3::new(at(k % 7), at(k / 7 % 7), at(k / 49)))
+            .collect();
+        let near = |x: DVec3, y: DVec3| x != y && x.distance(y) < 1.8;
+        let (mut offsets, mut indices) = (vec![0], Vec::new());
+        for x in &nodes {
+            let row = (0_u32..).zip(&nodes).filter(|(_, y)| near(*x, **y));
+            indices.extend(row.map(|(node, _)| node));
+            offsets.push(u32::try_from(indices.len()).unwrap());
+        }
+        let nearest = |world: DVec3| {
+            let order = |a: &u32, b: &u32| {
+                let [a, b] = [a, b].map(|&k| nodes[k as usize].distance_squared(world));
+                a.total_cmp(&b)
+            };
+            (0..343).min_by(order).unwrap()
+        };
+        let inside = |x: DVec3| x.abs().max_element() <= 3.0;
+        for sweeps in [1, 2, 9] {
+            let mut cuts = Cuts::new(&crate::cuts::CutSettings::for_spacing(1.0));
+            let body = DeformedBody {
+                rest: &nodes,
+                present: Graph::new(&nodes, &offsets, &indices).unwrap(),
+                spacing: 1.0,
+                inside: &inside,
+                preimage: &|world, seen| {
+                    let found = inside(world) && seen(nearest(world), world);
+                    found.then_some((world, DMat3::IDENTITY))
+                },
+                nearest: &nearest,
+                known: &|_| false,
+            };
+            let edge = |y: f64| [DVec3::new(0.4, y, -5.0), DVec3::new(0.4, y, 5.0)];
+            let mut blade = Blade::new(&edge(-5.0), 1.0, &nodes);
+            for k in 0..=sweeps {
+                let y = -5.0 + 10.0 * f64::from(k) / f64::from(sweeps);
+                let (sweep, missed) = blade
+                    .sweep(&edge(y), &mut cuts, &body, k == sweeps)
+                    .unwrap();
+                assert!(sweep.is_finite() && missed == 0, "{missed} missed");
+                assert!(blade.is_sound(nodes.len()), "it can be kept");
+            }
+            for i in 0..nodes.len() {
+                for &j in &indices[body.present.pairs(i)] {
+                    let (a, b) = (nodes[i], nodes[j as usize]);
+                    let across = (a.x < 0.4) != (b.x < 0.4);
+                    assert_eq!(cuts.crosses(a, b), across, "{a} {b} in {sweeps} sweeps");
+                }
+            }
+        }
     }
 }

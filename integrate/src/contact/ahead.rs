@@ -1,9 +1,8 @@
 //! Contact forces at the middle of the coming step: explicit motion that a penalty does not limit.
 
-use crate::contact::{Contact, ContactForce, ContactPoint};
-use crate::friction::Limit;
-use crate::shape::{Pose, Shape};
-use crate::surface::ContactSurface;
+use super::scratch::Ahead;
+use super::{Contact, ContactForce, Limit};
+use crate::shape::{Pose, RigidShape};
 use crate::view::StepView;
 use glam::{DMat3, DVec3};
 
@@ -19,123 +18,6 @@ const LINEAR: usize = 40;
 /// Newton stops at this residual over the contact's force. What is left is no error of the balance of
 /// momentum, only of the place where the forces are taken.
 const TOLERANCE: f64 = 1e-4;
-
-/// Vectors over the members of a surface; scratch, no state.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Ahead {
-    pub(crate) positions: Vec<DVec3>,
-    pub(crate) forces: Vec<DVec3>,
-    /// Groups that may touch.
-    pub(crate) near: Vec<u32>,
-    /// Members of those groups.
-    local: Vec<u32>,
-    marked: Vec<bool>,
-    predicted: Vec<DVec3>,
-    /// Inertia of a member over `step²/2` (N/m).
-    inertia: Vec<f64>,
-    free: Vec<DMat3>,
-    residual: Vec<DVec3>,
-    change: Vec<DVec3>,
-    direction: Vec<DVec3>,
-    image: Vec<DVec3>,
-    blocks: Vec<DMat3>,
-    /// Stiffness between the members of a group, row by row, for the groups in `assembled`.
-    coupling: Vec<DMat3>,
-    assembled: Vec<u32>,
-    /// Active points of all other groups.
-    loose: Vec<u32>,
-}
-
-impl PartialEq for Ahead {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl Ahead {
-    /// Takes the positions of members.
-    pub(crate) fn gather(&mut self, surface: &ContactSurface, position: impl Fn(usize) -> DVec3) {
-        let members = surface.members.iter();
-        self.positions.clear();
-        self.positions
-            .extend(members.map(|node| position(*node as usize)));
-        self.forces.resize(surface.members.len(), DVec3::ZERO);
-    }
-
-    /// Lists the groups whose middle is no farther from the tool than from their nodes.
-    pub(crate) fn choose_near(
-        &mut self,
-        surface: &ContactSurface,
-        shape: &Shape,
-        pose: &Pose,
-        all: bool,
-    ) {
-        self.near.clear();
-        let placed = shape.placed(pose);
-        for group in 0..surface.group_count() {
-            let members = surface.group_members(group);
-            let at = |member: &u32| self.positions[*member as usize];
-            let sum: DVec3 = members.iter().map(at).sum();
-            let middle = sum * surface.share(group);
-            let value = placed.value(middle);
-            let far = |member: &u32| middle.distance_squared(at(member)) < value * value;
-            if all || value <= 0.0 || !members.iter().all(far) {
-                self.near.push(group);
-            }
-        }
-    }
-
-    /// Keeps the groups with points in contact: forces only push away.
-    fn keep_touching(&mut self, active: &[ContactPoint]) {
-        self.near.clear();
-        self.near.extend(active.iter().map(|active| active.group));
-        self.near.dedup();
-    }
-
-    /// What it costs to leave the predicted places (J).
-    fn inertial_energy(&self, tool: Option<f64>, shift: DVec3) -> f64 {
-        let nodes = self.local.iter().map(|i| {
-            let i = *i as usize;
-            0.5 * self.inertia[i] * (self.positions[i] - self.predicted[i]).length_squared()
-        });
-        nodes.sum::<f64>() + tool.map_or(0.0, |inertia| 0.5 * inertia * shift.length_squared())
-    }
-
-    /// Members of the near groups, with what the solve needs of them.
-    fn choose_local(&mut self, surface: &ContactSurface, view: &StepView<'_>) {
-        let count = surface.members.len();
-        self.local.clear();
-        self.marked.clear();
-        self.marked.resize(count, false);
-        for &group in &self.near {
-            for &member in surface.group_members(group) {
-                if !self.marked[member as usize] {
-                    self.marked[member as usize] = true;
-                    self.local.push(member);
-                }
-            }
-        }
-        self.local.sort_unstable();
-        self.predicted.clone_from(&self.positions);
-        for array in [
-            &mut self.residual,
-            &mut self.change,
-            &mut self.direction,
-            &mut self.image,
-        ] {
-            array.resize(count, DVec3::ZERO);
-        }
-        self.inertia.resize(count, 0.0);
-        self.free.resize(count, DMat3::IDENTITY);
-        self.blocks.resize(count, DMat3::ZERO);
-        let share = 2.0 / (view.step * view.step);
-        for &member in &self.local {
-            let node = surface.members[member as usize] as usize;
-            self.inertia[member as usize] = view.mass(node) * share;
-            self.free[member as usize] = view.free(node);
-        }
-    }
-}
 
 /// Sums over near members and the tool.
 fn dot(local: &[u32], a: &[DVec3], b: &[DVec3], tool: [DVec3; 2]) -> f64 {
@@ -163,7 +45,7 @@ impl Contact {
     /// If slices are shorter than the surface's nodes require.
     pub fn press_ahead(
         &mut self,
-        shape: &Shape,
+        shape: &RigidShape,
         pose: &Pose,
         mass: Option<f64>,
         view: &StepView<'_>,
@@ -197,7 +79,7 @@ impl Contact {
     /// Newton from the predicted positions; `tool` is its mass over `step²/2` (N/m).
     fn solve_ahead(
         &mut self,
-        shape: &Shape,
+        shape: &RigidShape,
         pose: &Pose,
         tool: Option<f64>,
         ahead: &mut Ahead,
@@ -206,7 +88,7 @@ impl Contact {
         let mut at = *pose;
         let mut sum = self.evaluate(shape, &at, ahead, Some(Limit::Lagged));
         let mut potential = sum.energy;
-        ahead.keep_touching(&self.active);
+        ahead.keep_touching(self.active.iter().map(|active| active.group));
         for _ in 0..NEWTON {
             for &i in &ahead.local {
                 let i = i as usize;

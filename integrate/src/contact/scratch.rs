@@ -1,0 +1,123 @@
+//! What a contact's solve needs room for.
+
+use super::surface::ContactSurface;
+use crate::shape::{Pose, RigidShape};
+use crate::view::StepView;
+use glam::{DMat3, DVec3};
+
+/// Vectors over the members of a surface; scratch, no state.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Ahead {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) forces: Vec<DVec3>,
+    /// Groups that may touch.
+    pub(super) near: Vec<u32>,
+    /// Members of those groups.
+    pub(super) local: Vec<u32>,
+    pub(super) marked: Vec<bool>,
+    pub(super) predicted: Vec<DVec3>,
+    /// Inertia of a member over `step²/2` (N/m).
+    pub(super) inertia: Vec<f64>,
+    pub(super) free: Vec<DMat3>,
+    pub(super) residual: Vec<DVec3>,
+    pub(super) change: Vec<DVec3>,
+    pub(super) direction: Vec<DVec3>,
+    pub(super) image: Vec<DVec3>,
+    pub(super) blocks: Vec<DMat3>,
+    /// Stiffness between the members of a group, row by row, for the groups in `assembled`.
+    pub(super) coupling: Vec<DMat3>,
+    pub(super) assembled: Vec<u32>,
+    /// Active points of all other groups.
+    pub(super) loose: Vec<u32>,
+}
+
+impl PartialEq for Ahead {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Ahead {
+    /// Takes the positions of members.
+    pub(super) fn gather(&mut self, surface: &ContactSurface, position: impl Fn(usize) -> DVec3) {
+        let members = surface.members.iter();
+        self.positions.clear();
+        self.positions
+            .extend(members.map(|node| position(*node as usize)));
+        self.forces.resize(surface.members.len(), DVec3::ZERO);
+    }
+
+    /// Lists the groups whose middle is no farther from the tool than from their nodes.
+    pub(super) fn choose_near(
+        &mut self,
+        surface: &ContactSurface,
+        shape: &RigidShape,
+        pose: &Pose,
+        all: bool,
+    ) {
+        self.near.clear();
+        let placed = shape.placed(pose);
+        for group in 0..surface.group_count() {
+            let members = surface.group_members(group);
+            let at = |member: &u32| self.positions[*member as usize];
+            let sum: DVec3 = members.iter().map(at).sum();
+            let middle = sum * surface.share(group);
+            let value = placed.value(middle);
+            let far = |member: &u32| middle.distance_squared(at(member)) < value * value;
+            if all || value <= 0.0 || !members.iter().all(far) {
+                self.near.push(group);
+            }
+        }
+    }
+
+    /// Keeps the groups with points in contact, in the order of their points: forces only push away.
+    pub(super) fn keep_touching(&mut self, groups: impl Iterator<Item = u32>) {
+        self.near.clear();
+        self.near.extend(groups);
+        self.near.dedup();
+    }
+
+    /// What it costs to leave the predicted places (J).
+    pub(super) fn inertial_energy(&self, tool: Option<f64>, shift: DVec3) -> f64 {
+        let nodes = self.local.iter().map(|i| {
+            let i = *i as usize;
+            0.5 * self.inertia[i] * (self.positions[i] - self.predicted[i]).length_squared()
+        });
+        nodes.sum::<f64>() + tool.map_or(0.0, |inertia| 0.5 * inertia * shift.length_squared())
+    }
+
+    /// Members of the near groups, with what the solve needs of them.
+    pub(super) fn choose_local(&mut self, surface: &ContactSurface, view: &StepView<'_>) {
+        let count = surface.members.len();
+        self.local.clear();
+        self.marked.clear();
+        self.marked.resize(count, false);
+        for &group in &self.near {
+            for &member in surface.group_members(group) {
+                if !self.marked[member as usize] {
+                    self.marked[member as usize] = true;
+                    self.local.push(member);
+                }
+            }
+        }
+        self.local.sort_unstable();
+        self.predicted.clone_from(&self.positions);
+        for array in [
+            &mut self.residual,
+            &mut self.change,
+            &mut self.direction,
+            &mut self.image,
+        ] {
+            array.resize(count, DVec3::ZERO);
+        }
+        self.inertia.resize(count, 0.0);
+        self.free.resize(count, DMat3::IDENTITY);
+        self.blocks.resize(count, DMat3::ZERO);
+        let share = 2.0 / (view.step * view.step);
+        for &member in &self.local {
+            let node = surface.members[member as usize] as usize;
+            self.inertia[member as usize] = view.mass(node) * share;
+            self.free[member as usize] = view.free(node);
+        }
+    }
+}

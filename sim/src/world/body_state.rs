@@ -1,0 +1,145 @@
+//! What moves in a body, to be kept and gone on from.
+
+use glam::DVec3;
+use phyxel_elastic::Offsets;
+use phyxel_integrate::Grip;
+use serde::{Deserialize, Serialize};
+
+use super::Member;
+use super::cutting::{Cutting, OpenStroke};
+use super::energy::CutEnergy;
+use super::tool::Touch;
+
+/// What moves in a body, and what watches over it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct BodyState {
+    /// Checksum of the rest positions: a mesh file may have changed since.
+    pub(super) fingerprint: u32,
+    pub(super) motion: phyxel_integrate::State,
+    pub(super) estimates: [f64; 2],
+    pub(super) eigenvector: Vec<DVec3>,
+    pub(super) indicators: Vec<f64>,
+    pub(super) smallest_ratio: f64,
+    pub(super) doubt: Option<phyxel_integrate::Warning>,
+    pub(super) growth: Option<f64>,
+    pub(super) cut_energy: Option<CutEnergy>,
+    pub(super) stroke_energies: Vec<CutEnergy>,
+    /// Blades that are in strokes.
+    pub(super) strokes: Vec<OpenStroke>,
+    /// What viscous materials remember, and the energy (J) they took up.
+    pub(super) history: Vec<[f64; 6]>,
+    pub(super) relaxed: f64,
+    /// What rebuilt rows carried over: nodes, deformation gradients, lengths of bonds.
+    pub(super) offset_nodes: Vec<u32>,
+    pub(super) offsets: Vec<[f64; 9]>,
+    pub(super) bond_offsets: Vec<f64>,
+    /// Scales of the zero-energy control, where they are not 1.
+    pub(super) control_scales: Vec<(u32, f64)>,
+    pub(super) touches: Vec<Touch>,
+    pub(super) grip: Option<Grip>,
+}
+
+impl BodyState {
+    /// Whether this can be a state of a body with the cuts that it has now: lists of its lengths, indices
+    /// within it, finite numbers.
+    pub(super) fn fits(&self, member: &Member) -> bool {
+        let body = &member.body;
+        let n = body.rest.len();
+        let cut = self.cut_energy.unwrap_or_default();
+        let numbers = [
+            self.relaxed,
+            self.growth.unwrap_or(1.0),
+            cut.released,
+            cut.added,
+            cut.largest_addition,
+            cut.decay,
+        ];
+        let lists = numbers.iter().chain(&self.indicators);
+        let lists = lists.chain(self.history.iter().flatten());
+        let lists = lists.chain(self.offsets.iter().flatten());
+        body.motion.fits(&self.motion)
+            && self
+                .estimates
+                .iter()
+                .all(|value| value.is_finite() && *value >= 0.0)
+            && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
+            && self.eigenvector.iter().all(|x| x.is_finite())
+            && !self.smallest_ratio.is_nan()
+            && lists.chain(&self.bond_offsets).all(|x| x.is_finite())
+            && self.history.len() == body.elastic.viscous_history().len()
+            && self.offset_nodes.len() == self.offsets.len()
+            && self.offset_nodes.iter().all(|&node| (node as usize) < n)
+            && self.bond_offsets.len() == body.elastic.bond_offsets().len()
+            && (self.control_scales.iter())
+                .all(|&(node, scale)| (node as usize) < n && scale.is_finite() && scale >= 1.0)
+            && self.touches.len() == member.touches.len()
+            && (self.touches.iter().zip(&member.touches))
+                .all(|(kept, built)| kept.is_sound(n, built))
+            && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
+    }
+}
+
+impl Member {
+    /// What moves, to be kept.
+    pub(super) fn state(&self) -> BodyState {
+        let Self {
+            body,
+            cutting,
+            touches,
+        } = self;
+        let offsets = body.elastic.offsets();
+        BodyState {
+            fingerprint: body.fingerprint,
+            motion: body.motion.state().clone(),
+            estimates: body.estimates,
+            eigenvector: body.eigenvector.clone(),
+            indicators: body.indicators.clone(),
+            smallest_ratio: body.smallest_ratio,
+            doubt: body.doubt,
+            growth: cutting.as_ref().map(Cutting::growth),
+            strokes: cutting
+                .as_ref()
+                .map_or_else(Vec::new, Cutting::open_strokes),
+            cut_energy: cutting.as_ref().map(Cutting::energy),
+            stroke_energies: cutting.as_ref().map_or_else(Vec::new, |cutting| {
+                let strokes = cutting.by_stroke().iter();
+                strokes.map(|stroke| stroke.energy).collect()
+            }),
+            history: body.elastic.viscous_history().to_vec(),
+            relaxed: body.relaxed,
+            offset_nodes: offsets.nodes,
+            offsets: offsets.values,
+            bond_offsets: body.elastic.bond_offsets(),
+            control_scales: body.elastic.control_scales(),
+            touches: touches.clone(),
+            grip: body.grip.clone(),
+        }
+    }
+
+    /// Takes over a kept state of the same body with the same cuts.
+    pub(super) fn set_state(&mut self, state: BodyState) {
+        let body = &mut self.body;
+        body.elastic.set_offsets(&Offsets {
+            nodes: state.offset_nodes,
+            values: state.offsets,
+        });
+        body.elastic.set_bond_offsets(&state.bond_offsets);
+        body.elastic.set_control_scales(&state.control_scales);
+        body.indicators = state.indicators;
+        body.smallest_ratio = state.smallest_ratio;
+        body.doubt = state.doubt;
+        let viscous = (&*state.history, state.relaxed);
+        body.grip = state.grip;
+        body.restore(state.motion, state.estimates, state.eigenvector, viscous);
+        self.touches = state.touches;
+        if let Some(cutting) = &mut self.cutting {
+            if let Some(growth) = state.growth {
+                cutting.set_growth(growth);
+            }
+            if let Some(energy) = state.cut_energy {
+                cutting.set_energy(energy, &state.stroke_energies);
+            }
+            cutting.set_open_strokes(state.strokes);
+        }
+    }
+}
