@@ -63,6 +63,11 @@ impl Grip {
             })
     }
 
+    /// The nodes that it holds.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.held.iter().map(|held| held.node)
+    }
+
     /// Holds the nodes within `radius` (m) of a point, the nearer the firmer: stiffness falls off as
     /// `(1 - d²/r²)²`. `None` if there is none.
     fn new(body: &Body, point: DVec3, radius: f64, modulus: f64, step: f64) -> Option<Self> {
