@@ -354,10 +354,10 @@ impl BodyShares for Front {
             reason = "they were counts"
         )]
         let counts: Vec<[usize; 2]> = counts
-            .as_chunks()
+            .as_chunks::<2>()
             .0
             .iter()
-            .map(|counts: &[f64; 2]| counts.map(|count| count as usize))
+            .map(|counts| counts.map(|count| count as usize))
             .collect();
         let lengths: Vec<usize> = counts.iter().map(|[a, b]| a + b).collect();
         let all = gather(&works.concat(), &lengths);

@@ -27,7 +27,7 @@ use front::Front;
 #[command(name = "phyxel-ranks", version)]
 struct Arguments {
     /// Embedded scene or scene file (.ron).
-    #[arg(value_name = "SCENE", required_unless_present = "resume")]
+    #[arg(value_name = "SCENE", required_unless_present_any = ["resume", "ping"])]
     scene: Option<String>,
     /// Folder for the results [default: out/NAME with the scene's name]
     #[arg(long, value_name = "DIR")]
@@ -44,6 +44,9 @@ struct Arguments {
     /// Write every rank's nodes at the end: nodes.pvtu and a .vtu of each rank.
     #[arg(long)]
     vtu: bool,
+    /// Measure the latency and the bandwidth between the first two ranks instead.
+    #[arg(long)]
+    ping: bool,
     /// Show nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -70,6 +73,13 @@ fn main() -> ExitCode {
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
+    if arguments.ping {
+        if let Some((latency, bandwidth)) = wire::ping() {
+            println!("{:.2} us, {:.2} GB/s", 1e6 * latency, 1e-9 * bandwidth);
+        }
+        drop(universe);
+        return ExitCode::SUCCESS;
+    }
     let outcome = if is_front {
         lead(&arguments)
     } else {
