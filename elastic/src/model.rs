@@ -215,6 +215,12 @@ impl Elastic {
         &self.scratch.partial
     }
 
+    /// Volumes (m³) that it was built with.
+    #[must_use]
+    pub fn volumes(&self) -> &[f64] {
+        &self.model.volumes
+    }
+
     /// Volumes `V_i` (m³) that carry strain energy: the given ones, 0 at nodes that
     /// [`Elastic::weaken`] took it from.
     #[must_use]

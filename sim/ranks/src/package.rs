@@ -21,7 +21,7 @@ pub(crate) struct Package {
     pub(crate) first: usize,
     pub(crate) count: usize,
     pub(crate) rest: Vec<DVec3>,
-    pub(crate) volumes: Vec<f64>,
+    volumes: Vec<f64>,
     masses: Vec<f64>,
     offsets: Vec<u32>,
     indices: Vec<u32>,
@@ -180,7 +180,7 @@ fn package(
         // Rows of the second layer are cut off: they see nothing, and nobody reads what they give.
         let whole = halo.second.binary_search(&node).is_err();
         package.rest.push(body.rest[at]);
-        package.volumes.push(body.volumes[at]);
+        package.volumes.push(body.elastic.volumes()[at]);
         package.masses.push(body.masses[at]);
         package.material_of.push(material_of[at]);
         for (&other, pair) in body
@@ -330,6 +330,7 @@ impl Package {
         self.matrices = Vec::new();
         self.scales = Vec::new();
         self.multipliers = Vec::new();
+        self.volumes = Vec::new();
         self.masses = Vec::new();
         self.material_of = Vec::new();
         self.held = Vec::new();
@@ -347,6 +348,6 @@ impl Package {
             .iter()
             .map(|(_, nodes)| size_of_val(&**nodes))
             .sum();
-        size_of_val(&*self.rest) + size_of_val(&*self.volumes) + sends
+        size_of_val(&*self.rest) + sends
     }
 }

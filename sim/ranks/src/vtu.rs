@@ -12,8 +12,8 @@ use crate::share::Share;
 
 /// Fields of the nodes, with their numbers of components.
 const FIELDS: [(&str, usize); 3] = [
+    ("rest_position_m", 3),
     ("velocity_m_s", 3),
-    ("volume_m3", 1),
     ("von_mises_stress_Pa", 1),
 ];
 
@@ -43,7 +43,7 @@ fn integers(text: &mut String, kind: &str, name: &str, values: impl Iterator<Ite
     text.push_str("\n</DataArray>\n");
 }
 
-/// Writes a rank's own nodes, each a vertex, with velocity, volume and von Mises stress.
+/// Writes a rank's own nodes, each a vertex, with rest position, velocity and von Mises stress.
 pub(crate) fn write_piece(share: &Share, folder: &Path, rank: usize) -> io::Result<()> {
     let (own, motion) = (share.own(), &share.motion);
     let n = own.len();
@@ -53,8 +53,8 @@ pub(crate) fn write_piece(share: &Share, folder: &Path, rank: usize) -> io::Resu
         .clone()
         .map(|node| von_mises_stress(share.elastic.cauchy_stress(node)));
     let fields: [Vec<f64>; 3] = [
+        numbers(&share.package.rest[own.clone()]),
         numbers(motion.velocities()),
-        share.package.volumes[own.clone()].to_vec(),
         stress.collect(),
     ];
     let mut text = String::from(
