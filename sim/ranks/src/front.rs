@@ -330,6 +330,10 @@ impl BodyShares for Front {
                 send(rank, &encoded(&(state, loads))?);
             }
         }
+        let (mine, wire) = self.mine();
+        if mine.package.carries {
+            mine.evaluate(wire);
+        }
         Ok(())
     }
 

@@ -43,6 +43,8 @@ pub(crate) struct Package {
     /// Nodes with an offset of their deformation gradient, and these.
     offset_nodes: Vec<u32>,
     offsets_of_gradients: Vec<[f64; 9]>,
+    /// Whether any rank has such: works of their decay need forces evaluated where the nodes are.
+    pub(crate) carries: bool,
     /// Ranks that need places of own nodes, with the local numbers of these.
     pub(crate) sends: Vec<(usize, Vec<u32>)>,
     /// Ranks whose nodes are ghosts here, with the local number of the first and how many.
@@ -170,6 +172,7 @@ fn package(
         bond_offsets: Vec::new(),
         offset_nodes: Vec::new(),
         offsets_of_gradients: Vec::new(),
+        carries: body.elastic.has_offsets() || !body.elastic.weak_nodes().is_empty(),
         sends: Vec::new(),
         receives: Vec::new(),
         watched: Vec::new(),

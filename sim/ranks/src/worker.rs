@@ -128,6 +128,9 @@ fn obey(command: Command, share: &mut Share, wire: &mut Wire) -> Result<(), Work
         Command::State => {
             let (state, loads): (State, Vec<glam::DVec3>) = postcard::from_bytes(&receive(FRONT))?;
             share.set_state(state, &loads)?;
+            if share.package.carries {
+                share.evaluate(wire);
+            }
         }
         Command::Step(pass) => {
             share.clear_applied();
