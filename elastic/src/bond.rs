@@ -303,25 +303,47 @@ impl Elastic {
     /// work (J) that this does, at the state last evaluated. The second half is that of
     /// [`Elastic::bond_work`] after the next evaluation.
     pub fn decay_bonds(&mut self, factor: f64) -> f64 {
-        let mut work = 0.0;
-        for bond in &mut self.state.bonds.list {
+        let works = self.decay_bonds_each(factor);
+        works.iter().fold(0.0, |sum, (_, work)| sum + work)
+    }
+
+    /// As [`Elastic::decay_bonds`], with the weak node and the work of each bond, nodes rising.
+    pub fn decay_bonds_each(&mut self, factor: f64) -> Vec<(u32, f64)> {
+        let decay = |bond: &mut Bond| {
             let mut next = bond.offset * factor;
             if next.abs() < SMALLEST_OFFSET * bond.natural() {
                 next = 0.0;
             }
             bond.decayed = next - bond.offset;
-            work -= 0.5 * bond.tension() * bond.decayed;
+            let work = -(0.5 * bond.tension() * bond.decayed);
             bond.offset = next;
-        }
-        work
+            (bond.node, work)
+        };
+        self.state.bonds.list.iter_mut().map(decay).collect()
     }
 
     /// The second half of the work (J) of the last [`Elastic::decay_bonds`], at the state last
     /// evaluated.
     #[must_use]
     pub fn bond_work(&self) -> f64 {
+        self.bond_works().iter().map(|(_, work)| work).sum()
+    }
+
+    /// As [`Elastic::bond_work`], with the weak node and the work of each bond, nodes rising.
+    #[must_use]
+    pub fn bond_works(&self) -> Vec<(u32, f64)> {
         let bonds = self.state.bonds.list.iter();
-        bonds.map(|bond| -0.5 * bond.tension() * bond.decayed).sum()
+        bonds
+            .map(|bond| (bond.node, -0.5 * bond.tension() * bond.decayed))
+            .collect()
+    }
+
+    /// Weak node and energy (J) of each bond at the state last evaluated, nodes rising; summed in order, they are
+    /// what [`Elastic::forces_into`] adds to [`Elastic::run_energies`].
+    #[must_use]
+    pub fn bond_energies(&self) -> Vec<(u32, f64)> {
+        let bonds = self.state.bonds.list.iter();
+        bonds.map(|bond| (bond.node, bond.energy())).collect()
     }
 
     /// Weak nodes, rising.

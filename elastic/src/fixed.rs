@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::completion::Span;
 use crate::gather::ONE;
-use crate::input::Stencils;
+use crate::input::{Frame, Stencils};
 use crate::lanes::Constants;
 use crate::law::outer;
 use crate::pairs::{Pair, Pairs};
@@ -85,13 +85,19 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
     /// Whether there are multipliers.
     pub(crate) const CORRECTED: bool = L > ONE + 1;
 
-    pub(crate) fn new(rest: &[DVec3], multipliers: &[DVec3], controlled: bool) -> Self {
+    /// In a frame of its own unless one is given.
+    pub(crate) fn new(
+        rest: &[DVec3],
+        multipliers: &[DVec3],
+        controlled: bool,
+        frame: Option<&Frame>,
+    ) -> Self {
         let count = rest.len().div_ceil(BLOCK);
         let zero = S::Number::ZERO;
         let corrected = if Self::CORRECTED { count } else { 0 };
         let under_control = if controlled { count } else { 0 };
         let (low, high) = bounds(rest);
-        let origin = (low + high) * 0.5;
+        let origin = frame.map_or((low + high) * 0.5, |frame| frame.origin[0]);
         let mut fixed = Self {
             origin: [origin, DVec3::ZERO],
             unit: [1.0; L],
@@ -104,9 +110,18 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         };
         let unit = S::Place::unit(rest.iter().fold(0.0, |most, x| farther(most, *x - origin)));
         for axis in 0..3 {
-            fixed.unit[axis] = unit;
+            fixed.unit[axis] = frame.map_or(unit, |frame| frame.unit[0]);
         }
-        fixed.scale_multipliers(multipliers);
+        match frame {
+            None => fixed.scale_multipliers(multipliers),
+            Some(frame) if Self::CORRECTED => {
+                fixed.origin[1] = frame.origin[1];
+                for axis in 0..3 {
+                    fixed.unit[lane::<L>(axis)] = frame.unit[1];
+                }
+            }
+            Some(_) => {}
+        }
         for (node, x) in rest.iter().enumerate() {
             let anchor = &mut fixed.anchors[node / BLOCK].0[node % BLOCK];
             // The last lane with multipliers is that of the low parts of what is recorded in the first one.
@@ -121,6 +136,14 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
             fixed.set_multiplier(node, multipliers);
         }
         fixed
+    }
+
+    pub(crate) fn frame(&self) -> Frame {
+        let of_multipliers = if Self::CORRECTED { lane::<L>(0) } else { 0 };
+        Frame {
+            origin: self.origin,
+            unit: [self.unit[0], self.unit[of_multipliers]],
+        }
     }
 
     /// Chooses the origin and unit of the multipliers.

@@ -54,6 +54,16 @@ impl<'a> Nodes<'a> {
     }
 }
 
+/// What a model counts its stored coordinates and multipliers from, and their units in single precision. A
+/// model of some of a body's nodes has the bits of the whole's only in the whole's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Frame {
+    /// Of coordinates (m) and of multipliers.
+    pub(crate) origin: [DVec3; 2],
+    pub(crate) unit: [f64; 2],
+}
+
 /// Materials of the nodes.
 #[derive(Debug, Clone, Copy)]
 pub enum Materials<'a> {

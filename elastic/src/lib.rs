@@ -34,7 +34,7 @@ mod watch;
 pub use error::ElasticError;
 pub use fiber::Fiber;
 pub use glam;
-pub use input::{Dilatation, Instructions, Materials, Nodes, Precision, Settings, Stencils};
+pub use input::{Dilatation, Frame, Instructions, Materials, Nodes, Precision, Settings, Stencils};
 pub use material::{Law, MAX_PRONY_TERMS, Material};
 pub use model::Elastic;
 pub use offset::Offsets;

@@ -8,7 +8,8 @@ use crate::error::ElasticError;
 use crate::fixed::Fixed;
 use crate::forces::{self, CHUNK, Table};
 use crate::input::{
-    Dilatation, Materials, Nodes, Precision, Settings, Stencils, checked_materials, same_length,
+    Dilatation, Frame, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
+    same_length,
 };
 use crate::law::Prepared;
 use crate::material::{Law, Material};
@@ -81,6 +82,39 @@ impl Elastic {
         materials: &Materials<'_>,
         settings: &Settings,
     ) -> Result<Self, ElasticError> {
+        Self::build(stencils, nodes, materials, settings, None)
+    }
+
+    /// As [`Elastic::new`], in the frame of another model: that of a body of which these are some nodes. Rows
+    /// of matrix and scale zero see nothing and give nothing; what the other rows, and the forces on nodes all
+    /// of whose neighbours have such other rows, say is what the whole says, to the bit, where the order of
+    /// neighbours is the whole's. Sums over nodes are, where runs of [`crate::WATCHED_NODES`] nodes are.
+    ///
+    /// # Errors
+    /// As [`Elastic::new`].
+    pub fn in_frame(
+        frame: &Frame,
+        stencils: &Stencils<'_>,
+        nodes: &Nodes<'_>,
+        materials: &Materials<'_>,
+        settings: &Settings,
+    ) -> Result<Self, ElasticError> {
+        Self::build(stencils, nodes, materials, settings, Some(frame))
+    }
+
+    /// What stored coordinates are counted from, for [`Elastic::in_frame`].
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        with_table!(&self.tables, table => table.fixed.frame())
+    }
+
+    fn build(
+        stencils: &Stencils<'_>,
+        nodes: &Nodes<'_>,
+        materials: &Materials<'_>,
+        settings: &Settings,
+        frame: Option<&Frame>,
+    ) -> Result<Self, ElasticError> {
         let (rest, volumes) = (nodes.rest_positions, nodes.volumes);
         let node_count = rest.len();
         stencils.check_lengths(node_count)?;
@@ -121,10 +155,10 @@ impl Elastic {
         };
         let plain = stencils.multipliers.is_empty();
         let tables = match (settings.precision, plain) {
-            (Precision::Double, false) => Tables::Double(table(&mut model, stencils)?),
-            (Precision::Single, false) => Tables::Single(table(&mut model, stencils)?),
-            (Precision::Double, true) => Tables::PlainDouble(table(&mut model, stencils)?),
-            (Precision::Single, true) => Tables::PlainSingle(table(&mut model, stencils)?),
+            (Precision::Double, false) => Tables::Double(table(&mut model, stencils, frame)?),
+            (Precision::Single, false) => Tables::Single(table(&mut model, stencils, frame)?),
+            (Precision::Double, true) => Tables::PlainDouble(table(&mut model, stencils, frame)?),
+            (Precision::Single, true) => Tables::PlainSingle(table(&mut model, stencils, frame)?),
         };
         Ok(Self {
             model,
@@ -166,6 +200,25 @@ impl Elastic {
     #[must_use]
     pub fn pair_count(&self) -> usize {
         self.model.pairs.pair_count()
+    }
+
+    /// Options that it was built with.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.model.settings
+    }
+
+    /// Energies (J) of the runs of [`crate::WATCHED_NODES`] nodes at the state last evaluated, bonds aside: summed in
+    /// order, and the bonds' after them, they are what [`Elastic::forces_into`] returns.
+    #[must_use]
+    pub fn run_energies(&self) -> &[f64] {
+        &self.scratch.partial
+    }
+
+    /// Volumes (m³) that it was built with.
+    #[must_use]
+    pub fn volumes(&self) -> &[f64] {
+        &self.model.volumes
     }
 
     /// Volumes `V_i` (m³) that carry strain energy: the given ones, 0 at nodes that
@@ -412,8 +465,10 @@ fn means_of(model: &mut Model) -> Result<Means, ElasticError> {
 fn table<S: Storage, const L: usize, const R: usize>(
     model: &mut Model,
     stencils: &Stencils<'_>,
+    frame: Option<&Frame>,
 ) -> Result<Table<S, L, R>, ElasticError> {
-    let mut fixed = Fixed::new(&model.rest, stencils.multipliers, model.controlled());
+    let multipliers = stencils.multipliers;
+    let mut fixed = Fixed::new(&model.rest, multipliers, model.controlled(), frame);
     let n = model.node_count();
     for node in 0..n {
         update::set_row(model, &mut fixed, node, stencils)?;

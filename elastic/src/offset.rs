@@ -181,11 +181,17 @@ impl Elastic {
     /// this does, with the stresses last evaluated: positive if it adds energy. The second half is
     /// that of [`Elastic::offset_work`] after the next evaluation.
     pub fn decay_offsets(&mut self, factor: f64) -> f64 {
+        let works = self.decay_offsets_each(factor);
+        works.iter().fold(0.0, |sum, (_, work)| sum + work)
+    }
+
+    /// As [`Elastic::decay_offsets`], with the work of each node, rising.
+    pub fn decay_offsets_each(&mut self, factor: f64) -> Vec<(u32, f64)> {
         let nodes = std::mem::take(&mut self.state.continuation.nodes);
         self.scratch.stale.add(&nodes);
         let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
         decayed.clear();
-        let mut work = 0.0;
+        let mut works = Vec::with_capacity(nodes.len());
         let mut left = Vec::with_capacity(nodes.len());
         for node in nodes {
             let at = node as usize;
@@ -200,26 +206,31 @@ impl Elastic {
             } else {
                 left.push(node);
             }
-            work += self.half_work(at, next - offset);
+            works.push((node, self.half_work(at, next - offset)));
             self.state.continuation.of_node[at] = next;
             decayed.push((node, next - offset));
         }
         self.state.continuation.nodes = left;
         self.state.continuation.decayed = decayed;
-        work
+        works
     }
 
     /// The second half of the work (J) of the last [`Elastic::decay_offsets`], with the stresses last
     /// evaluated; to be asked for once.
     pub fn offset_work(&mut self) -> f64 {
+        self.offset_works().iter().map(|(_, work)| work).sum()
+    }
+
+    /// As [`Elastic::offset_work`], with the work of each node, rising.
+    pub fn offset_works(&mut self) -> Vec<(u32, f64)> {
         let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
         let halves = decayed.iter();
-        let work = halves
-            .map(|&(node, change)| self.half_work(node as usize, change))
-            .sum();
+        let works = halves
+            .map(|&(node, change)| (node, self.half_work(node as usize, change)))
+            .collect();
         decayed.clear();
         self.state.continuation.decayed = decayed;
-        work
+        works
     }
 
     /// `V P : F(u) dA / 2`, `F(u)` from the gradient last evaluated and the offset of now.

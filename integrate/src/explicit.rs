@@ -3,6 +3,7 @@
 use crate::audit::Warning;
 use crate::error::{Cause, StepError};
 use crate::motion::{ExplicitScheme, Interval, Motion};
+use crate::shares::{Pass, PassSums, Shares};
 use crate::supports::Support;
 use crate::sweep::{Before, Kick, Sums, Sweep};
 use crate::view::{NodeForces, StepView};
@@ -14,6 +15,14 @@ const PATIENCE: u32 = 10;
 
 /// A closure that adds forces from outside (N) on nodes, once a step; [`crate::Tool::press`] makes them.
 pub type Applied<'a> = dyn FnMut(&StepView<'_>, &mut [DVec3]) + 'a;
+
+/// Who takes the passes over nodes and evaluates forces.
+enum Passes<'a> {
+    /// The motion itself, with internal forces (N) and their energy (J) by a closure.
+    Here(&'a mut dyn FnMut(&[DVec3], &mut [DVec3]) -> f64),
+    /// Shares of the nodes.
+    Shared(&'a mut dyn Shares),
+}
 
 /// What a driven node was before the step.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +48,7 @@ impl Motion {
     ) -> Result<(), StepError> {
         self.state.frame = None;
         let end = self.state.time + step;
-        self.one_step(step, end, &mut forces, None)
+        self.one_step(step, end, &mut Passes::Here(&mut forces), None)
     }
 
     /// As [`Motion::step`], with forces from outside as well, whose work is audited.
@@ -54,7 +63,30 @@ impl Motion {
     ) -> Result<(), StepError> {
         self.state.frame = None;
         let end = self.state.time + step;
-        self.one_step(step, end, &mut forces, Some(applied))
+        self.one_step(step, end, &mut Passes::Here(&mut forces), Some(applied))
+    }
+
+    /// As [`Motion::step`], with forces from outside as well if there are any, where the nodes are with
+    /// `shares`. Vectors of the state are then current for watched nodes alone, until [`Motion::fetch`].
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then good for nothing but [`Motion::restore`].
+    ///
+    /// # Panics
+    /// If forces were never evaluated: see [`Motion::refresh`].
+    pub fn step_shared(
+        &mut self,
+        step: f64,
+        shares: &mut dyn Shares,
+        applied: Option<&mut Applied<'_>>,
+    ) -> Result<(), StepError> {
+        assert!(
+            self.nodes.masses.is_empty() || !self.state.forces.is_empty(),
+            "forces to begin with"
+        );
+        self.state.frame = None;
+        let end = self.state.time + step;
+        self.one_step(step, end, &mut Passes::Shared(shares), applied)
     }
 
     /// Takes the fewest equal steps, none above `largest` (s), that end at the time `end` (s) exactly.
@@ -116,7 +148,8 @@ impl Motion {
             return Ok(false);
         };
         frame.done += 1;
-        self.one_step(frame.step(), frame.time(frame.done), forces, applied)?;
+        let end = frame.time(frame.done);
+        self.one_step(frame.step(), end, &mut Passes::Here(forces), applied)?;
         let finished = frame.done >= frame.steps;
         self.state.frame = (!finished).then_some(frame);
         Ok(!finished)
@@ -191,13 +224,13 @@ impl Motion {
         &mut self,
         step: f64,
         end: f64,
-        forces: &mut dyn FnMut(&[DVec3], &mut [DVec3]) -> f64,
+        passes: &mut Passes<'_>,
         applied: Option<&mut Applied<'_>>,
     ) -> Result<(), StepError> {
         if !(step.is_finite() && step > 0.0) {
             return Err(StepError::BadStep { step });
         }
-        if self.state.forces.is_empty() {
+        if let (Passes::Here(forces), true) = (&mut *passes, self.state.forces.is_empty()) {
             self.evaluate_first(forces)?;
         }
         if self.state.step == 0.0 {
@@ -215,11 +248,25 @@ impl Motion {
             }
             ExplicitScheme::SymplecticEuler => ((step, (-damping * step).exp()), (0.0, 1.0)),
         };
-        let kick = |(time, decay)| Kick { time, decay, step };
+        let pass = Pass {
+            step,
+            first: [first.0, first.1],
+            second: [second.0, second.1],
+        };
         let mut dissipated = self.release_driven() * (1.0 - first.1 * first.1);
-        self.drift(kick(first));
-        self.place_driven(end);
-        let energy = forces(&self.state.positions, &mut self.next_forces);
+        let mut energy = 0.0;
+        match passes {
+            Passes::Here(forces) => {
+                self.begin_pass(&pass);
+                self.place_driven(end);
+                energy = forces(&self.state.positions, &mut self.next_forces);
+            }
+            Passes::Shared(shares) => {
+                shares.begin(&pass, &mut self.state);
+                self.place_driven(end);
+                shares.evaluate(&mut self.state, &mut self.next_forces);
+            }
+        }
         self.next_applied.clear();
         if let Some(applied) = applied {
             self.next_applied
@@ -239,15 +286,24 @@ impl Motion {
             };
             applied(&view, &mut self.next_applied);
         }
-        let sums = self.finish(kick(second));
+        let (time, decay) = second;
+        let chunks = match passes {
+            Passes::Here(_) => self.finish(Kick { time, decay, step }),
+            Passes::Shared(shares) => {
+                self.make_room_for_viscous();
+                let (applied, viscous) = (&self.next_applied, &mut self.next_viscous);
+                let (found, chunks) = shares.end(&pass, applied, &mut self.state, viscous);
+                energy = found;
+                chunks.iter().map(PassSums::sums).collect()
+            }
+        };
+        let sums = chunks.into_iter().fold(Sums::default(), Sums::add);
         if sums.bad || !energy.is_finite() {
             return Err(self.not_finite(step, end));
         }
         dissipated += sums.dissipated;
-        let (s, next) = (&mut self.state, &mut self.next_forces);
-        std::mem::swap(&mut s.forces, next);
-        std::mem::swap(&mut s.applied, &mut self.next_applied);
-        std::mem::swap(&mut s.viscous, &mut self.next_viscous);
+        self.take_forces();
+        let s = &mut self.state;
         s.time = end;
         s.steps += 1;
         s.audit.kinetic = sums.kinetic;
@@ -259,10 +315,30 @@ impl Motion {
         s.audit.applied_work += sums.applied;
         s.audit.load_work = s.load_origin - sums.potential;
         if relative {
+            if let Passes::Shared(shares) = passes {
+                shares.fetch(&mut self.state);
+            }
             self.spare_rigid_motions(step, second.0);
+            if let Passes::Shared(shares) = passes {
+                shares.store(&self.state);
+            }
         }
         self.finish_driven(end);
-        self.judge(step)
+        self.judge(step, passes)
+    }
+
+    /// Makes the new forces those of the state.
+    pub(crate) fn take_forces(&mut self) {
+        let (s, next) = (&mut self.state, &mut self.next_forces);
+        std::mem::swap(&mut s.forces, next);
+        std::mem::swap(&mut s.applied, &mut self.next_applied);
+        std::mem::swap(&mut s.viscous, &mut self.next_viscous);
+    }
+
+    fn make_room_for_viscous(&mut self) {
+        let viscous = self.settings.viscosity > 0.0;
+        let count = if viscous { self.nodes.masses.len() } else { 0 };
+        self.next_viscous.resize(count, DVec3::ZERO);
     }
 
     /// Damping of a step (s) whose last kick was of `time` (s), where pieces are free.
@@ -274,7 +350,7 @@ impl Motion {
     }
 
     /// First pass over nodes, with the forces of the last evaluation.
-    fn drift(&mut self, kick: Kick) {
+    pub(crate) fn drift(&mut self, kick: Kick) {
         let s = &mut self.state;
         let sweep = Sweep {
             nodes: &self.nodes,
@@ -285,11 +361,9 @@ impl Motion {
         sweep.drift(&s.viscous, kick, &mut s.positions, &mut s.velocities);
     }
 
-    /// Second pass over nodes, with the new forces.
-    fn finish(&mut self, kick: Kick) -> Sums {
-        let viscous = self.settings.viscosity > 0.0;
-        let count = if viscous { self.nodes.masses.len() } else { 0 };
-        self.next_viscous.resize(count, DVec3::ZERO);
+    /// Second pass over nodes, with the new forces; the sums of chunks.
+    pub(crate) fn finish(&mut self, kick: Kick) -> Vec<Sums> {
+        self.make_room_for_viscous();
         let s = &mut self.state;
         let sweep = Sweep {
             nodes: &self.nodes,
@@ -383,7 +457,7 @@ impl Motion {
     }
 
     /// Compares the energies after a step with what went in.
-    fn judge(&mut self, step: f64) -> Result<(), StepError> {
+    fn judge(&mut self, step: f64, passes: &mut Passes<'_>) -> Result<(), StepError> {
         let audit = self.state.audit;
         let scale = audit.scale();
         // With all of the kinetic energy: what staggered velocities conserve, they conserve in a mode
@@ -404,6 +478,9 @@ impl Motion {
         let floor = 0.5 * self.nodes.masses.iter().sum::<f64>() * slow * slow;
         if balance <= floor {
             return Ok(());
+        }
+        if let Passes::Shared(shares) = passes {
+            shares.fetch(&mut self.state);
         }
         // What damping took is no measure: of a motion that diverges it takes as much as there is.
         let put_in = scale - audit.dissipated.abs();

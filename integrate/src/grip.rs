@@ -102,6 +102,11 @@ impl Grip {
             })
     }
 
+    /// The nodes that it holds.
+    pub fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.held.iter().map(|held| held.node)
+    }
+
     /// Leads the hand over a step (s) from one way (m) since it gripped to another.
     pub fn lead(&mut self, from: DVec3, to: DVec3, step: f64) {
         self.by = to;

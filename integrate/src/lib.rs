@@ -21,6 +21,7 @@ mod path;
 mod rigid;
 mod rigid_path;
 mod shape;
+mod shares;
 mod supports;
 mod sweep;
 #[cfg(test)]
@@ -53,6 +54,7 @@ pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};
 pub use path::{Ease, Path, PathError};
 pub use rigid_path::RigidPath;
 pub use shape::{Distance, Pose, RigidShape};
+pub use shares::{Pass, PassSums, SHARED_NODES, Shares};
 pub use supports::{Support, Supports};
 pub use tool::{Drive, Tool};
 pub use view::StepView;

@@ -55,7 +55,7 @@ impl Default for MotionSettings {
 
 /// All that changes in time. Restoring a clone (or what serde made of it) continues to the same bits,
 /// also in the middle of a frame.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// Time (s).

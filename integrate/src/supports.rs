@@ -71,6 +71,27 @@ impl Supports {
         supports
     }
 
+    /// The supports of a range of nodes, which are then counted from its start.
+    ///
+    /// # Panics
+    /// If the range goes beyond the nodes.
+    #[must_use]
+    pub fn part(&self, nodes: std::ops::Range<usize>) -> Self {
+        let mut part = Self::free(nodes.len());
+        part.paths.clone_from(&self.paths);
+        for support in &self.supports {
+            let node = support.node as usize;
+            if nodes.contains(&node) {
+                part.entry[node - nodes.start] = index(part.supports.len());
+                part.supports.push(Support {
+                    node: index(node - nodes.start),
+                    ..*support
+                });
+            }
+        }
+        part
+    }
+
     /// Heap bytes of the entries, their paths and the table that finds them by node.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -251,6 +272,31 @@ mod tests {
         supports.project(&mut v);
         assert_eq!(v[1], DVec3::ZERO, "fixed");
         assert_eq!(supports.entries().len(), 2, "one entry per node");
+    }
+
+    #[test]
+    fn a_part_holds_what_the_whole_holds_there() {
+        let x = [DVec3::ZERO; 5];
+        let mut whole = Supports::fixed(5, &[3, 0]);
+        whole.slide(4, DVec3::ONE);
+        let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
+        whole.drive(&[2], [true, false, false], path, &x);
+        let part = whole.part(2..5);
+        assert_eq!(part.node_count(), 3);
+        assert_eq!(part.paths(), whole.paths());
+        assert_eq!(part.entries().len(), 3, "all but node 0");
+        for node in 2..5 {
+            let (mine, theirs) = (part.of(node - 2).unwrap(), whole.of(node).unwrap());
+            assert_eq!(mine.node as usize + 2, node);
+            assert_eq!((mine.free, mine.path), (theirs.free, theirs.path));
+        }
+        assert_eq!(
+            whole.part(1..2),
+            Supports {
+                paths: whole.paths.clone(),
+                ..Supports::free(1)
+            }
+        );
     }
 
     #[test]

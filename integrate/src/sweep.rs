@@ -14,7 +14,7 @@ use crate::supports::Supports;
 use crate::vector::{dot_in_order, sum_in_order};
 
 /// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
-const CHUNK: usize = 1024;
+pub(crate) const CHUNK: usize = 1024;
 
 /// Nodes per block, whose vectors stay in the first cache. Divides the chunk.
 const BLOCK: usize = 128;
@@ -136,7 +136,7 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    fn add(mut self, other: Self) -> Self {
+    pub(crate) fn add(mut self, other: Self) -> Self {
         self.kinetic += other.kinetic;
         self.momentum += other.momentum;
         self.dissipated += other.dissipated;
@@ -199,7 +199,8 @@ impl Sweep<'_> {
     }
 
     /// Second pass: viscous forces, work, kick, decay, and the sums of the audit. `viscous` is empty
-    /// without viscosity. Velocities of a block whose energy is not finite stay as they were.
+    /// without viscosity. Velocities of a block whose energy is not finite stay as they were. The sums are
+    /// those of chunks, in order.
     pub(crate) fn finish(
         &self,
         before: Before<'_>,
@@ -207,7 +208,7 @@ impl Sweep<'_> {
         x: &[DVec3],
         v: &mut [DVec3],
         viscous: &mut [DVec3],
-    ) -> Sums {
+    ) -> Vec<Sums> {
         let body = |(chunk, (v, viscous)): (usize, (&mut [DVec3], &mut [DVec3]))| {
             let mut sums = Sums::default();
             let mut buffers = [[DVec3::ZERO; BLOCK]; 2];
@@ -225,11 +226,9 @@ impl Sweep<'_> {
         let chunks = chunks.map(|v| (v, viscous.next().unwrap_or_default()));
         if parallel {
             let chunks: Vec<_> = chunks.enumerate().collect();
-            let partial: Vec<Sums> = chunks.into_par_iter().map(body).collect();
-            partial.into_iter().fold(Sums::default(), Sums::add)
+            chunks.into_par_iter().map(body).collect()
         } else {
-            let chunks = chunks.enumerate();
-            chunks.map(body).fold(Sums::default(), Sums::add)
+            chunks.enumerate().map(body).collect()
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod cuts;
 mod derivatives;
+mod frame;
 mod hard;
 mod machine;
 mod options;

@@ -72,7 +72,7 @@ impl History {
                 audit.balance(),
                 audit.momentum.length(),
                 now.momentum_error,
-                body.elastic.smallest_volume_ratio(),
+                body.smallest_volume_ratio(),
                 now.largest_speed,
             ];
             self.series

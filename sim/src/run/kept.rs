@@ -61,6 +61,12 @@ impl RunState {
         }
     }
 
+    /// Forgets what clocks said, which is all that two runs of one scene may differ in.
+    pub fn forget_times(&mut self) {
+        self.world.forget_times();
+        self.course.wall = 0.0;
+    }
+
     /// Brings a new world and its painter into this state; the rest of the run's.
     pub(super) fn restore(
         self,
@@ -89,6 +95,7 @@ impl Run {
 
     /// Writes the checkpoint over the one before.
     pub(super) fn keep(&mut self) -> Result<(), OutputError> {
+        self.world.fetch();
         let (scene, time) = (self.world.scene(), self.world.time());
         if let Some(period) = scene.observe.checkpoint {
             self.course.next_checkpoint = time + period;

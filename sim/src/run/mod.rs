@@ -132,6 +132,24 @@ pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Su
     go(scene, From::State(Box::new(state)), options)
 }
 
+/// Runs `scene`, or goes on with it from a state, with its bodies shared out: `share` gets the world before
+/// its next step, for [`World::share_out`]. The results are those of [`run`] and [`resume`], to the bit.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_shared<F>(
+    scene: &Scene,
+    state: Option<RunState>,
+    options: &RunOptions,
+    share: F,
+) -> Result<Summary, RunError>
+where
+    F: FnOnce(&mut World) -> Result<(), WorldError> + Send,
+{
+    let from = state.map_or(From::Start, |state| From::State(Box::new(state)));
+    go_with(scene, from, options, share)
+}
+
 /// What a run begins with, beside its scene.
 enum From {
     Start,
@@ -140,6 +158,18 @@ enum From {
 }
 
 fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunError> {
+    go_with(scene, from, options, |_| Ok(()))
+}
+
+fn go_with<F>(
+    scene: &Scene,
+    from: From,
+    options: &RunOptions,
+    prepare: F,
+) -> Result<Summary, RunError>
+where
+    F: FnOnce(&mut World) -> Result<(), WorldError> + Send,
+{
     let threads = options
         .threads
         .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
@@ -148,7 +178,11 @@ fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunErr
         .num_threads(threads)
         .build()
         .map_err(|source| RunError::Threads { threads, source })?;
-    pool.install(|| Run::start(scene, from, options)?.finish(threads))
+    pool.install(|| {
+        let mut run = Run::start(scene, from, options)?;
+        prepare(&mut run.world)?;
+        run.finish(threads)
+    })
 }
 
 /// Removes what an earlier run has written, so that every file of the folder is of one run. States and
@@ -188,10 +222,16 @@ impl Records {
         }
     }
 
+    /// Whether a row of the history is due.
+    fn is_due(&self, world: &World) -> bool {
+        self.history
+            .is_due(world, world.scene().observe.history_rate)
+    }
+
     /// Records what is due, or a last row at the `end`.
     fn take(&mut self, world: &World, end: bool) {
         let observe = &world.scene().observe;
-        if end || self.history.is_due(world, observe.history_rate) {
+        if end || self.is_due(world) {
             self.history.record(world, observe.history_rate);
         }
         if let Some(forces) = &mut self.forces {
@@ -285,6 +325,7 @@ impl Run {
             self.records.write(&self.folder, &self.world)?;
         }
         outcome?;
+        self.world.fetch_all();
         self.grow()?;
         self.keep()?;
         self.record(true)?;
@@ -386,6 +427,7 @@ impl Run {
         if let Some(painter) = &mut self.painter
             && !pieces.is_empty()
         {
+            self.world.fetch_all();
             let start = Instant::now();
             painter.grow(&self.world, &pieces)?;
             self.world.phases().add(Phase::Skinning, start.elapsed());
@@ -395,13 +437,20 @@ impl Run {
 
     /// Writes what is due, or everything at the `end`.
     fn record(&mut self, end: bool) -> Result<(), RunError> {
+        let movie = self.movie.as_mut();
+        let drawn = movie.is_some_and(|movie| end || movie.is_due(&self.world));
+        if end || drawn || self.records.states.is_due(&self.world) {
+            self.world.fetch_all();
+        } else if self.records.is_due(&self.world) {
+            self.world.fetch();
+        }
         self.records.take(&self.world, end);
         let painter = self.painter.as_mut();
         self.records
             .states
             .write_due(&self.folder, &self.world, painter)?;
         if let (Some(painter), Some(movie)) = (&mut self.painter, &mut self.movie)
-            && (end || movie.is_due(&self.world))
+            && drawn
         {
             let start = Instant::now();
             painter.carry(&self.world);

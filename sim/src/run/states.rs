@@ -48,6 +48,13 @@ impl States {
         Ok(())
     }
 
+    /// Whether a state is due.
+    pub(super) fn is_due(&self, world: &World) -> bool {
+        let rate = world.scene().observe.state_rate;
+        let due = rate.zip(world.scene_time());
+        due.is_some_and(|(rate, time)| time >= self.next / rate)
+    }
+
     /// Writes the state that is due, if one is. Surfels are where the bodies are only after
     /// [`Painter::carry`].
     pub(super) fn write_due(

@@ -16,8 +16,9 @@ use super::error::{BodyProblem, WorldError};
 use super::factors::Factors;
 use super::model::{Built, build};
 use super::outside::{Cover, outside_of, surface_of};
-use super::scheme::{Stepper, equilibrium, explicit_scheme};
+use super::scheme::{Stepper, equilibrium, explicit_scheme, step_shared};
 use super::shape::solid_of;
+use super::shares::Shared;
 use super::stencils::BodyStencils;
 use super::support::supports_of;
 use super::tool::Touch;
@@ -110,6 +111,8 @@ pub struct Body {
     pub(super) grip: Option<Grip>,
     /// What takes the steps.
     stepper: Stepper,
+    /// Where the nodes are, if they are shared out.
+    pub(super) shared: Option<Shared>,
 }
 
 /// Stiffest mode of a part of a body.
@@ -252,6 +255,7 @@ impl Body {
             cover,
             grip: None,
             stepper: Stepper::new(scene.integration.scheme)?,
+            shared: None,
         })
     }
 
@@ -303,6 +307,7 @@ impl Body {
     /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
     /// vector of the last time, and by those with what surrounds its stiffest nodes.
     pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
+        self.fetch_all();
         let settings = EigenvalueSettings {
             iterations: products,
             margin: EIGENVALUE_MARGIN,
@@ -326,19 +331,20 @@ impl Body {
     /// Estimates anew where stiffness has risen by [`ALARM_RISE`] since the last estimate because of that,
     /// or everywhere when it has fallen by [`ALARM_FALL`]; whether either is so.
     pub(super) fn follow_stiffness(&mut self) -> Result<bool, BodyProblem> {
-        let largest = self.elastic.stiffness_indicator();
-        let runs = self.elastic.stiffness_indicators();
+        let runs = self.stiffness_indicators();
+        let largest = runs.iter().copied().fold(0.0, f64::max);
         self.indicators.resize(runs.len(), 0.0);
         let before = self.indicators.iter().copied().fold(0.0, f64::max);
         if largest < ALARM_FALL * before {
-            self.indicators = runs.collect();
+            self.indicators = runs;
+            self.fetch_all();
             let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
             self.estimates[1] *= SLOWEST_FALL;
             self.estimate_around(&stiffest)?;
             return Ok(true);
         }
         let mut risen: Vec<usize> = Vec::new();
-        for (run, (now, before)) in runs.zip(&mut self.indicators).enumerate() {
+        for (run, (now, before)) in runs.into_iter().zip(&mut self.indicators).enumerate() {
             if now > ALARM_RISE * *before && now > WATCHED_SHARE * largest {
                 *before = now;
                 risen.push(run);
@@ -347,6 +353,7 @@ impl Body {
         if risen.is_empty() {
             return Ok(false);
         }
+        self.fetch_all();
         let n = self.elastic.node_count();
         let nodes = risen
             .iter()
@@ -476,17 +483,20 @@ impl Body {
             let critical = critical_step(self.current_eigenvalue(), viscosity);
             self.motion.set_critical_step(critical);
         }
-        self.stepper.step_with(
-            step,
-            &mut self.motion,
-            &mut self.elastic,
-            (touches, self.grip.as_mut()),
-            in_forces,
-            in_contact,
-        )?;
-        self.smallest_ratio = self
-            .smallest_ratio
-            .min(self.elastic.smallest_volume_ratio());
+        let shares = self.shares();
+        let acting = (touches, self.grip.as_mut());
+        match shares {
+            None => self.stepper.step_with(
+                step,
+                &mut self.motion,
+                &mut self.elastic,
+                acting,
+                in_forces,
+                in_contact,
+            )?,
+            Some(shares) => step_shared(step, &mut self.motion, &shares, acting, in_contact)?,
+        }
+        self.smallest_ratio = self.smallest_ratio.min(self.smallest_volume_ratio());
         self.doubt = self.doubt.or_else(|| self.motion.take_warning());
         if self.is_viscous() {
             let start = Instant::now();
@@ -499,8 +509,10 @@ impl Body {
 
     /// Takes supports that hold for the rest of the scene.
     pub(super) fn set_supports(&mut self, supports: Supports) {
+        self.fetch_all();
         self.elastic.set_held(&held_nodes(&supports));
         self.motion.set_supports(supports);
+        self.rebuilt_here();
     }
 
     fn is_viscous(&self) -> bool {
@@ -532,6 +544,7 @@ impl Body {
         self.elastic.end_viscous_step();
         self.elastic.begin_viscous_step(0.0);
         self.motion.set_positions(&positions)?;
+        self.rebuilt_here();
         Ok(())
     }
 
@@ -549,6 +562,7 @@ impl Body {
         self.relaxed = relaxed;
         self.elastic.forces_into(&motion.positions, &mut forces);
         self.motion.restore(motion);
+        self.rebuilt_here();
         self.estimates = estimates;
         self.eigenvector = eigenvector;
     }

@@ -135,6 +135,9 @@ pub enum BodyProblem {
          scene from its start"
     )]
     OtherBody,
+    /// The body has something that takes all of its nodes in one place.
+    #[error("{0} cannot be shared out over ranks; run the scene with `phyxel run`")]
+    NotShared(&'static str),
     /// A kept state cannot be one of this scene.
     #[error("the kept state is damaged: {0} do not fit; run the scene from its start")]
     Damaged(&'static str),

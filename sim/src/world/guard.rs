@@ -130,6 +130,7 @@ impl World {
     }
 
     fn keep(&mut self) {
+        self.fetch();
         self.kept = Some(Kept {
             bodies: self.members.iter().map(Member::state).collect(),
             gravity: self.gravity,
@@ -206,12 +207,14 @@ impl World {
     fn advance(&mut self, step: f64, from: &[Pose], to: &[Pose]) -> Result<(), WorldError> {
         self.load_gravity(step)?;
         let time = self.time();
-        for Member {
-            body,
-            cutting,
-            touches,
-        } in &mut self.members
-        {
+        for member in &mut self.members {
+            let handed = member.hand_over();
+            handed.map_err(|problem| problem.of(&member.body))?;
+            let Member {
+                body,
+                cutting,
+                touches,
+            } = member;
             for touch in touches.iter_mut() {
                 let shape = self.scene.tools[touch.tool].solid();
                 touch.lead(&shape, &from[touch.tool], &to[touch.tool], time, step);
@@ -307,12 +310,13 @@ impl Body {
             return None;
         }
         let factor = (-step * self.eigenvalue.value.sqrt() / DECAY).exp();
-        Some(self.elastic.decay_offsets(factor) + self.elastic.decay_bonds(factor))
+        Some(self.decay_by(factor))
     }
 
     /// Books the work (J) of a decay, half of which was `half`.
     fn book_decay(&mut self, half: f64) -> f64 {
-        let work = half + self.elastic.offset_work() + self.elastic.bond_work();
+        let [offsets, bonds] = self.decay_works();
+        let work = half + offsets + bonds;
         self.motion.book_energy(work);
         work
     }

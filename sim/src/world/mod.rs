@@ -17,6 +17,7 @@ mod outside;
 mod parts;
 mod scheme;
 mod shape;
+mod shares;
 mod state;
 mod stencils;
 mod support;
@@ -38,6 +39,7 @@ pub use input::{Action, Input, InputError, StrokePhase};
 pub use parts::PartCost;
 use phyxel_enrich::Sweep;
 pub use shape::extent;
+pub use shares::BodyShares;
 pub use state::WorldState;
 pub use stencils::BodyStencils;
 pub use tool::ToolForce;
@@ -340,6 +342,7 @@ impl World {
         self.set_damping(None)?;
         for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
             let body = &mut member.body;
+            body.fetch();
             let driven = support::driven_supports_of(&self.scene, description, &body.rest, start);
             if let Some(supports) = driven {
                 body.set_supports(supports);
@@ -468,6 +471,7 @@ impl World {
             return Ok(());
         };
         for Member { body, .. } in &mut self.members {
+            body.fetch();
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.motion
                 .set_loads(&loads)
@@ -475,6 +479,7 @@ impl World {
                     body: body.name.clone(),
                     problem: problem.into(),
                 })?;
+            body.moved_here();
         }
         Ok(())
     }
@@ -563,9 +568,13 @@ impl Member {
         moment: StrokePhase,
     ) -> Result<(Captured, Sweep), BodyProblem> {
         let (body, cutting) = self.with_cutting()?;
+        body.fetch_all();
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
         let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
+        if capture.changed {
+            self.body.rebuilt_here();
+        }
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
             let factors = cutting.factors();
             let torn = self.body.torn_count(factors);

@@ -1,15 +1,17 @@
 //! How steps are taken and rest is found, by the scheme that a scene asks for.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
     ExplicitScheme, ForceLaw, Grip, Implicit, ImplicitScheme, ImplicitSettings, Motion,
-    MotionError, NewtonSettings, StaticLoad, Supports, solve_static,
+    MotionError, NewtonSettings, StaticLoad, StepView, Supports, solve_static,
 };
 
 use super::error::BodyProblem;
+use super::shares::BodyShares;
 use super::tool::Touch;
 use crate::scene::Scheme;
 
@@ -92,6 +94,31 @@ impl Stepper {
         }
         Ok(())
     }
+}
+
+/// Takes one step of `step` (s) where the shares of a body are.
+pub(super) fn step_shared(
+    step: f64,
+    motion: &mut Motion,
+    shares: &Mutex<dyn BodyShares>,
+    (touches, mut grip): (&mut [Touch], Option<&mut Grip>),
+    in_contact: &mut Duration,
+) -> Result<(), BodyProblem> {
+    let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
+    if touches.is_empty() && grip.is_none() {
+        motion.step_shared(step, &mut *shares, None)?;
+        return Ok(());
+    }
+    let press = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
+        for touch in touches.iter_mut() {
+            touch.press(view, forces, in_contact);
+        }
+        if let Some(grip) = &mut grip {
+            grip.pull(view, forces);
+        }
+    };
+    motion.step_shared(step, &mut *shares, Some(press))?;
+    Ok(())
 }
 
 /// Places (m) of the nodes in equilibrium with `loads` (N), from their places at rest.

@@ -53,8 +53,9 @@ impl BodyStencils {
         }
     }
 
-    /// The stencils as the elastic model reads them.
-    pub(super) fn view<'a>(&'a self, graph: &'a Neighborhoods) -> elastic::Stencils<'a> {
+    /// The stencils as the elastic model reads them, on the body's neighbours.
+    #[must_use]
+    pub fn view<'a>(&'a self, graph: &'a Neighborhoods) -> elastic::Stencils<'a> {
         let (offsets, indices) = (graph.offsets(), graph.indices());
         match self {
             Self::Conservative(stencils) => elastic::Stencils {

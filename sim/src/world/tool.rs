@@ -151,6 +151,11 @@ impl Touch {
         Ok(())
     }
 
+    /// The body's nodes that it may press on, rising.
+    pub(super) fn nodes(&self) -> &[u32] {
+        self.contact.surface().members()
+    }
+
     /// The tool and its contact, for implicit steps.
     pub(super) fn parts(&mut self) -> (&mut phyxel_integrate::Tool, &mut Contact) {
         (&mut self.hand, &mut self.contact)

@@ -1,0 +1,224 @@
+use super::*;
+use crate::motion::MotionSettings;
+use crate::path::Path;
+use crate::supports::Supports;
+use crate::testing::Chain;
+use std::ops::Range;
+
+/// Shares of a chain in one process, which exchange places through a list of all.
+struct Parts {
+    chain: Chain,
+    ranges: Vec<Range<usize>>,
+    motions: Vec<Motion>,
+    watched: Vec<usize>,
+    places: Vec<DVec3>,
+    forces: Vec<DVec3>,
+    energy: f64,
+}
+
+impl Parts {
+    fn new(whole: &Motion, chain: Chain, starts: &[usize], watched: &[usize]) -> Self {
+        let n = whole.node_count();
+        let ends = starts[1..].iter().copied().chain([n]);
+        let ranges: Vec<Range<usize>> = starts.iter().zip(ends).map(|(&a, b)| a..b).collect();
+        let part = |range: &Range<usize>| {
+            let of = |list: &Vec<DVec3>| list.get(range.clone()).unwrap_or_default().to_vec();
+            let state = whole.state();
+            let mut motion = Motion::new(
+                &of(&state.positions),
+                &whole.masses()[range.clone()],
+                whole.supports().part(range.clone()),
+                *whole.settings(),
+            )
+            .unwrap();
+            motion
+                .set_loads(whole.loads().get(range.clone()).unwrap_or_default())
+                .unwrap();
+            motion.restore(State {
+                positions: of(&state.positions),
+                velocities: of(&state.velocities),
+                forces: of(&state.forces),
+                applied: of(&state.applied),
+                viscous: of(&state.viscous),
+                ..State::default()
+            });
+            motion
+        };
+        Self {
+            chain,
+            motions: ranges.iter().map(part).collect(),
+            ranges,
+            watched: watched.to_vec(),
+            places: vec![DVec3::ZERO; n],
+            forces: vec![DVec3::ZERO; n],
+            energy: 0.0,
+        }
+    }
+
+    fn each(&mut self, mut work: impl FnMut(usize, &mut Motion)) {
+        for (range, motion) in self.ranges.iter().zip(&mut self.motions) {
+            for node in self.watched.iter().filter(|node| range.contains(node)) {
+                work(*node, motion);
+            }
+        }
+    }
+}
+
+impl Shares for Parts {
+    fn begin(&mut self, pass: &Pass, state: &mut State) {
+        let ranges = self.ranges.clone();
+        let local = |node: usize| node - ranges.iter().rfind(|r| r.contains(&node)).unwrap().start;
+        self.each(|node, motion| motion.places_mut().1[local(node)] = state.velocities[node]);
+        for motion in &mut self.motions {
+            motion.begin_pass(pass);
+        }
+        self.each(|node, motion| {
+            state.positions[node] = motion.positions()[local(node)];
+            state.velocities[node] = motion.velocities()[local(node)];
+        });
+    }
+
+    fn evaluate(&mut self, state: &mut State, forces: &mut [DVec3]) {
+        let ranges = self.ranges.clone();
+        let local = |node: usize| node - ranges.iter().rfind(|r| r.contains(&node)).unwrap().start;
+        self.each(|node, motion| motion.places_mut().0[local(node)] = state.positions[node]);
+        for (range, motion) in self.ranges.iter().zip(&self.motions) {
+            self.places[range.clone()].copy_from_slice(motion.positions());
+        }
+        self.energy = self.chain.forces(&self.places, &mut self.forces);
+        for &node in &self.watched {
+            forces[node] = self.forces[node];
+        }
+    }
+
+    fn end(
+        &mut self,
+        pass: &Pass,
+        applied: &[DVec3],
+        state: &mut State,
+        viscous: &mut [DVec3],
+    ) -> (f64, Vec<PassSums>) {
+        let mut sums = Vec::new();
+        for (range, motion) in self.ranges.iter().zip(&mut self.motions) {
+            let applied = applied.get(range.clone()).unwrap_or_default();
+            sums.extend(motion.end_pass(pass, &self.forces[range.clone()], applied));
+        }
+        let ranges = self.ranges.clone();
+        let local = |node: usize| node - ranges.iter().rfind(|r| r.contains(&node)).unwrap().start;
+        self.each(|node, motion| {
+            state.velocities[node] = motion.velocities()[local(node)];
+            if let Some(to) = viscous.get_mut(node) {
+                *to = motion.state().viscous[local(node)];
+            }
+        });
+        (self.energy, sums)
+    }
+
+    fn fetch(&mut self, state: &mut State) {
+        for (range, motion) in self.ranges.iter().zip(&self.motions) {
+            let from = motion.state();
+            let lists = [
+                (&mut state.positions, &from.positions),
+                (&mut state.velocities, &from.velocities),
+                (&mut state.forces, &from.forces),
+                (&mut state.viscous, &from.viscous),
+            ];
+            for (to, from) in lists {
+                if let Some(to) = to.get_mut(range.clone()) {
+                    to.copy_from_slice(from);
+                }
+            }
+        }
+    }
+
+    fn store(&mut self, state: &State) {
+        for (range, motion) in self.ranges.iter().zip(&mut self.motions) {
+            let velocities = &state.velocities[range.clone()];
+            motion.places_mut().1.copy_from_slice(velocities);
+            let viscous = state.viscous.get(range.clone()).unwrap_or_default();
+            motion.viscous_mut().copy_from_slice(viscous);
+        }
+    }
+}
+
+/// A chain of two and a half chunks that is loaded, damped in both ways, held at one end and driven at the other,
+/// and pushed in its middle; or one that nothing holds.
+fn shared_and_whole(free: bool) -> [State; 2] {
+    let n = 2 * SHARED_NODES + 400;
+    let chain = || Chain::new(n, 50.0, 0.3);
+    let settings = MotionSettings {
+        damping: 0.4,
+        viscosity: 1e-3,
+        ..MotionSettings::default()
+    };
+    let rest = chain().rest;
+    let mut supports = Supports::free(n);
+    if !free {
+        supports.fix(3);
+        let path = Path::ramp(0.0, 0.1, DVec3::Y * 0.2).unwrap();
+        supports.drive(&[2300], [false, true, true], path, &rest);
+    }
+    let mut whole = Motion::new(&rest, &vec![0.3; n], supports, settings).unwrap();
+    let moved: Vec<DVec3> = rest
+        .iter()
+        .map(|x| DVec3::new(0.1, 0.03 * x.x.sin(), 0.0))
+        .collect();
+    whole.set_velocities(&moved).unwrap();
+    let loads: Vec<DVec3> = rest.iter().map(|x| DVec3::Z * (0.2 * x.x).cos()).collect();
+    whole.set_loads(&loads).unwrap();
+    if free {
+        whole.set_pieces(&vec![0; n]);
+    }
+    let other = chain();
+    whole.refresh(|x, f| other.forces(x, f)).unwrap();
+    let mut front = whole.clone();
+    let mut parts = Parts::new(
+        &whole,
+        chain(),
+        &[0, SHARED_NODES, 2 * SHARED_NODES],
+        &[1500, 2300],
+    );
+    for step in 0..12 {
+        let push = |view: &crate::StepView<'_>, forces: &mut [DVec3]| {
+            forces[1500] -= view.positions[1500] * 1e-4 + view.acceleration(1500) * 1e-3;
+        };
+        let at = 0.01 + 1e-3 * f64::from(step);
+        whole
+            .step_with(at, |x, f| other.forces(x, f), &mut { push })
+            .unwrap();
+        front
+            .step_shared(at, &mut parts, Some(&mut { push }))
+            .unwrap();
+    }
+    front.fetch(&mut parts);
+    [front.state().clone(), whole.state().clone()]
+}
+
+#[test]
+fn shares_move_as_the_whole_does_to_the_bit() {
+    for free in [false, true] {
+        let [shared, whole] = shared_and_whole(free);
+        assert_eq!(shared, whole, "free: {free}");
+        assert!(whole.audit.applied_work != 0.0, "the push works");
+        assert!(
+            (whole.audit.support_work != 0.0) != free,
+            "so does the drive"
+        );
+    }
+}
+
+#[test]
+fn sums_come_back_as_they_went() {
+    let sums = Sums {
+        kinetic: 1.0,
+        momentum: DVec3::new(2.0, 3.0, 4.0),
+        dissipated: 5.0,
+        applied: 6.0,
+        potential: 7.0,
+        lag: 8.0,
+        bad: true,
+    };
+    let again = PassSums::of(&sums);
+    assert_eq!(PassSums::of(&again.sums()), again);
+    assert!(again.sums().bad && !PassSums([0.0; PassSums::LENGTH]).sums().bad);
+}

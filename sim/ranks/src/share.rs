@@ -1,0 +1,191 @@
+//! A rank's nodes in motion.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use phyxel::world::BodyProblem;
+use phyxel_elastic::{Elastic, WATCHED_NODES};
+use phyxel_integrate::{Motion, Pass, PassSums, State};
+
+use crate::package::Package;
+use crate::wire::{Wire, flat, vectors};
+
+/// A rank's nodes: their motion, and the model with what lies round them.
+#[derive(Debug)]
+pub(crate) struct Share {
+    pub(crate) motion: Motion,
+    pub(crate) elastic: Elastic,
+    pub(crate) package: Package,
+    /// Places (m) of and forces (N) on all local nodes.
+    places: Vec<DVec3>,
+    forces: Vec<DVec3>,
+    own: Range<usize>,
+    /// Forces from outside (N) on own nodes; empty without any.
+    applied: Vec<DVec3>,
+    /// Offsets and bonds of own nodes whose works the last decay has told of, if it was in this step.
+    pub(crate) carried: [usize; 2],
+    /// Time in the force law.
+    pub(crate) in_forces: Duration,
+}
+
+/// Numbers that a rank tells per step, besides what it says of watched nodes.
+pub(crate) fn told(count: usize) -> usize {
+    let chunks = count.div_ceil(phyxel_integrate::SHARED_NODES);
+    chunks * PassSums::LENGTH + 2 * count.div_ceil(WATCHED_NODES) + 1
+}
+
+impl Share {
+    pub(crate) fn new(mut package: Package) -> Result<Self, BodyProblem> {
+        let (motion, elastic) = (package.motion()?, package.elastic()?);
+        package.forget_rows();
+        let n = package.rest.len();
+        Ok(Self {
+            motion,
+            elastic,
+            places: package.rest.clone(),
+            forces: vec![DVec3::ZERO; n],
+            own: package.first..package.first + package.count,
+            applied: Vec::new(),
+            carried: [0; 2],
+            in_forces: Duration::ZERO,
+            package,
+        })
+    }
+
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        let motion = self.motion.bytes();
+        self.elastic.bytes()
+            + motion.state
+            + motion.supports
+            + motion.loads
+            + motion.viscous
+            + motion.applied
+            + size_of_val(&*self.places)
+            + size_of_val(&*self.forces)
+            + self.package.bytes()
+    }
+
+    /// Nodes of other ranks.
+    pub(crate) fn ghosts(&self) -> usize {
+        let receives = self.package.receives.iter();
+        receives.map(|(_, _, count)| count).sum()
+    }
+
+    pub(crate) fn set_state(&mut self, state: State, loads: &[DVec3]) -> Result<(), BodyProblem> {
+        self.motion.set_loads(loads)?;
+        self.motion.restore(state);
+        self.applied.clear();
+        Ok(())
+    }
+
+    pub(crate) fn begin(&mut self, pass: &Pass) {
+        self.motion.begin_pass(pass);
+    }
+
+    /// Exchanges places with the neighbours and evaluates the forces.
+    pub(crate) fn evaluate(&mut self, wire: &mut Wire) {
+        self.places[self.own.clone()].copy_from_slice(self.motion.positions());
+        wire.exchange(&self.package, &mut self.places);
+        let start = Instant::now();
+        self.elastic.forces_into(&self.places, &mut self.forces);
+        self.in_forces += start.elapsed();
+    }
+
+    /// Takes the second pass and tells its sums.
+    pub(crate) fn end(&mut self, pass: &Pass) -> Vec<f64> {
+        let forces = &self.forces[self.own.clone()];
+        let sums = self.motion.end_pass(pass, forces, &self.applied);
+        let runs = self.own.start / WATCHED_NODES..self.own.end.div_ceil(WATCHED_NODES);
+        let indicators: Vec<f64> = self.elastic.stiffness_indicators().collect();
+        let mut told: Vec<f64> = sums.iter().flat_map(|sums| sums.0).collect();
+        told.extend_from_slice(&self.elastic.run_energies()[runs.clone()]);
+        told.extend_from_slice(&indicators[runs]);
+        told.push(self.elastic.smallest_volume_ratio());
+        if std::mem::take(&mut self.carried) != [0; 2] {
+            let offsets = self.elastic.offset_works();
+            for works in [
+                offsets,
+                self.elastic.bond_works(),
+                self.elastic.bond_energies(),
+            ] {
+                told.extend(self.of_own(&works));
+            }
+        }
+        told
+    }
+
+    /// What is told of own nodes.
+    fn of_own(&self, all: &[(u32, f64)]) -> Vec<f64> {
+        let own = all
+            .iter()
+            .filter(|(node, _)| self.own.contains(&(*node as usize)));
+        own.map(|(_, value)| *value).collect()
+    }
+
+    /// Lets offsets and bonds decay; the works (J) of own ones.
+    pub(crate) fn decay(&mut self, factor: f64) -> [Vec<f64>; 2] {
+        let offsets = self.elastic.decay_offsets_each(factor);
+        let bonds = self.elastic.decay_bonds_each(factor);
+        let works = [self.of_own(&offsets), self.of_own(&bonds)];
+        self.carried = [works[0].len(), works[1].len()];
+        works
+    }
+
+    /// Sets velocities (m/s), or places (m), of watched nodes as rank 0 has them.
+    pub(crate) fn set_watched(&mut self, of_all: &[f64], places: bool) {
+        let (positions, velocities) = self.motion.places_mut();
+        let to = if places { positions } else { velocities };
+        for &(node, place) in &self.package.watched {
+            to[node as usize] = vectors(of_all)[place as usize];
+        }
+    }
+
+    /// As [`Share::end`], with forces from outside (N) on watched nodes, if the first number says that there are
+    /// any; tells the velocities and viscous forces of watched nodes as well.
+    pub(crate) fn end_watched(&mut self, pass: &Pass, of_all: &[f64]) -> Vec<f64> {
+        self.applied.clear();
+        if let [acts, forces @ ..] = of_all
+            && *acts > 0.0
+        {
+            self.applied.resize(self.package.count, DVec3::ZERO);
+            for &(node, place) in &self.package.watched {
+                self.applied[node as usize] = vectors(forces)[place as usize];
+            }
+        }
+        let mut told = self.end(pass);
+        let state = self.motion.state();
+        told.extend(self.watched(&[&state.velocities, &state.viscous]));
+        told
+    }
+
+    /// No forces from outside.
+    pub(crate) fn clear_applied(&mut self) {
+        self.applied.clear();
+    }
+
+    /// Some vectors of watched own nodes, one list after the other.
+    pub(crate) fn watched(&self, lists: &[&[DVec3]]) -> Vec<f64> {
+        let nodes = || self.package.watched.iter();
+        let of = |list: &&[DVec3]| {
+            let get = |(node, _): &(u32, u32)| list.get(*node as usize).copied();
+            let picked: Vec<DVec3> = nodes().map(|at| get(at).unwrap_or(DVec3::ZERO)).collect();
+            picked
+        };
+        lists
+            .iter()
+            .flat_map(|list| flat(&of(list)).to_vec())
+            .collect()
+    }
+
+    /// Internal forces (N) on own nodes, as last evaluated.
+    pub(crate) fn own_forces(&self) -> &[DVec3] {
+        &self.forces[self.own.clone()]
+    }
+
+    /// Local numbers of own nodes.
+    pub(crate) fn own(&self) -> Range<usize> {
+        self.own.clone()
+    }
+}

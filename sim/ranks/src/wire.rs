@@ -1,0 +1,204 @@
+//! Messages between ranks. All numbers travel as `f64`; who sends how many to whom both sides know.
+
+use std::time::{Duration, Instant};
+
+use bytemuck::{cast_slice, cast_slice_mut};
+use glam::DVec3;
+use mpi::collective::Root;
+use mpi::datatype::PartitionMut;
+use mpi::point_to_point::{Destination, Source};
+use mpi::request::multiple_scope;
+use mpi::topology::{Communicator, Rank, SimpleCommunicator};
+
+use crate::package::Package;
+
+/// Rank that keeps the whole body.
+pub(crate) const FRONT: usize = 0;
+/// Largest number of bytes in one message; counts of MPI are of 31 bits.
+const LARGEST: usize = 1 << 28;
+
+/// A rank's end of all messages, with what it counts of the exchange of ghosts.
+#[derive(Debug, Default)]
+pub(crate) struct Wire {
+    outgoing: Vec<Vec<f64>>,
+    incoming: Vec<Vec<f64>>,
+    /// Exchanges, messages sent in them, bytes sent in them.
+    pub(crate) exchanges: u64,
+    pub(crate) messages: u64,
+    pub(crate) bytes: u64,
+    /// Time from the first message of an exchange to the last.
+    pub(crate) waited: Duration,
+}
+
+/// Vectors as numbers.
+pub(crate) fn flat(vectors: &[DVec3]) -> &[f64] {
+    cast_slice(vectors)
+}
+
+/// Numbers as vectors.
+pub(crate) fn vectors(numbers: &[f64]) -> &[DVec3] {
+    cast_slice(numbers)
+}
+
+fn world() -> SimpleCommunicator {
+    SimpleCommunicator::world()
+}
+
+fn mpi_rank(rank: usize) -> Rank {
+    Rank::try_from(rank).unwrap_or(Rank::MAX)
+}
+
+/// This rank's number.
+pub(crate) fn rank() -> usize {
+    usize::try_from(world().rank()).unwrap_or(0)
+}
+
+/// Number of ranks.
+pub(crate) fn ranks() -> usize {
+    usize::try_from(world().size()).unwrap_or(1)
+}
+
+/// Gives all ranks what the front has.
+pub(crate) fn broadcast(numbers: &mut [f64]) {
+    world()
+        .process_at_rank(mpi_rank(FRONT))
+        .broadcast_into(numbers);
+}
+
+/// Brings numbers of all ranks to the front, in the order of the ranks; nothing elsewhere.
+pub(crate) fn gather(mine: &[f64], counts: &[usize]) -> Vec<f64> {
+    let world = world();
+    let root = world.process_at_rank(mpi_rank(FRONT));
+    if rank() != FRONT {
+        root.gather_varcount_into(mine);
+        return Vec::new();
+    }
+    let mut all = vec![0.0; counts.iter().sum()];
+    let counts: Vec<Rank> = counts.iter().map(|&count| mpi_rank(count)).collect();
+    let mut next = 0;
+    let starts: Vec<Rank> = counts
+        .iter()
+        .map(|count| {
+            next += count;
+            next - count
+        })
+        .collect();
+    let mut parts = PartitionMut::new(&mut all[..], counts, starts);
+    root.gather_varcount_into_root(mine, &mut parts);
+    all
+}
+
+/// Sends bytes of any number.
+pub(crate) fn send(to: usize, bytes: &[u8]) {
+    let world = world();
+    let to = world.process_at_rank(mpi_rank(to));
+    to.send(&(bytes.len() as u64));
+    for part in bytes.chunks(LARGEST) {
+        to.send(part);
+    }
+}
+
+/// Receives what [`send`] sent.
+pub(crate) fn receive(from: usize) -> Vec<u8> {
+    let world = world();
+    let from = world.process_at_rank(mpi_rank(from));
+    let (length, _) = from.receive::<u64>();
+    let mut bytes = vec![0; usize::try_from(length).unwrap_or(0)];
+    for part in bytes.chunks_mut(LARGEST) {
+        from.receive_into(part);
+    }
+    bytes
+}
+
+/// Sends vectors of any number.
+pub(crate) fn send_vectors(to: usize, list: &[DVec3]) {
+    send(to, cast_slice(list));
+}
+
+/// Receives what [`send_vectors`] sent, into a list as long.
+pub(crate) fn receive_vectors(from: usize, list: &mut [DVec3]) {
+    let bytes = receive(from);
+    let to: &mut [u8] = cast_slice_mut(list);
+    if to.len() == bytes.len() {
+        to.copy_from_slice(&bytes);
+    }
+}
+
+/// Latency (s) of a message and bandwidth (bytes/s) between the first two ranks: half the way there and back of 8
+/// bytes, 1,000 times, and of 4 MiB, 50 times. `None` for one rank and on others.
+pub(crate) fn ping() -> Option<(f64, f64)> {
+    let there_and_back = |numbers: usize, times: u32| {
+        let world = world();
+        let mut list = vec![1.0; numbers];
+        let start = Instant::now();
+        for _ in 0..times {
+            match rank() {
+                FRONT => {
+                    world.process_at_rank(1).send(&list[..]);
+                    world.process_at_rank(1).receive_into(&mut list[..]);
+                }
+                1 => {
+                    world.process_at_rank(0).receive_into(&mut list[..]);
+                    world.process_at_rank(0).send(&list[..]);
+                }
+                _ => {}
+            }
+        }
+        start.elapsed().as_secs_f64() / f64::from(2 * times)
+    };
+    if ranks() < 2 {
+        return None;
+    }
+    let (small, large) = (there_and_back(1, 1000), there_and_back(1 << 19, 50));
+    (rank() == FRONT).then_some((small, f64::from(1 << 22) / (large - small)))
+}
+
+impl Wire {
+    /// Gives the neighbours the places (m) of own nodes and takes those of ghosts from them.
+    pub(crate) fn exchange(&mut self, package: &Package, places: &mut [DVec3]) {
+        let (sends, receives) = (&package.sends, &package.receives);
+        self.outgoing.resize(sends.len(), Vec::new());
+        self.incoming.resize(receives.len(), Vec::new());
+        for (buffer, (_, nodes)) in self.outgoing.iter_mut().zip(sends) {
+            buffer.clear();
+            let picked = nodes
+                .iter()
+                .flat_map(|&node| places[node as usize].to_array());
+            buffer.extend(picked);
+        }
+        for (buffer, (_, _, count)) in self.incoming.iter_mut().zip(receives) {
+            buffer.resize(3 * count, 0.0);
+        }
+        let start = Instant::now();
+        let world = world();
+        let (outgoing, incoming) = (&self.outgoing, &mut self.incoming);
+        multiple_scope(receives.len(), |scope, coming| {
+            multiple_scope(sends.len(), |to_others, going| {
+                for (buffer, (from, _, _)) in incoming.iter_mut().zip(receives) {
+                    let from = world.process_at_rank(mpi_rank(*from));
+                    coming.add(from.immediate_receive_into(scope, &mut buffer[..]));
+                }
+                for (buffer, (to, _)) in outgoing.iter().zip(sends) {
+                    let to = world.process_at_rank(mpi_rank(*to));
+                    going.add(to.immediate_send(to_others, &buffer[..]));
+                }
+                let mut done = Vec::new();
+                going.wait_all(&mut done);
+            });
+            let mut done = Vec::new();
+            coming.wait_all(&mut done);
+        });
+        for (buffer, &(_, first, count)) in self.incoming.iter().zip(receives) {
+            places[first..first + count].copy_from_slice(vectors(buffer));
+        }
+        self.waited += start.elapsed();
+        self.exchanges += 1;
+        self.messages += sends.len() as u64;
+        let sent: usize = self
+            .outgoing
+            .iter()
+            .map(|buffer| size_of_val(&**buffer))
+            .sum();
+        self.bytes += sent as u64;
+    }
+}

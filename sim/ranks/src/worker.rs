@@ -1,0 +1,196 @@
+//! What ranks other than the front do: what they are told.
+
+use std::path::{Path, PathBuf};
+
+use phyxel::world::BodyProblem;
+use phyxel_integrate::State;
+
+use crate::command::{Command, LENGTH};
+use crate::package::Package;
+use crate::share::Share;
+use crate::wire::{FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, send_vectors};
+
+/// Why a rank cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum WorkerError {
+    #[error(transparent)]
+    Body(#[from] BodyProblem),
+    #[error("a message from rank 0 cannot be read: {0}")]
+    Message(#[from] postcard::Error),
+    #[error("rank 0 asks for steps before there is a model")]
+    Order,
+}
+
+/// What a rank counted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Counted {
+    /// Own nodes, nodes of others, heap bytes of the share.
+    pub(crate) own: f64,
+    pub(crate) ghosts: f64,
+    pub(crate) heap: f64,
+    /// Exchanges of ghosts, messages and bytes sent in them.
+    pub(crate) exchanges: f64,
+    pub(crate) messages: f64,
+    pub(crate) bytes: f64,
+    /// Seconds in the force law and in exchanges.
+    pub(crate) in_forces: f64,
+    pub(crate) in_exchange: f64,
+}
+
+impl Counted {
+    pub(crate) const LENGTH: usize = 8;
+
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    pub(crate) fn of(share: Option<&Share>, wire: &Wire) -> Self {
+        Self {
+            own: share.map_or(0.0, |share| share.package.count as f64),
+            ghosts: share.map_or(0.0, |share| share.ghosts() as f64),
+            heap: share.map_or(0.0, |share| share.bytes() as f64),
+            exchanges: wire.exchanges as f64,
+            messages: wire.messages as f64,
+            bytes: wire.bytes as f64,
+            in_forces: share.map_or(0.0, |share| share.in_forces.as_secs_f64()),
+            in_exchange: wire.waited.as_secs_f64(),
+        }
+    }
+
+    pub(crate) fn encode(self) -> [f64; Self::LENGTH] {
+        [
+            self.own,
+            self.ghosts,
+            self.heap,
+            self.exchanges,
+            self.messages,
+            self.bytes,
+            self.in_forces,
+            self.in_exchange,
+        ]
+    }
+
+    pub(crate) fn decode(numbers: [f64; Self::LENGTH]) -> Self {
+        let [
+            own,
+            ghosts,
+            heap,
+            exchanges,
+            messages,
+            bytes,
+            in_forces,
+            in_exchange,
+        ] = numbers;
+        Self {
+            own,
+            ghosts,
+            heap,
+            exchanges,
+            messages,
+            bytes,
+            in_forces,
+            in_exchange,
+        }
+    }
+}
+
+/// Does what the front commands until it ends.
+pub(crate) fn serve() -> Result<(), WorkerError> {
+    let mut wire = Wire::default();
+    let mut share: Option<Share> = None;
+    loop {
+        let mut numbers = [0.0; LENGTH];
+        broadcast(&mut numbers);
+        let command = Command::decode(numbers);
+        match command {
+            Command::Model => {
+                drop(share.take());
+                let package: Package = postcard::from_bytes(&receive(FRONT))?;
+                let built = Share::new(package);
+                gather(&[f64::from(u8::from(built.is_ok()))], &[]);
+                share = Some(built?);
+                continue;
+            }
+            Command::End => {
+                gather(&Counted::of(share.as_ref(), &wire).encode(), &[]);
+                return Ok(());
+            }
+            _ => {}
+        }
+        obey(
+            command,
+            share.as_mut().ok_or(WorkerError::Order)?,
+            &mut wire,
+        )?;
+    }
+}
+
+fn obey(command: Command, share: &mut Share, wire: &mut Wire) -> Result<(), WorkerError> {
+    match command {
+        Command::Model | Command::End => {}
+        Command::State => {
+            let (state, loads): (State, Vec<glam::DVec3>) = postcard::from_bytes(&receive(FRONT))?;
+            share.set_state(state, &loads)?;
+            if share.package.carries {
+                share.evaluate(wire);
+            }
+        }
+        Command::Step(pass) => {
+            share.clear_applied();
+            share.begin(&pass);
+            share.evaluate(wire);
+            gather(&share.end(&pass), &[]);
+        }
+        Command::Watched(pass) => {
+            let mut watched = vec![0.0; 3 * share.package.watched_count];
+            broadcast(&mut watched);
+            share.set_watched(&watched, false);
+            share.begin(&pass);
+            let motion = &share.motion;
+            gather(
+                &share.watched(&[motion.positions(), motion.velocities()]),
+                &[],
+            );
+            broadcast(&mut watched);
+            share.set_watched(&watched, true);
+            share.evaluate(wire);
+            gather(&share.watched(&[share.own_forces()]), &[]);
+            watched.push(0.0);
+            broadcast(&mut watched);
+            gather(&share.end_watched(&pass, &watched), &[]);
+        }
+        Command::Decay(factor) => {
+            let works = share.decay(factor);
+            gather(&works.each_ref().map(|works| works.len() as f64), &[]);
+            gather(&works.concat(), &[]);
+        }
+        Command::Fetch => {
+            let state = share.motion.state();
+            let lists = [
+                &state.positions,
+                &state.velocities,
+                &state.forces,
+                &state.viscous,
+            ];
+            for list in lists {
+                send_vectors(FRONT, list);
+            }
+        }
+        Command::Store => {
+            let (_, velocities) = share.motion.places_mut();
+            receive_vectors(FRONT, velocities);
+            receive_vectors(FRONT, share.motion.viscous_mut());
+        }
+        Command::Write => {
+            let name = receive(FRONT);
+            let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
+            if let Err(error) = write_nodes(share, &folder) {
+                eprintln!("rank {}: {}: {error}", rank(), folder.display());
+            }
+            gather(&[0.0], &[]);
+        }
+    }
+    Ok(())
+}
+
+/// Writes a rank's nodes.
+pub(crate) fn write_nodes(share: &Share, folder: &Path) -> std::io::Result<()> {
+    crate::vtu::write_piece(share, folder, rank())
+}

@@ -1,0 +1,269 @@
+//! Bodies whose nodes are shared out: steps are taken where the shares are, all else here.
+//!
+//! A world keeps its bodies whole: it settles, cuts, watches and records them as ever. What is shared
+//! out are the passes over nodes and pairs that every step takes. What needs all nodes at once - a
+//! blade's edge, an estimate of the stiffness, a checkpoint - brings their places here first.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use glam::DVec3;
+use phyxel_elastic::{Dilatation, Elastic};
+use phyxel_integrate::{Motion, Shares};
+
+use super::body::Body;
+use super::error::{BodyProblem, WorldError};
+use super::{Member, World};
+
+/// The shares of one body.
+pub trait BodyShares: Shares + fmt::Debug + Send {
+    /// Shares the body out anew: nodes, rows, materials, supports, cuts. `watched` nodes, rising, are
+    /// those that the whole body's motion has to see in every step.
+    ///
+    /// # Errors
+    /// [`BodyProblem`] if a share's model cannot be built.
+    fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem>;
+
+    /// Takes over the state and the loads of all nodes.
+    ///
+    /// # Errors
+    /// [`BodyProblem`] if a share refuses them.
+    fn set_state(&mut self, motion: &Motion) -> Result<(), BodyProblem>;
+
+    /// [`phyxel_elastic::Elastic::smallest_volume_ratio`] of the whole, at the state last evaluated.
+    fn smallest_volume_ratio(&self) -> f64;
+
+    /// [`phyxel_elastic::Elastic::stiffness_indicators`] of the whole, at the state last evaluated.
+    fn stiffness_indicators(&self) -> Vec<f64>;
+
+    /// Lets what rebuilt rows carried over decay ([`Elastic::decay_offsets`], [`Elastic::decay_bonds`]); the first
+    /// half of the work (J).
+    fn decay(&mut self, factor: f64) -> f64;
+
+    /// The second half of the works (J) of the last decay, at the state last evaluated: of deformation gradients
+    /// and of bonds.
+    fn decay_works(&self) -> [f64; 2];
+}
+
+/// Where the newest vectors of a body are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Newest {
+    Here,
+    Shares,
+    Both,
+}
+
+/// A body's shares, and what they know of it.
+#[derive(Debug, Clone)]
+pub(super) struct Shared {
+    shares: Arc<Mutex<dyn BodyShares>>,
+    newest: Newest,
+    /// Whether the model here was evaluated where the nodes are.
+    evaluated: bool,
+    /// Whether the shares have the model as it is.
+    model: bool,
+    /// Nodes that they tell of in every step.
+    watched: Vec<u32>,
+}
+
+impl Shared {
+    /// Brings all vectors here.
+    fn fetch(&mut self, motion: &mut Motion) {
+        if self.newest == Newest::Shares {
+            motion.fetch(&mut *self.lock());
+            self.newest = Newest::Both;
+        }
+    }
+
+    /// Brings them here and evaluates the model there.
+    fn bring(&mut self, motion: &mut Motion, elastic: &mut Elastic) {
+        self.fetch(motion);
+        if !self.evaluated {
+            let mut forces = vec![DVec3::ZERO; motion.node_count()];
+            elastic.forces_into(motion.positions(), &mut forces);
+            self.evaluated = true;
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, dyn BodyShares + 'static> {
+        self.shares.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl World {
+    /// Lets the shares take all steps of a body from now on. Every clone of the world uses the same
+    /// shares: only one of them may take steps.
+    ///
+    /// # Errors
+    /// [`WorldError`] with [`BodyProblem::NotShared`] if the world has something that is not shared out.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn share_out(
+        &mut self,
+        body: usize,
+        shares: Arc<Mutex<dyn BodyShares>>,
+    ) -> Result<(), WorldError> {
+        let implicit = self.scene.integration.scheme.step().is_some();
+        let body = &mut self.members[body].body;
+        let reason = if implicit {
+            Some("implicit schemes (integration.scheme)")
+        } else if !body.elastic.viscous_history().is_empty() {
+            Some("viscous materials (material.viscosity)")
+        } else if body.elastic.settings().dilatation == Dilatation::Mean {
+            Some("mean dilatation (material.dilatation)")
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            return Err(BodyProblem::NotShared(reason).of(body));
+        }
+        body.shared = Some(Shared {
+            shares,
+            newest: Newest::Here,
+            evaluated: true,
+            model: false,
+            watched: Vec::new(),
+        });
+        Ok(())
+    }
+
+    /// Brings the places, velocities and forces of shared bodies here, for whoever reads them.
+    pub fn fetch(&mut self) {
+        for member in &mut self.members {
+            member.body.fetch();
+        }
+    }
+
+    /// As [`World::fetch`], and evaluates the models where the nodes are, for whoever reads strains and
+    /// stresses.
+    pub fn fetch_all(&mut self) {
+        for member in &mut self.members {
+            member.body.fetch_all();
+        }
+    }
+}
+
+impl Member {
+    /// Gives the shares what has changed here, or takes all back for a while.
+    pub(super) fn hand_over(&mut self) -> Result<(), BodyProblem> {
+        let Some(mut shared) = self.body.shared.take() else {
+            return Ok(());
+        };
+        let handed = self.hand_over_to(&mut shared);
+        self.body.shared = Some(shared);
+        handed
+    }
+
+    fn hand_over_to(&mut self, shared: &mut Shared) -> Result<(), BodyProblem> {
+        let Body {
+            motion, elastic, ..
+        } = &mut self.body;
+        if motion.state().forces.is_empty() {
+            motion.refresh(|x, f| elastic.forces_into(x, f))?;
+            shared.newest = Newest::Here;
+        }
+        let watched = self.watched();
+        if !shared.model || shared.watched != watched {
+            shared.fetch(&mut self.body.motion);
+            shared.lock().set_model(self, &watched)?;
+            shared.newest = Newest::Here;
+            shared.model = true;
+            shared.watched = watched;
+        }
+        if shared.newest == Newest::Here {
+            shared.lock().set_state(&self.body.motion)?;
+        }
+        shared.newest = Newest::Shares;
+        shared.evaluated = false;
+        Ok(())
+    }
+
+    /// Nodes that the motion of the whole has to see in every step, rising.
+    fn watched(&self) -> Vec<u32> {
+        let supports = self.body.motion.supports().entries().iter();
+        let driven = supports.filter(|support| support.path.is_some());
+        let mut nodes: Vec<u32> = driven.map(|support| support.node).collect();
+        for touch in &self.touches {
+            nodes.extend_from_slice(touch.nodes());
+        }
+        nodes.extend(
+            self.body
+                .grip
+                .iter()
+                .flat_map(phyxel_integrate::Grip::nodes),
+        );
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+}
+
+impl Body {
+    /// Brings places, velocities and forces here.
+    pub(super) fn fetch(&mut self) {
+        if let Some(shared) = &mut self.shared {
+            shared.fetch(&mut self.motion);
+        }
+    }
+
+    /// Brings them here and evaluates the model there.
+    pub(super) fn fetch_all(&mut self) {
+        if let Some(shared) = &mut self.shared {
+            shared.bring(&mut self.motion, &mut self.elastic);
+        }
+    }
+
+    /// Notes that what moves was changed here, after a [`Body::fetch`].
+    pub(super) fn moved_here(&mut self) {
+        if let Some(shared) = &mut self.shared {
+            shared.newest = Newest::Here;
+        }
+    }
+
+    /// Notes that the model was changed here, and evaluated where the nodes are.
+    pub(super) fn rebuilt_here(&mut self) {
+        if let Some(shared) = &mut self.shared {
+            shared.newest = Newest::Here;
+            shared.model = false;
+            shared.evaluated = true;
+        }
+    }
+
+    /// Shares that take the steps, to be locked for one.
+    pub(super) fn shares(&self) -> Option<Arc<Mutex<dyn BodyShares>>> {
+        self.shared.as_ref().map(|shared| shared.shares.clone())
+    }
+
+    /// Smallest `det F` at the state last evaluated, of nodes that carry strain energy.
+    #[must_use]
+    pub fn smallest_volume_ratio(&self) -> f64 {
+        match &self.shared {
+            Some(shared) if !shared.evaluated => shared.lock().smallest_volume_ratio(),
+            _ => self.elastic.smallest_volume_ratio(),
+        }
+    }
+
+    /// Lets what rebuilt rows carried over decay, here and in the shares; the first half of the work (J).
+    pub(super) fn decay_by(&mut self, factor: f64) -> f64 {
+        // Where the nodes are with shares, what the model here says of works is of another state.
+        let work = self.elastic.decay_offsets(factor) + self.elastic.decay_bonds(factor);
+        let shared = self.shared.as_ref();
+        shared.map_or(work, |shared| shared.lock().decay(factor))
+    }
+
+    /// The second halves (J) of the works of the last [`Body::decay_by`].
+    pub(super) fn decay_works(&mut self) -> [f64; 2] {
+        let works = [self.elastic.offset_work(), self.elastic.bond_work()];
+        let shared = self.shared.as_ref();
+        shared.map_or(works, |shared| shared.lock().decay_works())
+    }
+
+    /// Stiffness indicators of the runs of nodes at the state last evaluated.
+    pub(super) fn stiffness_indicators(&self) -> Vec<f64> {
+        match &self.shared {
+            Some(shared) if !shared.evaluated => shared.lock().stiffness_indicators(),
+            _ => self.elastic.stiffness_indicators().collect(),
+        }
+    }
+}
