@@ -14,7 +14,9 @@ pub struct Integration {
     pub duration: f64,
     /// Scheme of the steps.
     pub scheme: Scheme,
-    /// Explicit step as a share of the largest stable one, above 0 and at most 1.
+    /// Explicit step as a share of the largest stable one, above 0 and at most 1. Velocity Verlet with forces that are
+    /// not linear resonates at 0.866 (`ω dt = √3`, Schlick 1998), and estimates of the largest eigenvalue come
+    /// from below: at 0.85 a liver gained energy at a few nodes beside its cut, at 0.8 and less it did not.
     pub step_factor: f64,
     /// How the bodies come to rest before scene time starts; `None` starts at once.
     pub settle: Option<Settle>,

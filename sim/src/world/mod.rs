@@ -24,6 +24,7 @@ mod support;
 mod tool;
 mod warnings;
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -90,8 +91,8 @@ pub struct World {
     waiting: Option<Instant>,
     latencies: Vec<f64>,
     new_pieces: Vec<CutPiece>,
-    /// Every edge that was taken up.
-    incisions: Vec<Incision>,
+    /// Every edge that was taken up; copies of a world share them.
+    incisions: Vec<Arc<Incision>>,
     /// Where to return to if a step fails.
     kept: Option<Kept>,
     /// Divisor of the step after steps that failed.
@@ -499,13 +500,13 @@ impl World {
                 let (capture, sweep) = member
                     .capture(index, cut, &edge, moment)
                     .map_err(|problem| problem.of(&member.body))?;
-                self.incisions.push(Incision {
+                self.incisions.push(Arc::new(Incision {
                     steps: member.body.motion.steps(),
                     member: place,
                     cut: index,
                     moment,
                     sweep,
-                });
+                }));
                 changed |= capture.changed;
                 self.cut_through[index] |= capture.changed;
                 if !capture.triangles.is_empty() {

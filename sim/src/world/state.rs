@@ -4,6 +4,8 @@
 //! have done. Of a blade only what it added to the cut is kept, in the material: taking that up again
 //! gives the same cut, factors and rows, to the bit.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +27,7 @@ pub struct WorldState {
     phases: Phases,
     latencies: Vec<f64>,
     bodies: Vec<BodyState>,
-    incisions: Vec<Incision>,
+    incisions: Vec<Arc<Incision>>,
     kept: Option<Kept>,
     caution: f64,
     retaken: Retaken,
