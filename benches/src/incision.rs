@@ -199,7 +199,7 @@ fn finish(world: &World, member: &Member, found: &mut Finding) {
     let (body, graph) = (&member.body, &member.body.neighborhoods);
     found.missed = cutting.missed_pairs();
     found.spacing = body.spacing;
-    found.pieces = body.pieces().sizes;
+    found.pieces = member.pieces().sizes;
     found.pieces.sort_unstable_by(|a, b| b.cmp(a));
     let x = body.motion.positions();
     found.ties = 0;

@@ -214,8 +214,8 @@ fn chapter_6_cuts_three_bodies_twice() {
         assert!((10.0..60.0).contains(&hanging), "{body}: {hanging} mm");
         assert!(place(body, "cut through") > hanging + 20.0, "{body}");
     }
-    // Our blocks hang as finite elements do, nearer than linear tetrahedra on the same nodes. The liver does not:
-    // 55 % too far with 178 nodes and 43 % with 622, where those tetrahedra are 4 and 3 % short.
+    // Our bodies hang as finite elements do, nearer than linear tetrahedra on the same nodes: livers of 178 and 622 nodes
+    // within a tenth, where those are 28 and 21 % short.
     let sags = entries(&findings, "sag", "error of the sag");
     let sag = |body: &str, model: &str| {
         let mut of = sags.iter();
@@ -223,7 +223,12 @@ fn chapter_6_cuts_three_bodies_twice() {
         found.expect("the row is there").1
     };
     let [coarse, finer] = ["default", "default, more"].map(|model| sag("liver-181", model));
-    assert!(finer < coarse && finer > 0.0, "{coarse} {finer}");
+    assert!(
+        coarse.abs() < 10.0 && finer.abs() < 10.0,
+        "{coarse} {finer}"
+    );
+    let linear = sag("liver-181", "linear tetrahedra, the");
+    assert!(linear < -15.0, "{linear}");
     for body in ["block-1408", "block-436"] {
         let error = |model: &str| sag(body, model);
         let ours = error("default");

@@ -70,7 +70,7 @@ pub(super) fn imbalance(body: &Body) -> f64 {
 
 /// Sizes of the connected pieces, largest first.
 pub(super) fn pieces(world: &World) -> Vec<u32> {
-    let mut sizes = world.members()[0].body.pieces().sizes;
+    let mut sizes = world.members()[0].pieces().sizes;
     sizes.sort_unstable_by(|a, b| b.cmp(a));
     sizes
 }

@@ -52,7 +52,7 @@ fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes() {
             without < weakened,
             "{name}, {nodes} nodes: {without} of {weakened}"
         );
-        let pieces = member.body.pieces();
+        let pieces = member.pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         if whole < 1 + usize::from(through) {
             wrong.push((name, nodes, pieces.sizes));

@@ -299,7 +299,7 @@ fn every_rule_parts_a_body_that_is_cut_through() {
                 (time: 0, position: (-0.05, 0, 0.003)), (time: 0.01, position: (0.05, 0, 0.003))])],",
         );
         play(&mut world, 0.012);
-        let pieces = world.members()[0].body.pieces();
+        let pieces = world.members()[0].pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         assert_eq!(whole, 2, "{rule}: {:?}", pieces.sizes);
     }

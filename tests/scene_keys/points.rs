@@ -68,7 +68,7 @@ fn a_body_of_points_is_cut_and_written() {
     while world.time() < 0.012 {
         world.step().expect("it steps");
     }
-    let pieces = world.members()[0].body.pieces();
+    let pieces = world.members()[0].pieces();
     assert_eq!(pieces.sizes.len(), 2, "{:?}", pieces.sizes);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut short = scene(&text, Path::new(""));

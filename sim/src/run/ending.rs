@@ -79,14 +79,15 @@ fn imbalance(audit: &Audit, round_off: f64) -> f64 {
     audit.balance().abs() / scale.max(f64::MIN_POSITIVE)
 }
 
-fn body_summary(Member { body, cutting, .. }: &Member, worst: &Extremes) -> BodySummary {
+fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
+    let Member { body, cutting, .. } = member;
     let cuts = cutting
         .as_ref()
         .map_or_else(CutEnergy::default, Cutting::energy);
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
     let solved = body.stencils.conservative();
-    let pieces = body.pieces();
+    let pieces = member.pieces();
     let volume: f64 = body.volumes.iter().sum();
     let round_off = body.elastic.energy_round_off();
     let moved = audit.scale() > round_off;

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::{Elastic, Part, StiffNode, WATCHED_NODES};
-use phyxel_enrich::{Pieces, connected_pieces};
 use phyxel_integrate::{
     ContactSurface, Eigenvalue, EigenvalueSettings, Grip, Leveled, Motion, MotionSettings,
     StepError, Supports, critical_step, largest_eigenvalue, level_masses,
@@ -57,7 +56,7 @@ pub struct Body {
     /// Nodal masses (kg).
     pub masses: Vec<f64>,
     /// Nodes within a support, rising: they have no strain.
-    inert: Vec<u32>,
+    pub(super) inert: Vec<u32>,
     /// Tetrahedra that gave volumes and edges; results are written on them. None where nodes are mere
     /// points.
     pub tetrahedra: Vec<[u32; 4]>,
@@ -257,27 +256,6 @@ impl Body {
             stepper: Stepper::new(scene.integration.scheme)?,
             shared: None,
         })
-    }
-
-    /// Pieces of the body as cuts left it. What lies within a support holds together whatever is cut there.
-    #[must_use]
-    pub fn pieces(&self) -> Pieces {
-        let graph = &self.neighborhoods;
-        let (offsets, indices) = (graph.offsets(), graph.indices());
-        let weights = self.stencils.weights();
-        if self.inert.is_empty() {
-            return connected_pieces(offsets, indices, weights);
-        }
-        let mut links = weights.to_vec();
-        for &node in &self.inert {
-            for pair in graph.pairs(node as usize) {
-                links[pair] = 1.0;
-                if let Some(back) = graph.find_pair(indices[pair] as usize, node) {
-                    links[back] = 1.0;
-                }
-            }
-        }
-        connected_pieces(offsets, indices, &links)
     }
 
     /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.

@@ -24,10 +24,12 @@ mod support;
 mod tool;
 mod warnings;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use phyxel_enrich::{Pieces, connected_pieces};
 
 pub use body::Body;
 use cutting::Incision;
@@ -528,6 +530,26 @@ impl World {
 }
 
 impl Member {
+    /// Pieces of the body as cuts left it, what lies within a support among them.
+    #[must_use]
+    pub fn pieces(&self) -> Pieces {
+        let Self { body, cutting, .. } = self;
+        let graph = &body.neighborhoods;
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        let mut links = Cow::Borrowed(body.stencils.weights());
+        let factor = |pair| cutting.as_ref().map_or(1.0, |c| c.factors().factor(pair));
+        for &node in &body.inert {
+            for pair in graph.pairs(node as usize) {
+                let links = links.to_mut();
+                links[pair] = factor(pair);
+                if let Some(back) = graph.find_pair(indices[pair] as usize, node) {
+                    links[back] = links[pair];
+                }
+            }
+        }
+        connected_pieces(offsets, indices, &links)
+    }
+
     /// Heap bytes of the contacts of tools.
     fn contact_bytes(&self) -> usize {
         let points: usize = self.touches.iter().map(Touch::bytes).sum();
