@@ -181,8 +181,8 @@ mod tests {
             );
             largest = largest.max(grip.force().length());
         }
-        for node in 0..2 {
-            let off = motion.positions()[node].distance(positions[node] + way);
+        for (node, from) in positions[..2].iter().enumerate() {
+            let off = motion.positions()[node].distance(*from + way);
             assert!(off < 1e-9, "node {node} is {off} m off");
         }
         assert_eq!(motion.positions()[2], positions[2], "too far to be held");

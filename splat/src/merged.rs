@@ -133,7 +133,7 @@ mod tests {
                 .radii
                 .iter()
                 .zip(before)
-                .all(|(a, b)| *a == 0.5 * b)
+                .all(|(a, b)| (*a - 0.5 * b).abs() < 1e-12)
         );
     }
 }

@@ -182,7 +182,7 @@ mod tests {
             .collect();
         edges.sort_unstable();
         let pairs = edges.chunks(2);
-        assert!(edges.len() % 2 == 0 && pairs.into_iter().all(|pair| pair[0] == pair[1]));
+        assert!(edges.len().is_multiple_of(2) && pairs.into_iter().all(|pair| pair[0] == pair[1]));
         let width = wedge.vertices.iter().fold(0.0, |w: f64, x| w.max(-x.y));
         assert!((width - 0.011).abs() < 1e-15, "{width} m wide at most");
         assert!(

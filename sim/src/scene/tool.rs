@@ -145,7 +145,7 @@ impl ToolShape {
     pub(super) fn check(&self, checks: &mut Checks, path: &str) {
         match *self {
             Self::Sphere { radius } => {
-                checks.positive(format_args!("{path}.radius"), radius, " (m)")
+                checks.positive(format_args!("{path}.radius"), radius, " (m)");
             }
             Self::Plane { normal } => checks.direction(format_args!("{path}.normal"), normal),
             Self::Capsule { from, to, radius } => {
