@@ -22,9 +22,9 @@ fn piece(rank: usize) -> String {
 }
 
 fn array(text: &mut String, name: &str, components: usize, values: impl Iterator<Item = f64>) {
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n"
+        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
     );
     for value in values {
         let _ = write!(text, "{value:e} ");
@@ -33,9 +33,9 @@ fn array(text: &mut String, name: &str, components: usize, values: impl Iterator
 }
 
 fn integers(text: &mut String, kind: &str, name: &str, values: impl Iterator<Item = usize>) {
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">\n"
+        "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">"
     );
     for value in values {
         let _ = write!(text, "{value} ");
@@ -61,9 +61,9 @@ pub(crate) fn write_piece(share: &Share, folder: &Path, rank: usize) -> io::Resu
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
          byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n",
     );
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "<Piece NumberOfPoints=\"{n}\" NumberOfCells=\"{n}\">\n<PointData>\n"
+        "<Piece NumberOfPoints=\"{n}\" NumberOfCells=\"{n}\">\n<PointData>"
     );
     for ((name, components), values) in FIELDS.into_iter().zip(fields) {
         array(&mut text, name, components, values.into_iter());
@@ -90,9 +90,9 @@ pub(crate) fn write_index(folder: &Path, ranks: usize) -> io::Result<()> {
          byte_order=\"LittleEndian\">\n<PUnstructuredGrid GhostLevel=\"0\">\n<PPointData>\n",
     );
     for (name, components) in FIELDS {
-        let _ = write!(
+        let _ = writeln!(
             text,
-            "<PDataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\"/>\n"
+            "<PDataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\"/>"
         );
     }
     text.push_str(
@@ -100,7 +100,7 @@ pub(crate) fn write_index(folder: &Path, ranks: usize) -> io::Result<()> {
          NumberOfComponents=\"3\"/>\n</PPoints>\n",
     );
     for rank in 0..ranks {
-        let _ = write!(text, "<Piece Source=\"{}\"/>\n", piece(rank));
+        let _ = writeln!(text, "<Piece Source=\"{}\"/>", piece(rank));
     }
     text.push_str("</PUnstructuredGrid>\n</VTKFile>\n");
     fs::write(folder.join("nodes.pvtu"), text)
