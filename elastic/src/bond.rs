@@ -53,9 +53,9 @@ struct Bond {
 }
 
 impl Bond {
-    /// `|X|_e` (m).
+    /// `|X|_e` (m), rounded as `|x|_e` is: a bond at rest has no energy, not that of round-off.
     fn natural(&self) -> f64 {
-        (self.rest_squared * (1.0 + SOFTENING * SOFTENING)).sqrt()
+        (self.rest_squared + SOFTENING * SOFTENING * self.rest_squared).sqrt()
     }
 
     /// `|x|_e` (m).

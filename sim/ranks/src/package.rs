@@ -5,7 +5,7 @@
 //! begin at a multiple of the elastic model's runs, as they do in the body.
 
 use glam::{DMat3, DVec3};
-use phyxel::world::{BodyProblem, Member};
+use phyxel::world::{BodyProblem, Cutting, Member};
 use phyxel_elastic::{
     Elastic, Frame, Material, Materials, Nodes, Offsets, Settings, Stencils, WATCHED_NODES,
 };
@@ -224,25 +224,24 @@ fn package(
         let cut_off = halo.second.binary_search(&node).is_ok();
         local_of(node).filter(|_| !cut_off)
     };
-    if let Some(cutting) = &member.cutting {
-        let factors = cutting.factors();
-        for &node in body.elastic.weak_nodes() {
-            if let Some(local) = whole(node) {
-                let pairs = body.neighborhoods.pairs(node as usize);
-                let shares = pairs.map(|pair| factors.factor(pair)).collect();
-                package.weak.push((local, shares));
-            }
+    // Without a cut, weak nodes are those at corners of what is held.
+    let factors = member.cutting.as_ref().map(Cutting::factors);
+    for &node in body.elastic.weak_nodes() {
+        if let Some(local) = whole(node) {
+            let pairs = body.neighborhoods.pairs(node as usize);
+            let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
+            package.weak.push((local, pairs.map(left).collect()));
         }
-        let bonds = body.elastic.bond_energies();
-        let bonds = bonds.iter().zip(body.elastic.bond_offsets());
-        let bonds = bonds.filter(|((node, _), _)| whole(*node).is_some());
-        package.bond_offsets = bonds.map(|(_, offset)| offset).collect();
-        let offsets = body.elastic.offsets();
-        for (&node, value) in offsets.nodes.iter().zip(&offsets.values) {
-            if let Some(local) = whole(node) {
-                package.offset_nodes.push(local);
-                package.offsets_of_gradients.push(*value);
-            }
+    }
+    let bonds = body.elastic.bond_energies();
+    let bonds = bonds.iter().zip(body.elastic.bond_offsets());
+    let bonds = bonds.filter(|((node, _), _)| whole(*node).is_some());
+    package.bond_offsets = bonds.map(|(_, offset)| offset).collect();
+    let offsets = body.elastic.offsets();
+    for (&node, value) in offsets.nodes.iter().zip(&offsets.values) {
+        if let Some(local) = whole(node) {
+            package.offset_nodes.push(local);
+            package.offsets_of_gradients.push(*value);
         }
     }
     package.watched = (0_u32..)
