@@ -13,7 +13,7 @@ pub enum Target {
     NodeCount(usize),
 }
 
-/// Settings of [`sample_tetrahedra`].
+/// Settings of [`crate::sample_tetrahedra`].
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleSettings {
@@ -28,7 +28,7 @@ pub struct SampleSettings {
     pub smoothing_sweeps: usize,
     /// Where the spacing differs from the one at the surface; the default is one spacing.
     pub grading: Grading,
-    /// Most cells of the lattice before [`SampleError::TooFine`], and 20 times those of an octree: an
+    /// Most cells of the lattice before [`crate::SampleError::TooFine`], and 20 times those of an octree: an
     /// empty cell takes about 20 bytes in a lattice, 400 in an octree. A search for a number of nodes
     /// takes a tenth of that and as much again for every 2,000 nodes.
     pub largest_lattice: usize,
