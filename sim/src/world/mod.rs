@@ -12,6 +12,7 @@ mod factors;
 mod grip;
 mod guard;
 mod input;
+mod member;
 mod model;
 mod outside;
 mod parts;
@@ -20,16 +21,15 @@ mod shape;
 mod shares;
 mod state;
 mod stencils;
+mod stiffness;
 mod support;
 mod tool;
 mod warnings;
 
-use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_enrich::{Pieces, connected_pieces};
 
 pub use body::Body;
 use cutting::Incision;
@@ -39,8 +39,9 @@ pub use error::{BodyProblem, WorldError};
 pub use factors::Factors;
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
+pub use member::Member;
+use member::touches_of;
 pub use parts::PartCost;
-use phyxel_enrich::Sweep;
 pub use shape::extent;
 pub use shares::BodyShares;
 pub use state::WorldState;
@@ -52,21 +53,9 @@ use crate::scene::{Rest, Scene};
 use grip::Adjusted;
 use guard::Kept;
 use input::Hands;
-use tool::Touch;
 
 /// Products with the stiffness for the step where an equilibrium was found.
 const EQUILIBRIUM_PRODUCTS: usize = 16;
-
-/// A body with the blades that have touched it.
-#[derive(Debug, Clone)]
-pub struct Member {
-    /// The body.
-    pub body: Body,
-    /// Present from the first capture of a blade.
-    pub cutting: Option<Cutting>,
-    /// Tools that may touch it.
-    touches: Vec<Touch>,
-}
 
 /// New pieces of a cut in one body, for whoever draws or records them.
 #[derive(Debug, Clone)]
@@ -526,103 +515,5 @@ impl World {
             }
         }
         Ok(())
-    }
-}
-
-impl Member {
-    /// Pieces of the body as cuts left it, what lies within a support among them.
-    #[must_use]
-    pub fn pieces(&self) -> Pieces {
-        let Self { body, cutting, .. } = self;
-        let graph = &body.neighborhoods;
-        let (offsets, indices) = (graph.offsets(), graph.indices());
-        let mut links = Cow::Borrowed(body.stencils.weights());
-        let factor = |pair| cutting.as_ref().map_or(1.0, |c| c.factors().factor(pair));
-        for &node in &body.inert {
-            for pair in graph.pairs(node as usize) {
-                let links = links.to_mut();
-                links[pair] = factor(pair);
-                if let Some(back) = graph.find_pair(indices[pair] as usize, node) {
-                    links[back] = links[pair];
-                }
-            }
-        }
-        connected_pieces(offsets, indices, &links)
-    }
-
-    /// Heap bytes of the contacts of tools.
-    fn contact_bytes(&self) -> usize {
-        let points: usize = self.touches.iter().map(Touch::bytes).sum();
-        points + size_of_val(&*self.body.outside)
-    }
-}
-
-/// The contacts of all tools that may touch a body.
-fn touches_of(
-    scene: &Scene,
-    description: &crate::scene::Body,
-    body: &Body,
-) -> Result<Vec<Touch>, BodyProblem> {
-    let tools = scene.tools.iter().enumerate();
-    tools
-        .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == body.name))
-        .map(|(index, tool)| {
-            let pose = tool.pose_at(0.0);
-            let modulus = description.material.youngs_modulus;
-            let surface = body.contact_surface(None)?;
-            Ok(Touch::new(
-                index,
-                tool,
-                &pose,
-                surface,
-                (modulus, body.spacing),
-            ))
-        })
-        .collect()
-}
-
-impl Member {
-    /// Takes up a blade's edge (m); also what it added to the cut.
-    fn capture(
-        &mut self,
-        index: usize,
-        cut: &crate::scene::Cut,
-        edge: &[DVec3],
-        moment: StrokePhase,
-    ) -> Result<(Captured, Sweep), BodyProblem> {
-        let (body, cutting) = self.with_cutting()?;
-        body.fetch_all();
-        // What viscosity has taken up since the last step is not the cut's.
-        body.relax(0.0, &mut Duration::default())?;
-        let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
-        if capture.changed {
-            self.body.rebuilt_here();
-        }
-        if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
-            let factors = cutting.factors();
-            let torn = self.body.torn_count(factors);
-            for touch in &mut self.touches {
-                touch.tear(torn, || self.body.contact_surface(Some(factors)))?;
-            }
-        }
-        Ok((capture, sweep))
-    }
-
-    fn replay(
-        &mut self,
-        incision: &Incision,
-        cut: &crate::scene::Cut,
-    ) -> Result<Captured, BodyProblem> {
-        let (body, cutting) = self.with_cutting()?;
-        cutting.replay(body, cut.weld_tolerance, incision)
-    }
-
-    fn with_cutting(&mut self) -> Result<(&mut Body, &mut Cutting), BodyProblem> {
-        let fresh = match self.cutting.take() {
-            Some(cutting) => cutting,
-            None => Cutting::new(&self.body)?,
-        };
-        let cutting = self.cutting.insert(fresh);
-        Ok((&mut self.body, cutting))
     }
 }

@@ -221,7 +221,7 @@ fn couple(sampling: &Sampled, holders: &[u32], wish: &scene::Body) -> Result<Cou
 /// The part of a body that can deform, where a support holds whole tetrahedra: those do not, and the strain of a
 /// node on their face is that of its other side. Taken for both sides it would be half of that, as if the
 /// body were free up to half a spacing within the support: a liver of 622 nodes, held by a fifth of them, sags
-/// 43 % too far then (`benches chapter6`).
+/// 16 % too far then.
 struct Deforming {
     /// Whether a node has any tetrahedron that can deform.
     carries: Vec<bool>,

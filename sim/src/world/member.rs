@@ -1,0 +1,121 @@
+//! A body with what touches and cuts it.
+
+use std::borrow::Cow;
+use std::time::Duration;
+
+use glam::DVec3;
+use phyxel_enrich::{Pieces, Sweep, connected_pieces};
+
+use super::body::Body;
+use super::cutting::{Captured, Cutting, Incision};
+use super::error::BodyProblem;
+use super::input::StrokePhase;
+use super::tool::Touch;
+use crate::scene::Scene;
+
+/// A body with the blades that have touched it.
+#[derive(Debug, Clone)]
+pub struct Member {
+    /// The body.
+    pub body: Body,
+    /// Present from the first capture of a blade.
+    pub cutting: Option<Cutting>,
+    /// Tools that may touch it.
+    pub(super) touches: Vec<Touch>,
+}
+
+impl Member {
+    /// Pieces of the body as cuts left it, what lies within a support among them.
+    #[must_use]
+    pub fn pieces(&self) -> Pieces {
+        let Self { body, cutting, .. } = self;
+        let graph = &body.neighborhoods;
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        let mut links = Cow::Borrowed(body.stencils.weights());
+        let factor = |pair| cutting.as_ref().map_or(1.0, |c| c.factors().factor(pair));
+        for &node in &body.inert {
+            for pair in graph.pairs(node as usize) {
+                let links = links.to_mut();
+                links[pair] = factor(pair);
+                if let Some(back) = graph.find_pair(indices[pair] as usize, node) {
+                    links[back] = links[pair];
+                }
+            }
+        }
+        connected_pieces(offsets, indices, &links)
+    }
+
+    /// Heap bytes of the contacts of tools.
+    pub(super) fn contact_bytes(&self) -> usize {
+        let points: usize = self.touches.iter().map(Touch::bytes).sum();
+        points + size_of_val(&*self.body.outside)
+    }
+
+    /// Takes up a blade's edge (m); also what it added to the cut.
+    pub(super) fn capture(
+        &mut self,
+        index: usize,
+        cut: &crate::scene::Cut,
+        edge: &[DVec3],
+        moment: StrokePhase,
+    ) -> Result<(Captured, Sweep), BodyProblem> {
+        let (body, cutting) = self.with_cutting()?;
+        body.fetch_all();
+        // What viscosity has taken up since the last step is not the cut's.
+        body.relax(0.0, &mut Duration::default())?;
+        let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
+        if capture.changed {
+            self.body.rebuilt_here();
+        }
+        if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
+            let factors = cutting.factors();
+            let torn = self.body.torn_count(factors);
+            for touch in &mut self.touches {
+                touch.tear(torn, || self.body.contact_surface(Some(factors)))?;
+            }
+        }
+        Ok((capture, sweep))
+    }
+
+    pub(super) fn replay(
+        &mut self,
+        incision: &Incision,
+        cut: &crate::scene::Cut,
+    ) -> Result<Captured, BodyProblem> {
+        let (body, cutting) = self.with_cutting()?;
+        cutting.replay(body, cut.weld_tolerance, incision)
+    }
+
+    fn with_cutting(&mut self) -> Result<(&mut Body, &mut Cutting), BodyProblem> {
+        let fresh = match self.cutting.take() {
+            Some(cutting) => cutting,
+            None => Cutting::new(&self.body)?,
+        };
+        let cutting = self.cutting.insert(fresh);
+        Ok((&mut self.body, cutting))
+    }
+}
+
+/// The contacts of all tools that may touch a body.
+pub(super) fn touches_of(
+    scene: &Scene,
+    description: &crate::scene::Body,
+    body: &Body,
+) -> Result<Vec<Touch>, BodyProblem> {
+    let tools = scene.tools.iter().enumerate();
+    tools
+        .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == body.name))
+        .map(|(index, tool)| {
+            let pose = tool.pose_at(0.0);
+            let modulus = description.material.youngs_modulus;
+            let surface = body.contact_surface(None)?;
+            Ok(Touch::new(
+                index,
+                tool,
+                &pose,
+                surface,
+                (modulus, body.spacing),
+            ))
+        })
+        .collect()
+}

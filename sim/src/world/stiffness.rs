@@ -1,0 +1,198 @@
+//! The largest eigenvalue of a body as it moves, for the step: where stiffness rises it is estimated anew.
+
+use glam::DVec3;
+use phyxel_elastic::{Part, StiffNode, WATCHED_NODES};
+use phyxel_integrate::{EigenvalueSettings, Supports, largest_eigenvalue};
+
+use super::body::{Body, EIGENVALUE_MARGIN};
+use super::error::BodyProblem;
+
+/// Nodes round which the largest eigenvalue is looked for, two rings of neighbours each, and products
+/// with the stiffness of that part.
+const STIFFEST_NODES: usize = 8;
+const LOCAL_PRODUCTS: usize = 12;
+/// An estimate comes from below and may miss a mode that the one before it saw: it never falls faster
+/// than this from one to the next. (Falling freely, two products once let the step of a liver grow by
+/// half past the limit.)
+const SLOWEST_FALL: f64 = 0.8;
+/// Rise of the stiffness indicator of a run of nodes since the last estimate that asks for the next, and
+/// fall of the largest.
+const ALARM_RISE: f64 = 1.1;
+const ALARM_FALL: f64 = 0.5;
+/// Share of the largest indicator from which on a run of nodes is listened to.
+const WATCHED_SHARE: f64 = 0.5;
+
+/// Stiffest mode of a part of a body.
+#[derive(Debug)]
+pub(super) struct PartMode {
+    /// Its eigenvalue (1/s²).
+    pub(super) value: f64,
+    /// The vector, one entry per node of the part.
+    vector: Vec<DVec3>,
+}
+
+impl Body {
+    /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
+    /// vector of the last time, and by those with what surrounds its stiffest nodes.
+    pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
+        self.fetch_all();
+        let settings = EigenvalueSettings {
+            iterations: products,
+            margin: EIGENVALUE_MARGIN,
+            ..EigenvalueSettings::default()
+        };
+        let elastic = &mut self.elastic;
+        let found = largest_eigenvalue(
+            &self.masses,
+            self.motion.supports(),
+            |v, out| elastic.tangent_product_into(v, out),
+            &mut self.eigenvector,
+            &settings,
+        )?;
+        let [whole, _] = &mut self.estimates;
+        *whole = found.value.max(SLOWEST_FALL * *whole);
+        let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
+        self.estimates[1] *= SLOWEST_FALL;
+        self.estimate_around(&stiffest)
+    }
+
+    /// Estimates anew where stiffness has risen by [`ALARM_RISE`] since the last estimate because of that,
+    /// or everywhere when it has fallen by [`ALARM_FALL`]; whether either is so.
+    pub(super) fn follow_stiffness(&mut self) -> Result<bool, BodyProblem> {
+        let runs = self.stiffness_indicators();
+        let largest = runs.iter().copied().fold(0.0, f64::max);
+        self.indicators.resize(runs.len(), 0.0);
+        let before = self.indicators.iter().copied().fold(0.0, f64::max);
+        if largest < ALARM_FALL * before {
+            self.indicators = runs;
+            self.fetch_all();
+            let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
+            self.estimates[1] *= SLOWEST_FALL;
+            self.estimate_around(&stiffest)?;
+            return Ok(true);
+        }
+        let mut risen: Vec<usize> = Vec::new();
+        for (run, (now, before)) in runs.into_iter().zip(&mut self.indicators).enumerate() {
+            if now > ALARM_RISE * *before && now > WATCHED_SHARE * largest {
+                *before = now;
+                risen.push(run);
+            }
+        }
+        if risen.is_empty() {
+            return Ok(false);
+        }
+        self.fetch_all();
+        let n = self.elastic.node_count();
+        let nodes = risen
+            .iter()
+            .flat_map(|run| run * WATCHED_NODES..((run + 1) * WATCHED_NODES).min(n));
+        let stiffest = self.elastic.stiffest_nodes_of(STIFFEST_NODES, nodes);
+        self.estimate_around(&stiffest)?;
+        Ok(true)
+    }
+
+    /// Estimates the largest eigenvalue of what surrounds stiff nodes, all others held: where
+    /// stiffness rises it does so at few nodes, and the vector of the whole may know nothing of them.
+    /// What was found elsewhere stays.
+    fn estimate_around(&mut self, stiffest: &[StiffNode]) -> Result<(), BodyProblem> {
+        let mut around: Vec<u32> = Vec::new();
+        let mut seeds = Vec::new();
+        for stiff in stiffest {
+            seeds.push((stiff.node, stiff.direction));
+            for &near in self.neighborhoods.row(stiff.node as usize) {
+                around.push(near);
+                around.extend(self.neighborhoods.row(near as usize));
+            }
+            around.push(stiff.node);
+        }
+        if seeds.is_empty() {
+            return Ok(());
+        }
+        let part = self.elastic.part(&around);
+        let start = self.seeded(&part, &seeds);
+        let found = self.part_eigenvalue(&part, start, LOCAL_PRODUCTS)?;
+        let [_, local] = &mut self.estimates;
+        *local = local.max(found.value);
+        Ok(())
+    }
+
+    /// Stiff nodes against their neighbours, one entry per node of a part.
+    fn seeded(&self, part: &Part, seeds: &[(u32, DVec3)]) -> Vec<DVec3> {
+        let weights = self.stencils.weights();
+        let mut start = vec![DVec3::ZERO; part.nodes().len()];
+        let mut add = |node: u32, value: DVec3| {
+            if let Ok(at) = part.nodes().binary_search(&node) {
+                start[at] += value;
+            }
+        };
+        for &(node, direction) in seeds {
+            let row = &weights[self.neighborhoods.pairs(node as usize)];
+            let sum: f64 = row.iter().sum();
+            add(node, direction);
+            for (&other, weight) in self.neighborhoods.row(node as usize).iter().zip(row) {
+                if *weight > 0.0 {
+                    add(other, -direction * (weight / sum));
+                }
+            }
+        }
+        start
+    }
+
+    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes held, from a
+    /// vector to start with, or none.
+    pub(super) fn part_eigenvalue(
+        &mut self,
+        part: &Part,
+        mut vector: Vec<DVec3>,
+        products: usize,
+    ) -> Result<PartMode, BodyProblem> {
+        let nodes = part.nodes();
+        let masses: Vec<f64> = nodes.iter().map(|&i| self.masses[i as usize]).collect();
+        let supports = self.motion.supports();
+        let free = |at: usize, v: DVec3| {
+            let support = supports.of(nodes[at] as usize);
+            support.map_or(v, |support| support.free * v)
+        };
+        let settings = EigenvalueSettings {
+            iterations: products,
+            margin: EIGENVALUE_MARGIN,
+            ..EigenvalueSettings::default()
+        };
+        let elastic = &mut self.elastic;
+        let mut freed = vec![DVec3::ZERO; nodes.len()];
+        let found = largest_eigenvalue(
+            &masses,
+            &Supports::free(nodes.len()),
+            |v, out| {
+                for (at, (freed, v)) in freed.iter_mut().zip(v).enumerate() {
+                    *freed = free(at, *v);
+                }
+                elastic.tangent_product_within(part, &freed, out);
+                for (at, out) in out.iter_mut().enumerate() {
+                    *out = free(at, *out);
+                }
+            },
+            &mut vector,
+            &settings,
+        )?;
+        Ok(PartMode {
+            value: found.value,
+            vector,
+        })
+    }
+
+    /// Takes the eigenvalue of a part for the step if it is above that of the whole as last estimated;
+    /// the next estimate of the whole then starts with the part's vector in it.
+    pub(super) fn take_part_eigenvalue(&mut self, part: &Part, mode: &PartMode) {
+        if mode.value <= self.current_eigenvalue() {
+            return;
+        }
+        self.estimates[1] = mode.value;
+        for (&node, part) in part.nodes().iter().zip(&mode.vector) {
+            // A kept state may have no vector.
+            if let Some(whole) = self.eigenvector.get_mut(node as usize) {
+                *whole += *part;
+            }
+        }
+    }
+}
