@@ -97,6 +97,16 @@ impl Binding {
         }
     }
 
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes)
+            + size_of_val(&*self.weights)
+            + size_of_val(&*self.slopes)
+            + size_of_val(&*self.reach)
+            + size_of_val(&*self.sight)
+    }
+
     /// Number of surfels bound.
     #[must_use]
     pub fn len(&self) -> usize {

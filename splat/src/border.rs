@@ -1,6 +1,7 @@
 //! Where a cut ends inside the body: the edges that only one of its triangles has.
 
 use crate::cast::{count, index};
+use crate::memory::{map_bytes, tree_bytes};
 use glam::DVec3;
 use rstar::RTree;
 use rstar::primitives::{GeomWithData, Line, Rectangle};
@@ -13,11 +14,19 @@ type Key = [[u64; 3]; 2];
 /// A free edge in the tree: its triangle and that triangle's third corner.
 type Node = GeomWithData<Line<[f64; 3]>, (u32, [f64; 3])>;
 
+/// How many triangles have an edge; the first of them, and the corner at which the edge begins there.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    triangles: u32,
+    first: u32,
+    corner: u8,
+}
+
 /// All triangles of the cuts so far, their edges, and which triangles hang together.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Borders {
-    /// Per edge the triangles that have it: how many, and the first.
-    edges: HashMap<Key, (u32, Node)>,
+    /// Per edge the triangles that have it.
+    edges: HashMap<Key, Edge>,
     free: RTree<Node>,
     triangles: Vec<[DVec3; 3]>,
     /// Boxes of the triangles, with their numbers.
@@ -70,25 +79,32 @@ impl Borders {
             );
             let rectangle = Rectangle::from_corners(low, high);
             self.boxes.insert(GeomWithData::new(rectangle, triangle));
-            for k in 0..3 {
-                let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            for k in 0..3_u8 {
+                let [a, b, _] = corners_from(corners, k);
                 let key = key(a, b);
                 if key[0] == key[1] {
                     continue;
                 }
                 met.push((key, self.is_free(&key)));
-                if let Some((triangles, node)) = self.edges.get_mut(&key) {
-                    *triangles += 1;
-                    if *triangles == 2 {
-                        self.free.remove(node);
+                if let Some(edge) = self.edges.get_mut(&key) {
+                    edge.triangles += 1;
+                    let edge = *edge;
+                    if edge.triangles == 2 {
+                        self.free.remove(&self.node(edge.first, edge.corner));
                     }
-                    let other = node.data.0;
-                    self.join(triangle, other);
+                    self.join(triangle, edge.first);
                 } else {
-                    let line = Line::new(a.to_array(), b.to_array());
-                    let node = Node::new(line, (triangle, c.to_array()));
-                    self.free.insert(node);
-                    self.edges.insert(key, (1, node));
+                    let (first, corner) = (triangle, k);
+                    self.free.insert(self.node(first, corner));
+                    let triangles = 1;
+                    self.edges.insert(
+                        key,
+                        Edge {
+                            triangles,
+                            first,
+                            corner,
+                        },
+                    );
                 }
             }
         }
@@ -102,7 +118,23 @@ impl Borders {
     }
 
     fn is_free(&self, key: &Key) -> bool {
-        self.edges.get(key).is_some_and(|edge| edge.0 == 1)
+        self.edges.get(key).is_some_and(|edge| edge.triangles == 1)
+    }
+
+    /// The edge that begins at a corner of a triangle, as the tree of free edges has it.
+    fn node(&self, triangle: u32, corner: u8) -> Node {
+        let [a, b, c] = corners_from(&self.triangles[index(triangle)], corner);
+        let line = Line::new(a.to_array(), b.to_array());
+        Node::new(line, (triangle, c.to_array()))
+    }
+
+    /// Heap bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        map_bytes(&self.edges)
+            + tree_bytes(&self.free)
+            + tree_bytes(&self.boxes)
+            + size_of_val(&*self.triangles)
+            + size_of_val(&*self.joined)
     }
 
     /// Joins the sheets of two triangles under the older root; strips join one by one, so that
@@ -136,6 +168,12 @@ impl Borders {
         let at = (x - a).dot(along).clamp(0.0, a.distance(b));
         Some(a + along * at - inward * ahead)
     }
+}
+
+/// The corners of a triangle, beginning with `first`.
+fn corners_from(corners: &[DVec3; 3], first: u8) -> [DVec3; 3] {
+    let k = usize::from(first);
+    [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]]
 }
 
 fn node_key(node: &Node) -> Key {

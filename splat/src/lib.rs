@@ -15,6 +15,7 @@ mod frame;
 mod image;
 mod legend;
 mod markers;
+mod memory;
 mod merged;
 mod near;
 mod noise;

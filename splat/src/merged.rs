@@ -1,5 +1,7 @@
 //! Several bodies in one picture.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 
 use crate::clip::Clip;
@@ -16,7 +18,7 @@ pub struct MergedSplats {
     texture_points: Vec<DVec3>,
     texture_normals: Vec<DVec3>,
     places: Vec<Option<TexturePlace>>,
-    clips: Vec<Option<Box<Clip>>>,
+    clips: Vec<Option<Arc<Clip>>>,
     radii: Vec<f64>,
     inside: Option<Vec3>,
 }

@@ -7,6 +7,7 @@ use crate::surfels::Surfels;
 use crate::tree::NodeTree;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Faces whose normals differ by more than 40° meet at a sharp edge (cosine).
 const SHARP: f64 = 0.766;
@@ -59,13 +60,13 @@ fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)>
 }
 
 /// Clips of all surfels at the surface's sharp edges.
-pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Box<Clip>>> {
+pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Arc<Clip>>> {
     (0..surfels.len())
         .into_par_iter()
         .map(|i| {
             let edges = edge_lines(surfels, tree, i);
             (!edges.is_empty()).then(|| {
-                Box::new(Clip {
+                Arc::new(Clip {
                     edges,
                     ..Clip::default()
                 })

@@ -180,7 +180,7 @@ pub struct SplatView<'a> {
     /// colour and its material's coat (three-pass mode); empty: none does.
     pub places: &'a [Option<TexturePlace>],
     /// What bounds each disk; empty: nothing bounds any.
-    pub clips: &'a [Option<Box<Clip>>],
+    pub clips: &'a [Option<Arc<Clip>>],
     /// Rest radii (m), the unit of the clips.
     pub radii: &'a [f64],
     /// Linear colour of what is seen of the body from behind through gaps of its surface, as along

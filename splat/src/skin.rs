@@ -1,6 +1,7 @@
 //! Samples on a growing cut surface.
 
 use crate::cast::{index, real, whole};
+use crate::memory::map_bytes;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -72,6 +73,12 @@ impl CutSampler {
     #[must_use]
     pub fn spacing(&self) -> f64 {
         self.density.sqrt().recip()
+    }
+
+    /// Heap bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let points: usize = self.cells.values().map(|cell| size_of_val(&**cell)).sum();
+        points + map_bytes(&self.cells) + size_of_val(&*self.reserve)
     }
 
     /// Points sampled on further triangles; degenerate triangles give none.

@@ -1,5 +1,7 @@
 //! Surfaces as clients get them: whole at first, then what a cut changed.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 use phyxel_live::{ClipOf, Surfel, encode_clips, encode_skin, put_surfel, surfel_numbers};
 use phyxel_splat::{CAPSULE, Clip, Tissue};
@@ -18,7 +20,7 @@ pub(super) struct Skins {
 #[derive(Debug, Default)]
 struct Known {
     numbers: Vec<f32>,
-    clips: Vec<Option<Box<Clip>>>,
+    clips: Vec<Option<Arc<Clip>>>,
     colors: Vec<Vec3>,
 }
 
@@ -162,7 +164,7 @@ type Walls = Vec<[[f64; 2]; 2]>;
 fn clips(
     epoch: u32,
     index: usize,
-    all: &[Option<Box<Clip>>],
+    all: &[Option<Arc<Clip>>],
     which: &[usize],
     to: &mut Vec<Vec<u8>>,
 ) {

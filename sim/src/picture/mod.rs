@@ -233,10 +233,18 @@ impl Painter {
         bytes_of(&self.skins)
     }
 
-    /// A copy of the surfaces.
+    /// A copy of the surfaces, without what the next picture computes again.
     #[must_use]
     pub fn surfaces(&self) -> Surfaces {
-        Surfaces(self.skins.clone())
+        let skins = self.skins.iter().map(|skin| Skin {
+            tissue: skin.tissue.clone(),
+            texture: skin.texture,
+            surfaces: skin.surfaces.clone(),
+            images: skin.images.clone(),
+            colors: skin.colors.clone(),
+            splats: Splats::default(),
+        });
+        Surfaces(skins.collect())
     }
 
     /// Goes back to surfaces that [`Painter::surfaces`] gave.
@@ -358,9 +366,9 @@ impl Painter {
 }
 
 fn bytes_of(skins: &[Skin]) -> usize {
-    let bytes = skins.iter().map(|skin| {
-        skin.tissue.surfels().bytes() + skin.splats.bytes() + size_of_val(&*skin.colors)
-    });
+    let bytes = skins
+        .iter()
+        .map(|skin| skin.tissue.bytes() + skin.splats.bytes() + size_of_val(&*skin.colors));
     bytes.sum()
 }
 

@@ -9,6 +9,7 @@ use crate::texture::PARENCHYMA;
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::primitives::GeomWithData;
+use std::sync::Arc;
 
 /// Largest radius of new skin in units of its spacing; the sampler's holes stay below that.
 const SKIN_RADIUS: f64 = 1.3;
@@ -78,7 +79,7 @@ impl Tissue {
             self.surfels.push(at, disk.normal, area, radius, PARENCHYMA);
             self.triangles.push(triangle);
             let bounded = !clip.edges.is_empty();
-            self.clips.push(bounded.then(|| Box::new(clip)));
+            self.clips.push(bounded.then(|| Arc::new(clip)));
             self.skin_tree.insert(GeomWithData::new(at.to_array(), i));
         }
         let fresh: Vec<u32> = (first..count(self.surfels.len())).collect();

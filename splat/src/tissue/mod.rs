@@ -12,6 +12,7 @@ use crate::carry::carry_into;
 use crate::cast::{count, index};
 use crate::clip::Clip;
 use crate::error::SurfelError;
+use crate::memory::{map_bytes, tree_bytes};
 use crate::radii::{RadiusRule, shape_operators};
 use crate::rim;
 use crate::scene::SplatView;
@@ -24,6 +25,7 @@ use glam::{DMat3, DVec3, Vec3};
 use renew::Renewal;
 use rstar::RTree;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// How a tissue is set up.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,12 +102,13 @@ pub struct CutChange {
 pub struct Tissue {
     surfels: Surfels,
     binding: Binding,
-    clips: Vec<Option<Box<Clip>>>,
+    clips: Vec<Option<Arc<Clip>>>,
     settings: TissueSettings,
-    rest_nodes: Vec<DVec3>,
-    node_tree: NodeTree,
+    /// What no cut changes is one for all copies.
+    rest_nodes: Arc<[DVec3]>,
+    node_tree: Arc<NodeTree>,
     outer_count: usize,
-    outer_tree: NodeTree,
+    outer_tree: Arc<NodeTree>,
     skin_tree: NodeTree,
     /// Doubles of a surfel that a cut splits, by the index of the original.
     doubles: HashMap<u32, Vec<u32>>,
@@ -162,10 +165,10 @@ impl Tissue {
             binding,
             clips,
             settings: settings.clone(),
-            rest_nodes: rest_nodes.to_vec(),
-            node_tree,
+            rest_nodes: rest_nodes.into(),
+            node_tree: Arc::new(node_tree),
             outer_count: n,
-            outer_tree,
+            outer_tree: Arc::new(outer_tree),
             skin_tree: RTree::new(),
             doubles: HashMap::new(),
             triangles: vec![0; n],
@@ -185,6 +188,32 @@ impl Tissue {
         &self.surfels
     }
 
+    /// Heap bytes that a copy takes for itself. What copies share, the nodes and the outer surface's search tree,
+    /// is not counted, and of a clip its part; search trees and hash tables are estimated.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let clips = self.clips.iter().flatten();
+        let clips: usize = clips
+            .map(|clip| {
+                let held =
+                    size_of_val(&**clip) + size_of_val(&*clip.edges) + size_of_val(&*clip.walls);
+                held / Arc::strong_count(clip)
+            })
+            .sum();
+        let doubles: usize = self.doubles.values().map(|all| size_of_val(&**all)).sum();
+        self.surfels.bytes()
+            + self.binding.bytes()
+            + size_of_val(&*self.clips)
+            + clips
+            + tree_bytes(&self.skin_tree)
+            + map_bytes(&self.doubles)
+            + doubles
+            + size_of_val(&*self.triangles)
+            + self.borders.bytes()
+            + self.sampler.bytes()
+            + self.renewal.as_ref().map_or(0, Renewal::bytes)
+    }
+
     /// Nodes of each surfel.
     #[must_use]
     pub fn binding(&self) -> &Binding {
@@ -193,7 +222,7 @@ impl Tissue {
 
     /// What bounds each surfel's disk, if anything.
     #[must_use]
-    pub fn clips(&self) -> &[Option<Box<Clip>>] {
+    pub fn clips(&self) -> &[Option<Arc<Clip>>] {
         &self.clips
     }
 

@@ -27,6 +27,11 @@ pub(super) struct Renewal {
 }
 
 impl Renewal {
+    /// Heap bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.reach)
+    }
+
     /// That of a rule which asks for it, on the uncut surface.
     pub(super) fn new(rule: RadiusRule, positions: &[DVec3], tree: &NodeTree) -> Option<Self> {
         let RadiusRule::Mapped {

@@ -10,6 +10,7 @@ use crate::texture::CAPSULE;
 use glam::{DVec2, DVec3};
 use rstar::AABB;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Clearance of an anchor from a wall, in radii.
 const NUDGE: f64 = 0.05;
@@ -79,7 +80,7 @@ impl Tissue {
         let mut family = vec![surfel];
         family.extend(self.doubles.get(&surfel).into_iter().flatten());
         for &member in &family {
-            let clip = self.clips[index(member)].get_or_insert_default();
+            let clip = Arc::make_mut(self.clips[index(member)].get_or_insert_default());
             clip.walls.extend(&walls);
             let anchor = clip.anchor;
             rim::clear_anchor(clip, &walls, NUDGE * r);
@@ -106,12 +107,12 @@ impl Tissue {
                 }
                 let clip = Clip {
                     anchor: probe,
-                    ..(**clip).clone()
+                    ..Clip::clone(clip)
                 };
                 let double = count(self.surfels.len());
                 self.surfels.push_copy(i);
                 self.triangles.push(self.triangles[i]);
-                self.clips.push(Some(Box::new(clip)));
+                self.clips.push(Some(Arc::new(clip)));
                 self.doubles.entry(surfel).or_default().push(double);
                 family.push(double);
             }
