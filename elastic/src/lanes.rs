@@ -14,7 +14,7 @@
 use glam::DMat3;
 
 use crate::gather::{Arithmetic, Move, ONE, Record, Sums};
-use crate::law::{EXTENSION_VOLUME_RATIO, ln};
+use crate::law::{EXTENSION_VOLUME_RATIO, barrier, ln};
 use crate::nodes::Model;
 use crate::planes::{Wide, ZERO, add, as_stored, product, rounded, subtract, weave};
 use crate::storage::{BLOCK, Number, Place, Plane, Sixteen};
@@ -43,10 +43,10 @@ impl<T> Clone for Constants<'_, T> {
 
 impl<T> Copy for Constants<'_, T> {}
 
-/// `2 c10`, the volumetric law `a`, `b`, `l`, `k`, and the volume of a block's nodes.
+/// `2 c10`, the volumetric law `a`, `b`, `l`, `k` and its barrier, and the volume of a block's nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Laws {
-    pub(crate) law: [Wide; 5],
+    pub(crate) law: [Wide; 6],
     pub(crate) volume: Wide,
 }
 
@@ -504,8 +504,11 @@ fn volumetric<A: Arithmetic, const LOGARITHM: bool>(laws: &Laws, lane: usize, j:
     let (log, log_squared) = (laws.law[1][lane], laws.law[2][lane]);
     let (linear, constant) = (laws.law[3][lane], laws.law[4][lane]);
     let off = j - 1.0;
-    let slope = A::add(constant, off, -linear);
-    let energy = off * A::add(0.5 * constant, off, -linear);
+    let part = barrier::<A>(j);
+    let held = laws.law[5][lane];
+    let slope = A::add(held, part[1], A::add(constant, off, -linear));
+    let energy = A::add(held, part[0], off * A::add(0.5 * constant, off, -linear));
+    let constant = A::add(held, part[2], constant);
     if !LOGARITHM {
         return [energy, slope, constant];
     }

@@ -12,8 +12,11 @@ use crate::material::{Law, Material};
 /// model claims; what matters there is that energy and stress stay finite, continuous and push back.
 pub(crate) const EXTENSION_VOLUME_RATIO: f64 = 0.1;
 
+/// Volume ratio below which a material's barrier resists (see [`Material::with_barrier`]).
+pub(crate) const BARRIER_VOLUME_RATIO: f64 = 0.4;
+
 /// Coefficients of a material: `W = c10 (I1-3) + c01 (I2-3) + h(J) + fibers`,
-/// `h = -a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)²`, or Saint Venant–Kirchhoff with `mu`,
+/// `h = -a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)² + barrier`, or Saint Venant–Kirchhoff with `mu`,
 /// `lambda` in the places of `c10`, `c01`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Prepared {
@@ -26,13 +29,32 @@ pub(crate) struct Prepared {
     fiber: Option<Fiber>,
 }
 
-/// `-a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)²`.
+/// `-a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)² + barrier`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Volumetric {
     log: f64,
     log_squared: f64,
     linear: f64,
     constant: f64,
+    barrier: f64,
+}
+
+/// Value and two derivatives of the barrier at `J`, over its coefficient: `(0.4 - J)³/3`, which below `J = 0`
+/// goes on as its own second-order expansion.
+#[inline(always)]
+pub(crate) fn barrier<A: Arithmetic>(j: f64) -> [f64; 3] {
+    const FROM: f64 = BARRIER_VOLUME_RATIO;
+    let (below, inverted) = ((FROM - j).clamp(0.0, FROM), j.min(0.0));
+    let square = below * below;
+    [
+        A::add(
+            inverted,
+            A::add(FROM, inverted, -square),
+            square * below * (1.0 / 3.0),
+        ),
+        A::add(2.0 * FROM, inverted, -square),
+        2.0 * below,
+    ]
 }
 
 impl Volumetric {
@@ -58,6 +80,11 @@ impl Volumetric {
         self.log != 0.0 || self.log_squared != 0.0
     }
 
+    /// Whether a law in Green's strain has a volumetric part beside it.
+    fn resists(&self) -> bool {
+        self.constant > 0.0 || self.barrier > 0.0
+    }
+
     #[inline(always)]
     fn logarithmic(&self, j: f64) -> [f64; 3] {
         let (a, b) = (self.log, self.log_squared);
@@ -73,7 +100,12 @@ impl Volumetric {
     #[inline(always)]
     fn with_polynomial(&self, j: f64, [h, h1, h2]: [f64; 3]) -> [f64; 3] {
         let (k, l, off) = (self.constant, self.linear, j - 1.0);
-        [h + off * (0.5 * k * off - l), h1 + (k * off - l), h2 + k]
+        let [b, b1, b2] = barrier::<Separate>(j).map(|part| self.barrier * part);
+        [
+            h + off * (0.5 * k * off - l) + b,
+            h1 + (k * off - l) + b1,
+            h2 + k + b2,
+        ]
     }
 
     #[cold]
@@ -125,6 +157,7 @@ impl Prepared {
                 log_squared,
                 linear,
                 constant,
+                barrier: material.barrier,
             },
             fiber: material.fiber,
         }
@@ -147,6 +180,7 @@ impl Prepared {
             log_squared,
             linear: 0.0,
             constant: constant - local,
+            barrier: 0.0,
         }
     }
 
@@ -170,11 +204,18 @@ impl Prepared {
         self.volumetric.has_logarithm()
     }
 
-    /// `2 c10`, `a`, `b`, `l`, `k` of a plain law.
+    /// `2 c10`, `a`, `b`, `l`, `k` and the barrier of a plain law.
     #[inline(always)]
-    pub(crate) fn plain_constants(&self) -> [f64; 5] {
+    pub(crate) fn plain_constants(&self) -> [f64; 6] {
         let v = &self.volumetric;
-        [2.0 * self.c10, v.log, v.log_squared, v.linear, v.constant]
+        [
+            2.0 * self.c10,
+            v.log,
+            v.log_squared,
+            v.linear,
+            v.constant,
+            v.barrier,
+        ]
     }
 
     /// Bound on the largest eigenvalue (Pa) of the tangent `d²W/dF²` at `F` without fibers: `2 c10 +
@@ -239,12 +280,11 @@ impl Prepared {
         let s = self.hooke(e);
         let mut energy = 0.5 * double_dot(s, e);
         let mut stress = f * s;
-        let k = self.volumetric.constant;
-        if k > 0.0 {
+        if self.volumetric.resists() {
             let cof = cofactor(f);
-            let off = f.x_axis.dot(cof.x_axis) - 1.0;
-            energy += 0.5 * k * off * off;
-            stress += cof * (k * off);
+            let [h, h1, _] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
+            energy += h;
+            stress += cof * h1;
         }
         (energy, stress)
     }
@@ -263,11 +303,10 @@ impl Prepared {
             let ftdf = f.transpose() * df;
             let de = (ftdf + ftdf.transpose()) * 0.5;
             change = df * self.hooke(e) + f * self.hooke(de);
-            let k = self.volumetric.constant;
-            if k > 0.0 {
+            if self.volumetric.resists() {
                 let cof = cofactor(f);
-                let off = f.x_axis.dot(cof.x_axis) - 1.0;
-                change += cof * (k * double_dot(cof, df)) + cofactor_change(f, df) * (k * off);
+                let [_, h1, h2] = self.volumetric.at(f.x_axis.dot(cof.x_axis));
+                change += cof * (h2 * double_dot(cof, df)) + cofactor_change(f, df) * h1;
             }
         } else {
             change = self.neo_hookean_change(f, df);

@@ -58,6 +58,8 @@ pub struct Material {
     pub law: Law,
     /// `k_v` (Pa) of the volume-restoring energy `k_v/2 (J - 1)²` (Aras 2014, eq. (30)); 0 for none.
     pub volume_constant: f64,
+    /// Coefficient (Pa) of the barrier against collapse (see [`Material::with_barrier`]); 0 for none.
+    pub barrier: f64,
     /// Fibers on top of the law.
     pub fiber: Option<Fiber>,
     /// Viscous part as a Prony series; unused terms have ratio 0.
@@ -74,6 +76,7 @@ impl Material {
         Self {
             law,
             volume_constant: 0.0,
+            barrier: 0.0,
             fiber: None,
             prony: [PronyTerm::NONE; MAX_PRONY_TERMS],
         }
@@ -126,6 +129,18 @@ impl Material {
     #[must_use]
     pub const fn with_volume_constant(mut self, volume_constant: f64) -> Self {
         self.volume_constant = volume_constant;
+        self
+    }
+
+    /// The same with a barrier against collapse: `barrier/3 (0.4 - J)³` (Pa) at volume ratios `J` below 0.4,
+    /// nothing above, so that moderate strain has the bits that it has without. Below `J = 0` it goes on as its own second-order
+    /// expansion: finite, with a bounded tangent modulus, for inverted `F`.
+    ///
+    /// A polynomial law such as [`Law::StableNeoHookean`] lets a pressure of `lambda + 2 mu` squeeze a volume to
+    /// nothing.
+    #[must_use]
+    pub const fn with_barrier(mut self, barrier: f64) -> Self {
+        self.barrier = barrier;
         self
     }
 
@@ -244,6 +259,12 @@ impl Material {
             self.volume_constant >= 0.0,
             "volume_constant",
             self.volume_constant,
+            "must not be negative",
+        )?;
+        check(
+            self.barrier >= 0.0,
+            "barrier",
+            self.barrier,
             "must not be negative",
         )?;
         if let Some(fiber) = self.fiber {

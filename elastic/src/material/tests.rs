@@ -16,6 +16,18 @@ fn materials() -> Vec<(&'static str, Material)> {
             "stable + volume",
             Material::stable_neo_hookean(3.0, 0.2).with_volume_constant(2.0),
         ),
+        (
+            "stable + barrier",
+            Material::stable_neo_hookean(3.0, 0.3).with_barrier(20.0),
+        ),
+        (
+            "neo + barrier",
+            Material::neo_hookean(3.0, 0.4).with_barrier(20.0),
+        ),
+        (
+            "svk + barrier",
+            Material::saint_venant_kirchhoff(3.0, 0.3).with_barrier(20.0),
+        ),
         ("svk", Material::saint_venant_kirchhoff(3.0, 0.3)),
         ("mooney", Material::mooney_rivlin(3.0, 0.45, 0.4)),
         (
@@ -72,7 +84,9 @@ fn stress_and_tangent_are_derivatives() {
             assert_within(name, back, there, 1e-12 * there.abs().max(100.0));
             // The extension is twice differentiable only, and so are fibers where they go slack or
             // pass their largest exponent: no order-2 decrease across such a seam.
-            let seam = (f.determinant() - 0.1).abs() < 0.05
+            let near = |seam: f64| (f.determinant() - seam).abs() < 0.05;
+            let seam = near(0.1)
+                || (material.barrier > 0.0 && (near(0.4) || near(0.0)))
                 || material.fiber.is_some_and(|fiber| {
                     let along = (f * fiber.direction).length_squared() - 1.0;
                     let kappa = fiber.dispersion;
@@ -166,6 +180,38 @@ fn inversion_is_pushed_back() {
     }
 }
 
+/// Nothing above a volume ratio of 0.4; below, the energy, stress and tangent that its formula says, and below zero their
+/// expansion.
+#[test]
+fn the_barrier_is_its_formula() {
+    let plain = Material::stable_neo_hookean(3.0, 0.3);
+    let barred = plain.with_barrier(20.0);
+    for j in [-1.5_f64, -0.2, 0.0, 0.01, 0.2, 0.39, 0.4, 0.41, 1.0, 3.0] {
+        let f = DMat3::from_diagonal(DVec3::new(1.0, 1.0, j));
+        let ((w0, p0), (w1, p1)) = (plain.energy_and_stress(f), barred.energy_and_stress(f));
+        let d = DMat3::from_diagonal(DVec3::Z);
+        let tangent = |m: &Material| m.stress_change(f, d).z_axis.z;
+        let below = (0.4 - j).max(0.0);
+        let (energy, slope, curvature) = if j >= 0.0 {
+            (below.powi(3) / 3.0, -below * below, 2.0 * below)
+        } else {
+            let at_zero = [0.4_f64.powi(3) / 3.0, -0.16, 0.8];
+            (
+                at_zero[0] + j * (at_zero[1] + 0.5 * at_zero[2] * j),
+                at_zero[1] + at_zero[2] * j,
+                at_zero[2],
+            )
+        };
+        assert_within("energy", w1 - w0, 20.0 * energy, 1e-12);
+        assert_within("stress", p1.z_axis.z - p0.z_axis.z, 20.0 * slope, 1e-12);
+        let bend = tangent(&barred) - tangent(&plain);
+        assert_within("tangent", bend, 20.0 * curvature, 1e-12);
+        if j >= 0.4 {
+            assert_eq!((w1.to_bits(), p1), (w0.to_bits(), p0), "at {j}");
+        }
+    }
+}
+
 #[test]
 fn bad_parameters_are_named() {
     let bad = [
@@ -176,6 +222,7 @@ fn bad_parameters_are_named() {
         Material::mooney_rivlin(1.0, 0.1, 0.9),
         Material::mooney_rivlin(1.0, 0.4, -0.1),
         Material::neo_hookean(1.0, 0.3).with_volume_constant(-1.0),
+        Material::neo_hookean(1.0, 0.3).with_barrier(-1.0),
         Material::neo_hookean(1.0, 0.3).with_fiber(fiber(0.4)),
         Material::neo_hookean(1.0, 0.3).with_fiber(Fiber {
             direction: DVec3::ZERO,
