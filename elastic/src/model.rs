@@ -17,7 +17,7 @@ use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
-use crate::still::Still;
+use crate::still::{Asleep, Still};
 use crate::storage::{Compact, Double, Storage};
 use crate::tangent;
 use crate::update;
@@ -151,6 +151,7 @@ impl Elastic {
             moves: vec![[0.0; 3]; node_count],
             partial: vec![0.0; node_count.div_ceil(CHUNK)],
             stale: Stale::everything(),
+            asleep: vec![Asleep::NONE; node_count.div_ceil(CHUNK)],
             changes,
         };
         let plain = stencils.multipliers.is_empty();

@@ -1,6 +1,6 @@
 //! Products with the tangent stiffness, of the whole body and within a part.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::fixed::{Fixed, Lane};
@@ -142,6 +142,10 @@ fn single<const L: usize>(
     let viscosity = state.viscosity.as_ref();
     let f = block.matrix(&block.at, lane);
     let dh = block.matrix(&block.deformation, lane);
+    if model.elastic_volumes[node] == 0.0 {
+        block.set_stress(lane, DMat3::ZERO);
+        return;
+    }
     let df = model.deformation_change(node, f, dh);
     let change = model.stress_change(viscosity, node, f, df);
     let change = model.seen_change(node, f, dh, change, || {

@@ -104,6 +104,17 @@ impl Watching {
         }
     }
 
+    /// What [`Watching::see`] takes in of the block at hand alone.
+    pub(crate) fn of_block(&self, ratios: &Wide, bounds: &Wide) -> Watch {
+        let mut alone = Self {
+            ratios: [Watch::NOTHING.ratio; BLOCK],
+            stiffness: [Watch::NOTHING.stiffness; BLOCK],
+            ..self.clone()
+        };
+        alone.see(ratios, bounds);
+        alone.worst(Watch::NOTHING)
+    }
+
     /// The worst of all that was seen, and of what was seen elsewhere.
     pub(crate) fn worst(&self, elsewhere: Watch) -> Watch {
         let lanes = self.ratios.iter().zip(&self.stiffness);

@@ -176,7 +176,9 @@ impl Motion {
             let chunks = state.velocities.chunks_mut(CHUNK).enumerate();
             chunks.map(damp).collect()
         };
-        let sum = sums.iter().fold((DVec3::ZERO, 0.0), |(p, k), more| (p + more.0, k + more.1));
+        let sum = sums
+            .iter()
+            .fold((DVec3::ZERO, 0.0), |(p, k), more| (p + more.0, k + more.1));
         (self.state.audit.momentum, self.state.audit.kinetic) = sum;
         before - self.state.audit.kinetic
     }
