@@ -144,6 +144,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
         displacement::<S>(model, positions, node)
     });
     scratch.stale.wake(&mut scratch.asleep);
+    state.continuation.pulls.clear();
     let is_kept = |chunk: usize| chosen.is_some_and(|chosen| !chosen[chunk]);
     for (chunk, sum) in scratch.partial.iter_mut().enumerate() {
         if !is_kept(chunk) {

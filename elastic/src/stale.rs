@@ -47,6 +47,11 @@ impl Stale {
         }
     }
 
+    /// Whether anything is.
+    pub(crate) fn is_some(&self) -> bool {
+        self.all || !self.nodes.is_empty()
+    }
+
     /// Wakes chunks of which something changed.
     pub(crate) fn wake(&self, asleep: &mut [Asleep]) {
         if self.all {
