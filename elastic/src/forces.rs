@@ -69,6 +69,25 @@ pub(crate) fn gradient<T: Number>(stored: &[Planes<T>], node: usize) -> DMat3 {
     DMat3::from_cols_array(&rows).transpose()
 }
 
+/// Copies those of all nodes.
+pub(crate) fn copy_gradients<T: Number>(parallel: bool, stored: &[Planes<T>], to: &mut [DMat3]) {
+    let copy = |(chunk, to): (usize, &mut [DMat3])| {
+        let blocks = to.chunks_mut(BLOCK);
+        for (planes, nodes) in stored[chunk * (COPY_CHUNK / BLOCK)..].iter().zip(blocks) {
+            for (lane, f) in nodes.iter_mut().enumerate() {
+                let row =
+                    |r: usize| DVec3::from_array([0, 1, 2].map(|c| planes[3 * r + c][lane].wide()));
+                *f = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+            }
+        }
+    };
+    if parallel {
+        to.par_chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
+    } else {
+        to.chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
+    }
+}
+
 /// Replaces one of them.
 pub(crate) fn set_gradient<T: Number>(stored: &mut [Planes<T>], node: usize, value: DMat3) {
     let rows = value.transpose().to_cols_array();

@@ -238,9 +238,11 @@ impl Elastic {
     /// They are stored by components; this copies them.
     #[must_use]
     pub fn deformation_gradients(&self) -> Vec<DMat3> {
+        let mut all = vec![DMat3::IDENTITY; self.node_count()];
         with_table!(&self.tables, table => {
-            (0..self.node_count()).map(|node| table.gradient(node)).collect()
-        })
+            forces::copy_gradients(forces::parallel(&self.model), &table.deformation, &mut all);
+        });
+        all
     }
 
     /// One of [`Elastic::deformation_gradients`].
