@@ -375,6 +375,7 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
                 && offsets.is_empty()
                 && forces.iter().all(|force| *force == DVec3::ZERO)
                 && block.work[..count].iter().all(|work| *work == 0.0)
+                && are_blank(&records.0[..count])
             {
                 let seen = watching.of_block(&block.ratio, &block.bound);
                 asleep.add(at, singles.and(seen));
@@ -405,6 +406,12 @@ pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
     };
     let anchor = at(&fixed.anchors, node);
     block.take(lane, &found, (anchor, &fixed.unit), &moves[node]);
+}
+
+/// Whether records say nothing.
+fn are_blank<T: Number, const L: usize, const R: usize>(records: &[Record<T, L, R>]) -> bool {
+    let numbers = records.iter().flatten().flatten();
+    numbers.fold(true, |blank, number| blank & (*number == T::ZERO))
 }
 
 /// Energy and stress of a node that the lanes do not hold for; returns its deformation gradient.

@@ -311,6 +311,7 @@ impl Elastic {
     /// If a node does not exist.
     pub fn set_held(&mut self, nodes: &[u32]) {
         self.model.still = Still::new(&self.model.pairs, nodes);
+        self.scratch.asleep.fill(Asleep::NONE);
         self.scratch.stale = Stale::everything();
     }
 

@@ -78,7 +78,7 @@ impl Still {
 }
 
 /// Blocks of a chunk of which an evaluation would find what the one before it found: all of their nodes are
-/// unstrained, and had neither energy nor force.
+/// unstrained, and had neither energy nor force nor anything to record.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asleep {
     /// One bit per block.
