@@ -182,5 +182,46 @@ fn setup(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, sizes, laws, setup);
+/// What scenes do besides forces and products, and forces of a body of which a half is held.
+fn beside(c: &mut Criterion) {
+    let one = one_thread();
+    let mut group = c.benchmark_group("beside");
+    group.sample_size(10);
+    for side in SIDES {
+        let block = Block::eighteen([side; 3], 0.1);
+        let n = block.positions.len();
+        let material = Material::neo_hookean(1e4, 0.4);
+        let mut body = elastic(&block, material, &Settings::default());
+        let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
+        body.watch_stiffness(&masses);
+        let middle = 0.05 * f64::from(u32::try_from(side).expect("small"));
+        let is_held = |x: &DVec3| x.z < middle;
+        let mut x = deformed(&block);
+        for (x, rest) in x.iter_mut().zip(&block.positions) {
+            if is_held(rest) {
+                *x = *rest;
+            }
+        }
+        let mut f = vec![DVec3::ZERO; n];
+        group.throughput(Throughput::Elements(n as u64));
+        group.bench_function(BenchmarkId::new("forces, watched", n), |b| {
+            one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
+        });
+        group.bench_function(BenchmarkId::new("gradients", n), |b| {
+            one.install(|| b.iter(|| body.deformation_gradients()));
+        });
+        group.bench_function(BenchmarkId::new("stiffest nodes", n), |b| {
+            one.install(|| b.iter(|| body.stiffest_nodes(8)));
+        });
+        let nodes = (0_u32..).zip(&block.positions);
+        let held = nodes.filter(|(_, x)| is_held(x)).map(|(at, _)| at);
+        body.set_held(&held.collect::<Vec<u32>>());
+        group.bench_function(BenchmarkId::new("forces, watched, half held", n), |b| {
+            one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, sizes, laws, setup, beside);
 criterion_main!(benches);

@@ -8,7 +8,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ExplicitScheme, ForceLaw,
-    Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pose,
+    Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pass, Pose,
     RigidShape, Supports, penalty,
 };
 use std::hint::black_box;
@@ -76,6 +76,33 @@ fn steps(c: &mut Criterion) {
         let mut motion = moving(&case, ExplicitScheme::VelocityVerlet);
         group.bench_function(BenchmarkId::new("loops", n), |b| {
             b.iter(|| motion.step(1e-9, |_, f| f[0].x).unwrap());
+        });
+        // Its two passes, and both with damping that spares the rigid motion of a free body.
+        let pass = Pass {
+            step: 1e-9,
+            first: [0.5e-9, 1.0],
+            second: [0.5e-9, 1.0],
+        };
+        group.bench_function(BenchmarkId::new("first pass", n), |b| {
+            b.iter(|| motion.begin_pass(&pass));
+        });
+        let forces = motion.state().forces.clone();
+        group.bench_function(BenchmarkId::new("second pass", n), |b| {
+            b.iter(|| black_box(motion.end_pass(&pass, &forces, &[])));
+        });
+        let mut free = Motion::new(
+            &case.body.rest,
+            &case.body.masses,
+            Supports::free(n),
+            MotionSettings {
+                damping: 3.0,
+                ..MotionSettings::default()
+            },
+        )
+        .unwrap();
+        free.set_pieces(&vec![0; n]);
+        group.bench_function(BenchmarkId::new("loops, free and damped", n), |b| {
+            b.iter(|| free.step(1e-9, |_, f| f[0].x).unwrap());
         });
         for scheme in [ImplicitScheme::Newmark, ImplicitScheme::BackwardEuler] {
             let newton = NewtonSettings {

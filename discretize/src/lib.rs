@@ -50,7 +50,7 @@ pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
 pub use intersections::self_intersections;
 pub use mesh::{Bounds, Mesh};
 pub use octree::{Leaf, Octree};
-pub use order::{NodeOrder, space_filling_order};
+pub use order::{NodeOrder, layered_order, space_filling_order};
 pub use points::{PointReport, PointSampling, estimate_point_nodes, sample_points};
 pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
 pub use read::{

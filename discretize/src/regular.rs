@@ -137,6 +137,26 @@ mod tests {
         }
     }
 
+    /// A large body's rows read a few layers, whatever its nodes were called before; a small one follows a curve.
+    #[test]
+    fn many_nodes_are_ordered_in_layers() {
+        let bounds = Bounds {
+            min: DVec3::ZERO,
+            max: DVec3::new(5.0, 1.0, 1.0),
+        };
+        let farthest = |counts: [u32; 3]| {
+            let sampling = sample_lattice(bounds, counts).unwrap();
+            let spans = sampling.tetrahedra.iter().map(|t| {
+                let ends = [t.iter().min(), t.iter().max()].map(|end| end.copied().unwrap_or(0));
+                ends[1] - ends[0]
+            });
+            spans.max().unwrap_or(0)
+        };
+        let layer = 15 * 15;
+        assert!(farthest([92, 15, 15]) < 4 * layer, "in layers");
+        assert!(farthest([80, 15, 15]) > 8 * layer, "along a curve");
+    }
+
     #[test]
     fn thin_and_huge_lattices_are_refused() {
         let bounds = Bounds {

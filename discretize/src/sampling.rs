@@ -12,14 +12,20 @@ use crate::grading::Grading;
 use crate::losses::{check_parts, count_pieces, missed_share};
 use crate::mesh::Mesh;
 use crate::oracle::Oracle;
-use crate::order::space_filling_order;
+use crate::order::{NodeOrder, layered_order, space_filling_order};
 use crate::quality::{TetrahedraQuality, tetrahedra_quality};
 use crate::settings::{SampleSettings, Target};
 use crate::solid::Solid;
 use crate::stuffing::Stuffed;
-use crate::sums::{boundary_triangles, nodal_boundary_vectors, nodal_volumes};
+use crate::sums::{boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges};
 
-/// Nodes with everything a simulation starts from, in space-filling order.
+/// Nodes from which on they are ordered in layers. Forces of `phyxel-elastic` on jittered blocks, one thread, f64,
+/// take 1.04 times less so than along a curve at 5,832 nodes, where what is read is in a cache anyway and searches
+/// want runs of nodes in a small box, and 1.4 times less at 68,921.
+const LAYERED_FROM: usize = 20_000;
+
+/// Nodes with everything a simulation starts from, ordered for reading neighbours: along a space-filling curve, or in
+/// layers from 20,000 nodes on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampling {
     /// Rest positions (m), shape `(n)`.
@@ -165,7 +171,7 @@ pub(crate) fn finish(
     spacing: f64,
 ) -> Result<Sampling, SampleError> {
     let lost_cavities = check_parts(oracle, &stuffed.parts_hit, spacing)?;
-    let order = space_filling_order(&stuffed.positions);
+    let order = order_of(&stuffed);
     let positions = order.apply(&stuffed.positions);
     let on_surface = order.apply(&stuffed.on_surface);
     let mut tetrahedra = stuffed.tetrahedra;
@@ -210,6 +216,17 @@ pub(crate) fn finish(
         spacing: quality.mean_edge,
         report,
     })
+}
+
+/// The order in which what reads neighbours is fastest: near ones are in the first caches along a curve while the
+/// body is small; of a large one they come from afar, and sooner where they are read in runs.
+fn order_of(stuffed: &Stuffed) -> NodeOrder {
+    let count = stuffed.positions.len();
+    if count < LAYERED_FROM {
+        return space_filling_order(&stuffed.positions);
+    }
+    let (offsets, indices) = tetrahedra_edges(count, &stuffed.tetrahedra);
+    layered_order(&offsets, &indices)
 }
 
 /// The boundary of a body as triangles: the input of a mesh, else that of a stuffing at `spacing`.

@@ -55,7 +55,11 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for size in sizes {
         let side = (size as f64).cbrt().round() as usize;
-        let mut orders = vec![("Morton", Block::eighteen([side; 3], 0.1))];
+        let planes = |[x, y, z]: [usize; 3]| (z, y, x);
+        let mut orders = vec![
+            ("Morton", Block::eighteen([side; 3], 0.1)),
+            ("planes", Block::eighteen_in_order([side; 3], 0.1, planes)),
+        ];
         if size > 6_000 {
             // Columns of 16 by 16 nodes, plane after plane: what a node needs of its neighbours
             // stays in a window that a second-level cache holds.

@@ -44,28 +44,41 @@ struct Bond {
     stiffness: f64,
     /// `X·X` (m²).
     rest_squared: f64,
+    /// `|X|_e` (m), rounded as `|x|_e` is: a bond at rest has no energy, not that of round-off.
+    natural: f64,
     /// `d` (m).
     offset: f64,
     /// Change of `d` by the last decay (m).
     decayed: f64,
     /// Where `other` is from `node` (m), at the state last evaluated.
     x: DVec3,
+    /// `|x|_e` (m).
+    length: f64,
 }
 
 impl Bond {
-    /// `|X|_e` (m), rounded as `|x|_e` is: a bond at rest has no energy, not that of round-off.
-    fn natural(&self) -> f64 {
-        (self.rest_squared + SOFTENING * SOFTENING * self.rest_squared).sqrt()
+    fn new([node, other]: [u32; 2], stiffness: f64, rest_squared: f64, x: DVec3) -> Self {
+        Self {
+            node,
+            other,
+            stiffness,
+            rest_squared,
+            natural: softened(rest_squared, rest_squared),
+            offset: 0.0,
+            decayed: 0.0,
+            x,
+            length: softened(x.length_squared(), rest_squared),
+        }
     }
 
-    /// `|x|_e` (m).
-    fn length(&self) -> f64 {
-        (self.x.length_squared() + SOFTENING * SOFTENING * self.rest_squared).sqrt()
+    fn set_x(&mut self, x: DVec3) {
+        self.x = x;
+        self.length = softened(x.length_squared(), self.rest_squared);
     }
 
     /// Tension (N).
     fn tension(&self) -> f64 {
-        self.stiffness * (self.length() - self.natural() - self.offset)
+        self.stiffness * (self.length - self.natural - self.offset)
     }
 
     fn energy(&self) -> f64 {
@@ -73,13 +86,39 @@ impl Bond {
         0.5 * tension * tension / self.stiffness
     }
 
+    /// Multiplies `d` with a factor; the first half of the work (J).
+    fn decay(&mut self, factor: f64) -> f64 {
+        if self.offset == 0.0 {
+            self.decayed = 0.0;
+            return 0.0;
+        }
+        let mut next = self.offset * factor;
+        if next.abs() < SMALLEST_OFFSET * self.natural {
+            next = 0.0;
+        }
+        self.decayed = next - self.offset;
+        let work = -(0.5 * self.tension() * self.decayed);
+        self.offset = next;
+        work
+    }
+
+    /// The second half of the work (J) of the last decay.
+    fn decay_work(&self) -> f64 {
+        -0.5 * self.tension() * self.decayed
+    }
+
     /// Stiffness between its ends (N/m).
     fn tangent(&self) -> DMat3 {
-        let (length, tension) = (self.length(), self.tension());
+        let (length, tension) = (self.length, self.tension());
         let unit = self.x / length;
         outer(unit, unit) * (self.stiffness - tension / length)
             + DMat3::from_diagonal(DVec3::splat(tension / length))
     }
+}
+
+/// `|x|_e` (m) from `x·x` and `X·X` (m²).
+fn softened(squared: f64, rest_squared: f64) -> f64 {
+    (squared + SOFTENING * SOFTENING * rest_squared).sqrt()
 }
 
 /// Weak nodes and their bonds; empty before the first.
@@ -107,8 +146,8 @@ impl Bonds {
         let mut energy = 0.0;
         for bond in &mut self.list {
             let (i, j) = (bond.node as usize, bond.other as usize);
-            bond.x = positions[j] - positions[i];
-            let pull = bond.x * (bond.tension() / bond.length());
+            bond.set_x(positions[j] - positions[i]);
+            let pull = bond.x * (bond.tension() / bond.length);
             forces[i] += pull;
             forces[j] -= pull;
             energy += bond.energy();
@@ -286,14 +325,11 @@ impl Elastic {
                 let (share, other) = (share(at), pair.to);
                 let rest = model.rest[other as usize] - model.rest[node];
                 let rest_squared = rest.length_squared();
-                (share > 0.0).then(|| Bond {
-                    node: u32::try_from(node).unwrap_or(u32::MAX),
-                    other,
-                    stiffness: modulus * share.max(LEAST_SHARE) / rest_squared,
-                    rest_squared,
-                    offset: 0.0,
-                    decayed: 0.0,
-                    x: positions[other as usize] - positions[node],
+                (share > 0.0).then(|| {
+                    let ends = [u32::try_from(node).unwrap_or(u32::MAX), other];
+                    let stiffness = modulus * share.max(LEAST_SHARE) / rest_squared;
+                    let x = positions[other as usize] - positions[node];
+                    Bond::new(ends, stiffness, rest_squared, x)
                 })
             })
             .collect()
@@ -303,39 +339,28 @@ impl Elastic {
     /// work (J) that this does, at the state last evaluated. The second half is that of
     /// [`Elastic::bond_work`] after the next evaluation.
     pub fn decay_bonds(&mut self, factor: f64) -> f64 {
-        let works = self.decay_bonds_each(factor);
-        works.iter().fold(0.0, |sum, (_, work)| sum + work)
+        let bonds = self.state.bonds.list.iter_mut();
+        bonds.fold(0.0, |sum, bond| sum + bond.decay(factor))
     }
 
     /// As [`Elastic::decay_bonds`], with the weak node and the work of each bond, nodes rising.
     pub fn decay_bonds_each(&mut self, factor: f64) -> Vec<(u32, f64)> {
-        let decay = |bond: &mut Bond| {
-            let mut next = bond.offset * factor;
-            if next.abs() < SMALLEST_OFFSET * bond.natural() {
-                next = 0.0;
-            }
-            bond.decayed = next - bond.offset;
-            let work = -(0.5 * bond.tension() * bond.decayed);
-            bond.offset = next;
-            (bond.node, work)
-        };
-        self.state.bonds.list.iter_mut().map(decay).collect()
+        let bonds = self.state.bonds.list.iter_mut();
+        bonds.map(|bond| (bond.node, bond.decay(factor))).collect()
     }
 
     /// The second half of the work (J) of the last [`Elastic::decay_bonds`], at the state last
     /// evaluated.
     #[must_use]
     pub fn bond_work(&self) -> f64 {
-        self.bond_works().iter().map(|(_, work)| work).sum()
+        self.state.bonds.list.iter().map(Bond::decay_work).sum()
     }
 
     /// As [`Elastic::bond_work`], with the weak node and the work of each bond, nodes rising.
     #[must_use]
     pub fn bond_works(&self) -> Vec<(u32, f64)> {
         let bonds = self.state.bonds.list.iter();
-        bonds
-            .map(|bond| (bond.node, -0.5 * bond.tension() * bond.decayed))
-            .collect()
+        bonds.map(|bond| (bond.node, bond.decay_work())).collect()
     }
 
     /// Weak node and energy (J) of each bond at the state last evaluated, nodes rising; summed in order, they are
@@ -400,7 +425,7 @@ fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
     if whole > energy {
         let left = 1.0 - (energy / whole).sqrt();
         for bond in &mut row {
-            bond.offset = left * (bond.length() - bond.natural());
+            bond.offset = left * (bond.length - bond.natural);
         }
     }
     row

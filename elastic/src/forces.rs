@@ -12,6 +12,7 @@ use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::planes::ZERO;
 use crate::stale::Stale;
+use crate::still::Asleep;
 use crate::storage::{BLOCK, Number, Sixteen, Storage, at};
 use crate::viscosity::Viscosity;
 use crate::watch::{Watch, Watching, indicator};
@@ -66,6 +67,25 @@ pub(crate) fn gradient<T: Number>(stored: &[Planes<T>], node: usize) -> DMat3 {
     let planes = &stored[node / BLOCK];
     let rows = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| planes[k][node % BLOCK].wide());
     DMat3::from_cols_array(&rows).transpose()
+}
+
+/// Copies those of all nodes.
+pub(crate) fn copy_gradients<T: Number>(parallel: bool, stored: &[Planes<T>], to: &mut [DMat3]) {
+    let copy = |(chunk, to): (usize, &mut [DMat3])| {
+        let blocks = to.chunks_mut(BLOCK);
+        for (planes, nodes) in stored[chunk * (COPY_CHUNK / BLOCK)..].iter().zip(blocks) {
+            for (lane, f) in nodes.iter_mut().enumerate() {
+                let row =
+                    |r: usize| DVec3::from_array([0, 1, 2].map(|c| planes[3 * r + c][lane].wide()));
+                *f = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+            }
+        }
+    };
+    if parallel {
+        to.par_chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
+    } else {
+        to.chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
+    }
 }
 
 /// Replaces one of them.
@@ -142,6 +162,8 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     set_moves(parallel, &mut scratch.moves, |node| {
         displacement::<S>(model, positions, node)
     });
+    scratch.stale.wake(&mut scratch.asleep);
+    state.continuation.pulls.clear();
     let is_kept = |chunk: usize| chosen.is_some_and(|chosen| !chosen[chunk]);
     for (chunk, sum) in scratch.partial.iter_mut().enumerate() {
         if !is_kept(chunk) {
@@ -163,7 +185,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             continuation,
         };
         let fixed = &table.fixed;
-        let work = |(chunk, (((records, deformation), forces), (sum, watch))): (
+        let work = |(chunk, (((records, deformation), forces), ((sum, watch), asleep))): (
             usize,
             Slots<'_, S, L, R>,
         )| {
@@ -179,6 +201,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
                 outputs: (records, deformation, forces),
                 sum,
                 watch,
+                asleep,
             });
         };
         if parallel {
@@ -187,7 +210,13 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
                 .par_chunks_mut(CHUNK / BLOCK)
                 .zip(table.deformation.par_chunks_mut(CHUNK / BLOCK))
                 .zip(forces.par_chunks_mut(CHUNK))
-                .zip(scratch.partial.par_iter_mut().zip(watches))
+                .zip(
+                    scratch
+                        .partial
+                        .par_iter_mut()
+                        .zip(watches)
+                        .zip(&mut scratch.asleep),
+                )
                 .enumerate();
             outputs.for_each(work);
         } else {
@@ -196,7 +225,13 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
                 .chunks_mut(CHUNK / BLOCK)
                 .zip(table.deformation.chunks_mut(CHUNK / BLOCK))
                 .zip(forces.chunks_mut(CHUNK))
-                .zip(scratch.partial.iter_mut().zip(watches))
+                .zip(
+                    scratch
+                        .partial
+                        .iter_mut()
+                        .zip(watches)
+                        .zip(&mut scratch.asleep),
+                )
                 .enumerate();
             outputs.for_each(work);
         }
@@ -226,7 +261,8 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             .add_forces(positions, forces, &mut table.deformation)
 }
 
-/// Records, deformation gradients and forces of a chunk, its part of the energy, and what is seen of it.
+/// Records, deformation gradients and forces of a chunk, its part of the energy, what is seen of it, and what
+/// of it sleeps.
 type Slots<'a, S, const L: usize, const R: usize> = (
     (
         (
@@ -235,7 +271,7 @@ type Slots<'a, S, const L: usize, const R: usize> = (
         ),
         &'a mut [DVec3],
     ),
-    (&'a mut f64, &'a mut Watch),
+    ((&'a mut f64, &'a mut Watch), &'a mut Asleep),
 );
 
 /// What stresses follow from besides deformation gradients.
@@ -262,6 +298,7 @@ struct Stresses<'a, S: Storage, const L: usize, const R: usize> {
     outputs: Outputs<'a, S, L, R>,
     sum: &'a mut f64,
     watch: &'a mut Watch,
+    asleep: &'a mut Asleep,
 }
 
 choose_arithmetic!(Stresses<S, L, R>);
@@ -278,14 +315,19 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             continuation,
         } = self.rest;
         let mut watching = Watching::new(model);
-        let mut watch = Watch::NOTHING;
+        let asleep = self.asleep;
+        let mut watch = asleep.watch;
         let mut energies = ZERO;
-        let mut first = self.first;
-        for ((records, deformation), forces) in all_records
+        let outputs = all_records
             .iter_mut()
             .zip(all_deformation)
-            .zip(all_forces.chunks_mut(BLOCK))
-        {
+            .zip(all_forces.chunks_mut(BLOCK));
+        for (at, ((records, deformation), forces)) in outputs.enumerate() {
+            if asleep.holds(at) {
+                forces.fill(DVec3::ZERO);
+                continue;
+            }
+            let first = self.first + at * BLOCK;
             let count = forces.len();
             let offsets = continuation.among(first..first + count);
             for lane in 0..count {
@@ -300,16 +342,18 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             laws.load(model, first, count);
             block.stresses::<A>(&laws, model.logarithm);
             watching.load(model, continuation, first, count);
+            let mut singles = Watch::NOTHING;
             if viscosity.is_some() || !block.all_hold(model, first, count) {
                 for lane in 0..count {
                     let node = first + lane;
                     if viscosity.is_some() || !block.holds(model, node, lane) {
                         let f = single(model, viscosity, node, &mut block, lane);
-                        watch = watch.and(watch_node((model, continuation), node, f));
+                        singles = singles.and(watch_node((model, continuation), node, f));
                         watching.skip(lane);
                     }
                 }
             }
+            watch = watch.and(singles);
             watching.see(&block.ratio, &block.bound);
             for &node in offsets {
                 let (node, lane) = (node as usize, node as usize - first);
@@ -326,7 +370,16 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             for (lane, (sum, work)) in energies.iter_mut().zip(&block.work).enumerate() {
                 *sum += if lane < count { *work } else { 0.0 };
             }
-            first += BLOCK;
+            if model.still.are_unstrained(first..first + count)
+                && viscosity.is_none()
+                && offsets.is_empty()
+                && forces.iter().all(|force| *force == DVec3::ZERO)
+                && block.work[..count].iter().all(|work| *work == 0.0)
+                && are_blank(&records.0[..count])
+            {
+                let seen = watching.of_block(&block.ratio, &block.bound);
+                asleep.add(at, singles.and(seen));
+            }
         }
         let watch = watching.worst(watch);
         *self.sum += energies.iter().sum::<f64>();
@@ -355,6 +408,12 @@ pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
     block.take(lane, &found, (anchor, &fixed.unit), &moves[node]);
 }
 
+/// Whether records say nothing.
+fn are_blank<T: Number, const L: usize, const R: usize>(records: &[Record<T, L, R>]) -> bool {
+    let numbers = records.iter().flatten().flatten();
+    numbers.fold(true, |blank, number| blank & (*number == T::ZERO))
+}
+
 /// Energy and stress of a node that the lanes do not hold for; returns its deformation gradient.
 #[inline(never)]
 fn single<const L: usize>(
@@ -365,6 +424,12 @@ fn single<const L: usize>(
     lane: usize,
 ) -> DMat3 {
     let h = block.matrix(&block.deformation, lane) - DMat3::IDENTITY;
+    if model.elastic_volumes[node] == 0.0 {
+        // Weak: bonds say what its deformation is.
+        block.set_matrix(lane, DMat3::IDENTITY, DMat3::ZERO);
+        block.work[lane] = 0.0;
+        return DMat3::IDENTITY;
+    }
     let f = model.deformation_gradient(node, h);
     let (energy, stress) = model.energy_and_stress(viscosity, node, f);
     let volume = model.elastic_volumes[node];

@@ -17,7 +17,7 @@ use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
-use crate::still::Still;
+use crate::still::{Asleep, Still};
 use crate::storage::{Compact, Double, Storage};
 use crate::tangent;
 use crate::update;
@@ -151,6 +151,7 @@ impl Elastic {
             moves: vec![[0.0; 3]; node_count],
             partial: vec![0.0; node_count.div_ceil(CHUNK)],
             stale: Stale::everything(),
+            asleep: vec![Asleep::NONE; node_count.div_ceil(CHUNK)],
             changes,
         };
         let plain = stencils.multipliers.is_empty();
@@ -237,9 +238,11 @@ impl Elastic {
     /// They are stored by components; this copies them.
     #[must_use]
     pub fn deformation_gradients(&self) -> Vec<DMat3> {
+        let mut all = vec![DMat3::IDENTITY; self.node_count()];
         with_table!(&self.tables, table => {
-            (0..self.node_count()).map(|node| table.gradient(node)).collect()
-        })
+            forces::copy_gradients(forces::parallel(&self.model), &table.deformation, &mut all);
+        });
+        all
     }
 
     /// One of [`Elastic::deformation_gradients`].
@@ -308,6 +311,7 @@ impl Elastic {
     /// If a node does not exist.
     pub fn set_held(&mut self, nodes: &[u32]) {
         self.model.still = Still::new(&self.model.pairs, nodes);
+        self.scratch.asleep.fill(Asleep::NONE);
         self.scratch.stale = Stale::everything();
     }
 

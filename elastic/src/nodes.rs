@@ -14,7 +14,7 @@ use crate::material::Material;
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
-use crate::still::Still;
+use crate::still::{Asleep, Still};
 use crate::viscosity::Viscosity;
 use crate::watch::Watch;
 
@@ -76,6 +76,8 @@ pub(crate) struct Scratch {
     pub(crate) partial: Vec<f64>,
     /// What is not as the last evaluation left it.
     pub(crate) stale: Stale,
+    /// Of chunks of nodes, what need not be evaluated again.
+    pub(crate) asleep: Vec<Asleep>,
     /// Changes of `J_i` and of `V_i_el / V_i U'(J̄_i)`; with mean dilatation.
     pub(crate) changes: [Vec<f64>; 2],
 }
@@ -307,6 +309,7 @@ impl Scratch {
             + of(&self.partial)
             + of(&self.changes[0])
             + of(&self.changes[1])
+            + of(&self.asleep)
             + self.stale.bytes()
     }
 }

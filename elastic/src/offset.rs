@@ -11,8 +11,10 @@
 use std::ops::Range;
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use crate::fixed::Fixed;
+use crate::forces::parallel;
 use crate::lanes::Block;
 use crate::law::{double_dot, outer};
 use crate::model::{Elastic, with_table};
@@ -28,6 +30,8 @@ const SMALLEST_OFFSET: f64 = 1e-5;
 /// change is 1.7), 3 missed the fewest bars in `benches -- matrix` (13 scenes of 48; 2: 18, 5: 16) and
 /// none in `random --seed 4045 --count 24` (8: one scene not ended).
 const LARGEST_FACTOR: f64 = 3.0;
+/// Nodes whose work a thread finds at least: some 10 µs.
+const NODES_PER_TASK: usize = 64;
 
 /// Offsets of deformation gradients, as a checkpoint keeps them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,6 +51,23 @@ pub(crate) struct Continuation {
     nodes: Vec<u32>,
     /// Changes of the last decay.
     decayed: Vec<(u32, DMat3)>,
+    /// What the nodes of that decay worked against at the state last evaluated, if somebody asked for it.
+    pub(crate) pulls: Vec<(u32, Pull)>,
+}
+
+/// `V`, `P` and `F(u)` of a node: what the change of its offset works against.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pull {
+    volume: f64,
+    stress: DMat3,
+    own: DMat3,
+}
+
+impl Pull {
+    /// `V P : F(u) dA / 2`.
+    fn half_work(&self, change: DMat3) -> f64 {
+        0.5 * self.volume * double_dot(self.stress, self.own * change)
+    }
 }
 
 impl Continuation {
@@ -122,6 +143,7 @@ impl Continuation {
         self.of_node.capacity() * size_of::<DMat3>()
             + self.nodes.capacity() * size_of::<u32>()
             + self.decayed.capacity() * size_of::<(u32, DMat3)>()
+            + self.pulls.capacity() * size_of::<(u32, Pull)>()
     }
 }
 
@@ -188,14 +210,21 @@ impl Elastic {
     /// As [`Elastic::decay_offsets`], with the work of each node, rising.
     pub fn decay_offsets_each(&mut self, factor: f64) -> Vec<(u32, f64)> {
         let nodes = std::mem::take(&mut self.state.continuation.nodes);
+        let mut pulls = std::mem::take(&mut self.state.continuation.pulls);
+        if self.scratch.stale.is_some() || !of_same_nodes(&mut pulls, &nodes) {
+            self.pulls_into(&nodes, &mut pulls);
+        }
         self.scratch.stale.add(&nodes);
-        let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
+        let Continuation {
+            of_node,
+            nodes: left,
+            decayed,
+            pulls: kept,
+        } = &mut self.state.continuation;
         decayed.clear();
         let mut works = Vec::with_capacity(nodes.len());
-        let mut left = Vec::with_capacity(nodes.len());
-        for node in nodes {
-            let at = node as usize;
-            let offset = self.state.continuation.of_node[at];
+        for (node, pull) in &pulls {
+            let offset = of_node[*node as usize];
             let mut next = offset * factor;
             let size = next
                 .to_cols_array()
@@ -204,14 +233,14 @@ impl Elastic {
             if size < SMALLEST_OFFSET {
                 next = DMat3::ZERO;
             } else {
-                left.push(node);
+                left.push(*node);
             }
-            works.push((node, self.half_work(at, next - offset)));
-            self.state.continuation.of_node[at] = next;
-            decayed.push((node, next - offset));
+            works.push((*node, pull.half_work(next - offset)));
+            of_node[*node as usize] = next;
+            decayed.push((*node, next - offset));
         }
-        self.state.continuation.nodes = left;
-        self.state.continuation.decayed = decayed;
+        pulls.clear();
+        *kept = pulls;
         works
     }
 
@@ -224,22 +253,39 @@ impl Elastic {
     /// As [`Elastic::offset_work`], with the work of each node, rising.
     pub fn offset_works(&mut self) -> Vec<(u32, f64)> {
         let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
-        let halves = decayed.iter();
+        let nodes: Vec<u32> = decayed.iter().map(|(node, _)| *node).collect();
+        let mut pulls = std::mem::take(&mut self.state.continuation.pulls);
+        self.pulls_into(&nodes, &mut pulls);
+        let halves = decayed.iter().zip(&pulls);
         let works = halves
-            .map(|&(node, change)| (node, self.half_work(node as usize, change)))
+            .map(|(&(node, change), (_, pull))| (node, pull.half_work(change)))
             .collect();
         decayed.clear();
         self.state.continuation.decayed = decayed;
+        self.state.continuation.pulls = pulls;
         works
     }
 
-    /// `V P : F(u) dA / 2`, `F(u)` from the gradient last evaluated and the offset of now.
-    fn half_work(&self, node: usize, change: DMat3) -> f64 {
-        let factor = self.state.continuation.factor(node);
-        let f = self.deformation_gradient(node);
-        let own = factor.map_or(f, |factor| f * factor.inverse());
-        let volume = self.model.elastic_volumes[node];
-        0.5 * volume * double_dot(self.first_piola_kirchhoff(node), own * change)
+    /// What changes of the offsets of nodes work against, at the state last evaluated.
+    fn pulls_into(&self, nodes: &[u32], pulls: &mut Vec<(u32, Pull)>) {
+        let pull = |&node: &u32| {
+            let at = node as usize;
+            let factor = self.state.continuation.factor(at);
+            let f = self.deformation_gradient(at);
+            let pull = Pull {
+                volume: self.model.elastic_volumes[at],
+                stress: self.first_piola_kirchhoff(at),
+                own: factor.map_or(f, |factor| f * factor.inverse()),
+            };
+            (node, pull)
+        };
+        if parallel(&self.model) {
+            let nodes = nodes.par_iter().with_min_len(NODES_PER_TASK);
+            nodes.map(pull).collect_into_vec(pulls);
+        } else {
+            pulls.clear();
+            pulls.extend(nodes.iter().map(pull));
+        }
     }
 
     /// Whether any node has an offset.
@@ -272,6 +318,13 @@ impl Elastic {
             continuation.set(n, node, DMat3::from_cols_array(value));
         }
     }
+}
+
+/// Keeps the pulls of some nodes, rising; whether all of them are there.
+fn of_same_nodes(pulls: &mut Vec<(u32, Pull)>, nodes: &[u32]) -> bool {
+    let mut next = nodes.iter().peekable();
+    pulls.retain(|(node, _)| next.next_if_eq(&node).is_some());
+    pulls.len() == nodes.len()
 }
 
 /// `I + A` by which a row that gives `now` keeps `before`; `None` where it is too large.

@@ -7,6 +7,7 @@ use crate::gather::Move;
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
 use crate::part::Part;
+use crate::still::Asleep;
 use crate::storage::Storage;
 
 /// What is not as the last evaluation of forces left it.
@@ -43,6 +44,21 @@ impl Stale {
         } else if !self.all && !self.records.ends_with(&part.rows) {
             self.records.extend_from_slice(&part.rows);
             self.moves.extend_from_slice(&part.seen);
+        }
+    }
+
+    /// Whether anything is.
+    pub(crate) fn is_some(&self) -> bool {
+        self.all || !self.nodes.is_empty()
+    }
+
+    /// Wakes chunks of which something changed.
+    pub(crate) fn wake(&self, asleep: &mut [Asleep]) {
+        if self.all {
+            asleep.fill(Asleep::NONE);
+        }
+        for &node in self.nodes.iter().chain(&self.records) {
+            asleep[node as usize / CHUNK] = Asleep::NONE;
         }
     }
 

@@ -1,6 +1,11 @@
 //! Nodes of which nothing needs to be computed, because nothing near them can move.
 
+use std::ops::Range;
+
+use crate::forces::CHUNK;
 use crate::pairs::{Pair, Pairs};
+use crate::storage::BLOCK;
+use crate::watch::Watch;
 
 /// What is left to compute for each node; empty where nothing is held.
 #[derive(Debug, Clone, Default)]
@@ -55,6 +60,12 @@ impl Still {
         self.0.get(node).is_some_and(|rest| *rest > Rest::Moving)
     }
 
+    /// Whether all nodes of a range are unstrained.
+    pub(crate) fn are_unstrained(&self, nodes: Range<usize>) -> bool {
+        let rests = self.0.get(nodes);
+        rests.is_some_and(|rests| rests.iter().all(|rest| *rest > Rest::Moving))
+    }
+
     #[inline(always)]
     pub(crate) fn is_unloaded(&self, node: usize) -> bool {
         self.0.get(node).is_some_and(|rest| *rest == Rest::Unloaded)
@@ -63,5 +74,34 @@ impl Still {
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         self.0.capacity() * size_of::<Rest>()
+    }
+}
+
+/// Blocks of a chunk of which an evaluation would find what the one before it found: all of their nodes are
+/// unstrained, and had neither energy nor force nor anything to record.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asleep {
+    /// One bit per block.
+    blocks: u16,
+    /// What was seen of them.
+    pub(crate) watch: Watch,
+}
+
+const _: () = assert!(CHUNK / BLOCK == 16, "one bit per block");
+
+impl Asleep {
+    pub(crate) const NONE: Self = Self {
+        blocks: 0,
+        watch: Watch::NOTHING,
+    };
+
+    #[inline(always)]
+    pub(crate) fn holds(&self, block: usize) -> bool {
+        self.blocks >> block & 1 > 0
+    }
+
+    pub(crate) fn add(&mut self, block: usize, watch: Watch) {
+        self.blocks |= 1 << block;
+        self.watch = self.watch.and(watch);
     }
 }

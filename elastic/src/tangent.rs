@@ -1,6 +1,6 @@
 //! Products with the tangent stiffness, of the whole body and within a part.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::fixed::{Fixed, Lane};
@@ -10,6 +10,7 @@ use crate::lanes::{Block, Laws, Planes};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
 use crate::part::Part;
+use crate::still::Asleep;
 use crate::storage::{BLOCK, Sixteen, Storage};
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
@@ -24,7 +25,7 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
     if model.means.is_some() {
         mean::changes((model, state, scratch), table, product);
     }
-    let moves = &scratch.moves[..];
+    let (moves, asleep) = (&scratch.moves[..], &scratch.asleep[..]);
     if model.means.is_none() {
         let (fixed, deformation) = (&table.fixed, &table.deformation[..]);
         let work =
@@ -36,6 +37,7 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
                     deformation,
                     moves,
                     first: chunk * CHUNK,
+                    asleep: asleep[chunk],
                     records,
                     own,
                 });
@@ -70,6 +72,8 @@ struct Changes<'a, S: Storage, const L: usize, const R: usize> {
     deformation: &'a [Planes<S::Number>],
     moves: &'a [Move],
     first: usize,
+    /// What of the chunk has no records.
+    asleep: Asleep,
     records: &'a mut [Sixteen<Record<S::Number, L, R>>],
     own: &'a mut [DVec3],
 }
@@ -83,9 +87,13 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
         let mut laws = Laws::new(self.model);
         let continuation = &self.state.continuation;
         let viscosity = self.state.viscosity.as_ref();
-        let mut first = self.first;
-        for (records, own) in self.records.iter_mut().zip(self.own.chunks_mut(BLOCK)) {
-            let count = own.len();
+        let outputs = self.records.iter_mut().zip(self.own.chunks_mut(BLOCK));
+        for (at, (records, own)) in outputs.enumerate() {
+            if self.asleep.holds(at) {
+                own.fill(DVec3::ZERO);
+                continue;
+            }
+            let (first, count) = (self.first + at * BLOCK, own.len());
             let offsets = continuation.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
@@ -112,7 +120,6 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
             for (lane, own) in own.iter_mut().enumerate() {
                 *own = DVec3::from_array(block.own_force(lane));
             }
-            first += BLOCK;
         }
     }
 }
@@ -142,6 +149,10 @@ fn single<const L: usize>(
     let viscosity = state.viscosity.as_ref();
     let f = block.matrix(&block.at, lane);
     let dh = block.matrix(&block.deformation, lane);
+    if model.elastic_volumes[node] == 0.0 {
+        block.set_stress(lane, DMat3::ZERO);
+        return;
+    }
     let df = model.deformation_change(node, f, dh);
     let change = model.stress_change(viscosity, node, f, df);
     let change = model.seen_change(node, f, dh, change, || {

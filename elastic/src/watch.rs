@@ -7,8 +7,10 @@
 //! rises when the limit falls, at once and at every node, which an estimate by products with an earlier vector does not.
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use crate::fixed::Fixed;
+use crate::forces::PARALLEL_NODES;
 use crate::lanes::wide;
 use crate::law::cofactor;
 use crate::model::{Elastic, with_table};
@@ -102,6 +104,17 @@ impl Watching {
             let stiffness = self.volumes[lane] * self.squares[lane] * bounds[lane];
             self.stiffness[lane] = self.stiffness[lane].max(stiffness);
         }
+    }
+
+    /// What [`Watching::see`] takes in of the block at hand alone.
+    pub(crate) fn of_block(&self, ratios: &Wide, bounds: &Wide) -> Watch {
+        let mut alone = Self {
+            ratios: [Watch::NOTHING.ratio; BLOCK],
+            stiffness: [Watch::NOTHING.stiffness; BLOCK],
+            ..self.clone()
+        };
+        alone.see(ratios, bounds);
+        alone.worst(Watch::NOTHING)
     }
 
     /// The worst of all that was seen, and of what was seen elsewhere.
@@ -201,16 +214,19 @@ impl Elastic {
         if model.gradient_squares.is_empty() {
             return Vec::new();
         }
-        let mut nodes: Vec<(f64, usize)> = nodes
-            .into_iter()
-            .map(|node| {
-                let square = model.gradient_squares[node];
-                let f = self.deformation_gradient(node);
-                let bound = model.law_shared(node).tangent_bound(f);
-                let gain = self.state.continuation.gain(node);
-                (model.elastic_volumes[node] * bound * square * gain, node)
-            })
-            .collect();
+        let indicator = |node: usize| {
+            let square = model.gradient_squares[node];
+            let f = self.deformation_gradient(node);
+            let bound = model.law_shared(node).tangent_bound(f);
+            let gain = self.state.continuation.gain(node);
+            (model.elastic_volumes[node] * bound * square * gain, node)
+        };
+        let nodes: Vec<usize> = nodes.into_iter().collect();
+        let mut nodes: Vec<(f64, usize)> = if nodes.len() >= PARALLEL_NODES {
+            nodes.into_par_iter().map(indicator).collect()
+        } else {
+            nodes.into_iter().map(indicator).collect()
+        };
         let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
         let count = count.min(nodes.len());
         if count < nodes.len() && count > 0 {

@@ -7,16 +7,20 @@
 //! is taken out: the velocity `V + ω × (x - c)` with the piece's momenta.
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use crate::motion::Motion;
+use crate::sweep::{CHUNK, PARALLEL_FROM};
 
 /// Connected pieces, as far as they were named.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Pieces {
     /// Piece of each node; empty where none were named.
     of_node: Vec<u32>,
-    /// Nodes of those that no support holds, rising within each.
-    free: Vec<Vec<u32>>,
+    /// Those that no support holds, with their nodes, rising within each.
+    free: Vec<(u32, Vec<u32>)>,
+    /// How many pieces there are.
+    count: usize,
 }
 
 /// A field `a + b × (x - center)`.
@@ -28,6 +32,12 @@ struct RigidField {
 }
 
 impl RigidField {
+    const ZERO: Self = Self {
+        center: DVec3::ZERO,
+        a: DVec3::ZERO,
+        b: DVec3::ZERO,
+    };
+
     fn at(&self, x: DVec3) -> DVec3 {
         self.a + self.b.cross(x - self.center)
     }
@@ -119,8 +129,9 @@ impl Motion {
                 free[piece as usize].push(node);
             }
         }
-        free.retain(|nodes| !nodes.is_empty());
-        self.pieces.free = free;
+        let free = (0_u32..).zip(free).filter(|(_, nodes)| !nodes.is_empty());
+        self.pieces.free = free.collect();
+        self.pieces.count = count;
     }
 
     /// Whether damping has to spare rigid motions.
@@ -135,29 +146,40 @@ impl Motion {
         if self.settings.damping == 0.0 {
             return 0.0;
         }
-        let before = self.kinetic_energy();
+        let before = self.state.audit.kinetic;
         let (masses, state) = (&self.nodes.masses, &mut self.state);
-        let pieces = &self.pieces.free;
-        let fields: Vec<RigidField> = pieces
-            .iter()
-            .map(|nodes| {
-                let momentum = |node: usize| state.velocities[node] * masses[node];
-                RigidField::with_moments_of(nodes, masses, &state.positions, momentum)
-            })
-            .collect();
-        for velocity in &mut state.velocities {
-            *velocity *= left;
+        let mut fields = vec![RigidField::ZERO; self.pieces.count];
+        for (piece, nodes) in &self.pieces.free {
+            let momentum = |node: usize| state.velocities[node] * masses[node];
+            fields[*piece as usize] =
+                RigidField::with_moments_of(nodes, masses, &state.positions, momentum);
         }
-        for (nodes, field) in pieces.iter().zip(fields) {
-            for &node in nodes {
-                let node = node as usize;
-                state.velocities[node] += field.at(state.positions[node]) * (1.0 - left);
+        let (positions, pieces) = (&state.positions, &self.pieces.of_node);
+        let damp = |(chunk, velocities): (usize, &mut [DVec3])| {
+            let (mut momentum, mut kinetic) = (DVec3::ZERO, 0.0);
+            let first = chunk * CHUNK;
+            let nodes = first..first + velocities.len();
+            let places = positions[nodes.clone()].iter().zip(&pieces[nodes.clone()]);
+            let nodes = velocities.iter_mut().zip(&masses[nodes]).zip(places);
+            for ((velocity, mass), (position, piece)) in nodes {
+                let field = &fields[*piece as usize];
+                *velocity = *velocity * left + field.at(*position) * (1.0 - left);
+                momentum += *velocity * *mass;
+                kinetic += 0.5 * mass * velocity.length_squared();
             }
-        }
-        let masses = &self.nodes.masses;
-        let velocities = self.state.velocities.iter();
-        self.state.audit.momentum = velocities.zip(masses).map(|(v, m)| *v * *m).sum();
-        self.state.audit.kinetic = self.kinetic_energy();
+            (momentum, kinetic)
+        };
+        let sums: Vec<(DVec3, f64)> = if positions.len() >= PARALLEL_FROM {
+            let chunks = state.velocities.par_chunks_mut(CHUNK).enumerate();
+            chunks.map(damp).collect()
+        } else {
+            let chunks = state.velocities.chunks_mut(CHUNK).enumerate();
+            chunks.map(damp).collect()
+        };
+        let sum = sums
+            .iter()
+            .fold((DVec3::ZERO, 0.0), |(p, k), more| (p + more.0, k + more.1));
+        (self.state.audit.momentum, self.state.audit.kinetic) = sum;
         before - self.state.audit.kinetic
     }
 
@@ -169,7 +191,7 @@ impl Motion {
             return 0.0;
         }
         let (masses, mut gained) = (&self.nodes.masses, 0.0);
-        for nodes in &self.pieces.free {
+        for (_, nodes) in &self.pieces.free {
             let force = |node: usize| state.viscous[node];
             let field = RigidField::with_moments_of(nodes, masses, &state.positions, force);
             for &node in nodes {

@@ -288,12 +288,17 @@ impl Sweep<'_> {
     /// What nodes gain in velocity in a time (s) under all forces, `viscous` given for these
     /// nodes alone. Held parts of partly held nodes are still in it.
     fn kick(&self, nodes: &Range<usize>, viscous: &[DVec3], time: f64, gained: &mut [DVec3]) {
-        gained.copy_from_slice(&self.forces[nodes.clone()]);
-        for more in [
-            part(&self.nodes.loads, nodes),
-            part(self.applied, nodes),
-            viscous,
-        ] {
+        let (forces, loads) = (&self.forces[nodes.clone()], part(&self.nodes.loads, nodes));
+        if loads.is_empty() {
+            gained.copy_from_slice(forces);
+        } else {
+            let sums = cast_slice_mut::<_, f64>(gained).iter_mut();
+            let (forces, loads): (&[f64], &[f64]) = (cast_slice(forces), cast_slice(loads));
+            for ((sum, force), load) in sums.zip(forces).zip(loads) {
+                *sum = force + load;
+            }
+        }
+        for more in [part(self.applied, nodes), viscous] {
             combine(gained, more, |sum, more| sum + more);
         }
         if self.gravity != DVec3::ZERO {

@@ -1,6 +1,9 @@
 //! Nodes that a cut left weak, gradients that go on over a rebuild, and what is watched.
 
 use super::*;
+use crate::forces::CHUNK;
+use crate::stale::Stale;
+use crate::storage::BLOCK;
 
 /// The torn block whose nodes with fewer than six pairs are weak, at `x`.
 fn weakened(x: &[DVec3], material: Material) -> (Block, Elastic, Vec<u32>) {
@@ -410,5 +413,89 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
         body.forces_again(&there, &mut forces);
         body.forces_into(&there, &mut whole);
         assert_eq!(forces, whole, "a body that moved");
+    }
+}
+
+/// Blocks in which nothing can have a strain are evaluated once; against a body that evaluates them each time.
+#[test]
+fn blocks_that_are_not_evaluated_again_say_what_they_said() {
+    for precision in [Precision::Double, Precision::Single] {
+        let mut block = Block::new([6, 6, 60], DVec3::new(0.1, 0.1, 1.0), 0.2, 3);
+        let settings = Settings {
+            precision,
+            ..Settings::default()
+        };
+        let mut body = built(&block, law(), &settings);
+        let rest = block.positions.clone();
+        let n = body.node_count();
+        let middle = rest[n / 2].z;
+        let held: Vec<u32> = (0_u32..)
+            .zip(&rest)
+            .filter(|(_, x)| x.z > middle)
+            .map(|(node, _)| node)
+            .collect();
+        body.set_held(&held);
+        body.watch_stiffness(&vec![1.0; n]);
+        let sleeping = |body: &Elastic| {
+            let chunks = body.scratch.asleep.iter();
+            let blocks =
+                chunks.map(|chunk| (0..CHUNK / BLOCK).filter(|&at| chunk.holds(at)).count());
+            blocks.sum::<usize>()
+        };
+        for round in 0..6 {
+            let mut x = shaken(&block, 0.01, round);
+            for &node in &held {
+                x[node as usize] = rest[node as usize];
+            }
+            let before = sleeping(&body);
+            match round {
+                2 | 4 => {
+                    // Through half of what sleeps, too, and deeper the second time.
+                    let deep = if round == 2 { 0.04 } else { 0.08 };
+                    let touched = cut(&mut block, |i, j| {
+                        let side = |k: usize| rest[k].y > 0.05;
+                        let far = rest[i].z.max(rest[j].z) > 1.5 * middle;
+                        side(i) == side(j) || far || rest[i].x.max(rest[j].x) > deep
+                    });
+                    body.update_rows(&touched, &stencils(&block))
+                        .expect("sound");
+                    body.raise_control(&touched, 3.0, f64::INFINITY, &x);
+                    let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
+                    body.weaken(&touched[touched.len() - 9..], &x, &share);
+                    let old = vec![DMat3::from_diagonal(DVec3::new(1.1, 1.0, 0.9)); touched.len()];
+                    body.continue_deformation(&touched, &old, &x);
+                }
+                3 => {
+                    body.decay_offsets(0.5);
+                    body.decay_bonds(0.5);
+                }
+                5 => {
+                    // What offsets are left is dropped.
+                    body.decay_offsets(0.0);
+                    let part = body.part(&held[..40]);
+                    let mut product = vec![DVec3::ZERO; part.nodes().len()];
+                    body.tangent_product_within(&part, &product.clone(), &mut product);
+                }
+                _ => {}
+            }
+            let mut awake = body.clone();
+            awake.scratch.stale = Stale::everything();
+            let mut expected = vec![DVec3::ZERO; n];
+            let energy = awake.forces_into(&x, &mut expected);
+            let expected = left_behind(&awake, energy, &expected);
+            // What is left in the slice does not matter.
+            let mut forces = vec![DVec3::ONE; n];
+            let energy = body.forces_into(&x, &mut forces);
+            assert_eq!(
+                left_behind(&body, energy, &forces),
+                expected,
+                "round {round}"
+            );
+            assert!(
+                round != 2 || sleeping(&body) < before,
+                "a cut wakes what it touches"
+            );
+            assert!(sleeping(&body) > 0, "round {round}: something sleeps");
+        }
     }
 }
