@@ -6,15 +6,16 @@ use crate::tree::NodeTree;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Weight of a node at distance d from a surfel.
+/// How the weight of a node that carries a surfel falls with its distance d.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum WeightLaw {
-    /// `(1 - d²/h²)²` with h = 1.1 times the distance of the farthest node: smooth, and a node on
-    /// its way out fades.
+    /// To 0 a little beyond the farthest, so that a node on its way out fades: `(1 - d²/h²)²` with h = 1.1
+    /// times the distance of the farthest node.
     #[default]
     Compact,
-    /// `exp(-d²/h²)` with h the distance of the farthest node (Aras 2014, eq. (58)).
+    /// By a bell, `exp(-d²/h²)` with h the distance of the farthest node (Aras 2014, eq. (58)).
     Gaussian,
 }
 
@@ -134,6 +135,17 @@ impl Binding {
     pub fn row(&self, surfel: usize) -> (&[u32], &[f64]) {
         let range = surfel * self.stride..(surfel + 1) * self.stride;
         (&self.nodes[range.clone()], &self.weights[range])
+    }
+
+    /// Mean of the nodes' values by the weights that carry one surfel.
+    ///
+    /// # Panics
+    /// If `surfel` is out of range, or a node has no value.
+    #[must_use]
+    pub fn mean(&self, surfel: usize, values: &[f64]) -> f64 {
+        let (nodes, weights) = self.row(surfel);
+        let pairs = nodes.iter().zip(weights);
+        pairs.map(|(&node, w)| w * values[node as usize]).sum()
     }
 
     /// Change of a surfel's weights along its two tangents (1/m), see

@@ -8,42 +8,58 @@ use crate::tree::{NodeTree, point_tree};
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-/// How radii are chosen.
+/// Radii of the surfels on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum RadiusRule {
-    /// Circumradius of each surfel's Voronoi cell in its tangent plane: see [`covering_radii`].
+    /// As small as leaves no hole between neighbours: the circumradius of a surfel's Voronoi cell in its tangent
+    /// plane.
     #[default]
     Covering,
-    /// The same radius everywhere (m).
+    /// The same everywhere (m).
     Constant(f64),
-    /// A measure of the neighbourhood mapped linearly to a range of radii (Aras 2014, 4.5).
+    /// By what the neighbourhood says of detail, linearly from least to most (Aras 2014, section 4.5).
     Mapped {
         /// What is measured.
         measure: Measure,
         /// Nearest neighbours that are looked at.
-        neighbors: usize,
+        #[cfg_attr(feature = "serde", serde(default = "RadiusRule::default_neighbors"))]
+        neighbors: u32,
         /// Smallest radius (m).
         least: f64,
         /// Largest radius (m).
         most: f64,
-        /// Whether [`crate::Tissue::cut`] measures again what a cut touches, and the new skin (Aras 2014,
-        /// fig. 78), by the map of the uncut surface. If not, surfels keep their radii and new skin
-        /// has those of [`covering_radii`].
+        /// Whether it is measured again where a cut touches the surface, and on the new skin inside it (Aras
+        /// 2014, fig. 78), by the map of the uncut surface; if not, the surface keeps its radii and new skin
+        /// gets those of `Covering`.
+        #[cfg_attr(feature = "serde", serde(default))]
         at_cuts: bool,
     },
 }
 
-/// What a neighbourhood says about detail.
+#[cfg(feature = "serde")]
+impl RadiusRule {
+    const fn default_neighbors() -> u32 {
+        12
+    }
+}
+
+/// What a surfel's neighbourhood says of detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Measure {
-    /// Mean distance to the neighbours (m), Aras 2014, eq. (52): dense means detailed.
+    /// Mean distance to the neighbours (m), eq. (52): dense means detailed.
     Density,
-    /// Curvature from the height over the fitted plane (1/m), Aras 2014, eqs (53)-(56).
+    /// Curvature from the height over a fitted plane (1/m), eqs. (53)-(56).
     Curvature,
-    /// Surface variation (1), smallest eigenvalue of the neighbours' covariance over their sum,
-    /// Aras 2014, eq. (57); 0 for a plane, 1/3 for a ball of points.
+    /// Share of the neighbours' spread across their plane, eq. (57): the smallest eigenvalue of their covariance
+    /// over the sum; 0 for a plane, 1/3 for a ball of points.
     Variation,
 }
 
@@ -96,7 +112,7 @@ impl RadiusRule {
                 most,
                 at_cuts: _,
             } => {
-                let values = measures(positions, measure, neighbors);
+                let values = measures(positions, measure, neighbors as usize);
                 mapped_radii(&values, measure, least, most)
             }
         }

@@ -7,18 +7,19 @@ use crate::surfels::{Surfels, TexturePlace};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-/// How splats are drawn.
+/// How surfels are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum DrawMode {
-    /// Visibility, blending, normalisation with lighting per pixel (default).
+    /// Blended disks, lit per pixel: passes for visibility, blending, and normalisation with the light.
     #[default]
     ThreePass,
-    /// Screen-aligned squares, lit per splat (Aras 2014, fig. 41).
+    /// Squares that face the viewer, lit one by one (Aras 2014, fig. 41).
     Squares,
-    /// Screen-aligned disks, lit per splat (Aras 2014, fig. 42).
+    /// Disks that face the viewer, lit one by one (Aras 2014, fig. 42).
     Disks,
-    /// Oriented splats lit per splat, blended by eq. (50) in one pass over the destination, back
-    /// to front (Aras 2014, figs 45-47).
+    /// Oriented disks lit one by one, blended by eq. (50) from back to front in one pass (Aras 2014, figs. 45-47).
     SinglePass,
 }
 

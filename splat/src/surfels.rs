@@ -1,7 +1,11 @@
 //! Surfels as arrays, in the rest frame.
 
+use std::sync::Arc;
+
+use crate::cast::single;
 use crate::error::SurfelError;
-use glam::{DVec3, Vec2};
+use crate::image::Image;
+use glam::{DVec3, Vec2, Vec3};
 
 /// Oriented disks on a surface, rest frame; all arrays have one entry per surfel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,6 +37,19 @@ pub struct TexturePlace {
     pub at: Vec2,
     /// Its change along the two tangents of [`Surfels::tangents`] (1/m).
     pub along: [Vec2; 2],
+}
+
+impl TexturePlace {
+    /// Mean colour of what a disk of a radius (m) shows of its image: for pictures that light splats one by one, and
+    /// for whoever gets surfels and no images. White where there is no such image.
+    #[must_use]
+    pub fn color(&self, images: &[Arc<Image>], radius: f64) -> Vec3 {
+        let [u, v] = self.along.map(|along| along.length());
+        let footprint = u.max(v) * single(radius);
+        images
+            .get(usize::from(self.image))
+            .map_or(Vec3::ONE, |image| image.color(self.at, footprint))
+    }
 }
 
 impl Surfels {

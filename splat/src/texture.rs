@@ -43,6 +43,18 @@ impl TissueTexture {
         }
     }
 
+    /// A liver's texture in other colours: the linear ones of capsule and parenchyma.
+    #[must_use]
+    pub fn in_colors(capsule: Vec3, parenchyma: Vec3, size: f64) -> Self {
+        Self {
+            capsule,
+            capsule_dark: capsule * 0.55,
+            parenchyma,
+            parenchyma_dark: parenchyma * 0.6,
+            ..Self::liver(size)
+        }
+    }
+
     /// Linear colour at a rest point.
     #[must_use]
     pub fn color(&self, at: DVec3, material: u16) -> Vec3 {

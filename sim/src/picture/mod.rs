@@ -1,6 +1,5 @@
 //! Pictures of the world: surfels on the bodies, new skin in cuts, tools and blades.
 
-mod camera;
 mod coloring;
 mod rigid;
 mod sampling;
@@ -16,34 +15,19 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use phyxel_splat::{
-    Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, MergedSplats, Overlay, RenderSettings,
-    Renderer, SplatView, Splats, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
+    Camera, DrawMode, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay,
+    RenderSettings, Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
     triangle_near_box,
 };
 
 use crate::scene::{self, Coloring, Pictures, Show, read_file};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 
-/// What light reaches the bottom of a wound, where its sides do not quite meet.
-const DEPTH: f32 = 0.25;
-
-/// The surface of one body.
-#[derive(Debug, Clone)]
-struct Skin {
-    tissue: Tissue,
-    texture: TissueTexture,
-    surfaces: Vec<Surface>,
-    /// Images that the mesh file of the body names.
-    images: Vec<Arc<Image>>,
-    colors: Vec<Vec3>,
-    splats: Splats,
-}
-
 /// The surfaces of all bodies as cuts have left them, to be gone back to.
 #[derive(Debug, Clone)]
-pub struct Surfaces(Vec<Skin>);
+pub struct Surfaces(Vec<DrawnTissue>);
 
 impl Surfaces {
     /// Heap bytes.
@@ -67,7 +51,7 @@ pub struct Style {
 /// Draws the world as a scene asks.
 #[derive(Debug)]
 pub struct Painter {
-    skins: Vec<Skin>,
+    skins: Vec<DrawnTissue>,
     renderer: Renderer,
     camera: Camera,
     coloring: Coloring,
@@ -113,13 +97,13 @@ impl Painter {
                     || style::tissue_of(&description.surfels),
                     |style| style.tissue.clone(),
                 );
-                Skin::new(member, description, share, tissue).map_err(|problem| WorldError::Body {
+                skin_of(member, description, share, tissue).map_err(|problem| WorldError::Body {
                     body: description.name.clone(),
                     problem,
                 })
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let camera = camera::camera_of(world, pictures);
+        let camera = camera_of(world, pictures);
         let surfaces = skins.iter().flat_map(|skin| skin.surfaces.iter().cloned());
         let plain = Surface {
             specular: 0.0,
@@ -141,7 +125,7 @@ impl Painter {
             height: pictures.height,
             samples: pictures.samples,
             background: style::background_of(pictures.background),
-            mode: style.map_or_else(|| style::mode_of(pictures.mode), |style| style.mode),
+            mode: style.map_or(pictures.mode, |style| style.mode),
             surfaces: surfaces.collect(),
             images,
             ..RenderSettings::default()
@@ -166,10 +150,10 @@ impl Painter {
     /// # Panics
     /// If there is no such body.
     #[must_use]
-    pub fn surfels(&self, body: usize) -> (&[glam::DVec3], &[glam::DVec3], &[f64]) {
+    pub fn surfels(&self, body: usize) -> (&[DVec3], &[DVec3], &[f64]) {
         let skin = &self.skins[body];
-        let areas = &skin.tissue.surfels().areas;
-        (&skin.splats.positions, &skin.splats.normals, areas)
+        let (splats, areas) = (skin.splats(), &skin.tissue.surfels().areas);
+        (&splats.positions, &splats.normals, areas)
     }
 
     /// The surface of a body at rest.
@@ -196,7 +180,7 @@ impl Painter {
     /// If there is no such body.
     #[must_use]
     pub fn depth_color(&self, body: usize) -> Vec3 {
-        self.skins[body].texture.parenchyma_dark * DEPTH
+        self.skins[body].depth_color()
     }
 
     /// The settings of the renderer.
@@ -236,14 +220,7 @@ impl Painter {
     /// A copy of the surfaces, without what the next picture computes again.
     #[must_use]
     pub fn surfaces(&self) -> Surfaces {
-        let skins = self.skins.iter().map(|skin| Skin {
-            tissue: skin.tissue.clone(),
-            texture: skin.texture,
-            surfaces: skin.surfaces.clone(),
-            images: skin.images.clone(),
-            colors: skin.colors.clone(),
-            splats: Splats::default(),
-        });
+        let skins = self.skins.iter().map(DrawnTissue::unmoved);
         Surfaces(skins.collect())
     }
 
@@ -321,9 +298,7 @@ impl Painter {
                 &body.elastic.deformation_gradients(),
             );
             if let Some((scale, _)) = coloring::legend(self.coloring) {
-                let (tissue, splats) = (&skin.tissue, &skin.splats);
-                let colors = &mut skin.colors;
-                coloring::colors(self.coloring, &scale, tissue, splats, body, colors);
+                skin.colors = coloring::colors(self.coloring, &scale, skin, body);
             }
         }
     }
@@ -339,7 +314,7 @@ impl Painter {
             meshes
         };
         for (skin, member) in self.skins.iter().zip(world.members()) {
-            meshes.extend(views::meshes(self.show, member, &skin.tissue, &skin.splats));
+            meshes.extend(views::meshes(self.show, member, skin));
         }
         if self.show == Show::BladePath {
             meshes.extend(views::blade_paths(world));
@@ -365,87 +340,59 @@ impl Painter {
     }
 }
 
-fn bytes_of(skins: &[Skin]) -> usize {
-    let bytes = skins
-        .iter()
-        .map(|skin| skin.tissue.bytes() + skin.splats.bytes() + size_of_val(&*skin.colors));
-    bytes.sum()
+fn bytes_of(skins: &[DrawnTissue]) -> usize {
+    skins.iter().map(DrawnTissue::bytes).sum()
 }
 
-impl Skin {
-    fn new(
-        member: &Member,
-        description: &scene::Body,
-        share: f64,
-        style: TissueSettings,
-    ) -> Result<Self, BodyProblem> {
-        let wish = &description.surfels;
-        let body = &member.body;
-        let surfels = match &wish.points {
-            Some(points) => surfels::scanned(points, description, body)?,
-            None => surfels::spread(wish.target, wish.spacing, share, body)?,
-        };
-        let mut tissue = Tissue::new(
-            &surfels.positions,
-            &surfels.normals,
-            &surfels.areas,
-            &body.rest,
-            &TissueSettings {
-                skin_density: wish.cut_density,
-                ..style
-            },
-        )?;
-        let texture = texture_of(wish, body.solid.bounds().size().max_element());
-        let mut surfaces = texture.surfaces();
-        for (surface, image) in surfaces.iter_mut().zip([&wish.image, &wish.cut_image]) {
-            surface.coat = image.as_ref().map(coat_of).transpose()?;
-        }
-        let mut colors = texture.colors(tissue.surfels());
-        let images = if wish.textured {
-            textured::lay(description, &mut tissue, &mut colors)?
-        } else {
-            Vec::new()
-        };
-        Ok(Self {
-            tissue,
-            texture,
-            surfaces,
-            images,
-            colors,
-            splats: Splats::default(),
-        })
+/// The surface of one body.
+fn skin_of(
+    member: &Member,
+    description: &scene::Body,
+    share: f64,
+    style: TissueSettings,
+) -> Result<DrawnTissue, BodyProblem> {
+    let wish = &description.surfels;
+    let body = &member.body;
+    let surfels = match &wish.points {
+        Some(points) => surfels::scanned(points, description, body)?,
+        None => surfels::spread(wish.target, wish.spacing, share, body)?,
+    };
+    let tissue = Tissue::new(
+        &surfels.positions,
+        &surfels.normals,
+        &surfels.areas,
+        &body.rest,
+        &TissueSettings {
+            skin_density: wish.cut_density,
+            ..style
+        },
+    )?;
+    let texture = TissueTexture::in_colors(
+        linear_color(wish.color),
+        linear_color(wish.cut_color),
+        body.solid.bounds().size().max_element(),
+    );
+    let mut surfaces = texture.surfaces();
+    for (surface, image) in surfaces.iter_mut().zip([&wish.image, &wish.cut_image]) {
+        surface.coat = image.as_ref().map(coat_of).transpose()?;
     }
+    let mut skin = DrawnTissue::new(tissue, texture, surfaces);
+    if wish.textured {
+        textured::lay(description, &mut skin)?;
+    }
+    Ok(skin)
+}
 
-    fn carry(&mut self, positions: &[glam::DVec3], gradients: &[glam::DMat3]) {
-        self.tissue
-            .carry_into(positions, gradients, &mut self.splats);
-        let surfels = self.tissue.surfels();
-        for index in self.colors.len()..surfels.len() {
-            let place = surfels.places.get(index).copied().flatten();
-            let color = match place {
-                Some(place) => textured::color(&self.images, &place, surfels.radii[index]),
-                None => (self.texture).color(surfels.positions[index], surfels.materials[index]),
-            };
-            self.colors.push(color);
-        }
+/// The camera that a scene's pictures ask for.
+fn camera_of(world: &World, pictures: &Pictures) -> Camera {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for member in world.members() {
+        let bounds = member.body.solid.bounds();
+        low = low.min(bounds.min);
+        high = high.max(bounds.max);
     }
-
-    fn view(&self) -> SplatView<'_> {
-        let surfels = self.tissue.surfels();
-        SplatView {
-            splats: &self.splats,
-            colors: &self.colors,
-            materials: &surfels.materials,
-            texture_points: &surfels.positions,
-            texture_normals: &surfels.normals,
-            places: &surfels.places,
-            clips: self.tissue.clips(),
-            radii: &surfels.radii,
-            // An uncut surface has no gaps.
-            inside: (surfels.len() > self.tissue.outer_count())
-                .then_some(self.texture.parenchyma_dark * DEPTH),
-        }
-    }
+    let aspect = f64::from(pictures.width) / f64::from(pictures.height);
+    pictures.view.camera(low, high, aspect)
 }
 
 /// The image that a scene lays on a surface.
@@ -464,17 +411,4 @@ fn image_of(file: &Path) -> Result<Image, BodyProblem> {
     };
     let bytes = read_file(file).map_err(|error| problem(error.into()))?;
     Image::read_png(Cursor::new(bytes)).map_err(problem)
-}
-
-/// The liver's texture with the scene's two colours.
-fn texture_of(wish: &scene::Surfels, size: f64) -> TissueTexture {
-    let capsule = linear_color(wish.color);
-    let parenchyma = linear_color(wish.cut_color);
-    TissueTexture {
-        capsule,
-        capsule_dark: capsule * 0.55,
-        parenchyma,
-        parenchyma_dark: parenchyma * 0.6,
-        ..TissueTexture::liver(size)
-    }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Primitive, RepairSettings};
+use phyxel_splat::{InsideTest, RadiusRule, WeightLaw};
 use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
@@ -363,11 +364,11 @@ pub struct Surfels {
     /// Most nodes that carry a surfel.
     pub nodes: u32,
     /// How their weights fall with the distance.
-    pub weights: SurfelWeights,
+    pub weights: WeightLaw,
     /// Distance (m) at rest by which the two sides of a cut are held apart.
     pub opening: f64,
     /// Radii of the surfels on the surface.
-    pub radius: SurfelRadius,
+    pub radius: RadiusRule,
     /// Whether surfels are clipped where a cut passes and at sharp edges.
     pub clip: bool,
     /// How it is decided which samples of a cut lie in the body and become surfels.
@@ -424,9 +425,9 @@ impl Default for Surfels {
             spacing: SurfelSpacing::default(),
             cut_density: None,
             nodes: 8,
-            weights: SurfelWeights::default(),
+            weights: WeightLaw::default(),
             opening: 0.0,
-            radius: SurfelRadius::default(),
+            radius: RadiusRule::default(),
             clip: true,
             inside: InsideTest::default(),
             color: [0.50, 0.16, 0.12],
@@ -436,17 +437,6 @@ impl Default for Surfels {
             cut_image: None,
         }
     }
-}
-
-/// How the weight of a node that carries a surfel falls with its distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum SurfelWeights {
-    /// To 0 a little beyond the farthest, so that a node on its way out fades.
-    #[default]
-    Compact,
-    /// By a bell (Aras 2014, eq. (58)).
-    Gaussian,
 }
 
 /// How many surfels cover a surface.
@@ -483,61 +473,4 @@ impl SurfelSpacing {
     const fn default_range() -> f64 {
         3.0
     }
-}
-
-/// Radii of the surfels on a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum SurfelRadius {
-    /// As small as leaves no hole between neighbours.
-    #[default]
-    Covering,
-    /// The same everywhere (m).
-    Constant(f64),
-    /// By what the neighbourhood says of detail, from least to most (Aras 2014, section 4.5).
-    Mapped {
-        /// What is measured.
-        measure: SurfelMeasure,
-        /// Nearest neighbours that are looked at.
-        #[serde(default = "SurfelRadius::default_neighbors")]
-        neighbors: u32,
-        /// Smallest radius (m).
-        least: f64,
-        /// Largest radius (m).
-        most: f64,
-        /// Whether it is measured again where a cut touches the surface, and on the new skin inside it (Aras
-        /// 2014, fig. 78); if not, the surface keeps its radii and new skin gets those of `Covering`.
-        #[serde(default)]
-        at_cuts: bool,
-    },
-}
-
-impl SurfelRadius {
-    const fn default_neighbors() -> u32 {
-        12
-    }
-}
-
-/// What a surfel's neighbourhood says of detail.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum SurfelMeasure {
-    /// Mean distance to the neighbours, eq. (52).
-    Density,
-    /// Curvature from the height over a fitted plane, eqs. (53)-(56).
-    Curvature,
-    /// Share of the neighbours' spread across their plane, eq. (57).
-    Variation,
-}
-
-/// How it is decided whether a sample of a cut lies in the body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum InsideTest {
-    /// By the body's own shape.
-    #[default]
-    Shape,
-    /// By the two nearest surfels of the surface, as in Aras 2014, fig. 65, which misjudges thin parts.
-    TwoNearest,
 }

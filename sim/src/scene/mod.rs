@@ -36,8 +36,8 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Form, ImageFile, InsideTest, PointFile, Refinement, Sampling, Shape, SurfelMeasure,
-    SurfelRadius, SurfelSpacing, SurfelTarget, SurfelWeights, Surfels, Target,
+    Axis, Body, Form, ImageFile, PointFile, Refinement, Sampling, Shape, SurfelSpacing,
+    SurfelTarget, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
@@ -56,12 +56,13 @@ pub use method::{CutRule, Method, Precision};
 pub use overrides::Override;
 pub use path::{Key, pose_at};
 pub use phyxel_integrate::Pose;
+pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
 pub(crate) use read::read_file;
 #[cfg(feature = "cli")]
 pub(crate) use read::{parse_ron, place_of_body, read_text};
 pub use rigid::RigidMesh;
 pub use settings::{
-    Backdrop, Coloring, DrawMode, Integration, Observe, Pictures, Rest, Scheme, Settle, Show, View,
+    Backdrop, Coloring, Integration, Observe, Pictures, Rest, Scheme, Settle, Show,
 };
 #[cfg(feature = "cli")]
 pub(crate) use suggest::nearest;

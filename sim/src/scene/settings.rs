@@ -1,6 +1,6 @@
 //! How a scene is integrated, watched and drawn.
 
-use glam::DVec3;
+use phyxel_splat::{DrawMode, View};
 use serde::{Deserialize, Serialize};
 
 use super::rigid::RigidMesh;
@@ -272,79 +272,4 @@ pub enum Show {
     },
     /// Surfaces, and where the edges of blades have passed in the world.
     BladePath,
-}
-
-/// How surfels are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum DrawMode {
-    /// Blended disks, lit per pixel.
-    #[default]
-    ThreePass,
-    /// Squares that face the viewer, lit one by one (Aras 2014, fig. 41).
-    Squares,
-    /// Disks that face the viewer, lit one by one (Aras 2014, fig. 42).
-    Disks,
-    /// Oriented disks, blended from back to front in one pass (Aras 2014, figs. 45-47).
-    SinglePass,
-}
-
-/// Where the camera stands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum View {
-    /// Looks at the middle of the bodies, from a direction, so that they fill the frame.
-    Around {
-        /// Angle (degrees) about +z from -y (the front) towards +x.
-        #[serde(default = "View::default_azimuth")]
-        azimuth: f64,
-        /// Angle (degrees) above the horizontal plane.
-        #[serde(default = "View::default_elevation")]
-        elevation: f64,
-        /// Size in the frame: 1 fits the bodies at rest with a margin, 2 is twice as large.
-        #[serde(default = "View::default_zoom")]
-        zoom: f64,
-        /// Whether what is far is drawn as large as what is near.
-        #[serde(default)]
-        parallel: bool,
-    },
-    /// Stands at a place.
-    Explicit {
-        /// Place of the eye (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        eye: DVec3,
-        /// Place looked at (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        target: DVec3,
-        /// Vertical field of view (degrees).
-        #[serde(default = "View::default_field_of_view")]
-        field_of_view: f64,
-    },
-}
-
-impl View {
-    const fn default_azimuth() -> f64 {
-        20.0
-    }
-    const fn default_elevation() -> f64 {
-        25.0
-    }
-    const fn default_zoom() -> f64 {
-        1.0
-    }
-    const fn default_field_of_view() -> f64 {
-        30.0
-    }
-}
-
-impl Default for View {
-    fn default() -> Self {
-        Self::Around {
-            azimuth: Self::default_azimuth(),
-            elevation: Self::default_elevation(),
-            zoom: Self::default_zoom(),
-            parallel: false,
-        }
-    }
 }

@@ -48,7 +48,7 @@ impl Tissue {
         let first = count(self.surfels.len());
         let samples = self.sampler.sample(triangles, first_triangle);
         let inside = |x: DVec3| match self.settings.inside {
-            InsideTest::Given => inside(x),
+            InsideTest::Shape => inside(x),
             InsideTest::TwoNearest => self.is_behind_surfels(x),
         };
         let bounded = |disk: &SkinDisk| {

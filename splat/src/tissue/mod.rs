@@ -56,7 +56,7 @@ impl Default for TissueSettings {
             skin_density: None,
             opening: 0.0,
             max_stretch: 3.0,
-            inside: InsideTest::Given,
+            inside: InsideTest::Shape,
             clip: true,
         }
     }
@@ -65,11 +65,12 @@ impl Default for TissueSettings {
 /// How it is decided whether a sample of a cut lies in the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum InsideTest {
-    /// By the closure that [`Tissue::cut`] is given.
+    /// By the body's own shape: what the caller says of a point.
     #[default]
-    Given,
-    /// By the two nearest surfels of the uncut surface, see [`Tissue::is_behind_surfels`].
+    Shape,
+    /// By the two nearest surfels of the uncut surface, as in Aras 2014, fig. 65, which misjudges thin parts.
     TwoNearest,
 }
 

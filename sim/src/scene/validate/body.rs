@@ -5,9 +5,8 @@ use glam::DVec3;
 use super::check::{Checks, triple};
 use super::file::{existing_file, scale};
 use super::{material, method};
-use crate::scene::body::{
-    Body, Form, Shape, SurfelRadius, SurfelSpacing, SurfelTarget, Surfels, Target,
-};
+use crate::scene::RadiusRule;
+use crate::scene::body::{Body, Form, Shape, SurfelSpacing, SurfelTarget, Surfels, Target};
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     shape(checks, &format!("{path}.shape"), &body.shape);
@@ -272,16 +271,16 @@ fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels, shape: &Shape) {
     }
 }
 
-fn radius(checks: &mut Checks, path: &str, radius: SurfelRadius) {
+fn radius(checks: &mut Checks, path: &str, radius: RadiusRule) {
     match radius {
-        SurfelRadius::Covering => {}
-        SurfelRadius::Constant(radius) => checks.require(
+        RadiusRule::Covering => {}
+        RadiusRule::Constant(radius) => checks.require(
             radius.is_finite() && radius > 0.0,
             path,
             format_args!("Constant({radius:?})"),
             "it must be above 0 (m), such as 0.002",
         ),
-        SurfelRadius::Mapped {
+        RadiusRule::Mapped {
             neighbors,
             least,
             most,

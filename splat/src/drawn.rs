@@ -1,0 +1,119 @@
+//! A tissue as it is drawn: its colours, images and moved splats.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3, Vec3};
+
+use crate::image::Image;
+use crate::scene::{SplatView, Surface};
+use crate::splats::Splats;
+use crate::surfels::TexturePlace;
+use crate::texture::TissueTexture;
+use crate::tissue::Tissue;
+
+/// What light reaches the bottom of a wound, where its sides do not quite meet.
+const DEPTH: f32 = 0.25;
+
+/// A tissue with what colours it, and its splats where nodes have carried them.
+#[derive(Debug, Clone)]
+pub struct DrawnTissue {
+    /// The surface at rest; cuts change it.
+    pub tissue: Tissue,
+    /// Colours of its outside and inside.
+    pub texture: TissueTexture,
+    /// Optical properties of its materials.
+    pub surfaces: Vec<Surface>,
+    /// Images that surfels with a place in one show.
+    pub images: Vec<Arc<Image>>,
+    /// Linear colour of each surfel; [`DrawnTissue::carry`] gives new ones theirs.
+    pub colors: Vec<Vec3>,
+    splats: Splats,
+}
+
+impl DrawnTissue {
+    /// A tissue in the colours of a texture, with the surfaces of its materials.
+    #[must_use]
+    pub fn new(tissue: Tissue, texture: TissueTexture, surfaces: Vec<Surface>) -> Self {
+        Self {
+            colors: texture.colors(tissue.surfels()),
+            tissue,
+            texture,
+            surfaces,
+            images: Vec::new(),
+            splats: Splats::default(),
+        }
+    }
+
+    /// A copy without the splats, which [`DrawnTissue::carry`] computes again.
+    #[must_use]
+    pub fn unmoved(&self) -> Self {
+        Self {
+            tissue: self.tissue.clone(),
+            texture: self.texture,
+            surfaces: self.surfaces.clone(),
+            images: self.images.clone(),
+            colors: self.colors.clone(),
+            splats: Splats::default(),
+        }
+    }
+
+    /// Lays images on the surfels that have a place in one, one entry each, and colours these by them.
+    pub fn lay(&mut self, images: Vec<Arc<Image>>, places: Vec<Option<TexturePlace>>) {
+        let radii = &self.tissue.surfels().radii;
+        for ((to, place), radius) in self.colors.iter_mut().zip(&places).zip(radii) {
+            if let Some(place) = place {
+                *to = place.color(&images, *radius);
+            }
+        }
+        self.images = images;
+        self.tissue.set_places(places);
+    }
+
+    /// Moves the splats with the nodes' places (m) and deformation gradients, and colours surfels that are new.
+    ///
+    /// # Panics
+    /// If there are fewer nodes than the tissue is bound to.
+    pub fn carry(&mut self, positions: &[DVec3], gradients: &[DMat3]) {
+        self.tissue
+            .carry_into(positions, gradients, &mut self.splats);
+        let surfels = self.tissue.surfels();
+        for index in self.colors.len()..surfels.len() {
+            let place = surfels.places.get(index).copied().flatten();
+            let color = match place {
+                Some(place) => place.color(&self.images, surfels.radii[index]),
+                None => (self.texture).color(surfels.positions[index], surfels.materials[index]),
+            };
+            self.colors.push(color);
+        }
+    }
+
+    /// The splats where [`DrawnTissue::carry`] has moved them.
+    #[must_use]
+    pub fn splats(&self) -> &Splats {
+        &self.splats
+    }
+
+    /// Linear colour of what gaps of a cut surface show.
+    #[must_use]
+    pub fn depth_color(&self) -> Vec3 {
+        self.texture.parenchyma_dark * DEPTH
+    }
+
+    /// All of it, to be drawn.
+    #[must_use]
+    pub fn view(&self) -> SplatView<'_> {
+        let surfels = self.tissue.surfels();
+        SplatView {
+            clips: self.tissue.clips(),
+            // An uncut surface has no gaps.
+            inside: (surfels.len() > self.tissue.outer_count()).then(|| self.depth_color()),
+            ..SplatView::new(&self.splats, surfels, &self.colors)
+        }
+    }
+
+    /// Heap bytes of the tissue and of its splats.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.tissue.bytes() + self.splats.bytes() + size_of_val(&*self.colors)
+    }
+}
