@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use phyxel::scene::{Body, Material, MeshExtent, Region, Scene, Shape, Target};
-use phyxel_discretize::{RepairSettings, read_mesh, repair};
+use phyxel::scene::{Body, Material, Region, Scene, Shape, Target};
+use phyxel_discretize::{Bounds, RepairSettings, read_mesh, repair};
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -95,7 +95,7 @@ fn default_scene(file: &Path) -> Result<Scene, StudyError> {
         ..RepairSettings::default()
     };
     let (_, report) = repair(&read.mesh, &settings).map_err(|error| mesh(error.to_string()))?;
-    let extent = MeshExtent {
+    let extent = Bounds {
         min: report.min,
         max: report.max,
     };

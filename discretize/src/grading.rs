@@ -4,18 +4,25 @@ use glam::DVec3;
 
 use crate::error::SampleError;
 
-/// A place where smaller tetrahedra are wanted.
+/// A place with smaller distances between nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Refinement {
-    /// One end of the axis (m).
+    /// One end of the axis (m), at rest.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub from: DVec3,
     /// The other end (m); the same point for a ball.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub to: DVec3,
-    /// Distance from the axis up to which the factor holds (m).
+    /// Distance (m) from the axis up to which the factor holds.
     pub radius: f64,
-    /// Spacing wanted there over the body's spacing, 1/32 to 1. Cells are halved until they are
-    /// small enough, so what comes out is the next power of one half.
+    /// Distance of nodes there over that at the surface, 1/32 to 1. Cells are halved until they are small enough, so
+    /// what comes out is the next power of one half.
     pub factor: f64,
 }
 

@@ -23,6 +23,8 @@ mod octree;
 mod oracle;
 mod order;
 mod patch;
+#[cfg(feature = "serde")]
+pub mod path_text;
 mod points;
 mod quality;
 mod read;
@@ -30,6 +32,7 @@ mod regular;
 mod repair;
 mod sampling;
 mod settings;
+mod shape;
 mod slimness;
 mod solid;
 mod spread;
@@ -63,6 +66,7 @@ pub use sampling::{
     Sampling, SamplingReport, estimate_tetrahedra_nodes, sample_tetrahedra, surface_mesh,
 };
 pub use settings::{SampleSettings, Target};
+pub use shape::{Axis, Placement, Shape, ShapeError, UnitGuess, guess_unit};
 pub use solid::{LevelSet, Primitive, Solid};
 pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,

@@ -3,11 +3,9 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use phyxel_discretize::{ReadError, RepairError, RepairSettings, read_mesh, repair};
+use phyxel_discretize::{Bounds, ReadError, RepairError, RepairSettings, read_mesh, repair};
 
-use crate::scene::{
-    EMBEDDED, Format, MeshExtent, Override, Scene, UnitGuess, place_of_body, read_text,
-};
+use crate::scene::{EMBEDDED, Format, Override, Scene, UnitGuess, place_of_body, read_text};
 use crate::world::WorldError;
 
 use super::CliError;
@@ -132,7 +130,7 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
         file: file.to_owned(),
         problem,
     })?;
-    let extent = MeshExtent {
+    let extent = Bounds {
         min: report.min,
         max: report.max,
     };

@@ -10,15 +10,13 @@ const SPECULAR: f32 = 0.35;
 
 /// The mesh of a file, placed and coloured.
 pub(super) fn read(wish: &RigidMesh) -> Result<DrawnMesh, ReadError> {
-    let mesh = read_mesh(&wish.file)?.mesh;
-    let turn = wish.turn();
-    let placed = |vertex| turn * (vertex * wish.scale) + wish.position;
-    let vertices = mesh.vertices.into_iter().map(placed).collect();
+    let mut mesh = read_mesh(&wish.file)?.mesh;
+    wish.placement().place(&mut mesh.vertices);
     Ok(DrawnMesh {
         color: linear_color(wish.color),
         specular: SPECULAR,
         smooth: true,
-        ..DrawnMesh::metal(vertices, mesh.triangles)
+        ..DrawnMesh::metal(mesh.vertices, mesh.triangles)
     })
 }
 

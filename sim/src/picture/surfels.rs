@@ -54,13 +54,10 @@ pub(super) fn scanned(
     body: &Body,
 ) -> Result<SurfaceSamples, BodyProblem> {
     let mut surfels = read_point_cloud(&points.file)?;
-    let (turn, scale) = (
-        placed.turn() * points.up.rotation(),
-        placed.scale * points.scale,
-    );
-    for (x, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
-        *x = turn * (*x * scale) + placed.position;
-        *normal = turn * *normal;
+    let placed = placed.placement().of_file(points.scale, points.up);
+    placed.place(&mut surfels.positions);
+    for normal in &mut surfels.normals {
+        *normal = placed.turn * *normal;
     }
     #[allow(clippy::cast_precision_loss, reason = "a number of points")]
     let count = surfels.positions.len() as f64;

@@ -20,10 +20,8 @@ pub(super) fn lay(placed: &Body, skin: &mut DrawnTissue) -> Result<(), BodyProbl
         return Ok(());
     };
     let mut textured = read_textured_mesh(file)?;
-    let (turn, scale) = (placed.turn() * up.rotation(), placed.scale * *scale);
-    for vertex in &mut textured.mesh.vertices {
-        *vertex = turn * (*vertex * scale) + placed.position;
-    }
+    let placed = placed.placement().of_file(*scale, *up);
+    placed.place(&mut textured.mesh.vertices);
     let images = textured
         .images
         .iter()

@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{Primitive, RepairSettings};
+use phyxel_discretize::{Axis, Placement, Refinement, Shape, path_text};
 use phyxel_splat::{InsideTest, RadiusRule, WeightLaw};
 use serde::{Deserialize, Serialize};
 
 use super::material::{Inclusion, Material};
 use super::method::{CutRule, Method, Precision};
 use super::path::turn;
-use super::path_text;
 
 /// A deformable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -98,13 +97,18 @@ impl Body {
 
     /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
     pub(crate) fn rough_volume(&self) -> Option<f64> {
-        let (primitive, _, scale, _) = self.shape.primitive()?;
-        Some(primitive.volume() * (self.scale * scale).powi(3))
+        let (primitive, own) = self.shape.primitive()?;
+        Some(primitive.volume() * (self.scale * own.scale).powi(3))
     }
 
-    /// Rotation of the shape.
-    pub(crate) fn turn(&self) -> DMat3 {
-        DMat3::from_quat(turn(self.rotation))
+    /// Where its shape lies.
+    #[must_use]
+    pub fn placement(&self) -> Placement {
+        Placement {
+            scale: self.scale,
+            turn: DMat3::from_quat(turn(self.rotation)),
+            position: self.position,
+        }
     }
 
     const fn default_scale() -> f64 {
@@ -117,163 +121,6 @@ impl Body {
 
     const fn default_damping() -> f64 {
         2.0
-    }
-}
-
-/// What a body occupies at rest, before `scale`, `rotation` and `position` place it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum Shape {
-    /// The built-in liver-like organ of someone who stands: right lobe at -x, left lobe at +x, front
-    /// at -y, head end up; 1.2 litres at a width of 0.166 m.
-    Liver {
-        /// Extent from the right to the left lobe (m).
-        width: f64,
-    },
-    /// An axis-aligned box centred at the origin.
-    Box {
-        /// Full edge lengths (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        size: DVec3,
-    },
-    /// An axis-aligned ellipsoid centred at the origin.
-    Ellipsoid {
-        /// Half axes (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        radii: DVec3,
-    },
-    /// A cylinder with round ends.
-    Capsule {
-        /// First end of the axis (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        from: DVec3,
-        /// Second end of the axis (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        to: DVec3,
-        /// Radius (m).
-        radius: f64,
-    },
-    /// A hollow cylinder with flat ends.
-    Tube {
-        /// First end of the axis (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        from: DVec3,
-        /// Second end of the axis (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        to: DVec3,
-        /// Radius of the hollow (m).
-        inner_radius: f64,
-        /// Radius of the outside (m).
-        outer_radius: f64,
-    },
-    /// A closed surface from a mesh file.
-    Mesh {
-        /// Mesh file; a relative path starts at the scene file's folder.
-        #[serde(with = "path_text")]
-        #[cfg_attr(feature = "cli", schemars(with = "String"))]
-        file: PathBuf,
-        /// Metres per unit of the file.
-        #[serde(default = "Shape::default_scale")]
-        scale: f64,
-        /// Direction in the file that becomes up (+z) in the scene.
-        #[serde(default)]
-        up: Axis,
-        /// Holes up to this perimeter, as a share of the diagonal of the mesh's box, are closed.
-        #[serde(default = "Shape::default_largest_hole")]
-        largest_hole: f64,
-    },
-}
-
-impl Shape {
-    const fn default_scale() -> f64 {
-        1.0
-    }
-
-    pub(super) fn default_largest_hole() -> f64 {
-        RepairSettings::default().largest_hole
-    }
-
-    /// The shape without a file that it is, with the rotation, the size and the place (m) that it has in the body's
-    /// frame; `None` for a mesh.
-    pub(crate) fn primitive(&self) -> Option<(Primitive, DMat3, f64, DVec3)> {
-        // Rotation that takes +z to the axis of a capsule or tube.
-        let along = |axis: DVec3| {
-            let z = axis.normalize_or(DVec3::Z);
-            let (x, y) = z.any_orthonormal_pair();
-            DMat3::from_cols(x, y, z)
-        };
-        let still = |primitive| Some((primitive, DMat3::IDENTITY, 1.0, DVec3::ZERO));
-        match *self {
-            Self::Liver { width } => {
-                // The organ of an upright person: its head end up, its front to -y.
-                let turn = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
-                let scale = width / Primitive::LIVER_WIDTH;
-                Some((Primitive::Liver, turn, scale, DVec3::ZERO))
-            }
-            Self::Box { size } => still(Primitive::Box {
-                half_extents: size * 0.5,
-            }),
-            Self::Ellipsoid { radii } => still(Primitive::Ellipsoid { semi_axes: radii }),
-            Self::Capsule { from, to, radius } => {
-                let half_length = 0.5 * from.distance(to);
-                let capsule = Primitive::Capsule {
-                    half_length,
-                    radius,
-                };
-                Some((capsule, along(to - from), 1.0, from.midpoint(to)))
-            }
-            Self::Tube {
-                from,
-                to,
-                inner_radius,
-                outer_radius,
-            } => {
-                let tube = Primitive::Tube {
-                    half_length: 0.5 * from.distance(to),
-                    outer_radius,
-                    inner_radius,
-                };
-                Some((tube, along(to - from), 1.0, from.midpoint(to)))
-            }
-            Self::Mesh { .. } => None,
-        }
-    }
-}
-
-/// A signed coordinate direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Axis {
-    /// +x
-    X,
-    /// +y
-    Y,
-    /// +z
-    #[default]
-    Z,
-    /// -x
-    MinusX,
-    /// -y
-    MinusY,
-    /// -z
-    MinusZ,
-}
-
-impl Axis {
-    /// The rotation that turns this direction of a file into +z of the scene.
-    #[must_use]
-    pub fn rotation(self) -> DMat3 {
-        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
-        // Columns: where the file's x, y and z go.
-        match self {
-            Self::X => DMat3::from_cols(z, x, y),
-            Self::Y => DMat3::from_cols(x, z, -y),
-            Self::Z => DMat3::IDENTITY,
-            Self::MinusX => DMat3::from_cols(-z, -x, y),
-            Self::MinusY => DMat3::from_cols(x, -z, y),
-            Self::MinusZ => DMat3::from_cols(x, -y, -z),
-        }
     }
 }
 
@@ -304,23 +151,6 @@ pub enum Form {
     /// Points without tetrahedra: centres of the cells of a lattice (an octree where the distance
     /// varies) and points of the surface; the nearest are neighbours.
     Points,
-}
-
-/// A place with smaller distances between nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Refinement {
-    /// One end of the axis (m), at rest.
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-    pub from: DVec3,
-    /// The other end (m); the same point for a ball.
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-    pub to: DVec3,
-    /// Distance from the axis (m) up to which the factor holds.
-    pub radius: f64,
-    /// Distance of nodes there over that at the surface, 1/32 to 1; halves are what it is made of.
-    pub factor: f64,
 }
 
 impl Default for Sampling {
@@ -397,7 +227,7 @@ pub struct PointFile {
     #[cfg_attr(feature = "cli", schemars(with = "String"))]
     pub file: PathBuf,
     /// Metres per unit of the file.
-    #[serde(default = "Shape::default_scale")]
+    #[serde(default = "Body::default_scale")]
     pub scale: f64,
     /// Direction in the file that becomes up (+z) in the scene.
     #[serde(default)]

@@ -3,67 +3,10 @@
 use std::path::Path;
 
 use glam::DVec3;
+use phyxel_discretize::{Bounds, RepairSettings, UnitGuess, guess_unit};
 
 use super::overrides::Override;
 use super::{Axis, Body, Cut, Key, Pictures, Region, Scene, SceneError, Shape, Support};
-
-/// Bounding box of a mesh in the units and axes of its file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeshExtent {
-    /// Smallest coordinates of the vertices in use.
-    pub min: DVec3,
-    /// Largest coordinates of the vertices in use.
-    pub max: DVec3,
-}
-
-/// How the unit of a mesh file was understood.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum UnitGuess {
-    /// The size is that of a body in metres.
-    Metres,
-    /// The size is that of a body in millimetres, as scanners and their tools write it.
-    Millimetres,
-    /// The size fits neither: scaled so that the longest side is as long as an organ.
-    Scaled {
-        /// Metres per unit of the file.
-        scale: f64,
-        /// Longest side (m) after scaling.
-        longest: f64,
-    },
-}
-
-impl UnitGuess {
-    /// Metres per unit of the file.
-    #[must_use]
-    pub const fn scale(&self) -> f64 {
-        match *self {
-            Self::Metres => 1.0,
-            Self::Millimetres => 1e-3,
-            Self::Scaled { scale, .. } => scale,
-        }
-    }
-}
-
-/// Longest side (m) that a mesh without a stated unit is given.
-const ORGAN_LENGTH: f64 = 0.15;
-/// Longest sides (m) that a body may have: from a gallstone to a trunk.
-const PLAUSIBLE_LENGTH: std::ops::RangeInclusive<f64> = 0.01..=1.0;
-
-/// Guesses the unit of a mesh from its longest side.
-#[must_use]
-pub fn guess_unit(extent: &MeshExtent) -> UnitGuess {
-    let longest = (extent.max - extent.min).max_element();
-    if PLAUSIBLE_LENGTH.contains(&longest) {
-        UnitGuess::Metres
-    } else if PLAUSIBLE_LENGTH.contains(&(longest * UnitGuess::Millimetres.scale())) {
-        UnitGuess::Millimetres
-    } else {
-        UnitGuess::Scaled {
-            scale: ORGAN_LENGTH / longest,
-            longest: ORGAN_LENGTH,
-        }
-    }
-}
 
 impl Scene {
     /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
@@ -79,16 +22,16 @@ impl Scene {
     /// If the box is empty or not finite; the caller has read the mesh.
     pub fn for_mesh(
         file: &Path,
-        extent: &MeshExtent,
+        extent: &Bounds,
         overrides: &[Override],
     ) -> Result<(Self, UnitGuess), SceneError> {
-        let size = extent.max - extent.min;
+        let size = extent.size();
         assert!(
             size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,
             "the box of a mesh must have a size, not {size}"
         );
         let unit = guess_unit(extent);
-        let up = default_up(file);
+        let up = Axis::usually_up(file);
         let turned = |corner: DVec3| up.rotation() * (corner * unit.scale());
         let (a, b) = (turned(extent.min), turned(extent.max));
         let mut scene = standing(file, unit.scale(), up, a.min(b), a.max(b));
@@ -115,14 +58,6 @@ impl Scene {
     }
 }
 
-fn default_up(file: &Path) -> Axis {
-    let extension = file.extension().map(|text| text.to_ascii_lowercase());
-    match extension.as_deref().and_then(|text| text.to_str()) {
-        Some("obj" | "ply") => Axis::Y,
-        _ => Axis::Z,
-    }
-}
-
 /// The scene for a mesh that fills the box `min` to `max` (m, z up).
 fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene {
     let size = max - min;
@@ -131,7 +66,7 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
         file: file.to_owned(),
         scale,
         up,
-        largest_hole: Shape::default_largest_hole(),
+        largest_hole: RepairSettings::default().largest_hole,
     });
     body.name = "organ".to_owned();
     let mut scene = Scene::new("mesh", vec![body]);

@@ -22,7 +22,6 @@ mod method;
 mod misread;
 mod overrides;
 mod path;
-mod path_text;
 mod read;
 mod rigid;
 mod settings;
@@ -36,8 +35,7 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Axis, Body, Form, ImageFile, PointFile, Refinement, Sampling, Shape, SurfelSpacing,
-    SurfelTarget, Surfels, Target,
+    Body, Form, ImageFile, PointFile, Sampling, SurfelSpacing, SurfelTarget, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
@@ -51,10 +49,10 @@ pub use keys::{key_reference, schema};
 #[cfg(feature = "cli")]
 pub(crate) use locate::{Node, line_column};
 pub use material::{Dilatation, Fiber, Inclusion, Material, Model, Preset, Relaxation};
-pub use mesh::{MeshExtent, UnitGuess, guess_unit};
 pub use method::{CutRule, Method, Precision};
 pub use overrides::Override;
 pub use path::{Key, pose_at};
+pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
 pub use phyxel_integrate::Pose;
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
 pub(crate) use read::read_file;

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
+use phyxel_discretize::{Axis, Placement, path_text};
 use serde::{Deserialize, Serialize};
 
-use super::body::Axis;
 use super::path::turn;
-use super::path_text;
 
 /// A rigid surface from a mesh file, such as bones or the looks of an instrument: it is drawn among the bodies and
 /// touches nothing.
@@ -39,9 +38,15 @@ pub struct RigidMesh {
 }
 
 impl RigidMesh {
-    /// Rotation of what the file holds.
-    pub(crate) fn turn(&self) -> DMat3 {
-        DMat3::from_quat(turn(self.rotation)) * self.up.rotation()
+    /// Where what the file holds lies.
+    #[must_use]
+    pub fn placement(&self) -> Placement {
+        let placed = Placement {
+            scale: 1.0,
+            turn: DMat3::from_quat(turn(self.rotation)),
+            position: self.position,
+        };
+        placed.of_file(self.scale, self.up)
     }
 
     const fn default_scale() -> f64 {

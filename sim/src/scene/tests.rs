@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+use phyxel_discretize::Bounds;
 
 use super::locate::{Content, Node};
 use super::*;
@@ -258,52 +259,17 @@ fn regions_hold_their_boundary() {
 }
 
 #[test]
-fn every_up_direction_is_a_rotation_to_z() {
-    for (axis, direction) in [
-        (Axis::X, DVec3::X),
-        (Axis::Y, DVec3::Y),
-        (Axis::Z, DVec3::Z),
-        (Axis::MinusX, DVec3::NEG_X),
-        (Axis::MinusY, DVec3::NEG_Y),
-        (Axis::MinusZ, DVec3::NEG_Z),
-    ] {
-        let rotation = axis.rotation();
-        assert_eq!(rotation * direction, DVec3::Z, "{axis:?}");
-        assert_eq!(
-            rotation * rotation.transpose(),
-            glam::DMat3::IDENTITY,
-            "{axis:?}"
-        );
-        assert!(rotation.determinant() > 0.0, "{axis:?}");
-    }
-}
-
-#[test]
-fn a_mesh_of_absurd_size_is_scaled_to_an_organ() {
-    let extent = |longest: f64| MeshExtent {
-        min: DVec3::ZERO,
-        max: DVec3::new(longest, longest / 2.0, longest / 3.0),
-    };
-    assert_eq!(guess_unit(&extent(0.12)), UnitGuess::Metres);
-    assert_eq!(guess_unit(&extent(90.0)), UnitGuess::Millimetres);
-    for longest in [6.48, 4e3, 1e-3] {
-        let unit = guess_unit(&extent(longest));
-        assert!((unit.scale() * longest - 0.15).abs() < 1e-15, "{unit:?}");
-    }
-}
-
-#[test]
 fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, up) in [("cow #1.obj", Axis::Y), ("part.stl", Axis::Z)] {
         let file = folder.path().join(name);
         std::fs::write(&file, "").expect("it can be written");
-        let extent = MeshExtent {
+        let extent = Bounds {
             min: DVec3::new(-1.0, 0.0, -2.0),
             max: DVec3::new(1.0, 3.0, 2.0),
         };
         let (scene, unit) = Scene::for_mesh(&file, &extent, &[]).expect("it is valid");
-        assert_eq!(unit, guess_unit(&extent));
+        assert_eq!(unit, phyxel_discretize::guess_unit(&extent));
         assert_eq!(
             scene.bodies[0].shape,
             Shape::Mesh {

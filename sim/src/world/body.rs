@@ -16,7 +16,6 @@ use super::factors::Factors;
 use super::model::{Built, build};
 use super::outside::{Cover, outside_of, surface_of};
 use super::scheme::{Stepper, equilibrium, explicit_scheme, step_shared};
-use super::shape::solid_of;
 use super::shares::Shared;
 use super::stencils::BodyStencils;
 use super::support::supports_of;
@@ -121,7 +120,7 @@ impl Body {
     }
 
     fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
-        let (solid, report) = solid_of(description)?;
+        let (solid, report) = description.shape.solid(&description.placement())?;
         let Built {
             rest,
             volumes,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use phyxel_discretize::{ReadError, RepairError, SampleError};
+use phyxel_discretize::{ReadError, SampleError, ShapeError};
 use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
@@ -15,17 +15,12 @@ use crate::scene::SceneError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BodyProblem {
-    /// The mesh file cannot be read.
+    /// A mesh file or one of points cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The mesh is not a solid.
-    #[error("{}: {problem}", file.display())]
-    Repair {
-        /// The mesh file.
-        file: PathBuf,
-        /// What is wrong, and where.
-        problem: Box<RepairError>,
-    },
+    /// The shape is not a solid.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// No nodes can be placed.
     #[error(transparent)]
     Sample(#[from] SampleError),

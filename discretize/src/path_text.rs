@@ -1,4 +1,5 @@
-//! File names as text: a name that is not UTF-8 keeps its bytes.
+//! File names as text, for `#[serde(with = "phyxel_discretize::path_text")]`: a name that is not UTF-8 keeps its
+//! bytes.
 //!
 //! A byte that is no part of a character is written as the character U+EF00 + byte, and so are the
 //! bytes of such characters themselves, so that every name comes back as it was.
@@ -10,11 +11,19 @@ use serde::{Deserialize, Deserializer, Serializer};
 #[cfg(unix)]
 const FIRST: u32 = 0xef00;
 
-pub(super) fn serialize<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+/// Writes a file name as text.
+///
+/// # Errors
+/// What the serializer says.
+pub fn serialize<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&to_text(path))
 }
 
-pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PathBuf, D::Error> {
+/// Reads a file name from a text.
+///
+/// # Errors
+/// What the deserializer says; any text is a name.
+pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PathBuf, D::Error> {
     Ok(to_path(&String::deserialize(deserializer)?))
 }
 
