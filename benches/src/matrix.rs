@@ -1,7 +1,7 @@
 //! The matrix: the embedded bodies over node counts, stiffnesses and cuts, all with defaults.
 
 use glam::DVec3;
-use phyxel::scene::{Body, Capture, Cut, Key, Material, Scene, Target};
+use phyxel::scene::{Body, Capture, Cut, Key, MaterialSettings, Scene, Target};
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -66,7 +66,7 @@ pub fn plain(name: &str) -> Result<Scene, StudyError> {
     let mut scene = Scene::embedded(name, &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
-        body.material.stabilization = Material::default().stabilization;
+        body.material.stabilization = MaterialSettings::default().stabilization;
         body.damping = usual.damping;
         body.damping_ratio = usual.damping_ratio;
     }

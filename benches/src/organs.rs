@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use phyxel::scene::{Body, Material, Region, Scene, Shape, Target};
+use phyxel::scene::{Body, MaterialSettings, Region, Scene, Shape, Target};
 use phyxel_discretize::{Bounds, RepairSettings, read_mesh, repair};
 
 use crate::batch::Case;
@@ -102,7 +102,7 @@ fn default_scene(file: &Path) -> Result<Scene, StudyError> {
     let (mut scene, _) = Scene::for_mesh(file, &extent, &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
-        body.material.stabilization = Material::default().stabilization;
+        body.material.stabilization = MaterialSettings::default().stabilization;
         body.damping = usual.damping;
         body.damping_ratio = usual.damping_ratio;
     }

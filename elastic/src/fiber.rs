@@ -8,21 +8,36 @@ use crate::law::{double_dot, outer};
 /// e²⁰ is already 10⁸ times the initial stiffness, and a solver's wild trial step must stay finite.
 const LARGEST_EXPONENT: f64 = 20.0;
 
-/// Fibers that stiffen exponentially when stretched and carry nothing when slack:
+/// Fibres that stiffen exponentially when stretched and carry nothing when slack:
 /// `W_f = k1/(2 k2) (exp(k2 <E>²) - 1)`, `E = kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1)`,
 /// `I4 = a·C a` (Holzapfel, Gasser and Ogden 2000; dispersion `kappa` of Gasser, Ogden and
 /// Holzapfel 2006), with `<E>` the positive part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Fiber {
-    /// Unit direction `a` in the rest state.
+    /// Direction `a` at rest: of unit length in a force law, of any above zero in settings.
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub direction: DVec3,
-    /// `k1` (Pa); the stiffness along the fiber at small stretch is `4 k1` for `kappa = 0`.
+    /// `k1` (Pa), a quarter of the stiffness along the fibres at small stretch where `kappa` is 0.
     pub stiffness: f64,
     /// `k2`, positive: how fast they stiffen.
+    #[cfg_attr(feature = "serde", serde(default = "Fiber::default_exponent"))]
     pub exponent: f64,
-    /// `kappa` between 0 (all parallel) and 1/3 (every direction alike).
+    /// `kappa`, spread of the directions: 0 for none, 1/3 for every direction alike.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub dispersion: f64,
+}
+
+#[cfg(feature = "serde")]
+impl Fiber {
+    const fn default_exponent() -> f64 {
+        1.0
+    }
 }
 
 impl Fiber {

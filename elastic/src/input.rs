@@ -106,23 +106,25 @@ pub enum Instructions {
     Portable,
 }
 
-/// Storage of constants and of what the two passes hand on. Positions, sums, stresses, energies and
-/// forces are f64 either way.
+/// How pairs are stored, and what the two passes hand on; positions, sums, stresses, energies and forces are of 64
+/// bits either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Precision {
-    /// f64.
+    /// 64 bits.
     #[default]
     Double,
-    /// f32, coordinates as 32-bit fractions of the body's size: two thirds of the memory, for a
+    /// 32 bits, coordinates as 32-bit fractions of the body's size: two thirds of the memory, for a
     /// relative 1e-7 per row. Forces of a body at rest vanish exactly; those of a deformed one sum to
     /// zero as in f64.
     Single,
 }
 
-/// Where a change of volume is resisted.
+/// Where changes of volume are resisted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Dilatation {
     /// At each node by itself.
     #[default]

@@ -4,13 +4,19 @@ use glam::DMat3;
 
 use crate::material::{MAX_PRONY_TERMS, Material};
 
-/// One term: an overstress `ratio · S` that relaxes with `relaxation_time`.
+/// One term of a Prony series: stress beyond that of the long term, `ratio · S`, which fades.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct PronyTerm {
-    /// `beta`, stiffness relative to the long-term law; 0 for no term.
+    /// `beta`, stiffness of the term over that of the long term; 0 for no term.
     pub ratio: f64,
-    /// `tau` (s).
+    /// `tau`: time (s) in which its stress falls to 1/e.
+    #[cfg_attr(feature = "serde", serde(rename = "time"))]
     pub relaxation_time: f64,
 }
 

@@ -8,7 +8,7 @@ use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 use crate::problems::model::Law;
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
-use phyxel::scene::{self, Form, Material, Region, Scene, Shape, Support, Target};
+use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
 use phyxel::world::{Body, World};
 
 /// Length (m); the section is a square of a fifth of it.
@@ -138,11 +138,11 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
     });
     body.sampling.target = Target::Spacing(spacing);
     body.sampling.form = form;
-    body.material = Material {
+    body.material = MaterialSettings {
         youngs_modulus: MODULUS,
         poissons_ratio: ratio,
         density: 1000.0,
-        ..Material::default()
+        ..MaterialSettings::default()
     };
     let mut scene = Scene::new("beam", vec![body]);
     scene.supports.push(Support {

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Axis, Placement, Refinement, Shape, path_text};
+use phyxel_elastic::{MaterialSettings, Precision};
 use phyxel_splat::{InsideTest, RadiusRule, WeightLaw};
 use serde::{Deserialize, Serialize};
 
-use super::material::{Inclusion, Material};
-use super::method::{CutRule, Method, Precision};
+use super::material::Inclusion;
+use super::method::{CutRule, Method};
 use super::path::turn;
 
 /// A deformable body.
@@ -38,7 +39,7 @@ pub struct Body {
     pub sampling: Sampling,
     /// What the body is made of.
     #[serde(default)]
-    pub material: Material,
+    pub material: MaterialSettings,
     /// Parts of another stiffness, such as a tumour; the last one that holds a node counts.
     #[serde(default)]
     pub inclusions: Vec<Inclusion>,
@@ -79,7 +80,7 @@ impl Body {
             rotation: DVec3::ZERO,
             scale: 1.0,
             sampling: Sampling::default(),
-            material: Material::default(),
+            material: MaterialSettings::default(),
             inclusions: Vec::new(),
             method: Method::default(),
             cut_rule: CutRule::default(),

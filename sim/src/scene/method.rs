@@ -108,14 +108,3 @@ impl Default for CutRule {
         }
     }
 }
-
-/// How pairs are stored; positions, stresses, energies and forces are of 64 bits either way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Precision {
-    /// 64 bits.
-    #[default]
-    Double,
-    /// 32 bits: half the memory of pairs, forces that differ by 1e-7 of their size.
-    Single,
-}

@@ -91,9 +91,9 @@ fn overrides_apply_in_order_and_add_what_is_missing() {
     )
     .expect("each of them fits");
     assert_eq!(scene.name, "a b");
-    let material = Material {
+    let material = MaterialSettings {
         density: 950.0,
-        ..Material::default()
+        ..MaterialSettings::default()
     };
     assert_eq!(scene.bodies[0].material, material);
     assert_eq!(
@@ -441,9 +441,9 @@ fn a_tissue_gives_what_is_not_given() {
     };
     let kidney = "bodies[0].material=(tissue: Kidney, poissons_ratio: 0.4)";
     let material = read(&[kidney]);
-    let wanted = Material {
+    let wanted = MaterialSettings {
         poissons_ratio: 0.4,
-        ..Material::of(Preset::Kidney)
+        ..MaterialSettings::of(Preset::Kidney)
     };
     assert_eq!(material, wanted);
     assert!((material.youngs_modulus, material.density) == (5000.0, 1050.0));

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_discretize::{
     Solid, boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
 };
-use phyxel_elastic::{Dilatation, Elastic, Material, Materials, Nodes, Precision, Settings};
+use phyxel_elastic::{Elastic, Material, MaterialSettings, Materials, Nodes, Settings};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, NearestSettings, Neighborhoods, dissertation_cloud,
     inverse_square_weights, k_nearest, widen_deficient_rows,
@@ -63,8 +63,8 @@ pub(super) fn build(
     let parts = wish
         .inclusions
         .iter()
-        .map(|part| wish.material.within(part));
-    let all: Vec<scene::Material> = std::iter::once(wish.material.clone())
+        .map(|part| part.within(&wish.material));
+    let all: Vec<MaterialSettings> = std::iter::once(wish.material.clone())
         .chain(parts)
         .collect();
     for (mass, &part) in masses.iter_mut().zip(&part_of) {
@@ -73,7 +73,7 @@ pub(super) fn build(
             *mass *= density / wish.material.density;
         }
     }
-    let list: Vec<Material> = all.iter().map(scene::Material::law).collect();
+    let list: Vec<Material> = all.iter().map(MaterialSettings::law).collect();
     let materials = if part_of.is_empty() {
         Materials::Uniform(list[0])
     } else {
@@ -91,14 +91,8 @@ pub(super) fn build(
         &materials,
         &Settings {
             zero_energy_control: wish.material.stabilization,
-            precision: match wish.precision {
-                scene::Precision::Double => Precision::Double,
-                scene::Precision::Single => Precision::Single,
-            },
-            dilatation: match wish.material.dilatation {
-                scene::Dilatation::Local => Dilatation::Local,
-                scene::Dilatation::Mean => Dilatation::Mean,
-            },
+            precision: wish.precision,
+            dilatation: wish.material.dilatation,
             ..Settings::default()
         },
     )?;

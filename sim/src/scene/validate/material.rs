@@ -3,7 +3,7 @@
 use super::check::Checks;
 use super::region::region;
 use crate::scene::body::Body;
-use crate::scene::material::{Dilatation, Fiber, Material, Model};
+use crate::scene::{Dilatation, Fiber, MaterialSettings, Model};
 
 /// Most terms of a Prony series.
 const MOST_TERMS: usize = phyxel_elastic::MAX_PRONY_TERMS;
@@ -16,14 +16,14 @@ pub(super) fn of(checks: &mut Checks, path: &str, body: &Body) {
         region(checks, &format!("{path}.region"), part.region);
         let given = [part.youngs_modulus, part.poissons_ratio, part.density];
         let given = given.map(|value| value.is_some());
-        moduli(checks, &path, &body.material.within(part), given);
+        moduli(checks, &path, &part.within(&body.material), given);
         if let Some(fibers) = &part.fiber {
             fiber(checks, &format!("{path}.fiber"), fibers);
         }
     }
 }
 
-fn material(checks: &mut Checks, path: &str, material: &Material) {
+fn material(checks: &mut Checks, path: &str, material: &MaterialSettings) {
     moduli(checks, path, material, [true; 3]);
     checks.not_negative(
         format_args!("{path}.volume_constant"),
@@ -46,7 +46,7 @@ fn material(checks: &mut Checks, path: &str, material: &Material) {
             term.ratio,
             ", such as 0.5 for half the long-term stiffness more",
         );
-        checks.positive(format_args!("{path}.time"), term.time, " (s)");
+        checks.positive(format_args!("{path}.time"), term.relaxation_time, " (s)");
     }
     checks.agree(
         material.dilatation == Dilatation::Local || material.model != Model::SaintVenantKirchhoff,
@@ -64,7 +64,7 @@ fn material(checks: &mut Checks, path: &str, material: &Material) {
 }
 
 /// What inclusions may have of their own; what is not `given` there is the body's, and told of there.
-fn moduli(checks: &mut Checks, path: &str, material: &Material, given: [bool; 3]) {
+fn moduli(checks: &mut Checks, path: &str, material: &MaterialSettings, given: [bool; 3]) {
     let [modulus_given, ratio_given, density_given] = given;
     if modulus_given {
         checks.positive(

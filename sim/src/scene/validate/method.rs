@@ -1,8 +1,8 @@
 //! How nodes are coupled and cuts weaken that.
 
 use super::check::Checks;
+use crate::scene::Dilatation;
 use crate::scene::body::Body;
-use crate::scene::material::Dilatation;
 use crate::scene::method::{CutRule, Method};
 
 /// Neighbours that a gradient in space needs at least.
