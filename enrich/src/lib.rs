@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod blade;
+mod choice;
 mod comparators;
 mod cuts;
 mod edges;
@@ -21,6 +22,7 @@ mod rule;
 mod way;
 
 pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
+pub use choice::{CutRule, Factors};
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
     PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,

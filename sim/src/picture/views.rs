@@ -1,12 +1,13 @@
 //! What pictures show in place of surfaces, or beside them: to look into a model.
 
+use phyxel_enrich::Factors;
 use phyxel_splat::{
     ColorScale, DrawnMesh, DrawnTissue, PairGraph, drawn_binding, drawn_lattices, drawn_normals,
     drawn_sweep,
 };
 
 use crate::scene::{Cut, Show};
-use crate::world::{Factors, Member, World};
+use crate::world::{Member, World};
 
 /// Pieces into which the way of a blade is divided.
 const PIECES: u32 = 64;

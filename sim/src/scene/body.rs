@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Axis, Placement, Refinement, Shape, path_text};
 use phyxel_elastic::{MaterialSettings, Precision};
+use phyxel_enrich::CutRule;
 use phyxel_splat::{InsideTest, RadiusRule, WeightLaw};
 use serde::{Deserialize, Serialize};
 
 use super::material::Inclusion;
-use super::method::{CutRule, Method};
+use super::method::Method;
 use super::path::turn;
 
 /// A deformable body.

@@ -1,4 +1,4 @@
-//! How a body's nodes are coupled, and how cuts weaken that.
+//! How a body's nodes are coupled.
 
 use serde::{Deserialize, Serialize};
 
@@ -42,69 +42,5 @@ impl Method {
     )]
     const fn default_neighbor_limit() -> Option<u32> {
         Some(16)
-    }
-}
-
-/// How a cut weakens the pairs that it crosses.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum CutRule {
-    /// By the shortest way round the cut.
-    Detour {
-        /// Distance over which nodes are coupled, in mean lengths of a node's pairs.
-        #[serde(default = "CutRule::default_reach")]
-        reach: f64,
-    },
-    /// Nothing passes a cut; for comparison, the crack acts up to half a spacing too long.
-    Visibility,
-    /// By the distance of the crossing from the cut's nearest edge; for comparison, made for straight
-    /// cuts.
-    Transparency {
-        /// Depth from which nothing passes, as a share of the coupling distance.
-        #[serde(default = "CutRule::default_depth")]
-        depth: f64,
-        /// Exponent, 2 or more.
-        #[serde(default = "CutRule::default_exponent")]
-        exponent: f64,
-    },
-    /// The dissertation's enrichment grid, one for each cut, built anew at each capture (Aras 2014,
-    /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends in the body. Where
-    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Detour()` decides the
-    /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
-    Grid {
-        /// Distance (m) of its points; half the distance of nodes where not given.
-        #[serde(default)]
-        spacing: Option<f64>,
-        /// Margin (m) round the cut; three distances of nodes where not given.
-        #[serde(default)]
-        inflate: Option<f64>,
-        /// Numbers of its cells along x, y and z over the body's box with the margin, in place of
-        /// `spacing` (the appendix's resX, resY, resZ).
-        #[serde(default)]
-        #[cfg_attr(feature = "cli", schemars(with = "Option<[u32; 3]>"))]
-        cells: Option<(u32, u32, u32)>,
-    },
-}
-
-impl CutRule {
-    const fn default_reach() -> f64 {
-        2.0
-    }
-
-    const fn default_depth() -> f64 {
-        1.0
-    }
-
-    const fn default_exponent() -> f64 {
-        2.0
-    }
-}
-
-impl Default for CutRule {
-    fn default() -> Self {
-        Self::Detour {
-            reach: Self::default_reach(),
-        }
     }
 }

@@ -49,13 +49,14 @@ pub use keys::{key_reference, schema};
 #[cfg(feature = "cli")]
 pub(crate) use locate::{Node, line_column};
 pub use material::Inclusion;
-pub use method::{CutRule, Method};
+pub use method::Method;
 pub use overrides::Override;
 pub use path::{Key, pose_at};
 pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
 pub use phyxel_elastic::{
     Dilatation, Fiber, MaterialSettings, Model, Precision, Preset, PronyTerm,
 };
+pub use phyxel_enrich::CutRule;
 pub use phyxel_integrate::Pose;
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
 pub(crate) use read::read_file;

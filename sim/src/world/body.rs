@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::Elastic;
+use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
     ContactSurface, Eigenvalue, EigenvalueSettings, Grip, Leveled, Motion, MotionSettings,
     StepError, Supports, critical_step, largest_eigenvalue, level_masses,
@@ -12,7 +13,6 @@ use phyxel_integrate::{
 use phyxel_mls::Neighborhoods;
 
 use super::error::{BodyProblem, WorldError};
-use super::factors::Factors;
 use super::model::{Built, build};
 use super::outside::{Cover, outside_of, surface_of};
 use super::scheme::{Stepper, equilibrium, explicit_scheme, step_shared};
@@ -20,7 +20,7 @@ use super::shares::Shared;
 use super::stencils::BodyStencils;
 use super::support::supports_of;
 use super::tool::Touch;
-use crate::scene::{self, CutRule, Scene};
+use crate::scene::{self, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
 pub(super) const EIGENVALUE_MARGIN: f64 = 0.05;

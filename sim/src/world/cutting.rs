@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_enrich::{
-    Blade, CutSettings, Cuts, DeformedBody, Graph, Sweep, connected_pieces, is_parted,
+    Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, Sweep, connected_pieces, is_parted,
     nodes_in_small_pieces,
 };
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use super::body::Body;
 use super::energy::{CutEnergy, StrokeEnergy};
 use super::error::BodyProblem;
-use super::factors::Factors;
 use super::input::StrokePhase;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger

@@ -1,13 +1,84 @@
-//! Factors on pairs that cuts cross, by the rule that a body's scene asks for.
+//! How a cut weakens the pairs that it crosses, as settings say it.
 
 use std::ops::Range;
 
 use glam::DVec3;
-use phyxel_enrich::{
-    Cuts, FactorSettings, Graph, GridFactors, GridSettings, PairFactors, Reach, Rule,
-};
 
-use crate::scene::CutRule;
+use crate::comparators::{GridFactors, GridSettings};
+use crate::cuts::Cuts;
+use crate::factors::{FactorSettings, PairFactors};
+use crate::graph::{Graph, Reach};
+use crate::rule::Rule;
+
+/// How a cut weakens the pairs that it crosses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum CutRule {
+    /// By the shortest way round the cut.
+    Detour {
+        /// Distance over which nodes are coupled, in mean lengths of a node's pairs.
+        #[cfg_attr(feature = "serde", serde(default = "CutRule::default_reach"))]
+        reach: f64,
+    },
+    /// Nothing passes a cut; for comparison, the crack acts up to half a spacing too long.
+    Visibility,
+    /// By the distance of the crossing from the cut's nearest edge; for comparison, made for straight
+    /// cuts.
+    Transparency {
+        /// Depth from which nothing passes, as a share of the coupling distance.
+        #[cfg_attr(feature = "serde", serde(default = "CutRule::default_depth"))]
+        depth: f64,
+        /// Exponent, 2 or more.
+        #[cfg_attr(feature = "serde", serde(default = "CutRule::default_exponent"))]
+        exponent: f64,
+    },
+    /// The dissertation's enrichment grid, one for each cut, built anew at each capture (Aras 2014,
+    /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends in the body. Where
+    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Detour()` decides the
+    /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
+    Grid {
+        /// Distance (m) of its points; half the distance of nodes where not given.
+        #[cfg_attr(feature = "serde", serde(default))]
+        spacing: Option<f64>,
+        /// Margin (m) round the cut; three distances of nodes where not given.
+        #[cfg_attr(feature = "serde", serde(default))]
+        inflate: Option<f64>,
+        /// Numbers of its cells along x, y and z over the body's box with the margin, in place of
+        /// `spacing` (the appendix's resX, resY, resZ).
+        #[cfg_attr(feature = "serde", serde(default))]
+        #[cfg_attr(feature = "schemars", schemars(with = "Option<[u32; 3]>"))]
+        cells: Option<(u32, u32, u32)>,
+    },
+}
+
+impl CutRule {
+    const fn default_reach() -> f64 {
+        2.0
+    }
+
+    #[cfg(feature = "serde")]
+    const fn default_depth() -> f64 {
+        1.0
+    }
+
+    #[cfg(feature = "serde")]
+    const fn default_exponent() -> f64 {
+        2.0
+    }
+}
+
+impl Default for CutRule {
+    fn default() -> Self {
+        Self::Detour {
+            reach: Self::default_reach(),
+        }
+    }
+}
 
 /// Factors of either kind.
 #[derive(Debug, Clone)]
@@ -19,8 +90,12 @@ pub enum Factors {
 }
 
 impl Factors {
-    /// All factors 1. `radii` are the support radii of the nodes (m).
-    pub(super) fn new(rule: CutRule, graph: &Graph<'_>, radii: Vec<f64>, spacing: f64) -> Self {
+    /// All factors 1. `radii` are the support radii (m) of the nodes, which lie `spacing` (m) apart.
+    ///
+    /// # Panics
+    /// If there is not one radius for each node.
+    #[must_use]
+    pub fn new(rule: CutRule, graph: &Graph<'_>, radii: Vec<f64>, spacing: f64) -> Self {
         let usual = FactorSettings::default();
         let settings = match rule {
             CutRule::Detour { reach } => FactorSettings {
@@ -104,7 +179,7 @@ impl Factors {
     }
 
     /// Notes where the front of a stroke starts to cut.
-    pub(super) fn start(&mut self, stroke: usize, ends: [DVec3; 2]) {
+    pub fn start(&mut self, stroke: usize, ends: [DVec3; 2]) {
         if let Self::Grids(grids) = self {
             grids.start(stroke, ends);
         }
@@ -112,7 +187,7 @@ impl Factors {
 
     /// Brings the factors up to date with the `new` triangles, by which a cut grew as the front of a
     /// stroke went from ends to ends; the nodes of the pairs that changed, rising.
-    pub(super) fn update(
+    pub fn update(
         &mut self,
         graph: &Graph<'_>,
         cuts: &Cuts,
