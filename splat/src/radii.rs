@@ -112,7 +112,7 @@ impl RadiusRule {
                 most,
                 at_cuts: _,
             } => {
-                let values = measures(positions, measure, neighbors as usize);
+                let values = measures(positions, measure, index(neighbors));
                 mapped_radii(&values, measure, least, most)
             }
         }

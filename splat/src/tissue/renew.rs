@@ -44,7 +44,8 @@ impl Renewal {
         else {
             return None;
         };
-        let values = measures(positions, measure, neighbors as usize);
+        let neighbors = index(neighbors);
+        let values = measures(positions, measure, neighbors);
         let farthest = |x: &DVec3| {
             let last = tree.nearest_neighbor_iter(x.to_array()).nth(neighbors);
             last.map_or(f64::INFINITY, |p| positions[index(p.data)].distance(*x))
