@@ -6,7 +6,7 @@ use phyxel_splat::Camera;
 
 use super::session::Session;
 use super::sources::Sources;
-use crate::scene::{Scene, View};
+use crate::scene::{Scene, ToolShape, View};
 use crate::world::World;
 
 /// Bodies' nodes as plain numbers.
@@ -119,7 +119,7 @@ pub(super) fn scene_of(
 }
 
 fn tool_of(tool: &crate::scene::Tool) -> ToolInfo {
-    let (shape, points, radius) = tool.solid().told();
+    let (shape, points, radius) = shape_of(tool.solid());
     ToolInfo {
         name: tool.name.clone(),
         shape,
@@ -180,4 +180,17 @@ pub(super) fn camera_of(asked: &Control) -> Option<(Camera, [u32; 2])> {
     let angle = Some(*field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
     let camera = Camera::looking_at(eye, target, up, angle.to_radians());
     Some((camera, [*width, *height]))
+}
+
+/// The name of a tool's shape, up to two points or directions (m) and a radius (m), as the live page is told.
+fn shape_of(shape: ToolShape) -> (&'static str, [[f64; 3]; 2], f64) {
+    let zero = [0.0; 3];
+    match shape {
+        ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
+        ToolShape::Capsule { from, to, radius } => {
+            ("capsule", [from.to_array(), to.to_array()], radius)
+        }
+        ToolShape::Box { size } => ("box", [size.to_array(), zero], 0.0),
+        ToolShape::Plane { normal } => ("plane", [normal.to_array(), zero], 0.0),
+    }
 }

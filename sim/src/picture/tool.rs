@@ -1,10 +1,10 @@
 //! Tools and blades as pictures show them.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use phyxel_splat::DrawnMesh;
 
 use super::rigid::posed;
-use crate::scene::Cut;
+use crate::scene::{Cut, Pose, ToolShape};
 use crate::world::World;
 
 /// Time (s) for which a blade is shown before and after its stroke.
@@ -24,11 +24,28 @@ pub(super) fn meshes(world: &World, looks: &[Option<DrawnMesh>]) -> Vec<DrawnMes
         .zip(looks)
         .map(|((tool, now), looks)| match looks {
             Some(looks) => posed(looks, &now.pose),
-            None => tool.solid().drawn(&now.pose, extent),
+            None => drawn(tool.solid(), &now.pose, extent),
         })
         .collect();
     meshes.extend(blades(world));
     meshes
+}
+
+/// What is drawn of a tool at a pose; of a plane a square piece of edge length `extent` (m).
+fn drawn(shape: ToolShape, pose: &Pose, extent: f64) -> DrawnMesh {
+    match shape {
+        ToolShape::Sphere { radius } => DrawnMesh::capsule(pose.position, pose.position, radius),
+        ToolShape::Capsule { from, to, radius } => {
+            DrawnMesh::capsule(pose.apply(from), pose.apply(to), radius)
+        }
+        ToolShape::Box { size } => DrawnMesh::cuboid(pose.position, pose.rotation, size * 0.5),
+        ToolShape::Plane { normal } => {
+            let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize_or(DVec3::Z));
+            let rotation = pose.rotation * turn;
+            let half = DVec3::new(0.5, 0.5, 0.01) * extent;
+            DrawnMesh::cuboid(pose.position - rotation * DVec3::Z * half.z, rotation, half)
+        }
+    }
 }
 
 fn blades(world: &World) -> Vec<DrawnMesh> {

@@ -1,6 +1,7 @@
 //! What acts on the bodies: supports, gravity and cuts.
 
 use glam::DVec3;
+use phyxel_integrate::Region;
 use serde::{Deserialize, Serialize};
 
 use super::path::{Key, pose_at};
@@ -38,54 +39,6 @@ impl Support {
             body: None,
             region,
             motion: SupportMotion::Driven { path },
-        }
-    }
-}
-
-/// A part of space in rest coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum Region {
-    /// The points on the side of a plane that its normal points to.
-    HalfSpace {
-        /// A point of the plane (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        point: DVec3,
-        /// Normal of the plane, of any length above zero.
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        normal: DVec3,
-    },
-    /// An axis-aligned box.
-    Box {
-        /// Corner with the smallest coordinates (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        min: DVec3,
-        /// Corner with the largest coordinates (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        max: DVec3,
-    },
-    /// A ball.
-    Sphere {
-        /// Centre (m).
-        #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
-        center: DVec3,
-        /// Radius (m).
-        radius: f64,
-    },
-}
-
-impl Region {
-    /// Whether `point` (m) lies in the region or on its boundary.
-    #[must_use]
-    pub fn contains(&self, point: DVec3) -> bool {
-        match *self {
-            Self::HalfSpace {
-                point: origin,
-                normal,
-            } => (point - origin).dot(normal) >= 0.0,
-            Self::Box { min, max } => point.cmpge(min).all() && point.cmple(max).all(),
-            Self::Sphere { center, radius } => point.distance_squared(center) <= radius * radius,
         }
     }
 }

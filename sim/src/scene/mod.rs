@@ -39,7 +39,7 @@ pub use body::{
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
-pub use event::{Capture, Cut, Gravity, Region, Support, SupportMotion};
+pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
 #[cfg(feature = "cli")]
 pub(crate) use format::Format;
 #[cfg(feature = "cli")]
@@ -57,18 +57,16 @@ pub use phyxel_elastic::{
     Dilatation, Fiber, MaterialSettings, Model, Precision, Preset, PronyTerm,
 };
 pub use phyxel_enrich::CutRule;
-pub use phyxel_integrate::Pose;
+pub use phyxel_integrate::{Pose, Region, Scheme, ToolShape};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
 pub(crate) use read::read_file;
 #[cfg(feature = "cli")]
 pub(crate) use read::{parse_ron, place_of_body, read_text};
 pub use rigid::RigidMesh;
-pub use settings::{
-    Backdrop, Coloring, Integration, Observe, Pictures, Rest, Scheme, Settle, Show,
-};
+pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};
 #[cfg(feature = "cli")]
 pub(crate) use suggest::nearest;
-pub use tool::{Release, Tool, ToolShape};
+pub use tool::{Release, Tool};
 
 /// The version of the scene format that this program reads.
 pub const VERSION: u32 = 1;

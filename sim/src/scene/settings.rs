@@ -1,5 +1,6 @@
 //! How a scene is integrated, watched and drawn.
 
+use phyxel_integrate::Scheme;
 use phyxel_splat::{DrawMode, View};
 use serde::{Deserialize, Serialize};
 
@@ -29,57 +30,6 @@ impl Default for Integration {
             scheme: Scheme::default(),
             step_factor: 0.5,
             settle: Some(Settle::default()),
-        }
-    }
-}
-
-/// How one step follows another.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub enum Scheme {
-    /// Explicit, second order, at the stable step (velocity Verlet, central differences).
-    #[default]
-    VelocityVerlet,
-    /// Explicit, first order, at the stable step.
-    SymplecticEuler,
-    /// Implicit, first order, damps what the step does not resolve (Aras 2014, eqs. (12)-(14)). Neither
-    /// `damping_ratio` nor released tools go with it.
-    BackwardEuler {
-        /// Step (s), of any length.
-        #[serde(default = "Scheme::default_step")]
-        step: f64,
-        /// Unbalanced force, relative, at which a step is solved.
-        #[serde(default = "Scheme::default_tolerance")]
-        tolerance: f64,
-    },
-    /// Implicit, second order, damps nothing by itself (Newmark 1959, average acceleration). Neither
-    /// `damping_ratio` nor released tools go with it.
-    Newmark {
-        /// Step (s), of any length.
-        #[serde(default = "Scheme::default_step")]
-        step: f64,
-        /// Unbalanced force, relative, at which a step is solved.
-        #[serde(default = "Scheme::default_tolerance")]
-        tolerance: f64,
-    },
-}
-
-impl Scheme {
-    const fn default_step() -> f64 {
-        0.01
-    }
-
-    const fn default_tolerance() -> f64 {
-        1e-4
-    }
-
-    /// Step (s) of an implicit scheme; `None` for explicit ones, whose step follows the body.
-    #[must_use]
-    pub const fn step(&self) -> Option<f64> {
-        match *self {
-            Self::VelocityVerlet | Self::SymplecticEuler => None,
-            Self::BackwardEuler { step, .. } | Self::Newmark { step, .. } => Some(step),
         }
     }
 }

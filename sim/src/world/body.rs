@@ -15,7 +15,7 @@ use phyxel_mls::Neighborhoods;
 use super::error::{BodyProblem, WorldError};
 use super::model::{Built, build};
 use super::outside::{Cover, outside_of, surface_of};
-use super::scheme::{Stepper, equilibrium, explicit_scheme, step_shared};
+use super::scheme::{Stepper, equilibrium, step_shared};
 use super::shares::Shared;
 use super::stencils::BodyStencils;
 use super::support::supports_of;
@@ -180,7 +180,7 @@ impl Body {
             &masses,
             supports,
             MotionSettings {
-                scheme: explicit_scheme(scene.integration.scheme),
+                scheme: scene.integration.scheme.explicit(),
                 damping: description.damping,
                 viscosity: 2.0 * description.damping_ratio / eigenvalue.value.sqrt(),
                 ..MotionSettings::default()

@@ -217,7 +217,9 @@ impl World {
             } = member;
             for touch in touches.iter_mut() {
                 let shape = self.scene.tools[touch.tool].solid();
-                touch.lead(&shape, &from[touch.tool], &to[touch.tool], time, step);
+                touch
+                    .led
+                    .lead(&shape, &from[touch.tool], &to[touch.tool], time, step);
             }
             if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
                 grip.lead(from.position, to.position, step);

@@ -71,7 +71,9 @@ impl Member {
             let factors = cutting.factors();
             let torn = self.body.torn_count(factors);
             for touch in &mut self.touches {
-                touch.tear(torn, || self.body.contact_surface(Some(factors)))?;
+                touch
+                    .led
+                    .tear(torn, || self.body.contact_surface(Some(factors)))?;
             }
         }
         Ok((capture, sweep))

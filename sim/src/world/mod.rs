@@ -344,7 +344,8 @@ impl World {
             let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
             for touch in &mut member.touches {
                 if let Some(release) = &self.scene.tools[touch.tool].release {
-                    touch.release(release, gravity);
+                    let force = release.force + gravity * release.mass;
+                    touch.led.release(release.mass, force, release.damping);
                 }
             }
         }

@@ -6,14 +6,13 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    ExplicitScheme, ForceLaw, Grip, Implicit, ImplicitScheme, ImplicitSettings, Motion,
-    MotionError, NewtonSettings, StaticLoad, StepView, Supports, solve_static,
+    ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings, Scheme, StaticLoad, StepView,
+    Supports, solve_static,
 };
 
 use super::error::BodyProblem;
 use super::shares::BodyShares;
 use super::tool::Touch;
-use crate::scene::Scheme;
 
 /// Unbalanced force, relative, at which an equilibrium is found.
 const AT_REST: f64 = 1e-6;
@@ -27,31 +26,15 @@ pub(super) enum Stepper {
     Implicit { solver: Box<Implicit>, step: f64 },
 }
 
-/// The explicit scheme that a scene's scheme is, or stands for where it is implicit.
-pub(super) fn explicit_scheme(scheme: Scheme) -> ExplicitScheme {
-    match scheme {
-        Scheme::SymplecticEuler => ExplicitScheme::SymplecticEuler,
-        Scheme::VelocityVerlet | Scheme::BackwardEuler { .. } | Scheme::Newmark { .. } => {
-            ExplicitScheme::VelocityVerlet
-        }
-    }
-}
-
 impl Stepper {
     pub(super) fn new(scheme: Scheme) -> Result<Self, MotionError> {
-        let (scheme, step, tolerance) = match scheme {
-            Scheme::VelocityVerlet | Scheme::SymplecticEuler => return Ok(Self::Explicit),
-            Scheme::BackwardEuler { step, tolerance } => {
-                (ImplicitScheme::BackwardEuler, step, tolerance)
-            }
-            Scheme::Newmark { step, tolerance } => (ImplicitScheme::Newmark, step, tolerance),
-        };
-        let newton = NewtonSettings {
-            tolerance,
-            ..NewtonSettings::default()
-        };
-        let solver = Box::new(Implicit::new(ImplicitSettings { scheme, newton })?);
-        Ok(Self::Implicit { solver, step })
+        Ok(match (scheme.implicit(), scheme.step()) {
+            (Some(settings), Some(step)) => Self::Implicit {
+                solver: Box::new(Implicit::new(settings)?),
+                step,
+            },
+            _ => Self::Explicit,
+        })
     }
 
     /// Step (s) of an implicit scheme.
@@ -75,7 +58,7 @@ impl Stepper {
         let mut law = Timed { elastic, in_forces };
         match self {
             Self::Implicit { solver, .. } => {
-                let mut tools: Vec<_> = touches.iter_mut().map(Touch::parts).collect();
+                let mut tools: Vec<_> = touches.iter_mut().map(|touch| touch.led.parts()).collect();
                 solver.step_with(motion, step, &mut law, &mut tools)?;
             }
             Self::Explicit if touches.is_empty() && grip.is_none() => {

@@ -12,18 +12,10 @@ fn acts_on(support: &Support, body: &Body) -> bool {
 /// How many nodes of a body a support holds or drives.
 pub(super) fn held_count(support: &Support, body: &Body, rest: &[DVec3]) -> usize {
     if acts_on(support, body) {
-        nodes_in(support, rest).len()
+        support.region.nodes(rest).len()
     } else {
         0
     }
-}
-
-fn nodes_in(support: &Support, rest: &[DVec3]) -> Vec<u32> {
-    (0_u32..)
-        .zip(rest)
-        .filter(|(_, x)| support.region.contains(**x))
-        .map(|(node, _)| node)
-        .collect()
 }
 
 /// Which support each node follows, counted from 1, the last of several; 0 where none does. What one support
@@ -32,7 +24,7 @@ pub(super) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
     let mut holders = vec![0; rest.len()];
     for (number, support) in (1..).zip(&scene.supports) {
         if acts_on(support, body) {
-            for node in nodes_in(support, rest) {
+            for node in support.region.nodes(rest) {
                 holders[node as usize] = number;
             }
         }
@@ -44,7 +36,7 @@ pub(super) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
 pub(super) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> Supports {
     let mut supports = Supports::free(rest.len());
     for support in scene.supports.iter().filter(|s| acts_on(s, body)) {
-        for node in nodes_in(support, rest) {
+        for node in support.region.nodes(rest) {
             supports.fix(node);
         }
     }
@@ -65,7 +57,7 @@ pub(super) fn driven_supports_of(
     }
     let mut supports = Supports::free(rest.len());
     for support in ours() {
-        let nodes = nodes_in(support, rest);
+        let nodes = support.region.nodes(rest);
         match &support.motion {
             SupportMotion::Fixed => {
                 for node in nodes {

@@ -2,23 +2,21 @@
 
 use std::time::{Duration, Instant};
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, Drive, Ease, Pose, RigidPath, StepView, penalty,
+    ContactSettings, ContactSurface, LedTool, Pose, StepView, ToolShape, penalty,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{self, Release, ToolShape};
+use crate::scene;
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Touch {
     /// Index of the scene's tool.
     pub(super) tool: usize,
-    hand: phyxel_integrate::Tool,
-    contact: Contact,
-    /// Surface triangles that a cut has torn.
-    torn: usize,
+    /// The tool as this body has it.
+    pub(super) led: LedTool,
 }
 
 /// Forces on a tool at the end of the last step, of all bodies together.
@@ -54,13 +52,7 @@ impl ToolForce {
 impl Touch {
     /// Whether it can be one of a body of so many nodes in the place of another.
     pub(super) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
-        let hand = &self.hand;
-        self.tool == built.tool
-            && hand.pose.position.is_finite()
-            && hand.pose.rotation.is_finite()
-            && hand.velocity.is_finite()
-            && hand.angular_velocity.is_finite()
-            && self.contact.is_sound(node_count)
+        self.tool == built.tool && self.led.is_sound(node_count)
     }
 
     /// The contact of a tool at `pose` with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
@@ -72,7 +64,6 @@ impl Touch {
         surface: ContactSurface,
         (youngs_modulus, spacing): (f64, f64),
     ) -> Self {
-        let (shape, _) = description.solid().contact();
         let stiffness = description
             .penalty
             .unwrap_or_else(|| penalty(youngs_modulus, spacing));
@@ -80,49 +71,10 @@ impl Touch {
             friction: description.friction,
             ..ContactSettings::new(stiffness)
         };
-        let still = RigidPath::new(&[(0.0, Pose::IDENTITY)], Ease::Linear);
-        let path = still.expect("one finite key is a path");
-        let placed = placed(&description.solid(), pose);
         Self {
             tool,
-            hand: phyxel_integrate::Tool::on_path(shape, placed, path),
-            contact: Contact::new(surface, settings),
-            torn: 0,
+            led: LedTool::new(&description.solid(), pose, surface, settings),
         }
-    }
-
-    /// Leads the tool from where it is to where it will be after a step (s) that begins at `time` (s),
-    /// and as far again, for contact forces that look ahead. A released tool goes its own way.
-    pub(super) fn lead(&mut self, shape: &ToolShape, from: &Pose, to: &Pose, time: f64, step: f64) {
-        if matches!(self.hand.drive, Drive::Force { .. }) {
-            return;
-        }
-        let (from, to) = (placed(shape, from), placed(shape, to));
-        let end = time + 2.0 * step;
-        let half = (to.rotation * from.rotation.inverse()).normalize();
-        let way = Pose {
-            position: (to.position - from.position) * 2.0,
-            rotation: if half.w.abs() < 1.0 {
-                half * half
-            } else {
-                DQuat::IDENTITY
-            },
-        };
-        let path = RigidPath::new(&[(time, Pose::IDENTITY), (end, way)], Ease::Linear);
-        self.hand.drive = Drive::Path {
-            origin: from,
-            path: path.expect("finite keys in rising order"),
-        };
-    }
-
-    /// Lets the tool go.
-    pub(super) fn release(&mut self, release: &Release, gravity: DVec3) {
-        self.hand.velocity = DVec3::ZERO;
-        self.hand.drive = Drive::Force {
-            mass: release.mass,
-            force: release.force + gravity * release.mass,
-            damping: release.damping,
-        };
     }
 
     /// Moves the tool to the end of a step and adds its forces on the body.
@@ -133,61 +85,30 @@ impl Touch {
         spent: &mut Duration,
     ) {
         let start = Instant::now();
-        self.hand.press(&mut self.contact, view, forces);
+        self.led.press(view, forces);
         *spent += start.elapsed();
-    }
-
-    /// Gives way where a cut has torn the surface: a torn triangle's area goes to its corners, so that
-    /// nothing spans the gap. Where friction sticks is forgotten then.
-    pub(super) fn tear<E>(
-        &mut self,
-        torn: usize,
-        surface: impl FnOnce() -> Result<ContactSurface, E>,
-    ) -> Result<(), E> {
-        if torn != self.torn {
-            self.contact = Contact::new(surface()?, *self.contact.settings());
-            self.torn = torn;
-        }
-        Ok(())
     }
 
     /// The body's nodes that it may press on, rising.
     pub(super) fn nodes(&self) -> &[u32] {
-        self.contact.surface().members()
-    }
-
-    /// The tool and its contact, for implicit steps.
-    pub(super) fn parts(&mut self) -> (&mut phyxel_integrate::Tool, &mut Contact) {
-        (&mut self.hand, &mut self.contact)
+        self.led.contact().surface().members()
     }
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
     pub(super) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
-        let (_, local) = shape.contact();
-        if matches!(self.hand.drive, Drive::Force { .. }) {
-            let rotation = (self.hand.pose.rotation * local.rotation.inverse()).normalize();
-            sum.pose = Pose {
-                rotation,
-                position: self.hand.pose.position - rotation * local.position,
-            };
+        if let Some(pose) = self.led.released_pose(shape) {
+            sum.pose = pose;
         }
-        let found = &self.hand.contact;
-        let arm = self.hand.pose.position - sum.pose.position;
+        let found = self.led.force_about(sum.pose.position);
         sum.force += found.force;
-        sum.torque += found.torque + arm.cross(found.force);
+        sum.torque += found.torque;
         sum.penetration = sum.penetration.max(found.penetration);
         sum.area += found.area;
-        sum.work += self.hand.contact_work;
+        sum.work += self.led.contact_work();
     }
 
     /// Bytes of the contact's arrays.
     pub(super) fn bytes(&self) -> usize {
-        self.contact.bytes()
+        self.led.contact().bytes()
     }
-}
-
-/// Where contact's shape is in the world when the tool is at `pose`.
-fn placed(shape: &ToolShape, pose: &Pose) -> Pose {
-    let (_, local) = shape.contact();
-    pose.compose(&local)
 }

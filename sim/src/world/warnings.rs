@@ -167,5 +167,6 @@ fn sweeps<'a>(
 
 /// Corners of a box round a tool, in its frame; `None` for a plane, which has no end.
 fn corners(tool: &Tool) -> Option<[DVec3; 8]> {
-    Some(tool.solid().bounds()?.corners())
+    let [min, max] = tool.solid().bounds()?;
+    Some(Bounds { min, max }.corners())
 }

@@ -5,7 +5,7 @@ use super::region::region;
 use super::rigid::rigid;
 use crate::scene::event::{Capture, Cut, Support, SupportMotion};
 use crate::scene::tool::Tool;
-use crate::scene::{Body, Scene};
+use crate::scene::{Body, Scene, ToolShape};
 
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
@@ -23,7 +23,7 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
 
 pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]) {
     checks.body_name(&format!("{path}.body"), tool.body.as_deref(), bodies);
-    tool.shape.check(checks, &format!("{path}.shape"));
+    tool_shape(checks, &format!("{path}.shape"), tool.shape);
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }
@@ -60,6 +60,21 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         format_args!("a released tool touches one body; name it in {path}.body"),
         &[&format!("{path}.body")],
     );
+}
+
+fn tool_shape(checks: &mut Checks, path: &str, shape: ToolShape) {
+    match shape {
+        ToolShape::Sphere { radius } => {
+            checks.positive(format_args!("{path}.radius"), radius, " (m)");
+        }
+        ToolShape::Plane { normal } => checks.direction(format_args!("{path}.normal"), normal),
+        ToolShape::Capsule { from, to, radius } => {
+            checks.finite(format_args!("{path}.from"), from);
+            checks.finite(format_args!("{path}.to"), to);
+            checks.positive(format_args!("{path}.radius"), radius, " (m)");
+        }
+        ToolShape::Box { size } => checks.positive_components(&format!("{path}.size"), size),
+    }
 }
 
 pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {

@@ -11,8 +11,8 @@ mod rigid;
 
 pub(super) use check::{Checks, Fault};
 
-use super::settings::{Coloring, Integration, Pictures, Rest, Scheme, Show};
-use super::{Scene, VERSION, View};
+use super::settings::{Coloring, Integration, Pictures, Rest, Show};
+use super::{Scene, Scheme, VERSION, View};
 use body::body;
 use check::triple;
 use event::{cut, support, tool};

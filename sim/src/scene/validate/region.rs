@@ -1,7 +1,7 @@
 //! Parts of space.
 
 use super::check::{Checks, triple};
-use crate::scene::event::Region;
+use crate::scene::Region;
 
 /// A part of space.
 pub(super) fn region(checks: &mut Checks, path: &str, region: Region) {
