@@ -62,7 +62,7 @@ impl Overrides {
     fn parse(&self) -> Result<Vec<crate::scene::Override>, SceneError> {
         self.set
             .iter()
-            .map(|text| crate::scene::Override::parse(text))
+            .map(|text| Ok(crate::scene::Override::parse(text)?))
             .collect()
     }
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use phyxel_discretize::{Bounds, ReadError, RepairError, RepairSettings, read_mesh, repair};
 
-use crate::scene::{EMBEDDED, Format, Override, Scene, UnitGuess, place_of_body, read_text};
+use phyxel_text::{Format, Override, read_text};
+
+use crate::scene::{EMBEDDED, Scene, UnitGuess, place_of_body};
 use crate::world::WorldError;
 
 use super::CliError;

@@ -12,7 +12,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{OutputError, OutputFolder};
-use crate::scene::{Override, Scene, SceneError, read_file};
+use phyxel_text::read_file;
+
+use crate::scene::{Override, Scene, SceneError};
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"phyxel checkpoint 1\n";

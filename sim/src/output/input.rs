@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Pose, Scene, nearest, read_file};
+use phyxel_text::{nearest, read_file};
+
+use crate::scene::{Pose, Scene};
 use crate::world::{Action, Input, StrokePhase};
 
 /// A recorded input that cannot be used.

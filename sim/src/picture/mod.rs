@@ -22,7 +22,9 @@ use phyxel_splat::{
     triangle_near_box,
 };
 
-use crate::scene::{self, Coloring, Pictures, Show, read_file};
+use phyxel_text::read_file;
+
+use crate::scene::{self, Coloring, Pictures, Show};
 use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
 
 /// The surfaces of all bodies as cuts have left them, to be gone back to.

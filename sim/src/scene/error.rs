@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use phyxel_text::{DidYouMean, FormatProblem, OverrideError, Place};
+
 /// A scene that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -20,7 +22,7 @@ pub enum SceneError {
     #[error(
         "no embedded scene is called '{name}'{}; there is {}",
         DidYouMean(*.nearest),
-        List(embedded)
+        embedded.join(", ")
     )]
     NoSuchScene {
         /// The name asked for.
@@ -54,13 +56,8 @@ pub enum SceneError {
     #[error("{}", Lines(.0))]
     Several(Vec<SceneError>),
     /// An override cannot be applied.
-    #[error("--set {text}: {problem}")]
-    Override {
-        /// The override as given.
-        text: String,
-        /// What is wrong with it.
-        problem: OverrideProblem,
-    },
+    #[error(transparent)]
+    Override(#[from] OverrideError),
 }
 
 impl SceneError {
@@ -75,138 +72,6 @@ impl SceneError {
             _ => {}
         }
         self
-    }
-}
-
-/// How a text departs from the format.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FormatProblem {
-    /// A key that the format does not have.
-    #[error("unknown key '{found}' in {owner}{}; keys are {}", DidYouMean(*.nearest), List(.expected))]
-    UnknownKey {
-        /// The key.
-        found: String,
-        /// Path or type that it stands in.
-        owner: String,
-        /// The key most like it.
-        nearest: Option<&'static str>,
-        /// Every key that may stand there.
-        expected: Vec<&'static str>,
-    },
-    /// A choice that the format does not have.
-    #[error("unknown choice '{found}' in {owner}{}; choices are {}", DidYouMean(*.nearest), List(.expected))]
-    UnknownChoice {
-        /// The choice.
-        found: String,
-        /// Path or type that it stands in.
-        owner: String,
-        /// The choice most like it.
-        nearest: Option<&'static str>,
-        /// Every choice that may stand there.
-        expected: Vec<&'static str>,
-    },
-    /// A key without a default is not there.
-    #[error("key '{key}' is missing in {owner}")]
-    MissingKey {
-        /// The key.
-        key: &'static str,
-        /// Path or type that lacks it.
-        owner: String,
-    },
-    /// A key stands twice.
-    #[error("key '{key}' stands twice in {owner}")]
-    DuplicateKey {
-        /// The key.
-        key: &'static str,
-        /// Path or type that has it twice.
-        owner: String,
-    },
-    /// A value of another type.
-    #[error("{path} is {found}; it must be {must}")]
-    Type {
-        /// Key path of the value.
-        path: String,
-        /// The value.
-        found: String,
-        /// What it must be.
-        must: String,
-    },
-    /// Not JSON, or not what the format asks for; JSON's reader tells it in its own words.
-    #[error("{problem}")]
-    Json {
-        /// What it said.
-        problem: String,
-    },
-    /// Not RON, or a value of another type.
-    #[error("{}{}", lower_first(&error.to_string()), In(.owner))]
-    Ron {
-        /// What the deserializer said.
-        error: ron::Error,
-        /// Path that the place lies in, where known.
-        owner: String,
-    },
-}
-
-/// Why an override cannot be applied.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OverrideProblem {
-    /// There is no `=`.
-    #[error("write it as path.to.key=value, such as bodies[0].material.density=1000")]
-    NoEquals,
-    /// The left side is no key path.
-    #[error("'{path}' is not a key path such as bodies[0].material.density")]
-    NoPath {
-        /// The left side.
-        path: String,
-    },
-    /// The right side is no RON value.
-    #[error("'{value}' is not one RON value")]
-    NoValue {
-        /// The right side.
-        value: String,
-    },
-    /// The list is shorter.
-    #[error("{path}[{index}] is not there: {path} has {length}, counted from 0")]
-    NoEntry {
-        /// Path of the list.
-        path: String,
-        /// Its length.
-        length: usize,
-        /// The index asked for.
-        index: usize,
-    },
-    /// A value without parts lies on the way.
-    #[error("{path} has no such part to set")]
-    NoPart {
-        /// Path of the value.
-        path: String,
-    },
-    /// The scene with the override no longer fits the format.
-    #[error("{problem}")]
-    Format {
-        /// What is wrong.
-        problem: Box<FormatProblem>,
-    },
-}
-
-/// Where in a scene something is wrong.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
-    /// File, embedded scene or override.
-    pub origin: String,
-    /// Line and column, both from 1, where the text is at hand.
-    pub position: Option<(usize, usize)>,
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.origin)?;
-        if let Some((line, column)) = self.position {
-            write!(f, ":{line}:{column}")?;
-        }
-        Ok(())
     }
 }
 
@@ -226,40 +91,4 @@ impl fmt::Display for Lines<'_> {
             Some(more) => write!(f, "\nand {more} more"),
         }
     }
-}
-
-struct DidYouMean(Option<&'static str>);
-
-impl fmt::Display for DidYouMean {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0
-            .map_or(Ok(()), |name| write!(f, " (did you mean '{name}'?)"))
-    }
-}
-
-struct List<'a>(&'a [&'static str]);
-
-impl fmt::Display for List<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0.join(", "))
-    }
-}
-
-struct In<'a>(&'a str);
-
-impl fmt::Display for In<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_empty() {
-            Ok(())
-        } else {
-            write!(f, " (in {})", self.0)
-        }
-    }
-}
-
-fn lower_first(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |first| {
-        first.to_lowercase().chain(chars).collect()
-    })
 }

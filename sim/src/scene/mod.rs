@@ -8,24 +8,15 @@ mod body;
 mod embedded;
 mod error;
 mod event;
-mod format;
-mod key_path;
 #[cfg(feature = "cli")]
 mod keys;
-#[cfg(feature = "cli")]
-mod kind;
-mod locate;
 mod material;
 mod mesh;
 mod method;
-#[cfg(feature = "cli")]
-mod misread;
-mod overrides;
 mod path;
 mod read;
 mod rigid;
 mod settings;
-mod suggest;
 mod tool;
 mod validate;
 
@@ -38,19 +29,12 @@ pub use body::{
     Body, Form, ImageFile, PointFile, Sampling, SurfelSpacing, SurfelTarget, Surfels, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
-pub use error::{FormatProblem, OverrideProblem, Place, SceneError};
+pub use error::SceneError;
 pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
 #[cfg(feature = "cli")]
-pub(crate) use format::Format;
-#[cfg(feature = "cli")]
-pub(crate) use key_path::{KeyPath, Segment};
-#[cfg(feature = "cli")]
 pub use keys::{key_reference, schema};
-#[cfg(feature = "cli")]
-pub(crate) use locate::{Node, line_column};
 pub use material::Inclusion;
 pub use method::Method;
-pub use overrides::Override;
 pub use path::{Key, pose_at};
 pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
 pub use phyxel_elastic::{
@@ -59,13 +43,11 @@ pub use phyxel_elastic::{
 pub use phyxel_enrich::CutRule;
 pub use phyxel_integrate::{Pose, Region, Scheme, ToolShape};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
-pub(crate) use read::read_file;
+pub use phyxel_text::{FormatProblem, Override, OverrideError, OverrideProblem, Place};
 #[cfg(feature = "cli")]
-pub(crate) use read::{parse_ron, place_of_body, read_text};
+pub(crate) use read::place_of_body;
 pub use rigid::RigidMesh;
 pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};
-#[cfg(feature = "cli")]
-pub(crate) use suggest::nearest;
 pub use tool::{Release, Tool};
 
 /// The version of the scene format that this program reads.

@@ -1,22 +1,19 @@
 //! From text to a validated scene.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
+use phyxel_text::{
+    Departure, Departures, Fault, Format, Node, Override, OverrideError, OverrideProblem, Place,
+    nearest, options, overriding, place_of, read_text, shortened,
+};
 
 use super::embedded::{self, EMBEDDED};
-use super::error::{FormatProblem, OverrideProblem, Place, SceneError};
-use super::format::{Format, options};
-use super::key_path::KeyPath;
-use super::locate::{Node, byte_at, line_column};
-#[cfg(feature = "cli")]
-use super::misread::{MOST_PROBLEMS, misread};
-use super::overrides::{Override, overriding, shortened};
-use super::suggest::nearest;
-use super::validate::{Fault, validate};
+use super::error::SceneError;
+use super::validate::validate;
 use super::{Scene, Shape};
+
+/// What messages call a scene's text.
+const WHOLE: &str = "the scene";
 
 impl Scene {
     /// Reads the scene file `file`, in RON or, with the extension `json`, in JSON, applies `overrides` in order and validates the result.
@@ -72,22 +69,22 @@ impl Scene {
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = match format.parse(text) {
+        let mut scene = match format.parse(text, WHOLE) {
             Ok(scene) => scene,
             Err(first) => {
-                let departures = Departures::of((text, format), first);
-                return Err(departures.told((text, format), origin, folder, overrides));
+                let departures = departures((text, format), first);
+                return Err(told(departures, (text, format), origin, folder, overrides));
             }
         };
         for change in overrides {
-            let error = |problem| SceneError::Override {
+            let error = |problem| OverrideError {
                 text: shortened(&change.to_string()),
                 problem,
             };
             // With all defaults written out, whatever can be set is there to be replaced.
             let changed = change.apply(&scene.to_ron()).map_err(error)?;
-            scene = Format::Ron.parse(&changed).map_err(|first| {
-                let mut all = Departures::of((&changed, Format::Ron), first);
+            scene = Format::Ron.parse(&changed, WHOLE).map_err(|first| {
+                let mut all = departures((&changed, Format::Ron), first);
                 let (_, problem) = all.problems.swap_remove(0);
                 error(OverrideProblem::Format {
                     problem: Box::new(problem),
@@ -175,88 +172,39 @@ fn resolve(folder: &Path, file: &Path) -> PathBuf {
     std::path::absolute(&joined).unwrap_or(joined)
 }
 
-/// Line and column at which a text departs from the format, and how.
-type Misread = ((usize, usize), FormatProblem);
-
-impl Format {
-    /// Reads a scene without validating it.
-    fn parse(self, text: &str) -> Result<Scene, Misread> {
-        match self {
-            Self::Ron => parse_ron(text, "the scene"),
-            Self::Json => parse_json(text),
-        }
-    }
-}
-
-/// All that a text departs from the format in, as far as it can be followed.
-struct Departures {
-    /// In the order of the text, one at least.
-    problems: Vec<Misread>,
-    /// The scene with values that fit in the place of those that do not, and their key paths.
-    mended: Option<(Scene, Vec<String>)>,
-}
-
-impl Departures {
-    /// `first` is what the deserializer said, which stops there; without the format's schema (feature `cli`) it
-    /// is all.
+/// All that a text departs from the format in; without the format's schema (feature `cli`) the first.
+fn departures(text: (&str, Format), first: Departure) -> Departures<Scene> {
     #[cfg(feature = "cli")]
-    fn of((text, format): (&str, Format), first: Misread) -> Self {
-        let Some(tree) = format.tree(text) else {
-            return Self {
-                problems: vec![first],
-                mended: None,
-            };
-        };
-        let found = misread(text, format, &tree);
-        let place = |(byte, problem)| (line_column(text, byte), problem);
-        let mut problems: Vec<Misread> = found.problems.into_iter().map(place).collect();
-        let followed = problems.len() < MOST_PROBLEMS;
-        let mended = followed.then(|| Format::Ron.parse(&found.mended));
-        let mended = mended.and_then(Result::ok);
-        // What the schema does not know of, the deserializer does.
-        if problems.is_empty() || mended.is_none() && problems.iter().all(|one| one.0 != first.0) {
-            problems.push(first);
-            problems.sort_by_key(|(position, _)| *position);
-        }
-        Self {
-            problems,
-            mended: mended.map(|scene| (scene, found.paths)),
-        }
-    }
-
+    let schema = Some(&*super::keys::SCHEMA);
     #[cfg(not(feature = "cli"))]
-    fn of(_: (&str, Format), first: Misread) -> Self {
-        Self {
-            problems: vec![first],
-            mended: None,
-        }
-    }
+    let schema = None;
+    Departures::of(text, first, schema, WHOLE)
+}
 
-    /// They and the values that are not as they must be; overrides may set these right.
-    fn told(
-        self,
-        (text, format): (&str, Format),
-        origin: &str,
-        folder: &Path,
-        overrides: &[Override],
-    ) -> SceneError {
-        let tell = |(position, problem)| SceneError::Format {
-            place: Place {
-                origin: origin.to_owned(),
-                position: Some(position),
-            },
-            problem: Box::new(problem),
-        };
-        let mut errors: Vec<SceneError> = self.problems.into_iter().map(tell).collect();
-        if let Some((mut scene, paths)) = self.mended {
-            scene.resolve(folder);
-            let tree = format.tree(text);
-            let faults = validate(&scene, &paths).into_iter();
-            let kept = faults.filter(|fault| overriding(&fault.path, overrides).is_none());
-            errors.extend(kept.map(|fault| located(fault, (text, tree.as_ref()), origin, &[])));
-        }
-        several(errors)
+/// What a text departs from the format in and the values that are not as they must be; overrides may set these right.
+fn told(
+    departures: Departures<Scene>,
+    (text, format): (&str, Format),
+    origin: &str,
+    folder: &Path,
+    overrides: &[Override],
+) -> SceneError {
+    let tell = |(position, problem)| SceneError::Format {
+        place: Place {
+            origin: origin.to_owned(),
+            position: Some(position),
+        },
+        problem: Box::new(problem),
+    };
+    let mut errors: Vec<SceneError> = departures.problems.into_iter().map(tell).collect();
+    if let Some((mut scene, paths)) = departures.mended {
+        scene.resolve(folder);
+        let tree = format.tree(text);
+        let faults = validate(&scene, &paths).into_iter();
+        let kept = faults.filter(|fault| overriding(&fault.path, overrides).is_none());
+        errors.extend(kept.map(|fault| located(fault, (text, tree.as_ref()), origin, &[])));
     }
+    several(errors)
 }
 
 /// Errors, of which there is one at least, as one, in the order of the text.
@@ -271,93 +219,6 @@ fn several(mut errors: Vec<SceneError>) -> SceneError {
         _ => (usize::MAX, 0),
     });
     SceneError::Several(errors)
-}
-
-/// Reads a scene in JSON without validating it.
-fn parse_json(text: &str) -> Result<Scene, Misread> {
-    serde_json::from_str(text).map_err(|error| {
-        let told = error.to_string();
-        // The place is told before the problem.
-        let problem = told
-            .rsplit_once(" at line ")
-            .map_or(&*told, |(problem, _)| problem);
-        let problem = problem.to_owned();
-        (
-            (error.line(), error.column()),
-            FormatProblem::Json { problem },
-        )
-    })
-}
-
-/// Reads a text in the dialect of scenes; the error has line and column, and calls the text `whole`.
-pub(crate) fn parse_ron<T: DeserializeOwned>(text: &str, whole: &str) -> Result<T, Misread> {
-    options().from_str(text).map_err(|error| {
-        let tree = Node::read(text);
-        let end = byte_at(text, error.span.end.line, error.span.end.col);
-        let start = byte_at(text, error.span.start.line, error.span.start.col);
-        let group = tree.as_ref().map(|tree| tree.path_around(start));
-        let owner = group.as_ref().map(KeyPath::to_string);
-        let place = |word: &str| word_start(text, word, start, end);
-        let owner_or = |outer: &Option<String>| match (&owner, outer) {
-            (Some(path), _) if !path.is_empty() => path.clone(),
-            (None, Some(outer)) => outer.clone(),
-            (Some(_), _) | (None, None) => whole.to_owned(),
-        };
-        let (byte, problem) = match error.code {
-            ron::Error::NoSuchStructField {
-                expected,
-                found,
-                outer,
-            } => (
-                place(&found),
-                FormatProblem::UnknownKey {
-                    nearest: nearest(&found, expected.iter().copied()),
-                    owner: owner_or(&outer),
-                    expected: expected.to_vec(),
-                    found,
-                },
-            ),
-            ron::Error::NoSuchEnumVariant {
-                expected,
-                found,
-                outer,
-            } => (
-                place(&found),
-                FormatProblem::UnknownChoice {
-                    nearest: nearest(&found, expected.iter().copied()),
-                    owner: owner_or(&outer),
-                    expected: expected.to_vec(),
-                    found,
-                },
-            ),
-            ron::Error::MissingStructField { field, outer } => (
-                tree.as_ref()
-                    .zip(group.as_ref())
-                    .map_or(start, |(tree, path)| tree.place_of(path).0),
-                FormatProblem::MissingKey {
-                    key: field,
-                    owner: owner_or(&outer),
-                },
-            ),
-            ron::Error::DuplicateStructField { field, outer } => (
-                place(field),
-                FormatProblem::DuplicateKey {
-                    key: field,
-                    owner: owner_or(&outer),
-                },
-            ),
-            error => {
-                let owner = owner.unwrap_or_default();
-                (start, FormatProblem::Ron { error, owner })
-            }
-        };
-        (line_column(text, byte), problem)
-    })
-}
-
-/// Where the word that the deserializer just read starts: its last occurrence before the cursor.
-fn word_start(text: &str, word: &str, start: usize, end: usize) -> usize {
-    text[..end].rfind(word).unwrap_or(start)
 }
 
 /// The fault with the place where its value was written: an override or the text.
@@ -375,26 +236,6 @@ fn located(
     }
 }
 
-/// Where the value of a key path was written: in an override or in the text, of which the tree is.
-fn place_of(
-    path: &str,
-    (text, tree): (&str, Option<&Node>),
-    origin: &str,
-    overrides: &[Override],
-) -> Place {
-    if let Some(change) = overriding(path, overrides) {
-        return Place {
-            origin: format!("--set {}", shortened(&change.to_string())),
-            position: None,
-        };
-    }
-    let byte = tree.and_then(|tree| Some(tree.place_of(&KeyPath::parse(path)?).0));
-    Place {
-        origin: origin.to_owned(),
-        position: byte.map(|byte| line_column(text, byte)),
-    }
-}
-
 #[cfg(feature = "cli")]
 /// Where a scene's body was written; an origin without a text has no position.
 pub(crate) fn place_of_body(
@@ -407,37 +248,4 @@ pub(crate) fn place_of_body(
     let text = text.map_or("", |(text, _)| text);
     let path = format!("bodies[{index}]");
     place_of(&path, (text, tree.as_ref()), origin, overrides)
-}
-
-/// The text of a scene file, without a byte-order mark.
-pub(crate) fn read_text(file: &Path) -> io::Result<String> {
-    let bytes = read_file(file)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let problem = match bytes {
-        [] => "it is empty",
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it is in UTF-16; save it as UTF-8",
-        [0x1f, 0x8b, ..] => "it is packed by gzip; unpack it first",
-        [b'P', b'K', 3, 4, ..] => "it is a zip archive; unpack it first",
-        _ => {
-            return String::from_utf8(bytes.to_vec())
-                .map_err(|error| invalid(error.utf8_error().to_string()));
-        }
-    };
-    Err(invalid(problem.to_owned()))
-}
-
-/// The content of a regular file: a pipe or a device may never end.
-///
-/// # Errors
-/// What the system says, and an error of kind `InvalidInput` for anything but a file.
-pub(crate) fn read_file(file: &Path) -> io::Result<Vec<u8>> {
-    if !fs::metadata(file)?.is_file() {
-        let problem = "not a regular file; write it into a file first";
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
-    }
-    fs::read(file)
-}
-
-fn invalid(problem: String) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, problem)
 }

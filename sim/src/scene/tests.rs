@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::Bounds;
 
-use super::locate::{Content, Node};
 use super::*;
+use phyxel_text::{Content, Node};
 
 mod mistakes;
 

@@ -10,7 +10,9 @@ use serde_json::{Map, Value};
 use super::design::rows;
 use super::plan::{Plan, PlanError};
 use crate::output::{OutputError, OutputFolder};
-use crate::scene::{KeyPath, Scene, SceneError, Shape};
+use phyxel_text::{KeyPath, OverrideError};
+
+use crate::scene::{Scene, SceneError, Shape};
 
 /// The list of cases, one a line.
 const LIST: &str = "cases.jsonl";
@@ -119,7 +121,7 @@ fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Sc
     Scene::from_text(base, "the scene", Path::new(""), &all).map_err(|error| {
         // The key whose change is at fault, if one alone is.
         let index = changes.iter().find(|(_, change)| match &error {
-            SceneError::Override { text, .. } => *text == change.to_string(),
+            SceneError::Override(OverrideError { text, .. }) => *text == change.to_string(),
             SceneError::Value { path, .. } => {
                 KeyPath::parse(path).is_some_and(|path| change.path().contains(&path))
             }

@@ -11,7 +11,7 @@ use super::outcome::Outcome;
 use super::plan::{Plan, PlanError, ResultColumn, Values};
 use super::statistics::{SHARES, quantiles, sensitivity};
 use crate::output::{OutputError, OutputFolder};
-use crate::scene::{KeyPath, Segment};
+use phyxel_text::{KeyPath, Segment};
 
 /// What was collected.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use ron::value::RawValue;
 use serde::Deserialize;
 
-use crate::scene::{
-    FormatProblem, KeyPath, Node, Override, Place, SceneError, line_column, parse_ron, read_text,
+use phyxel_text::{
+    FormatProblem, KeyPath, Node, Override, OverrideError, Place, line_column, parse_ron, read_text,
 };
+
+use crate::scene::SceneError;
 
 /// The version of plans that this program reads.
 const VERSION: u32 = 1;
@@ -99,7 +101,7 @@ impl SweptKey {
         let written = self.write.replace("{}", value);
         let paths = std::iter::once(&self.key).chain(&self.also);
         paths
-            .map(|path| Override::parse(&format!("{path}={written}")))
+            .map(|path| Ok(Override::parse(&format!("{path}={written}"))?))
             .collect()
     }
 }
@@ -313,7 +315,7 @@ impl Plan {
         let set = written.set.iter().enumerate().map(|(index, text)| {
             Override::parse(text).map_err(|error| PlanError::Set {
                 place: source.place(&format!("set[{index}]")),
-                source: Box::new(error),
+                source: Box::new(error.into()),
             })
         });
         let plan = Self {
@@ -347,7 +349,7 @@ impl Plan {
     #[must_use]
     pub fn place_of(&self, error: &SceneError) -> Place {
         let text = match error {
-            SceneError::Override { text, .. } => text.as_str(),
+            SceneError::Override(OverrideError { text, .. }) => text.as_str(),
             SceneError::Value { place, .. } => {
                 place.origin.strip_prefix("--set ").unwrap_or_default()
             }

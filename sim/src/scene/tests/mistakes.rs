@@ -1,9 +1,10 @@
 //! All mistakes of a scene at once.
 
-use super::*;
-use crate::scene::format::Format;
+use phyxel_text::Format;
 #[cfg(feature = "cli")]
-use crate::scene::key_path::KeyPath;
+use phyxel_text::KeyPath;
+
+use super::*;
 
 /// A scene with several bad values is told all of them, each on its line.
 #[test]

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::check::{Checks, triple};
 use super::file::{existing_file, scale};
 use super::{material, method};
 use crate::scene::RadiusRule;
 use crate::scene::body::{Body, Form, Shape, SurfelSpacing, SurfelTarget, Surfels, Target};
+use phyxel_text::{Checks, triple};
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     shape(checks, &format!("{path}.shape"), &body.shape);

@@ -1,28 +1,38 @@
 //! What acts on the bodies: supports, tools and cuts.
 
-use super::check::{Checks, triple};
 use super::region::region;
 use super::rigid::rigid;
 use crate::scene::event::{Capture, Cut, Support, SupportMotion};
 use crate::scene::tool::Tool;
-use crate::scene::{Body, Scene, ToolShape};
+use crate::scene::{Body, Key, Scene, ToolShape};
+use phyxel_text::{Checks, nearest, triple};
 
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
 
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
-    checks.body_name(&format!("{path}.body"), support.body.as_deref(), bodies);
+    body_name(
+        checks,
+        &format!("{path}.body"),
+        support.body.as_deref(),
+        bodies,
+    );
     region(checks, &format!("{path}.region"), support.region);
     match &support.motion {
         SupportMotion::Fixed => {}
         SupportMotion::Driven { path: keys } => {
-            checks.keys_in_order(&format!("{path}.motion.path"), keys, 1);
+            keys_in_order(checks, &format!("{path}.motion.path"), keys, 1);
         }
     }
 }
 
 pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]) {
-    checks.body_name(&format!("{path}.body"), tool.body.as_deref(), bodies);
+    body_name(
+        checks,
+        &format!("{path}.body"),
+        tool.body.as_deref(),
+        bodies,
+    );
     tool_shape(checks, &format!("{path}.shape"), tool.shape);
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
@@ -34,7 +44,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         ", 1 for the size that the shape says",
     );
     let keys = format!("{path}.path");
-    checks.keys_in_order(&keys, &tool.path, 1);
+    keys_in_order(checks, &keys, &tool.path, 1);
     checks.not_negative(format_args!("{path}.friction"), tool.friction, "");
     if let Some(penalty) = tool.penalty {
         checks.positive(format_args!("{path}.penalty"), penalty, " (N/m^3)");
@@ -78,7 +88,12 @@ fn tool_shape(checks: &mut Checks, path: &str, shape: ToolShape) {
 }
 
 pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
-    checks.body_name(&format!("{path}.body"), cut.body.as_deref(), &scene.bodies);
+    body_name(
+        checks,
+        &format!("{path}.body"),
+        cut.body.as_deref(),
+        &scene.bodies,
+    );
     let edge = format!("{path}.edge");
     checks.require(
         cut.edge.len() >= 2,
@@ -98,7 +113,7 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
             &[&format!("{edge}[{index}]")],
         );
     }
-    checks.keys_in_order(&format!("{path}.path"), &cut.path, 2);
+    keys_in_order(checks, &format!("{path}.path"), &cut.path, 2);
     let duration = scene.integration.duration;
     let keys = &format!("{path}.path");
     let (first, last) = match cut.path.as_slice() {
@@ -149,5 +164,58 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
     }
     if let Some(tolerance) = cut.weld_tolerance {
         checks.not_negative(format_args!("{path}.weld_tolerance"), tolerance, " (m)");
+    }
+}
+
+/// A body that is named must be there.
+pub(super) fn body_name(checks: &mut Checks, path: &str, name: Option<&str>, bodies: &[Body]) {
+    let Some(name) = name else { return };
+    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+    if names.contains(&name) {
+        return;
+    }
+    let hint = nearest(name, names.iter().copied())
+        .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+    let with: Vec<String> = (0..bodies.len())
+        .map(|index| format!("bodies[{index}].name"))
+        .collect();
+    let with: Vec<&str> = with.iter().map(String::as_str).collect();
+    checks.agree(
+        false,
+        path,
+        format_args!("'{name}'"),
+        format_args!(
+            "no body has this name{hint}; bodies are {}",
+            names.join(", ")
+        ),
+        &with,
+    );
+}
+
+/// Keys of a path, `fewest` at least, must be finite and follow each other.
+pub(super) fn keys_in_order(checks: &mut Checks, path: &str, keys: &[Key], fewest: usize) {
+    checks.require(
+        keys.len() >= fewest,
+        path,
+        format_args!("{} keys", keys.len()),
+        format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))"),
+    );
+    for (index, key) in keys.iter().enumerate() {
+        let of = |name: &str| format!("{path}[{index}].{name}");
+        checks.not_negative(of("time"), key.time, " (s after settling)");
+        checks.finite(of("position"), key.position);
+        checks.finite(of("rotation"), key.rotation);
+    }
+    for (index, pair) in keys.windows(2).enumerate() {
+        checks.agree(
+            pair[0].time < pair[1].time,
+            format_args!("{path}[{}].time", index + 1),
+            pair[1].time,
+            format_args!(
+                "it must be later than the key before, at {} s",
+                pair[0].time
+            ),
+            &[&format!("{path}[{index}].time")],
+        );
     }
 }

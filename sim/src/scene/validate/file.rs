@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::check::Checks;
+use phyxel_text::Checks;
 
 pub(super) fn scale(checks: &mut Checks, path: &str, scale: f64) {
     checks.positive(

@@ -1,9 +1,9 @@
 //! Materials and their parts.
 
-use super::check::Checks;
 use super::region::region;
 use crate::scene::body::Body;
 use crate::scene::{Dilatation, Fiber, MaterialSettings, Model};
+use phyxel_text::Checks;
 
 /// Most terms of a Prony series.
 const MOST_TERMS: usize = phyxel_elastic::MAX_PRONY_TERMS;

@@ -1,9 +1,9 @@
 //! How nodes are coupled and cuts weaken that.
 
-use super::check::Checks;
 use crate::scene::body::Body;
 use crate::scene::method::Method;
 use crate::scene::{CutRule, Dilatation};
+use phyxel_text::Checks;
 
 /// Neighbours that a gradient in space needs at least.
 const FEWEST_NEIGHBORS: u32 = 4;

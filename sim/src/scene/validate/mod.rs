@@ -1,7 +1,6 @@
 //! What a scene's values must be: checked once, so that nothing later meets a surprise.
 
 mod body;
-mod check;
 mod event;
 mod file;
 mod material;
@@ -9,13 +8,11 @@ mod method;
 mod region;
 mod rigid;
 
-pub(super) use check::{Checks, Fault};
-
 use super::settings::{Coloring, Integration, Pictures, Rest, Show};
 use super::{Scene, Scheme, VERSION, View};
 use body::body;
-use check::triple;
 use event::{cut, support, tool};
+use phyxel_text::{Checks, Fault, triple};
 use rigid::rigid;
 
 /// Checks every value of a scene but those at the key paths `misread`, which stand for others.

@@ -1,7 +1,7 @@
 //! Parts of space.
 
-use super::check::{Checks, triple};
 use crate::scene::Region;
+use phyxel_text::{Checks, triple};
 
 /// A part of space.
 pub(super) fn region(checks: &mut Checks, path: &str, region: Region) {

@@ -1,8 +1,8 @@
 //! Rigid surfaces that are only drawn.
 
-use super::check::Checks;
 use super::file::{existing_file, scale};
 use crate::scene::RigidMesh;
+use phyxel_text::Checks;
 
 pub(super) fn rigid(checks: &mut Checks, path: &str, mesh: &RigidMesh) {
     existing_file(checks, &format!("{path}.file"), &mesh.file, "a mesh file");

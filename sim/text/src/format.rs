@@ -1,21 +1,24 @@
-//! How a scene is written: RON or JSON.
+//! How a settings file is written: RON or JSON.
 
 use std::path::Path;
 
 use ron::extensions::Extensions;
 
-use super::locate::Node;
+use crate::locate::Node;
 
-/// How a scene is written.
+/// How a settings file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Format {
+pub enum Format {
+    /// Rusty Object Notation.
     Ron,
+    /// JSON.
     Json,
 }
 
 impl Format {
     /// JSON for the extension `json`.
-    pub(crate) fn of(file: &Path) -> Self {
+    #[must_use]
+    pub fn of(file: &Path) -> Self {
         let json = |extension: &std::ffi::OsStr| extension.eq_ignore_ascii_case("json");
         if file.extension().is_some_and(json) {
             Self::Json
@@ -25,7 +28,8 @@ impl Format {
     }
 
     /// Where values stand; nothing where brackets or separators do not fit.
-    pub(crate) fn tree(self, text: &str) -> Option<Node> {
+    #[must_use]
+    pub fn tree(self, text: &str) -> Option<Node> {
         match self {
             Self::Ron => Node::read(text),
             Self::Json => Node::read_json(text),
@@ -33,7 +37,8 @@ impl Format {
     }
 }
 
-/// The dialect of RON that scenes are written in.
-pub(super) fn options() -> ron::Options {
+/// The dialect of RON that settings files are written in.
+#[must_use]
+pub fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }

@@ -1,12 +1,12 @@
-//! Changes of single values of a scene: `path.to.key=value`.
+//! Changes of single values of a settings file: `path.to.key=value`.
 
 use std::fmt;
 
-use super::error::{OverrideProblem, SceneError};
-use super::key_path::{KeyPath, Segment};
-use super::locate::{Content, Node};
+use crate::error::{OverrideError, OverrideProblem, Place};
+use crate::key_path::{KeyPath, Segment};
+use crate::locate::{Content, Node, line_column};
 
-/// A change of one value of a scene: `path.to.key=value`.
+/// A change of one value: `path.to.key=value`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
     path: KeyPath,
@@ -17,10 +17,10 @@ impl Override {
     /// Reads `path.to.key=value`; the value is RON.
     ///
     /// # Errors
-    /// [`SceneError::Override`] if there is no `=`, no key path before it or no single RON value
+    /// [`OverrideError`] if there is no `=`, no key path before it or no single RON value
     /// after it.
-    pub fn parse(text: &str) -> Result<Self, SceneError> {
-        let error = |problem| SceneError::Override {
+    pub fn parse(text: &str) -> Result<Self, OverrideError> {
+        let error = |problem| OverrideError {
             text: shortened(text),
             problem,
         };
@@ -44,13 +44,13 @@ impl Override {
         })
     }
 
-    #[cfg(feature = "cli")]
     /// The path.
-    pub(crate) fn path(&self) -> &KeyPath {
+    #[must_use]
+    pub fn path(&self) -> &KeyPath {
         &self.path
     }
 
-    /// The scene's key at which the path begins.
+    /// The first key, at which the path begins.
     #[must_use]
     pub fn section(&self) -> &str {
         match self.path.0.first() {
@@ -60,16 +60,20 @@ impl Override {
     }
 
     /// The number that the last of `overrides` gives the value at `path`, if one does.
-    pub(crate) fn number(overrides: &[Self], path: &str) -> Option<f64> {
+    #[must_use]
+    pub fn number(overrides: &[Self], path: &str) -> Option<f64> {
         let path = KeyPath::parse(path)?;
         let change = overrides.iter().rev().find(|change| change.path == path)?;
         change.value.parse().ok()
     }
 
     /// The text with the value in place of what stands at the path, or added where nothing does.
-    pub(super) fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
+    ///
+    /// # Errors
+    /// [`OverrideProblem`] if there is nothing to set there.
+    pub fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
         let tree = Node::read(text).ok_or(OverrideProblem::NoPart {
-            path: "the scene".to_owned(),
+            path: "the text".to_owned(),
         })?;
         let mut node = tree.inner();
         for (depth, segment) in self.path.0.iter().enumerate() {
@@ -137,17 +141,40 @@ impl fmt::Display for Override {
 }
 
 /// The last override that sets the value at a key path, or a group that holds it.
-pub(super) fn overriding<'a>(path: &str, overrides: &'a [Override]) -> Option<&'a Override> {
+#[must_use]
+pub fn overriding<'a>(path: &str, overrides: &'a [Override]) -> Option<&'a Override> {
     let path = KeyPath::parse(path)?;
     let mut changes = overrides.iter().rev();
     changes.find(|change| change.path.contains(&path))
 }
 
 /// A long text's beginning, for messages of one line.
-pub(super) fn shortened(text: &str) -> String {
+#[must_use]
+pub fn shortened(text: &str) -> String {
     const SHOWN: usize = 200;
     match text.char_indices().nth(SHOWN) {
         None => text.to_owned(),
         Some((end, _)) => format!("{}.. ({} bytes)", &text[..end], text.len()),
+    }
+}
+
+/// Where the value of a key path was written: in an override or in the text, of which the tree is.
+#[must_use]
+pub fn place_of(
+    path: &str,
+    (text, tree): (&str, Option<&Node>),
+    origin: &str,
+    overrides: &[Override],
+) -> Place {
+    if let Some(change) = overriding(path, overrides) {
+        return Place {
+            origin: format!("--set {}", shortened(&change.to_string())),
+            position: None,
+        };
+    }
+    let byte = tree.and_then(|tree| Some(tree.place_of(&KeyPath::parse(path)?).0));
+    Place {
+        origin: origin.to_owned(),
+        position: byte.map(|byte| line_column(text, byte)),
     }
 }

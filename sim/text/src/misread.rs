@@ -1,4 +1,4 @@
-//! All that a scene's text says and the format does not know: keys, choices and types, by the format's own schema.
+//! All that a text says and its format does not know: keys, choices and types, by the format's own schema.
 //!
 //! The deserializer stops at the first. The text's tree is compared with the schema instead, and written anew
 //! in RON with a value that fits in the place of each that does not, so that all others can be checked too.
@@ -8,30 +8,36 @@ use std::collections::HashSet;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::error::FormatProblem;
-use super::format::{Format, options};
-use super::key_path::{KeyPath, Segment};
-use super::kind::{Kind, SCHEMA, name_of, names_of, required};
-use super::locate::{Content, Node};
-use super::suggest::nearest;
+use crate::error::FormatProblem;
+use crate::format::{Format, options};
+use crate::key_path::{KeyPath, Segment};
+use crate::kind::{Kind, name_of, names_of, required};
+use crate::locate::{Content, Node};
+use crate::suggest::nearest;
 
 /// Most problems that are gathered: nobody reads more, and a list of a million values may be all wrong.
-pub(super) const MOST_PROBLEMS: usize = 1000;
+pub(crate) const MOST_PROBLEMS: usize = 1000;
 
 /// What a text says and the format does not know.
 #[derive(Debug)]
-pub(super) struct Misread {
+pub(crate) struct Misread {
     /// Bytes at which they begin, in the order of the text.
-    pub(super) problems: Vec<(usize, FormatProblem)>,
+    pub(crate) problems: Vec<(usize, FormatProblem)>,
     /// Key paths of the values that stand for others in `mended`.
-    pub(super) paths: Vec<String>,
-    /// The scene in RON with these values.
-    pub(super) mended: String,
+    pub(crate) paths: Vec<String>,
+    /// The text in RON with these values.
+    pub(crate) mended: String,
 }
 
-/// Compares a scene's text with the format.
-pub(super) fn misread(text: &str, format: Format, tree: &Node) -> Misread {
+/// Compares a text, called `whole` in messages, with the schema of its format.
+pub(crate) fn misread(
+    (text, format, tree): (&str, Format, &Node),
+    root: &'static Value,
+    whole: &str,
+) -> Misread {
     let mut reader = Reader {
+        root,
+        whole,
         text,
         format,
         path: Vec::new(),
@@ -41,7 +47,7 @@ pub(super) fn misread(text: &str, format: Format, tree: &Node) -> Misread {
             mended: String::new(),
         },
     };
-    let mended = reader.value(tree, &SCHEMA);
+    let mended = reader.value(tree, root);
     let mut found = reader.found;
     found.mended = mended;
     found.problems.sort_by_key(|(byte, _)| *byte);
@@ -49,6 +55,10 @@ pub(super) fn misread(text: &str, format: Format, tree: &Node) -> Misread {
 }
 
 struct Reader<'a> {
+    /// The format's schema.
+    root: &'static Value,
+    /// What the text is called.
+    whole: &'a str,
     text: &'a str,
     format: Format,
     path: Vec<Segment>,
@@ -67,7 +77,7 @@ impl<'a> Reader<'a> {
     /// The group that the reader is in, for messages.
     fn owner(&self) -> String {
         match self.path() {
-            path if path.is_empty() => "the scene".to_owned(),
+            path if path.is_empty() => self.whole.to_owned(),
             path => path,
         }
     }
@@ -83,7 +93,7 @@ impl<'a> Reader<'a> {
         self.tell(byte, problem);
         let path = self.path();
         self.found.paths.push(path);
-        kind.any()
+        kind.any(self.root)
     }
 
     fn wrong_type(&mut self, node: &Node, kind: &Kind) -> String {
@@ -104,7 +114,7 @@ impl<'a> Reader<'a> {
 
     /// The value in RON, or one that fits in its place.
     fn value(&mut self, node: &Node, schema: &'static Value) -> String {
-        let (kind, optional) = Kind::of(schema);
+        let (kind, optional) = Kind::of(self.root, schema);
         let text = self.text_of(node);
         if optional {
             let none = match self.format {
@@ -261,7 +271,7 @@ impl<'a> Reader<'a> {
                 owner: self.owner(),
             };
             self.path.push(Segment::Key(key.to_owned()));
-            let kind = Kind::of(&properties[key]).0;
+            let kind = Kind::of(self.root, &properties[key]).0;
             let value = self.wrong(node.span.start, problem, &kind);
             written.push_str(&format!("{key}: {value}, "));
             self.path.pop();
@@ -290,7 +300,7 @@ impl<'a> Reader<'a> {
         }
         // What is meant by a misspelt choice is read as that.
         let Some(choice) = known(name).or_else(|| nearest.and_then(known)) else {
-            return kind.any();
+            return kind.any(self.root);
         };
         let name = name_of(choice);
         let Some(content) = choice.get("properties") else {
@@ -300,7 +310,7 @@ impl<'a> Reader<'a> {
             };
         };
         let content = &content[name];
-        let inner = Kind::of(content).0;
+        let inner = Kind::of(self.root, content).0;
         let written = match (&inner, &node.content) {
             // In RON the brackets of the name are those of the group, in JSON the group has its own.
             (

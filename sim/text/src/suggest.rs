@@ -4,10 +4,8 @@
 ///
 /// Likeness is the optimal-string-alignment distance (insertions, deletions, substitutions and
 /// swaps of neighbours) without regard to case; a third of the longer word may differ.
-pub(crate) fn nearest<'a>(
-    found: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(found: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = found.to_lowercase();
     candidates
         .into_iter()

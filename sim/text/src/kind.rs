@@ -1,17 +1,11 @@
 //! What the format's schema says of a value.
 
-use std::sync::LazyLock;
-
 use serde_json::Value;
 
-use super::format::Format;
-use super::keys;
-
-/// The format's schema.
-pub(super) static SCHEMA: LazyLock<Value> = LazyLock::new(keys::schema);
+use crate::format::Format;
 
 /// What the schema says of a value.
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Group(&'static Value),
     Choice(&'static [Value]),
     List(&'static Value),
@@ -27,13 +21,13 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// The kind, and whether the value may be `None`.
-    pub(super) fn of(mut schema: &'static Value) -> (Self, bool) {
+    /// The kind by a part of the schema `root`, and whether the value may be `None`.
+    pub(crate) fn of(root: &'static Value, mut schema: &'static Value) -> (Self, bool) {
         let mut optional = false;
         loop {
             if let Some(path) = schema.get("$ref").and_then(Value::as_str) {
                 let name = path.rsplit('/').next().unwrap_or_default();
-                schema = &SCHEMA["$defs"][name];
+                schema = &root["$defs"][name];
             } else if let Some(all) = schema.get("anyOf").and_then(Value::as_array) {
                 let is_null = |one: &Value| one["type"] == "null";
                 optional |= all.iter().any(is_null);
@@ -74,7 +68,7 @@ impl Kind {
     }
 
     /// What a value must be.
-    pub(super) fn must_be(&self, format: Format) -> String {
+    pub(crate) fn must_be(&self, format: Format) -> String {
         let json = format == Format::Json;
         match self {
             Self::Group(_) if json => "a group such as {\"key\": value}".to_owned(),
@@ -95,12 +89,12 @@ impl Kind {
     }
 
     /// A value that fits, in RON.
-    pub(super) fn any(&self) -> String {
+    pub(crate) fn any(&self, root: &'static Value) -> String {
         match self {
             Self::Group(schema) => {
                 let keys = required(schema).map(|key| {
-                    let kind = Self::of(&schema["properties"][key]).0;
-                    format!("{key}: {}", kind.any())
+                    let kind = Self::of(root, &schema["properties"][key]).0;
+                    format!("{key}: {}", kind.any(root))
                 });
                 format!("({})", keys.collect::<Vec<_>>().join(", "))
             }
@@ -109,15 +103,20 @@ impl Kind {
                 let name = name_of(choice);
                 match choice.get("properties") {
                     None => name.to_owned(),
-                    Some(content) => match Self::of(&content[name]).0 {
-                        kind @ (Self::Group(_) | Self::Tuple(_)) => format!("{name}{}", kind.any()),
-                        kind => format!("{name}({})", kind.any()),
+                    Some(content) => match Self::of(root, &content[name]).0 {
+                        kind @ (Self::Group(_) | Self::Tuple(_)) => {
+                            format!("{name}{}", kind.any(root))
+                        }
+                        kind => format!("{name}({})", kind.any(root)),
                     },
                 }
             }
             Self::List(_) => "[]".to_owned(),
             Self::Tuple(kinds) => {
-                let items: Vec<String> = kinds.iter().map(|kind| Self::of(kind).0.any()).collect();
+                let items: Vec<String> = kinds
+                    .iter()
+                    .map(|kind| Self::of(root, kind).0.any(root))
+                    .collect();
                 format!("({})", items.join(", "))
             }
             Self::Number => "1.0".to_owned(),
@@ -129,7 +128,7 @@ impl Kind {
 }
 
 /// The name of one choice.
-pub(super) fn name_of(choice: &'static Value) -> &'static str {
+pub(crate) fn name_of(choice: &'static Value) -> &'static str {
     let group = || choice["properties"].as_object()?.keys().next();
     let name = choice["const"].as_str();
     name.or_else(|| group().map(String::as_str))
@@ -137,12 +136,12 @@ pub(super) fn name_of(choice: &'static Value) -> &'static str {
 }
 
 /// The names of all choices.
-pub(super) fn names_of(choices: &'static [Value]) -> Vec<&'static str> {
+pub(crate) fn names_of(choices: &'static [Value]) -> Vec<&'static str> {
     choices.iter().map(name_of).collect()
 }
 
 /// Keys that a group must have.
-pub(super) fn required(group: &'static Value) -> impl Iterator<Item = &'static str> {
+pub(crate) fn required(group: &'static Value) -> impl Iterator<Item = &'static str> {
     let keys = group.get("required").and_then(Value::as_array);
     keys.into_iter().flatten().filter_map(Value::as_str)
 }

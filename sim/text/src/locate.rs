@@ -7,28 +7,37 @@
 
 use std::ops::Range;
 
-use super::key_path::{KeyPath, Segment, is_identifier};
+use crate::key_path::{KeyPath, Segment, is_identifier};
 
 /// A value in the text.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Node {
+pub struct Node {
     /// Bytes of the whole value, its name included.
-    pub(crate) span: Range<usize>,
-    pub(crate) content: Content,
+    pub span: Range<usize>,
+    /// What it is made of.
+    pub content: Content,
 }
 
 /// What a value is made of.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Content {
+pub enum Content {
     /// `Name(key: value, ..)`, in JSON `{"key": value, ..}` with `quoted` keys; `open` is the byte after the
     /// bracket.
     Struct {
+        /// Byte after the bracket.
         open: usize,
+        /// Whether keys are in quotes.
         quoted: bool,
+        /// Keys, where they stand, and their values.
         fields: Vec<(String, Range<usize>, Node)>,
     },
     /// `Name(value, ..)`
-    Tuple { named: bool, items: Vec<Node> },
+    Tuple {
+        /// Whether a name stands before the bracket.
+        named: bool,
+        /// The values.
+        items: Vec<Node>,
+    },
     /// `[value, ..]`
     List(Vec<Node>),
     /// A number, string, unit or anything else.
@@ -37,7 +46,8 @@ pub(crate) enum Content {
 
 impl Node {
     /// The tree of a text in RON; nothing where brackets or separators do not fit.
-    pub(crate) fn read(text: &str) -> Option<Self> {
+    #[must_use]
+    pub fn read(text: &str) -> Option<Self> {
         let mut reader = Reader {
             text,
             at: 0,
@@ -53,7 +63,8 @@ impl Node {
     }
 
     /// The same of a text in JSON.
-    pub(crate) fn read_json(text: &str) -> Option<Self> {
+    #[must_use]
+    pub fn read_json(text: &str) -> Option<Self> {
         let mut reader = Reader {
             text,
             at: 0,
@@ -65,7 +76,8 @@ impl Node {
     }
 
     /// The value seen through `Some(..)` and other names around a single value, `{"Name": ..}` in JSON.
-    pub(crate) fn inner(&self) -> &Self {
+    #[must_use]
+    pub fn inner(&self) -> &Self {
         match &self.content {
             Content::Tuple { named: true, items } if items.len() == 1 => items[0].inner(),
             Content::Struct {
@@ -83,7 +95,8 @@ impl Node {
     }
 
     /// The value one step down.
-    pub(crate) fn child(&self, segment: &Segment) -> Option<&Self> {
+    #[must_use]
+    pub fn child(&self, segment: &Segment) -> Option<&Self> {
         match (&self.inner().content, segment) {
             (Content::Struct { fields, .. }, Segment::Key(key)) => fields
                 .iter()
@@ -98,7 +111,8 @@ impl Node {
 
     /// Byte at which the value of `path` starts; that of the nearest value above it which is
     /// written out where it is not.
-    pub(crate) fn place_of(&self, path: &KeyPath) -> (usize, bool) {
+    #[must_use]
+    pub fn place_of(&self, path: &KeyPath) -> (usize, bool) {
         let mut node = self;
         for segment in &path.0 {
             match node.child(segment) {
@@ -110,7 +124,8 @@ impl Node {
     }
 
     /// Path of the innermost struct or list that holds `byte`.
-    pub(crate) fn path_around(&self, byte: usize) -> KeyPath {
+    #[must_use]
+    pub fn path_around(&self, byte: usize) -> KeyPath {
         let mut path = Vec::new();
         let mut node = self.inner();
         loop {
@@ -138,7 +153,11 @@ impl Node {
 }
 
 /// Line and column, both from 1 and the column in characters, of a byte of `text`.
-pub(crate) fn line_column(text: &str, byte: usize) -> (usize, usize) {
+///
+/// # Panics
+/// If the text has no character that begins there.
+#[must_use]
+pub fn line_column(text: &str, byte: usize) -> (usize, usize) {
     let before = &text[..byte];
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);
     (
@@ -148,7 +167,8 @@ pub(crate) fn line_column(text: &str, byte: usize) -> (usize, usize) {
 }
 
 /// Byte of a line and column of `text`, both from 1.
-pub(crate) fn byte_at(text: &str, line: usize, column: usize) -> usize {
+#[must_use]
+pub fn byte_at(text: &str, line: usize, column: usize) -> usize {
     let start: usize = text
         .split_inclusive('\n')
         .take(line.saturating_sub(1))

@@ -4,18 +4,21 @@ use std::fmt;
 
 /// One step of a key path.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Segment {
+pub enum Segment {
+    /// A key of a group.
     Key(String),
+    /// An entry of a list, from 0.
     Index(usize),
 }
 
 /// A key path: `bodies[0].material.density`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct KeyPath(pub(crate) Vec<Segment>);
+pub struct KeyPath(pub Vec<Segment>);
 
 impl KeyPath {
     /// Reads a path; nothing where it is not one.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
         let mut segments = Vec::new();
         for part in text.split('.') {
             let (key, indices) = part
@@ -36,7 +39,8 @@ impl KeyPath {
     }
 
     /// Whether `self` is `other` or lies above it.
-    pub(crate) fn contains(&self, other: &Self) -> bool {
+    #[must_use]
+    pub fn contains(&self, other: &Self) -> bool {
         other.0.starts_with(&self.0)
     }
 }
@@ -54,7 +58,7 @@ impl fmt::Display for KeyPath {
     }
 }
 
-pub(super) fn is_identifier(text: &str) -> bool {
+pub(crate) fn is_identifier(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }

@@ -4,18 +4,17 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use crate::scene::Body;
-use crate::scene::path::Key;
-use crate::scene::suggest::nearest;
-
 /// A value that is not as it must be.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::scene) struct Fault {
-    pub(in crate::scene) path: String,
-    pub(in crate::scene) found: String,
-    pub(in crate::scene) must: String,
+pub struct Fault {
+    /// Key path of the value.
+    pub path: String,
+    /// The value.
+    pub found: String,
+    /// What it must be, or what to do.
+    pub must: String,
     /// Key paths of the other values that it is so with; none where the value alone says so.
-    pub(in crate::scene) with: Vec<String>,
+    pub with: Vec<String>,
 }
 
 /// Most faults that are gathered: nobody reads more, and a list of a million values may be all wrong.
@@ -23,13 +22,13 @@ const MOST_FAULTS: usize = 1000;
 
 /// What has been found so far.
 #[derive(Debug, Default)]
-pub(in crate::scene) struct Checks {
+pub struct Checks {
     faults: Vec<Fault>,
 }
 
 impl Checks {
     /// What a value must be by itself.
-    pub(super) fn require(
+    pub fn require(
         &mut self,
         holds: bool,
         path: impl Display,
@@ -40,7 +39,7 @@ impl Checks {
     }
 
     /// How a value must go with those at the paths `with`.
-    pub(super) fn agree(
+    pub fn agree(
         &mut self,
         holds: bool,
         path: impl Display,
@@ -60,7 +59,8 @@ impl Checks {
 
     /// All but what is told of another value already: each value is told of once, and none is compared with
     /// one that is at fault or among the `misread`.
-    pub(super) fn told(self, misread: &[String]) -> Vec<Fault> {
+    #[must_use]
+    pub fn told(self, misread: &[String]) -> Vec<Fault> {
         let (own, compared): (Vec<_>, Vec<_>) = self
             .faults
             .into_iter()
@@ -83,7 +83,7 @@ impl Checks {
     }
 
     /// A finite number above zero.
-    pub(in crate::scene) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
+    pub fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
         self.require(
             value.is_finite() && value > 0.0,
             path,
@@ -93,7 +93,7 @@ impl Checks {
     }
 
     /// A finite number of zero or more.
-    pub(super) fn not_negative(&mut self, path: impl Display, value: f64, hint: &str) {
+    pub fn not_negative(&mut self, path: impl Display, value: f64, hint: &str) {
         self.require(
             value.is_finite() && value >= 0.0,
             path,
@@ -103,7 +103,7 @@ impl Checks {
     }
 
     /// A colour (sRGB).
-    pub(super) fn color(&mut self, path: &str, color: [f64; 3]) {
+    pub fn color(&mut self, path: &str, color: [f64; 3]) {
         for (index, value) in color.into_iter().enumerate() {
             self.require(
                 (0.0..=1.0).contains(&value),
@@ -114,7 +114,8 @@ impl Checks {
         }
     }
 
-    pub(in crate::scene) fn finite(&mut self, path: impl Display, value: DVec3) {
+    /// A point or vector of finite numbers.
+    pub fn finite(&mut self, path: impl Display, value: DVec3) {
         self.require(
             value.is_finite(),
             path,
@@ -123,7 +124,8 @@ impl Checks {
         );
     }
 
-    pub(in crate::scene) fn direction(&mut self, path: impl Display, value: DVec3) {
+    /// A finite vector longer than zero.
+    pub fn direction(&mut self, path: impl Display, value: DVec3) {
         let length = value.length();
         self.require(
             length.is_finite() && length > 0.0,
@@ -133,66 +135,17 @@ impl Checks {
         );
     }
 
-    pub(in crate::scene) fn positive_components(&mut self, path: &str, value: DVec3) {
+    /// A vector of finite lengths (m) above zero.
+    pub fn positive_components(&mut self, path: &str, value: DVec3) {
         for (index, component) in value.to_array().into_iter().enumerate() {
             self.positive(format_args!("{path}[{index}]"), component, " (m)");
         }
     }
-
-    pub(super) fn body_name(&mut self, path: &str, name: Option<&str>, bodies: &[Body]) {
-        let Some(name) = name else { return };
-        let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
-        if names.contains(&name) {
-            return;
-        }
-        let hint = nearest(name, names.iter().copied())
-            .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
-        let with: Vec<String> = (0..bodies.len())
-            .map(|index| format!("bodies[{index}].name"))
-            .collect();
-        let with: Vec<&str> = with.iter().map(String::as_str).collect();
-        self.agree(
-            false,
-            path,
-            format_args!("'{name}'"),
-            format_args!(
-                "no body has this name{hint}; bodies are {}",
-                names.join(", ")
-            ),
-            &with,
-        );
-    }
-
-    pub(super) fn keys_in_order(&mut self, path: &str, keys: &[Key], fewest: usize) {
-        self.require(
-            keys.len() >= fewest,
-            path,
-            format_args!("{} keys", keys.len()),
-            format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))"),
-        );
-        for (index, key) in keys.iter().enumerate() {
-            let of = |name: &str| format!("{path}[{index}].{name}");
-            self.not_negative(of("time"), key.time, " (s after settling)");
-            self.finite(of("position"), key.position);
-            self.finite(of("rotation"), key.rotation);
-        }
-        for (index, pair) in keys.windows(2).enumerate() {
-            self.agree(
-                pair[0].time < pair[1].time,
-                format_args!("{path}[{}].time", index + 1),
-                pair[1].time,
-                format_args!(
-                    "it must be later than the key before, at {} s",
-                    pair[0].time
-                ),
-                &[&format!("{path}[{index}].time")],
-            );
-        }
-    }
 }
 
-/// A point or direction as a scene writes it.
-pub(super) fn triple(value: DVec3) -> String {
+/// A point or direction as a text has it.
+#[must_use]
+pub fn triple(value: DVec3) -> String {
     format!("({}, {}, {})", value.x, value.y, value.z)
 }
 
