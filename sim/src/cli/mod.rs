@@ -17,7 +17,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::scene::{Place, SceneError};
-use crate::sweep::{CaseError, CollectError, PlanError, PoolError};
+use crate::sweep::{CaseError, CollectError, PlanError, PoolError, RefusedCase};
 use crate::world::WorldError;
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
@@ -102,6 +102,8 @@ enum CliError {
     Server(#[from] phyxel_live::ServerError),
     #[error(transparent)]
     Plan(#[from] PlanError),
+    #[error(transparent)]
+    Refused(#[from] RefusedCase),
     #[error("{place}: {error}")]
     Planned { place: Place, error: Box<CliError> },
     #[error(transparent)]

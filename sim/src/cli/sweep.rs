@@ -13,7 +13,8 @@ use super::{CliError, printable};
 use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::scene::Scene;
 use crate::sweep::{
-    Case, CaseError, Outcome, Plan, PoolOptions, Tally, collect, run_case, run_cases, write_cases,
+    Case, CaseError, Outcome, Plan, PoolOptions, Tally, collect, place_of, run_case, run_cases,
+    write_cases,
 };
 
 #[derive(Debug, Args)]
@@ -96,7 +97,7 @@ fn scene(plan: &Plan) -> Result<Scene, CliError> {
         .map(|(scene, _)| scene)
         .map_err(|error| CliError::Planned {
             place: match &error {
-                CliError::Scene(error) => plan.place_of(error),
+                CliError::Scene(error) => place_of(plan, error),
                 _ => plan.place_of_scene(),
             },
             error: Box::new(error),

@@ -7,11 +7,10 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::design::rows;
-use super::plan::{Plan, PlanError};
-use crate::output::{OutputError, OutputFolder};
-use phyxel_text::{KeyPath, OverrideError};
+use phyxel_sweep::{Plan, cases};
+use phyxel_text::{KeyPath, OverrideError, Place};
 
+use crate::output::{OutputError, OutputFolder};
 use crate::scene::{Scene, SceneError, Shape};
 
 /// The list of cases, one a line.
@@ -38,15 +37,38 @@ struct Line<'a> {
     hash: &'a str,
 }
 
+/// A case with a value that the scene does not take.
+#[derive(Debug, thiserror::Error)]
+#[error("{place}: case {case}: {source}")]
+pub struct RefusedCase {
+    /// Where the plan has the value.
+    pub place: Place,
+    /// Number of the case.
+    pub case: usize,
+    /// What is wrong with the scene.
+    pub source: Box<SceneError>,
+}
+
+/// Where a plan says what is wrong with its scene: at one of the changes that all cases share, or where it
+/// names the scene.
+#[must_use]
+pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
+    plan.place_of_change(match error {
+        SceneError::Override(OverrideError { text, .. }) => text,
+        SceneError::Value { place, .. } => place.origin.strip_prefix("--set ").unwrap_or_default(),
+        _ => "",
+    })
+}
+
 impl Case {
     /// Every case of a plan; `base` is its scene with the changes that all share.
     ///
     /// # Errors
-    /// [`PlanError::Case`] if a case has a value that the scene does not take.
-    pub fn all(plan: &Plan, base: &Scene) -> Result<Vec<Self>, PlanError> {
+    /// [`RefusedCase`] if a case has a value that the scene does not take.
+    pub fn all(plan: &Plan, base: &Scene) -> Result<Vec<Self>, RefusedCase> {
         let text = base.to_ron();
         let mut files = FileHashes::default();
-        let rows = rows(plan).into_iter().zip(1..);
+        let rows = cases(plan).into_iter().zip(1..);
         rows.map(|(values, number)| Self::of(plan, &text, number, values, &mut files))
             .collect()
     }
@@ -55,9 +77,9 @@ impl Case {
     ///
     /// # Errors
     /// As [`Case::all`].
-    pub fn one(plan: &Plan, base: &Scene, number: usize) -> Result<Option<Self>, PlanError> {
+    pub fn one(plan: &Plan, base: &Scene, number: usize) -> Result<Option<Self>, RefusedCase> {
         let index = number.checked_sub(1);
-        let values = index.and_then(|index| rows(plan).into_iter().nth(index));
+        let values = index.and_then(|index| cases(plan).into_iter().nth(index));
         let base = base.to_ron();
         let case =
             values.map(|values| Self::of(plan, &base, number, values, &mut FileHashes::default()));
@@ -70,7 +92,7 @@ impl Case {
         number: usize,
         values: Vec<String>,
         files: &mut FileHashes,
-    ) -> Result<Self, PlanError> {
+    ) -> Result<Self, RefusedCase> {
         let scene = scene(plan, base, number, &values)?;
         let hash = hash(&scene, files);
         Ok(Self {
@@ -103,18 +125,16 @@ impl Case {
 }
 
 /// The scene of a case.
-fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, PlanError> {
-    let refused = |index: Option<usize>, error: SceneError| PlanError::Case {
-        place: plan
-            .source
-            .place(&index.map_or("keys".to_owned(), |index| format!("keys[{index}].values"))),
+fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, RefusedCase> {
+    let refused = |index: Option<usize>, error: SceneError| RefusedCase {
+        place: plan.place_of_key(index),
         case: number,
         source: Box::new(error.without_position()),
     };
     let mut changes = Vec::new();
     for (index, (key, value)) in plan.keys.iter().zip(values).enumerate() {
         let parsed = key.overrides(value);
-        let parsed = parsed.map_err(|error| refused(Some(index), error))?;
+        let parsed = parsed.map_err(|error| refused(Some(index), error.into()))?;
         changes.extend(parsed.into_iter().map(|change| (index, change)));
     }
     let all: Vec<_> = changes.iter().map(|(_, change)| change.clone()).collect();

@@ -6,18 +6,12 @@
 //! whatever machine, shares nothing but a folder.
 
 mod case;
-mod chart;
 mod collect;
-mod design;
 mod outcome;
-mod plan;
 mod pool;
-mod statistics;
 
-pub use case::{Case, write_cases};
+pub use case::{Case, RefusedCase, place_of, write_cases};
 pub use collect::{CollectError, Collected, collect};
-pub use design::Sequence;
 pub use outcome::{CaseError, Outcome, run_case};
-pub use plan::{Design, Plan, PlanError, ResultColumn, SweptKey, Values};
+pub use phyxel_sweep::{Plan, PlanError};
 pub use pool::{PoolError, PoolOptions, Tally, run_cases};
-pub use statistics::{Quantiles, SHARES, Sensitivity, quantiles, sensitivity};

@@ -127,7 +127,7 @@ pub fn sensitivity(x: &[f64], y: &[f64]) -> Option<Sensitivity> {
     clippy::cast_sign_loss,
     reason = "equal values are meant; counts are far below 2^53"
 )]
-pub(super) fn bins(x: &[f64]) -> Vec<Vec<usize>> {
+pub(crate) fn bins(x: &[f64]) -> Vec<Vec<usize>> {
     let wanted = (x.len() as f64).sqrt().round() as usize;
     let mut order: Vec<usize> = (0..x.len()).collect();
     order.sort_by(|&a, &b| x[a].total_cmp(&x[b]).then(a.cmp(&b)));
@@ -153,8 +153,8 @@ pub(super) fn bins(x: &[f64]) -> Vec<Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::design::Sequence;
     use super::*;
+    use crate::design::Sequence;
 
     #[test]
     fn quantiles_are_those_of_definition_seven() {

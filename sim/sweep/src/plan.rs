@@ -11,8 +11,6 @@ use phyxel_text::{
     FormatProblem, KeyPath, Node, Override, OverrideError, Place, line_column, parse_ron, read_text,
 };
 
-use crate::scene::SceneError;
-
 /// The version of plans that this program reads.
 const VERSION: u32 = 1;
 /// Most cases of one plan: beyond it a list of them is no longer handy.
@@ -34,12 +32,12 @@ pub struct Plan {
     /// What is kept of each run.
     pub results: Vec<ResultColumn>,
     /// The plan's file and its text, for messages.
-    pub(super) source: Source,
+    pub(crate) source: Source,
 }
 
 /// Where a plan was written.
 #[derive(Debug, Clone)]
-pub(super) struct Source {
+pub(crate) struct Source {
     file: PathBuf,
     text: String,
 }
@@ -97,11 +95,14 @@ impl SweptKey {
     }
 
     /// The changes that give the scene this value.
-    pub(super) fn overrides(&self, value: &str) -> Result<Vec<Override>, SceneError> {
+    ///
+    /// # Errors
+    /// [`OverrideError`] if what is written is no single value.
+    pub fn overrides(&self, value: &str) -> Result<Vec<Override>, OverrideError> {
         let written = self.write.replace("{}", value);
         let paths = std::iter::once(&self.key).chain(&self.also);
         paths
-            .map(|path| Ok(Override::parse(&format!("{path}={written}"))?))
+            .map(|path| Override::parse(&format!("{path}={written}")))
             .collect()
     }
 }
@@ -247,17 +248,7 @@ pub enum PlanError {
         /// Where.
         place: Place,
         /// What is wrong with it.
-        source: Box<SceneError>,
-    },
-    /// A case has a value that the scene does not take.
-    #[error("{place}: case {case}: {source}")]
-    Case {
-        /// Where.
-        place: Place,
-        /// Number of the case.
-        case: usize,
-        /// What is wrong with the scene.
-        source: Box<SceneError>,
+        source: Box<OverrideError>,
     },
 }
 
@@ -315,7 +306,7 @@ impl Plan {
         let set = written.set.iter().enumerate().map(|(index, text)| {
             Override::parse(text).map_err(|error| PlanError::Set {
                 place: source.place(&format!("set[{index}]")),
-                source: Box::new(error.into()),
+                source: Box::new(error),
             })
         });
         let plan = Self {
@@ -344,22 +335,21 @@ impl Plan {
         &self.source.file
     }
 
-    /// Where the plan says what is wrong with its scene: at one of the changes that all cases share, or
-    /// where it names the scene.
+    /// Where the plan has one of the changes that all cases share; where it names the scene if it has no such.
     #[must_use]
-    pub fn place_of(&self, error: &SceneError) -> Place {
-        let text = match error {
-            SceneError::Override(OverrideError { text, .. }) => text.as_str(),
-            SceneError::Value { place, .. } => {
-                place.origin.strip_prefix("--set ").unwrap_or_default()
-            }
-            _ => "",
-        };
-        let index = self.set.iter().position(|set| set.to_string() == text);
+    pub fn place_of_change(&self, change: &str) -> Place {
+        let index = self.set.iter().position(|set| set.to_string() == change);
         index.map_or_else(
             || self.place_of_scene(),
             |index| self.source.place(&format!("set[{index}]")),
         )
+    }
+
+    /// Where the plan has the values of a key, or all keys where none is meant.
+    #[must_use]
+    pub fn place_of_key(&self, index: Option<usize>) -> Place {
+        let path = index.map(|index| format!("keys[{index}].values"));
+        self.source.place(path.as_deref().unwrap_or("keys"))
     }
 
     /// Where the plan names its scene.
@@ -506,7 +496,7 @@ impl Plan {
 
 impl Source {
     /// Where the value of a key path of the plan stands.
-    pub(super) fn place(&self, path: &str) -> Place {
+    pub(crate) fn place(&self, path: &str) -> Place {
         let tree = Node::read(&self.text).zip(KeyPath::parse(path));
         Place {
             origin: self.file.display().to_string(),
@@ -514,7 +504,7 @@ impl Source {
         }
     }
 
-    pub(super) fn require(
+    pub(crate) fn require(
         &self,
         fits: bool,
         path: &str,

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use super::statistics::bins;
+use crate::statistics::bins;
 
 /// A result over one key.
-pub(super) struct Panel<'a> {
-    pub(super) key: &'a str,
-    pub(super) logarithmic: bool,
+pub(crate) struct Panel<'a> {
+    pub(crate) key: &'a str,
+    pub(crate) logarithmic: bool,
     /// Key and result.
-    pub(super) points: Vec<(f64, f64)>,
+    pub(crate) points: Vec<(f64, f64)>,
 }
 
 /// Pixels of a panel, and what is left free around its axes for their labels.
@@ -112,7 +112,7 @@ impl IntoSteps for std::ops::RangeInclusive<f64> {
 }
 
 /// Draws the panels beside and below each other.
-pub(super) fn chart(result: &str, panels: &[Panel<'_>]) -> String {
+pub(crate) fn chart(result: &str, panels: &[Panel<'_>]) -> String {
     let columns = panels.len().clamp(1, 2);
     #[allow(clippy::cast_precision_loss, reason = "a plan has few keys")]
     let (across, down) = (columns as f64, panels.len().div_ceil(columns) as f64);

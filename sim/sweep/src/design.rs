@@ -1,6 +1,6 @@
 //! The values of each case.
 
-use super::plan::{Design, Plan, SweptKey, Values};
+use crate::plan::{Design, Plan, SweptKey, Values};
 
 /// Numbers from 0 to 1 that look random and are the same on every machine: the splitting generator of
 /// Steele, Lea and Flood 2014.
@@ -40,8 +40,9 @@ impl Sequence {
     }
 }
 
-/// One row of values, as text, per case; the order is that of the plan's keys.
-pub(super) fn rows(plan: &Plan) -> Vec<Vec<String>> {
+/// The values of each case, as text, in the order of the plan's keys.
+#[must_use]
+pub fn cases(plan: &Plan) -> Vec<Vec<String>> {
     let count = plan.case_count();
     let mut rows = vec![Vec::with_capacity(plan.keys.len()); count];
     match plan.design {
@@ -117,7 +118,7 @@ mod tests {
 
     fn rows_of(design: &str, keys: &str) -> Vec<Vec<String>> {
         let text = format!("(version: 1, scene: \"block\", design: {design}, keys: [{keys}])");
-        rows(&Plan::from_text(&text, Path::new("plan.ron")).expect("the plan is sound"))
+        cases(&Plan::from_text(&text, Path::new("plan.ron")).expect("the plan is sound"))
     }
 
     #[test]
