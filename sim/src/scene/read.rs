@@ -69,7 +69,7 @@ impl Scene {
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        let mut scene = match format.parse(text, WHOLE) {
+        let mut scene = match format.parse::<Self>(text, WHOLE) {
             Ok(scene) => scene,
             Err(first) => {
                 let departures = departures((text, format), first);
