@@ -2,7 +2,7 @@
 
 use phyxel_text::Format;
 #[cfg(feature = "cli")]
-use phyxel_text::KeyPath;
+use phyxel_text::{KeyPath, line_column};
 
 use super::*;
 

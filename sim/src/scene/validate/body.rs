@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::file::{existing_file, scale};
 use super::{material, method};
-use crate::scene::RadiusRule;
-use crate::scene::body::{Body, Form, Shape, SurfelSpacing, SurfelTarget, Surfels, Target};
+use crate::scene::body::{Body, Form, SurfelSpacing, SurfelTarget, Surfels, Target};
+use crate::scene::{RadiusRule, Shape};
 use phyxel_text::{Checks, triple};
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
