@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::{Bounds, RepairSettings, UnitGuess, guess_unit};
 
-use super::overrides::Override;
 use super::{Axis, Body, Cut, Key, Pictures, Region, Scene, SceneError, Shape, Support};
+use phyxel_text::Override;
 
 impl Scene {
     /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
