@@ -18,7 +18,7 @@ const SIZE: [u32; 2] = [540, 480];
 /// How much nearer the pictures of radii are.
 const NEAR: f64 = 3.0;
 /// Nearest surfels that curvature is told by.
-const NEIGHBORS: usize = 12;
+const NEIGHBORS: u32 = 12;
 
 /// How a state is drawn.
 struct Look {
