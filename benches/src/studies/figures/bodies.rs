@@ -206,7 +206,7 @@ fn by_curvature(painter: &Painter, world: &World, share: f64) -> Frame {
     let mut splats = Splats::default();
     let gradients = body.elastic.deformation_gradients();
     tissue.carry_into(body.motion.positions(), &gradients, &mut splats);
-    let values = measures(&splats.positions, Measure::Curvature, NEIGHBORS);
+    let values = measures(&splats.positions, Measure::Curvature, NEIGHBORS as usize);
     let scale = middle(&values);
     let colors = scale.colors(&values);
     let axes = splats.axes_u.iter_mut().chain(&mut splats.axes_v);
