@@ -121,29 +121,12 @@ impl DrawnTissue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tissue::TissueSettings;
-
-    /// A golden spiral on a ball of 0.1 m, one node.
-    fn ball() -> DrawnTissue {
-        let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        for i in 0..2_000 {
-            let y = 1.0 - (f64::from(i) + 0.5) / 1_000.0;
-            let ring = (1.0 - y * y).sqrt();
-            let (sine, cosine) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
-            let out = DVec3::new(ring * cosine, y, ring * sine);
-            positions.push(0.1 * out);
-            normals.push(out);
-        }
-        let areas = vec![4.0 * std::f64::consts::PI * 0.01 / 2_000.0; 2_000];
-        let settings = TissueSettings::default();
-        let tissue = Tissue::new(&positions, &normals, &areas, &[DVec3::ZERO], &settings);
-        let texture = TissueTexture::liver(0.2);
-        DrawnTissue::new(tissue.expect("it binds"), texture, texture.surfaces())
-    }
+    use crate::splats::tests::ball;
 
     #[test]
     fn it_is_drawn_where_its_node_is_and_what_a_cut_lays_bare_has_a_colour() {
-        let mut skin = ball();
+        let texture = TissueTexture::liver(0.2);
+        let mut skin = DrawnTissue::new(ball(), texture, texture.surfaces());
         skin.carry(&[DVec3::X], &[DMat3::IDENTITY]);
         let moved = skin.splats().positions.iter();
         for (now, rest) in moved.zip(&skin.tissue.surfels().positions) {

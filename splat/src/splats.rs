@@ -84,15 +84,14 @@ pub(crate) fn bends(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
     use crate::{Tissue, TissueSettings};
 
-    #[test]
-    fn curvature_of_a_swollen_ball_is_its_new_radius() {
-        // A golden spiral on a ball of 0.1 m, one node.
+    /// A golden spiral on a ball of 0.1 m, one node.
+    pub(crate) fn ball() -> Tissue {
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
         for i in 0..2_000 {
             let y = 1.0 - (f64::from(i) + 0.5) / 1_000.0;
@@ -105,11 +104,14 @@ mod tests {
         let areas = vec![4.0 * std::f64::consts::PI * 0.01 / 2_000.0; 2_000];
         let settings = TissueSettings::default();
         let tissue = Tissue::new(&positions, &normals, &areas, &[DVec3::ZERO], &settings);
+        tissue.expect("it binds")
+    }
+
+    #[test]
+    fn curvature_of_a_swollen_ball_is_its_new_radius() {
         let mut splats = Splats::default();
         let doubled = [DMat3::IDENTITY * 2.0];
-        tissue
-            .expect("it binds")
-            .carry_into(&[DVec3::ZERO], &doubled, &mut splats);
+        ball().carry_into(&[DVec3::ZERO], &doubled, &mut splats);
         for i in 0..2_000 {
             let found = splats.mean_curvature(i);
             // 1 / 0.2 m; the least squares over eight neighbours are 2 % off at worst.
