@@ -66,7 +66,7 @@ pub use sampling::{
     Sampling, SamplingReport, estimate_tetrahedra_nodes, sample_tetrahedra, surface_mesh,
 };
 pub use settings::{SampleSettings, Target};
-pub use shape::{Axis, Placement, Shape, ShapeError, UnitGuess, guess_unit};
+pub use shape::{Axis, Placement, Shape, SolidError, UnitGuess, guess_unit};
 pub use solid::{LevelSet, Primitive, Solid};
 pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,

@@ -149,8 +149,8 @@ impl Shape {
     /// The solid where it is placed, and what was found and repaired in its mesh file, if it has one.
     ///
     /// # Errors
-    /// [`ShapeError`] if a mesh cannot be read or is no solid.
-    pub fn solid(&self, placed: &Placement) -> Result<(Solid, Option<MeshReport>), ShapeError> {
+    /// [`SolidError`] if a mesh cannot be read or is no solid.
+    pub fn solid(&self, placed: &Placement) -> Result<(Solid, Option<MeshReport>), SolidError> {
         let Some((primitive, own)) = self.primitive() else {
             return self.repaired(placed);
         };
@@ -170,7 +170,7 @@ impl Shape {
         Ok((Solid::placed(primitive, turn, scale, shift), None))
     }
 
-    fn repaired(&self, placed: &Placement) -> Result<(Solid, Option<MeshReport>), ShapeError> {
+    fn repaired(&self, placed: &Placement) -> Result<(Solid, Option<MeshReport>), SolidError> {
         let Self::Mesh {
             file,
             scale,
@@ -187,7 +187,7 @@ impl Shape {
             ..RepairSettings::default()
         };
         let repaired = repair(&mesh, &settings);
-        let (mesh, report) = repaired.map_err(|problem| ShapeError::Repair {
+        let (mesh, report) = repaired.map_err(|problem| SolidError::Repair {
             file: file.clone(),
             problem: Box::new(problem),
         })?;
@@ -198,7 +198,7 @@ impl Shape {
 /// Why a [`Shape`] is no solid.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ShapeError {
+pub enum SolidError {
     /// Its mesh file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use phyxel_discretize::{Bounds, ReadError, RepairError, RepairSettings, read_mesh, repair};
 
-use phyxel_text::{Format, Override, read_text};
+use phyxel_text::{Override, Syntax, read_text};
 
 use crate::scene::{EMBEDDED, Scene, UnitGuess, place_of_body};
 use crate::world::WorldError;
@@ -81,14 +81,14 @@ impl Source {
         let place = match self {
             Self::Embedded(name) => {
                 let text = EMBEDDED.iter().find(|scene| scene.name == name);
-                let text = text.map(|scene| (scene.text, Format::Ron));
+                let text = text.map(|scene| (scene.text, Syntax::Ron));
                 place_of_body(index, text, &format!("scene '{name}'"), overrides)
             }
             Self::File(file) => {
                 // It was read before; if it is gone now, its name is all there is to tell.
                 let text = read_text(file).ok();
                 let origin = file.display().to_string();
-                let text = text.as_deref().map(|text| (text, Format::of(file)));
+                let text = text.as_deref().map(|text| (text, Syntax::of(file)));
                 place_of_body(index, text, &origin, overrides)
             }
             Self::Mesh(file) => {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use phyxel_text::{
-    Departure, Departures, Fault, Format, Node, Override, OverrideError, OverrideProblem, Place,
+    Departure, Departures, Fault, Node, Override, OverrideError, OverrideProblem, Place, Syntax,
     nearest, options, overriding, place_of, read_text, shortened,
 };
 
@@ -30,7 +30,7 @@ impl Scene {
         })?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         let origin = file.display().to_string();
-        Self::finished((&text, Format::of(file)), &origin, &folder, overrides)
+        Self::finished((&text, Syntax::of(file)), &origin, &folder, overrides)
     }
 
     /// The embedded scene `name` with `overrides`, validated.
@@ -59,12 +59,12 @@ impl Scene {
         folder: &Path,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        Self::finished((text, Format::Ron), origin, folder, overrides)
+        Self::finished((text, Syntax::Ron), origin, folder, overrides)
     }
 
     /// Reads a text, applies overrides to it, resolves its paths and validates it.
     pub(super) fn finished(
-        (text, format): (&str, Format),
+        (text, format): (&str, Syntax),
         origin: &str,
         folder: &Path,
         overrides: &[Override],
@@ -83,8 +83,8 @@ impl Scene {
             };
             // With all defaults written out, whatever can be set is there to be replaced.
             let changed = change.apply(&scene.to_ron()).map_err(error)?;
-            scene = Format::Ron.parse(&changed, WHOLE).map_err(|first| {
-                let mut all = departures((&changed, Format::Ron), first);
+            scene = Syntax::Ron.parse(&changed, WHOLE).map_err(|first| {
+                let mut all = departures((&changed, Syntax::Ron), first);
                 let (_, problem) = all.problems.swap_remove(0);
                 error(OverrideProblem::Format {
                     problem: Box::new(problem),
@@ -173,7 +173,7 @@ fn resolve(folder: &Path, file: &Path) -> PathBuf {
 }
 
 /// All that a text departs from the format in; without the format's schema (feature `cli`) the first.
-fn departures(text: (&str, Format), first: Departure) -> Departures<Scene> {
+fn departures(text: (&str, Syntax), first: Departure) -> Departures<Scene> {
     #[cfg(feature = "cli")]
     let schema = Some(&*super::keys::SCHEMA);
     #[cfg(not(feature = "cli"))]
@@ -184,7 +184,7 @@ fn departures(text: (&str, Format), first: Departure) -> Departures<Scene> {
 /// What a text departs from the format in and the values that are not as they must be; overrides may set these right.
 fn told(
     departures: Departures<Scene>,
-    (text, format): (&str, Format),
+    (text, format): (&str, Syntax),
     origin: &str,
     folder: &Path,
     overrides: &[Override],
@@ -240,7 +240,7 @@ fn located(
 /// Where a scene's body was written; an origin without a text has no position.
 pub(crate) fn place_of_body(
     index: usize,
-    text: Option<(&str, Format)>,
+    text: Option<(&str, Syntax)>,
     origin: &str,
     overrides: &[Override],
 ) -> Place {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use phyxel_discretize::{ReadError, SampleError, ShapeError};
+use phyxel_discretize::{ReadError, SampleError, SolidError};
 use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
@@ -20,7 +20,7 @@ pub enum BodyProblem {
     Read(#[from] ReadError),
     /// The shape is not a solid.
     #[error(transparent)]
-    Shape(#[from] ShapeError),
+    Shape(#[from] SolidError),
     /// No nodes can be placed.
     #[error(transparent)]
     Sample(#[from] SampleError),

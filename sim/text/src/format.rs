@@ -8,14 +8,14 @@ use crate::locate::Node;
 
 /// How a settings file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub enum Syntax {
     /// Rusty Object Notation.
     Ron,
     /// JSON.
     Json,
 }
 
-impl Format {
+impl Syntax {
     /// JSON for the extension `json`.
     #[must_use]
     pub fn of(file: &Path) -> Self {

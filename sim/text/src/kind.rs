@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::format::Format;
+use crate::format::Syntax;
 
 /// What the schema says of a value.
 pub(crate) enum Kind {
@@ -68,8 +68,8 @@ impl Kind {
     }
 
     /// What a value must be.
-    pub(crate) fn must_be(&self, format: Format) -> String {
-        let json = format == Format::Json;
+    pub(crate) fn must_be(&self, format: Syntax) -> String {
+        let json = format == Syntax::Json;
         match self {
             Self::Group(_) if json => "a group such as {\"key\": value}".to_owned(),
             Self::Group(_) => "a group such as (key: value)".to_owned(),

@@ -16,7 +16,7 @@ mod suggest;
 pub use check::{Checks, Fault, triple};
 pub use error::{DidYouMean, FormatProblem, OverrideError, OverrideProblem, Place};
 pub use file::{read_file, read_text};
-pub use format::{Format, options};
+pub use format::{Syntax, options};
 pub use key_path::{KeyPath, Segment};
 pub use keys::{KeyPage, KeyRow};
 pub use locate::{Content, Node, byte_at, line_column};

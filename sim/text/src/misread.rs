@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::FormatProblem;
-use crate::format::{Format, options};
+use crate::format::{Syntax, options};
 use crate::key_path::{KeyPath, Segment};
 use crate::kind::{Kind, name_of, names_of, required};
 use crate::locate::{Content, Node};
@@ -31,7 +31,7 @@ pub(crate) struct Misread {
 
 /// Compares a text, called `whole` in messages, with the schema of its format.
 pub(crate) fn misread(
-    (text, format, tree): (&str, Format, &Node),
+    (text, format, tree): (&str, Syntax, &Node),
     root: &'static Value,
     whole: &str,
 ) -> Misread {
@@ -60,7 +60,7 @@ struct Reader<'a> {
     /// What the text is called.
     whole: &'a str,
     text: &'a str,
-    format: Format,
+    format: Syntax,
     path: Vec<Segment>,
     found: Misread,
 }
@@ -118,8 +118,8 @@ impl<'a> Reader<'a> {
         let text = self.text_of(node);
         if optional {
             let none = match self.format {
-                Format::Ron => "None",
-                Format::Json => "null",
+                Syntax::Ron => "None",
+                Syntax::Json => "null",
             };
             if text == none {
                 return "None".to_owned();
@@ -177,9 +177,9 @@ impl<'a> Reader<'a> {
                     named: false,
                     items,
                 },
-                Format::Ron,
+                Syntax::Ron,
             )
-            | (Content::List(items), Format::Json) => Some(items),
+            | (Content::List(items), Syntax::Json) => Some(items),
             _ => None,
         }
     }
@@ -202,8 +202,8 @@ impl<'a> Reader<'a> {
 
     fn read<T: DeserializeOwned>(&self, text: &str) -> Option<T> {
         match self.format {
-            Format::Ron => options().from_str(text).ok(),
-            Format::Json => serde_json::from_str(text).ok(),
+            Syntax::Ron => options().from_str(text).ok(),
+            Syntax::Json => serde_json::from_str(text).ok(),
         }
     }
 
@@ -355,19 +355,19 @@ impl<'a> Reader<'a> {
     fn name(&self, node: &Node) -> Option<(&'a str, usize)> {
         let text = self.text_of(node);
         let (name, byte) = match (&node.content, self.format) {
-            (Content::Leaf, Format::Json) => {
+            (Content::Leaf, Syntax::Json) => {
                 let name = text.strip_prefix('"')?.strip_suffix('"')?;
                 (name, node.span.start)
             }
-            (Content::Struct { fields, .. }, Format::Json) => {
+            (Content::Struct { fields, .. }, Syntax::Json) => {
                 let [(_, key, _)] = fields.as_slice() else {
                     return None;
                 };
                 (&self.text[key.start + 1..key.end - 1], key.start)
             }
-            (_, Format::Json) => return None,
-            (Content::Leaf, Format::Ron) => (text, node.span.start),
-            (_, Format::Ron) => (text[..text.find('(')?].trim(), node.span.start),
+            (_, Syntax::Json) => return None,
+            (Content::Leaf, Syntax::Ron) => (text, node.span.start),
+            (_, Syntax::Ron) => (text[..text.find('(')?].trim(), node.span.start),
         };
         name.starts_with(|c: char| c.is_alphabetic())
             .then_some((name, byte))

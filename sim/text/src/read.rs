@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::FormatProblem;
-use crate::format::{Format, options};
+use crate::format::{Syntax, options};
 use crate::key_path::KeyPath;
 use crate::locate::{Node, byte_at, line_column};
 use crate::misread::{MOST_PROBLEMS, misread};
@@ -13,7 +13,7 @@ use crate::suggest::nearest;
 /// Line and column at which a text departs from its format, and how.
 pub type Departure = ((usize, usize), FormatProblem);
 
-impl Format {
+impl Syntax {
     /// Reads a text, called `whole` in messages.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl<T: DeserializeOwned> Departures<T> {
     /// call the text `whole`.
     #[must_use]
     pub fn of(
-        (text, format): (&str, Format),
+        (text, format): (&str, Syntax),
         first: Departure,
         schema: Option<&'static Value>,
         whole: &str,
@@ -55,7 +55,7 @@ impl<T: DeserializeOwned> Departures<T> {
         let place = |(byte, problem)| (line_column(text, byte), problem);
         let mut problems: Vec<Departure> = found.problems.into_iter().map(place).collect();
         let followed = problems.len() < MOST_PROBLEMS;
-        let mended = followed.then(|| Format::Ron.parse::<T>(&found.mended, whole));
+        let mended = followed.then(|| Syntax::Ron.parse::<T>(&found.mended, whole));
         let mended = mended.and_then(Result::ok);
         // What the schema does not know of, the deserializer does.
         if problems.is_empty() || mended.is_none() && problems.iter().all(|one| one.0 != first.0) {

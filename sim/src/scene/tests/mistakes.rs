@@ -1,6 +1,6 @@
 //! All mistakes of a scene at once.
 
-use phyxel_text::Format;
+use phyxel_text::Syntax;
 #[cfg(feature = "cli")]
 use phyxel_text::{KeyPath, line_column};
 
@@ -154,7 +154,7 @@ fn damaged_text_gives_lines_with_places() {
     let scene = Scene::embedded("minimal", &[]).expect("it is valid");
     let text = serde_json::to_string_pretty(&scene).expect("JSON says it");
     let read = |text: &str| {
-        let json = Format::Json;
+        let json = Syntax::Json;
         Scene::finished((text, json), "test.json", Path::new(""), &[])
     };
     assert!(failures(&text, &['{', '"', '\u{e9}'], read) > text.len());
