@@ -56,7 +56,7 @@ pub fn space_filling_order(points: &[DVec3]) -> NodeOrder {
 
 /// Orders the nodes of a graph layer by layer from one of its ends to the other, each layer in the order in
 /// which the one before it reaches it, nodes of few neighbours first, and all of it backwards (reverse
-/// Cuthill-McKee: Cuthill and McKee 1969, George 1971), part after part. What rows name is then a few runs of nodes
+/// Cuthill-McKee: Cuthill 1969, George 1971), part after part. What rows name is then a few runs of nodes
 /// that move on with the row, which processors fetch ahead; along a Hilbert curve it is nearer, and anywhere.
 ///
 /// # Arguments
