@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::bond::Bonds;
 use crate::dilatation::{Means, Pressures};
 use crate::error::ElasticError;
+use crate::forces;
 use crate::fixed::Fixed;
 use crate::forces::{CHUNK, Stage, Table};
 use crate::input::{
