@@ -1,8 +1,11 @@
 //! Forces and energy, in parallel over fixed chunks of nodes.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::early::Early;
 use crate::fixed::Fixed;
 use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
 use crate::lanes::{Block, Laws, Planes};
@@ -149,24 +152,67 @@ pub(crate) fn displacement<S: Storage>(model: &Model, positions: &[DVec3], node:
     DVec3::from_array(u.map(|u| if u.abs() < least { 0.0 } else { u }))
 }
 
-/// Forces and energy; see [`crate::Elastic::forces_into`]. Of chunks that are not among `chosen`, all
-/// that the last evaluation left is kept; with mean dilatation all are evaluated.
+/// What an evaluation takes of the chunks.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Stage<'a> {
+    /// All, or the marked ones; of others all that the last evaluation left is kept.
+    Chosen(Option<&'a [bool]>),
+    /// What comes first.
+    Begin(&'a Early),
+    /// What that left.
+    Finish(&'a Early),
+}
+
+impl Stage<'_> {
+    pub(crate) const ALL: Self = Self::Chosen(None);
+
+    fn skips_stresses(self, chunk: usize) -> bool {
+        match self {
+            Self::Chosen(chosen) => chosen.is_some_and(|chosen| !chosen[chunk]),
+            Self::Begin(early) => !early.stresses[chunk],
+            Self::Finish(early) => early.stresses[chunk],
+        }
+    }
+
+    fn skips_forces(self, chunk: usize) -> bool {
+        match self {
+            Self::Chosen(_) => self.skips_stresses(chunk),
+            Self::Begin(early) => !early.forces[chunk],
+            Self::Finish(early) => early.forces[chunk],
+        }
+    }
+
+    /// Nodes whose places are read now.
+    fn places(self, node_count: usize) -> [Range<usize>; 2] {
+        match self {
+            Self::Chosen(_) => [0..node_count, 0..0],
+            Self::Begin(early) => [early.known.clone(), 0..0],
+            Self::Finish(early) => [0..early.known.start, early.known.end..node_count],
+        }
+    }
+}
+
+/// Forces and energy; see [`crate::Elastic::forces_into`]. With mean dilatation all chunks are evaluated, at once.
 pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
     table: &mut Table<S, L, R>,
     positions: &[DVec3],
     forces: &mut [DVec3],
-    chosen: Option<&[bool]>,
+    stage: Stage<'_>,
 ) -> f64 {
     let parallel = parallel(model);
-    set_moves(parallel, &mut scratch.moves, |node| {
-        displacement::<S>(model, positions, node)
-    });
-    scratch.stale.wake(&mut scratch.asleep);
-    state.continuation.pulls.clear();
-    let is_kept = |chunk: usize| chosen.is_some_and(|chosen| !chosen[chunk]);
+    for nodes in stage.places(model.node_count()) {
+        let first = nodes.start;
+        set_moves(parallel, &mut scratch.moves[nodes], |node| {
+            displacement::<S>(model, positions, first + node)
+        });
+    }
+    if !matches!(stage, Stage::Finish(_)) {
+        scratch.stale.wake(&mut scratch.asleep);
+        state.continuation.pulls.clear();
+    }
     for (chunk, sum) in scratch.partial.iter_mut().enumerate() {
-        if !is_kept(chunk) {
+        if !stage.skips_stresses(chunk) {
             *sum = 0.0;
         }
     }
@@ -189,7 +235,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             usize,
             Slots<'_, S, L, R>,
         )| {
-            if is_kept(chunk) {
+            if stage.skips_stresses(chunk) {
                 return;
             }
             model.arch.dispatch(Stresses {
@@ -240,7 +286,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     let sum = (&mut scratch.partial[..], 1);
     let outputs = (&mut *forces, CHUNK);
     chunks(parallel, outputs, sum, |chunk, forces, sum| {
-        if is_kept(chunk) {
+        if stage.skips_forces(chunk) {
             return;
         }
         model.arch.dispatch(Received {
@@ -253,6 +299,9 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             sign: 1.0,
         });
     });
+    if matches!(stage, Stage::Begin(_)) {
+        return 0.0;
+    }
     scratch.stale = Stale::default();
     let energy: f64 = scratch.partial.iter().sum();
     energy

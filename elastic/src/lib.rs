@@ -6,6 +6,7 @@ mod bound;
 mod completion;
 mod control;
 mod dilatation;
+mod early;
 mod error;
 mod fiber;
 mod fixed;
@@ -32,6 +33,7 @@ mod update;
 mod viscosity;
 mod watch;
 
+pub use early::Early;
 pub use error::ElasticError;
 pub use fiber::Fiber;
 pub use glam;

@@ -5,8 +5,9 @@ use glam::{DMat3, DVec3};
 use crate::bond::Bonds;
 use crate::dilatation::{Means, Pressures};
 use crate::error::ElasticError;
+use crate::forces;
 use crate::fixed::Fixed;
-use crate::forces::{self, CHUNK, Table};
+use crate::forces::{CHUNK, Stage, Table};
 use crate::input::{
     Dilatation, Frame, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
     same_length,
@@ -328,11 +329,7 @@ impl Elastic {
     /// The penalty's energy comes from `-u·f/2` and the virtual work of the stresses, which costs
     /// nothing per pair; its round-off is that of `sum |u| |f|`.
     pub fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        let n = self.node_count();
-        assert_eq!(positions.len(), n, "one position per node");
-        assert_eq!(forces.len(), n, "one force per node");
-        let parts = (&self.model, &mut self.state, &mut self.scratch);
-        with_table!(&mut self.tables, table => forces::forces(parts, table, positions, forces, None))
+        self.evaluate(positions, forces, Stage::ALL)
     }
 
     /// Writes `K v` with `K = d²E/dx²` (N/m, symmetric) at the state last evaluated by

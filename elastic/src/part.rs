@@ -1,10 +1,12 @@
 //! Products with the stiffness of a part of the body, at a cost that follows the part.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::bond::PartBond;
+use crate::forces::set_gradient;
 use crate::model::{Elastic, with_table};
 use crate::pairs::{Pair, Pairs};
+use crate::stale::Stale;
 use crate::tangent;
 
 /// Nodes that may move while all others are held; made by [`Elastic::part`].
@@ -18,6 +20,8 @@ pub struct Part {
     pub(crate) seen: Vec<u32>,
     /// Bonds that its nodes are in.
     pub(crate) bonds: Vec<PartBond>,
+    /// The ends of those, rising.
+    pub(crate) bond_ends: Vec<u32>,
 }
 
 impl Part {
@@ -25,6 +29,18 @@ impl Part {
     #[must_use]
     pub fn nodes(&self) -> &[u32] {
         &self.nodes
+    }
+
+    /// Nodes whose deformation gradients products within the part read, rising.
+    #[must_use]
+    pub fn rows(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// Nodes whose positions they read, rising: where bonds of weak nodes end.
+    #[must_use]
+    pub fn bond_ends(&self) -> &[u32] {
+        &self.bond_ends
     }
 
     fn new(pairs: &Pairs, nodes: &[u32]) -> Self {
@@ -46,6 +62,7 @@ impl Part {
             rows: reading,
             seen,
             bonds: Vec::new(),
+            bond_ends: Vec::new(),
         }
     }
 }
@@ -58,6 +75,25 @@ impl Elastic {
     #[must_use]
     pub fn part(&self, nodes: &[u32]) -> Part {
         Part::new(&self.model.pairs, nodes).with_bonds(&self.state)
+    }
+
+    /// Takes over what products within a part read, as another model of the same nodes evaluated it:
+    /// deformation gradients of [`Part::rows`] and positions (m) of [`Part::bond_ends`]. What was evaluated here
+    /// before is no longer of one state, until the next [`Elastic::forces_into`]. What mean dilatation and
+    /// viscous materials need besides is not told.
+    ///
+    /// # Panics
+    /// If a slice is not as long as there are such nodes, or the part is another model's.
+    pub fn set_part_state(&mut self, part: &Part, gradients: &[DMat3], positions: &[DVec3]) {
+        assert_eq!(gradients.len(), part.rows.len(), "one gradient per row");
+        assert_eq!(positions.len(), part.bond_ends.len(), "one place per end");
+        with_table!(&mut self.tables, table => {
+            for (&node, &gradient) in part.rows.iter().zip(gradients) {
+                set_gradient(&mut table.deformation, node as usize, gradient);
+            }
+        });
+        self.state.set_bond_ends(part, positions);
+        self.scratch.stale = Stale::everything();
     }
 
     /// Writes the part's rows of `K v`, see [`Elastic::tangent_product_into`], with `v` zero outside of

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::forces::{self, CHUNK, displacement};
+use crate::forces::{self, CHUNK, Stage, displacement};
 use crate::gather::Move;
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
@@ -102,10 +102,7 @@ impl Elastic {
             return self.forces_into(positions, forces);
         }
         let chosen = self.changed_chunks();
-        let parts = (&self.model, &mut self.state, &mut self.scratch);
-        with_table!(&mut self.tables, table => {
-            forces::forces(parts, table, positions, forces, Some(&chosen))
-        })
+        self.evaluate(positions, forces, Stage::Chosen(Some(&chosen)))
     }
 
     /// Chunks whose records or forces follow from what changed.

@@ -1,7 +1,7 @@
 //! Largest eigenvalue of `M⁻¹ K` and the step it allows.
 
 use crate::supports::Supports;
-use crate::vector::{add_scaled, combine, dot, scale_by};
+use crate::vector::{add_scaled, combine, products, scale_by};
 use glam::DVec3;
 
 /// How long to iterate, and how much to add to the result.
@@ -103,19 +103,63 @@ pub fn critical_step(eigenvalue: f64, viscosity: f64) -> f64 {
 pub fn largest_eigenvalue(
     masses: &[f64],
     supports: &Supports,
-    mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
+    stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
     warm: &mut Vec<DVec3>,
     settings: &EigenvalueSettings,
 ) -> Result<Eigenvalue, EigenvalueError> {
-    let n = masses.len();
-    assert_eq!(supports.node_count(), n, "supports for every node");
-    if let Some((node, &mass)) = masses
-        .iter()
-        .enumerate()
-        .find(|(_, m)| !(m.is_finite() && **m > 0.0))
-    {
+    let bad = |mass: &f64| !(mass.is_finite() && *mass > 0.0);
+    if let Some(node) = masses.iter().position(bad) {
+        let mass = masses[node];
         return Err(EigenvalueError::BadMass { node, mass });
     }
+    let all = EigenvalueShare {
+        first: 0,
+        masses,
+        supports,
+    };
+    let sum = |parts: &[f64]| parts.iter().sum();
+    largest_eigenvalue_of_share(&all, stiffness, sum, warm, settings)
+}
+
+/// Nodes of a body whose largest eigenvalue is looked for where its nodes are shared out.
+#[derive(Debug, Clone, Copy)]
+pub struct EigenvalueShare<'a> {
+    /// Number in the body of the first node, a multiple of [`crate::SHARED_NODES`].
+    pub first: usize,
+    /// Masses (kg) of the nodes, positive.
+    pub masses: &'a [f64],
+    /// Their supports.
+    pub supports: &'a Supports,
+}
+
+/// [`largest_eigenvalue`] of a body whose nodes are shared out, called with every share at once: all
+/// get the same result, with the bits of the body in one piece.
+///
+/// * `stiffness` -- writes the share's rows of `K v` for the share's part of `v`.
+/// * `sum` -- gets what the share's chunks of [`crate::SHARED_NODES`] nodes add to a sum and returns the sum of
+///   all chunks of the body, added in their order: the same number in every share.
+/// * `warm` -- the share's part of the vector.
+///
+/// # Errors
+/// [`EigenvalueError::NotFinite`] in all shares at once, with a node of this share, counted in the body; the
+/// first one after it if the share has no such node.
+///
+/// # Panics
+/// If `supports` is for another number of nodes.
+pub fn largest_eigenvalue_of_share(
+    share: &EigenvalueShare<'_>,
+    mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
+    mut sum: impl FnMut(&[f64]) -> f64,
+    warm: &mut Vec<DVec3>,
+    settings: &EigenvalueSettings,
+) -> Result<Eigenvalue, EigenvalueError> {
+    let EigenvalueShare {
+        first,
+        masses,
+        supports,
+    } = *share;
+    let n = masses.len();
+    assert_eq!(supports.node_count(), n, "supports for every node");
     let scale: Vec<f64> = masses.iter().map(|m| m.sqrt().recip()).collect();
     let mut scaled = vec![DVec3::ZERO; n];
     // A v = M^-1/2 K M^-1/2 v on the free directions; projector and mass commute, node by node.
@@ -128,33 +172,39 @@ pub fn largest_eigenvalue(
             *out *= *scale;
         }
         supports.project(out);
-        match out.iter().position(|v| !v.is_finite()) {
-            Some(node) => Err(EigenvalueError::NotFinite { node }),
-            None => Ok(()),
+    };
+    let mut dot = |a: &[DVec3], b: &[DVec3]| sum(&products(a, b));
+    // All shares see the same sums, and so go the same way.
+    let finite = |product: f64, image: &[DVec3]| {
+        if product.is_finite() {
+            return Ok(product);
         }
+        let bad = image.iter().position(|v| !v.is_finite());
+        let node = first + bad.unwrap_or(n);
+        Err(EigenvalueError::NotFinite { node })
     };
 
-    let usable = warm.len() == n && warm.iter().all(|v| v.is_finite());
-    if !usable {
-        *warm = start_vector(n);
+    if warm.len() != n {
+        *warm = vec![DVec3::ZERO; n];
     }
     supports.project(warm);
-    if normalize(warm) == 0.0 {
-        *warm = start_vector(n);
+    if !normalize(warm, &mut dot) {
+        *warm = start_vector(first, n);
         supports.project(warm);
-        if normalize(warm) == 0.0 {
+        if !normalize(warm, &mut dot) {
             return Ok(result(0.0, 0.0, 0, settings));
         }
     }
     let y = warm;
     let mut ay = vec![DVec3::ZERO; n];
-    apply(y, &mut ay)?;
+    apply(y, &mut ay);
     let (mut p, mut ap): (Vec<DVec3>, Vec<DVec3>) = (Vec::new(), Vec::new());
+    let mut has_p = false;
     let mut r = vec![DVec3::ZERO; n];
     let mut ar = vec![DVec3::ZERO; n];
     let mut iterations = 1;
     loop {
-        let lambda = dot(y, &ay);
+        let lambda = finite(dot(y, &ay), &ay)?;
         r.copy_from_slice(&ay);
         add_scaled(&mut r, -lambda, y);
         let size = dot(&r, &r).sqrt();
@@ -163,13 +213,15 @@ pub fn largest_eigenvalue(
             return Ok(result(lambda, relative, iterations, settings));
         }
         // Orthonormal basis {y, r, p}; r is orthogonal to y up to round-off, p is made so.
-        orthogonalize(&mut r, y);
-        if normalize(&mut r) == 0.0 {
+        let c = dot(&r, y);
+        add_scaled(&mut r, -c, y);
+        if !normalize(&mut r, &mut dot) {
             return Ok(result(lambda, relative, iterations, settings));
         }
-        apply(&r, &mut ar)?;
+        apply(&r, &mut ar);
         iterations += 1;
-        let keep_p = !p.is_empty() && {
+        let of_r = finite(dot(&r, &ar), &ar)?;
+        let keep_p = has_p && {
             let before = dot(&p, &p).sqrt();
             for (basis, image) in [(&*y, &ay), (&r, &ar)] {
                 let c = dot(&p, basis);
@@ -188,7 +240,7 @@ pub fn largest_eigenvalue(
         let mut h = [[0.0; 3]; 3];
         h[0][0] = lambda;
         h[1][0] = dot(&r, &ay);
-        h[1][1] = dot(&r, &ar);
+        h[1][1] = of_r;
         if keep_p {
             h[2][0] = dot(&p, &ay);
             h[2][1] = dot(&p, &ar);
@@ -198,6 +250,7 @@ pub fn largest_eigenvalue(
         if !keep_p {
             p = vec![DVec3::ZERO; n];
             ap = vec![DVec3::ZERO; n];
+            has_p = true;
         }
         // New direction p = c1 r + c2 p, new vector y = c0 y + p.
         combine(&mut p, &r, |p, r| r * c[1] + p * c[2]);
@@ -226,8 +279,9 @@ fn result(
     }
 }
 
-/// Unit-free pseudo-random components in [-0.5, 0.5) from the index alone (multiplicative hashing).
-fn start_vector(n: usize) -> Vec<DVec3> {
+/// Unit-free pseudo-random components in [-0.5, 0.5) from the index alone (multiplicative hashing), of `n`
+/// nodes from `first` on.
+fn start_vector(first: usize, n: usize) -> Vec<DVec3> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut next = || {
         state = state
@@ -237,21 +291,18 @@ fn start_vector(n: usize) -> Vec<DVec3> {
         let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
         unit - 0.5
     };
-    (0..n).map(|_| DVec3::new(next(), next(), next())).collect()
+    let all = (0..first + n).map(|_| DVec3::new(next(), next(), next()));
+    all.skip(first).collect()
 }
 
-fn orthogonalize(a: &mut [DVec3], unit: &[DVec3]) {
-    let c = dot(a, unit);
-    add_scaled(a, -c, unit);
-}
-
-/// Makes a vector one long and returns how long it was.
-fn normalize(a: &mut [DVec3]) -> f64 {
+/// Makes a vector one long, if it has a length.
+fn normalize(a: &mut [DVec3], dot: &mut impl FnMut(&[DVec3], &[DVec3]) -> f64) -> bool {
     let length = dot(a, a).sqrt();
-    if length > 0.0 {
+    let usable = length > 0.0 && length.is_finite();
+    if usable {
         scale_by(a, length.recip());
     }
-    length
+    usable
 }
 
 /// Unit eigenvector of the largest eigenvalue of a symmetric matrix (lower triangle given), by cyclic

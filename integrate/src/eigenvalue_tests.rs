@@ -101,3 +101,97 @@ fn viscosity_lowers_the_step() {
     );
     assert_eq!(critical_step(0.0, 0.1), f64::INFINITY, "slack");
 }
+
+/// Shares in threads, which lay vectors and sums into lists of all.
+struct Meeting {
+    barrier: std::sync::Barrier,
+    vectors: std::sync::Mutex<Vec<DVec3>>,
+    sums: std::sync::Mutex<Vec<Vec<f64>>>,
+}
+
+fn in_shares(
+    chain: &Chain,
+    supports: &Supports,
+    starts: &[usize],
+    settings: &EigenvalueSettings,
+    product: &(impl Fn(&[DVec3], &mut [DVec3]) + Sync),
+) -> Vec<(Result<Eigenvalue, EigenvalueError>, Vec<DVec3>)> {
+    let n = chain.masses.len();
+    let meeting = Meeting {
+        barrier: std::sync::Barrier::new(starts.len()),
+        vectors: std::sync::Mutex::new(vec![DVec3::ZERO; n]),
+        sums: std::sync::Mutex::new(vec![Vec::new(); starts.len()]),
+    };
+    let share = |number: usize| {
+        let range = starts[number]..starts.get(number + 1).copied().unwrap_or(n);
+        let stiffness = |v: &[DVec3], out: &mut [DVec3]| {
+            meeting.vectors.lock().unwrap()[range.clone()].copy_from_slice(v);
+            meeting.barrier.wait();
+            let mut all = vec![DVec3::ZERO; n];
+            product(&meeting.vectors.lock().unwrap(), &mut all);
+            meeting.barrier.wait();
+            out.copy_from_slice(&all[range.clone()]);
+        };
+        let sum = |parts: &[f64]| {
+            meeting.sums.lock().unwrap()[number] = parts.to_vec();
+            meeting.barrier.wait();
+            let all = meeting.sums.lock().unwrap().concat();
+            meeting.barrier.wait();
+            all.iter().sum()
+        };
+        let mut vector = Vec::new();
+        let share = EigenvalueShare {
+            first: range.start,
+            masses: &chain.masses[range.clone()],
+            supports: &supports.part(range.clone()),
+        };
+        let found = largest_eigenvalue_of_share(&share, stiffness, sum, &mut vector, settings);
+        (found, vector)
+    };
+    std::thread::scope(|scope| {
+        let share = &share;
+        let running: Vec<_> = (0..starts.len())
+            .map(|number| scope.spawn(move || share(number)))
+            .collect();
+        let ended = running.into_iter().map(|thread| thread.join().unwrap());
+        ended.collect()
+    })
+}
+
+#[test]
+fn shares_find_what_the_whole_finds_to_the_bit() {
+    let mut chain = Chain::new(2 * 1024 + 300, 900.0, 0.02);
+    for (node, mass) in (0_u32..).zip(&mut chain.masses) {
+        *mass *= 1.0 + 0.5 * f64::from(node % 7);
+    }
+    let mut supports = Supports::fixed(chain.masses.len(), &[0, 1500]);
+    supports.slide(1024, DVec3::new(1.0, 2.0, 3.0));
+    let settings = EigenvalueSettings {
+        iterations: 25,
+        tolerance: 1e-6,
+        ..EigenvalueSettings::default()
+    };
+    let product = |v: &[DVec3], out: &mut [DVec3]| chain.product(v, out);
+    let mut vector = Vec::new();
+    let (masses, stiffness) = (&chain.masses, &product);
+    let whole = largest_eigenvalue(masses, &supports, stiffness, &mut vector, &settings).unwrap();
+    assert!(whole.iterations > 5, "{} products", whole.iterations);
+    for starts in [&[0][..], &[0, 1024], &[0, 1024, 2048]] {
+        let shares = in_shares(&chain, &supports, starts, &settings, &product);
+        let parts = shares.iter().flat_map(|(_, part)| part);
+        assert!(parts.eq(&vector), "the vector in {} shares", starts.len());
+        for (found, _) in &shares {
+            assert_eq!(found.as_ref().unwrap(), &whole, "{} shares", starts.len());
+        }
+    }
+    let broken = |v: &[DVec3], out: &mut [DVec3]| {
+        chain.product(v, out);
+        out[1030] = DVec3::NAN;
+    };
+    let shares = in_shares(&chain, &supports, &[0, 1024, 2048], &settings, &broken);
+    let nodes = shares.iter().map(|(found, _)| match found {
+        Err(EigenvalueError::NotFinite { node }) => *node,
+        other => panic!("{other:?}"),
+    });
+    assert!(nodes.eq([1024, 1030, 2348]), "all shares end");
+}

@@ -41,7 +41,8 @@ pub use contact::{
 };
 pub use coupling::Coupling;
 pub use eigenvalue::{
-    Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
+    Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
+    largest_eigenvalue, largest_eigenvalue_of_share,
 };
 pub use equilibrium::{StaticLoad, StaticReport, solve_static};
 pub use error::{Cause, MotionError, StepError};

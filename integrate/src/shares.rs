@@ -144,6 +144,21 @@ impl Motion {
         &self.nodes.loads
     }
 
+    /// Exchanges the vectors that [`Shares::fetch`] writes, in its order, for others: for empty ones where shares
+    /// have them and nobody reads them here. Only with the same ones back is this a motion again.
+    pub fn swap_vectors(&mut self, vectors: &mut [Vec<DVec3>; 4]) {
+        let s = &mut self.state;
+        let own = [
+            &mut s.positions,
+            &mut s.velocities,
+            &mut s.forces,
+            &mut s.viscous,
+        ];
+        for (own, other) in own.into_iter().zip(vectors) {
+            std::mem::swap(own, other);
+        }
+    }
+
     /// Brings all vectors of the state from the shares, which are as they were.
     pub fn fetch(&mut self, shares: &mut dyn Shares) {
         shares.fetch(&mut self.state);

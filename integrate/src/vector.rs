@@ -8,7 +8,7 @@ use bytemuck::{cast_slice, cast_slice_mut};
 use glam::DVec3;
 use rayon::prelude::*;
 
-const CHUNK: usize = 1024;
+const CHUNK: usize = crate::sweep::CHUNK;
 const PARALLEL_FROM: usize = 32 * CHUNK;
 
 /// Partial sums at a time; as a sum waits for the one before it, one alone takes four times as long.
@@ -45,16 +45,18 @@ pub(crate) fn sum_in_order(a: &[DVec3]) -> DVec3 {
 
 /// `a · b`, summed by chunks in order.
 pub(crate) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    products(a, b).iter().sum()
+}
+
+/// `a · b` of each chunk.
+pub(crate) fn products(a: &[DVec3], b: &[DVec3]) -> Vec<f64> {
     let part = |(a, b): (&[DVec3], &[DVec3])| dot_in_order(a, b);
     if a.len() >= PARALLEL_FROM {
-        let parts: Vec<f64> = a
-            .par_chunks(CHUNK)
-            .zip(b.par_chunks(CHUNK))
-            .map(part)
-            .collect();
-        parts.iter().sum()
+        let chunks = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
+        chunks.map(part).collect()
     } else {
-        a.chunks(CHUNK).zip(b.chunks(CHUNK)).map(part).sum()
+        let chunks = a.chunks(CHUNK).zip(b.chunks(CHUNK));
+        chunks.map(part).collect()
     }
 }
 

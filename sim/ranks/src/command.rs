@@ -1,6 +1,8 @@
 //! What the front asks of all ranks, itself included.
 
-use phyxel_integrate::Pass;
+use phyxel_integrate::{EigenvalueSettings, Pass};
+
+use crate::estimate::whole;
 
 /// A command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +23,20 @@ pub(crate) enum Command {
     Decay(f64),
     /// Every rank writes its nodes into the folder that follows.
     Write,
+    /// Estimates the largest eigenvalue.
+    Estimate(EigenvalueSettings),
+    /// The vector of estimates comes from the front.
+    SetVector,
+    /// It goes there.
+    Vector,
+    /// So many of the stiffest nodes are told, of all or of as many runs of nodes as follow.
+    Stiffest(usize, Option<usize>),
+    /// Deformation gradients of so many nodes and places of so many others, which follow, are told.
+    Read(usize, usize),
+    /// The state is kept.
+    Keep,
+    /// What was kept goes to the front.
+    Kept,
     /// What was counted goes to the front, and the ranks end.
     End,
 }
@@ -30,6 +46,7 @@ pub(crate) const LENGTH: usize = 6;
 
 impl Command {
     /// As numbers.
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub(crate) fn encode(self) -> [f64; LENGTH] {
         let of = |code: f64, pass: Option<Pass>| {
             pass.map_or([code, 0.0, 0.0, 0.0, 0.0, 0.0], |pass| {
@@ -47,6 +64,20 @@ impl Command {
             Self::Write => of(7.0, None),
             Self::Decay(factor) => [8.0, factor, 0.0, 0.0, 0.0, 0.0],
             Self::End => of(9.0, None),
+            Self::Estimate(settings) => {
+                let products = settings.iterations as f64;
+                let (tolerance, margin) = (settings.tolerance, settings.margin);
+                [10.0, products, tolerance, margin, 0.0, 0.0]
+            }
+            Self::SetVector => of(11.0, None),
+            Self::Vector => of(12.0, None),
+            Self::Stiffest(count, runs) => {
+                let runs = runs.map_or(-1.0, |runs| runs as f64);
+                [13.0, count as f64, runs, 0.0, 0.0, 0.0]
+            }
+            Self::Read(gradients, places) => [14.0, gradients as f64, places as f64, 0.0, 0.0, 0.0],
+            Self::Keep => of(15.0, None),
+            Self::Kept => of(16.0, None),
         }
     }
 
@@ -70,6 +101,17 @@ impl Command {
             6 => Self::Store,
             7 => Self::Write,
             8 => Self::Decay(step),
+            10 => Self::Estimate(EigenvalueSettings {
+                iterations: whole(step),
+                tolerance: a,
+                margin: b,
+            }),
+            11 => Self::SetVector,
+            12 => Self::Vector,
+            13 => Self::Stiffest(whole(step), (a >= 0.0).then(|| whole(a))),
+            14 => Self::Read(whole(step), whole(a)),
+            15 => Self::Keep,
+            16 => Self::Kept,
             _ => Self::End,
         }
     }
@@ -95,6 +137,14 @@ mod tests {
             Command::Store,
             Command::Write,
             Command::Decay(0.75),
+            Command::Estimate(EigenvalueSettings::default()),
+            Command::SetVector,
+            Command::Vector,
+            Command::Stiffest(8, None),
+            Command::Stiffest(8, Some(3)),
+            Command::Read(5, 0),
+            Command::Keep,
+            Command::Kept,
             Command::End,
         ];
         for command in all {

@@ -1,16 +1,24 @@
 //! Rank 0's view of all ranks: what its world takes for the shares of the body.
 
-use glam::DVec3;
+use std::time::{Duration, Instant};
+
+use glam::{DMat3, DVec3};
 use phyxel::world::{BodyProblem, BodyShares, Member};
-use phyxel_elastic::WATCHED_NODES;
-use phyxel_integrate::{Motion, Pass, PassSums, SHARED_NODES, Shares, State};
+use phyxel_elastic::{StiffNode, WATCHED_NODES};
+use phyxel_integrate::{
+    Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Pass, PassSums, SHARED_NODES, Shares,
+    State,
+};
 
 use crate::command::Command;
+use crate::estimate::{GRADIENT, STIFF, stiffest_of, whole};
 use crate::layout::Layout;
+use crate::memory::Memory;
 use crate::package::packages;
 use crate::share::{Share, told};
 use crate::wire::{
-    FRONT, Wire, broadcast, gather, ranks, receive_vectors, send, send_vectors, vectors,
+    FRONT, Wire, broadcast, gather, ranks, receive_vectors, received_vectors, send, send_vectors,
+    vectors,
 };
 use crate::worker::{Counted, write_nodes};
 
@@ -20,6 +28,9 @@ pub(crate) struct Front {
     wire: Wire,
     layout: Option<Layout>,
     mine: Option<Share>,
+    /// Models and states given to the ranks, and states that came from them.
+    traffic: [Traffic; 3],
+    memory: Memory,
     watched: Vec<u32>,
     /// Watched nodes of each rank.
     watched_of: Vec<usize>,
@@ -34,6 +45,26 @@ pub(crate) struct Front {
 
 fn command(command: Command) {
     broadcast(&mut command.encode());
+}
+
+/// What went to or from other ranks.
+#[derive(Debug, Default, Clone, Copy)]
+pub(crate) struct Traffic {
+    /// How often, in how much time, and bytes in all.
+    pub(crate) times: u32,
+    pub(crate) spent: Duration,
+    pub(crate) bytes: usize,
+}
+
+const MODELS: usize = 0;
+const STATES: usize = 1;
+const FETCHED: usize = 2;
+
+impl Traffic {
+    fn add(&mut self, begun: Instant) {
+        self.times += 1;
+        self.spent += begun.elapsed();
+    }
 }
 
 fn runs(count: usize) -> usize {
@@ -148,15 +179,14 @@ impl Front {
         crate::vtu::write_index(folder, ranks())
     }
 
-    /// Ends all ranks; what they counted.
-    pub(crate) fn end(&mut self) -> Vec<Counted> {
+    /// Ends all ranks; what they counted, and what went between them and rank 0 besides steps.
+    pub(crate) fn end(&mut self) -> (Vec<Counted>, [Traffic; 3]) {
         command(Command::End);
-        let mine = Counted::of(self.mine.as_ref(), &self.wire);
+        let mine = Counted::of(self.mine.as_ref(), &self.memory, &self.wire);
         let all = gather(&mine.encode(), &vec![Counted::LENGTH; ranks()]);
         let (all, _) = all.as_chunks();
-        all.iter()
-            .map(|numbers| Counted::decode(*numbers))
-            .collect()
+        let counted = all.iter().map(|numbers| Counted::decode(*numbers));
+        (counted.collect(), self.traffic)
     }
 }
 
@@ -229,6 +259,7 @@ impl Shares for Front {
         let Some(layout) = self.layout.clone() else {
             return;
         };
+        let begun = Instant::now();
         command(Command::Fetch);
         let (mine, _) = self.mine();
         let own = mine.motion.state().clone();
@@ -249,9 +280,11 @@ impl Shares for Front {
                     to.copy_from_slice(from);
                 } else {
                     receive_vectors(rank, to);
+                    self.traffic[FETCHED].bytes += size_of_val(to);
                 }
             }
         }
+        self.traffic[FETCHED].add(begun);
     }
 
     fn store(&mut self, state: &State) {
@@ -277,6 +310,7 @@ impl Shares for Front {
 
 impl BodyShares for Front {
     fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem> {
+        let begun = Instant::now();
         let layout = Layout::new(member.body.rest.len(), ranks());
         let mut mine = None;
         command(Command::Model);
@@ -284,7 +318,9 @@ impl BodyShares for Front {
             if rank == FRONT {
                 mine = Some(package);
             } else {
-                send(rank, &encoded(&package)?);
+                let bytes = encoded(&package)?;
+                send(rank, &bytes);
+                self.traffic[MODELS].bytes += bytes.len();
             }
         }
         self.watched_of = (0..layout.ranks())
@@ -299,6 +335,7 @@ impl BodyShares for Front {
         let built = mine.map(Share::new).transpose();
         let fine = gather(&[f64::from(u8::from(built.is_ok()))], &vec![1; ranks()]);
         self.mine = built?;
+        self.traffic[MODELS].add(begun);
         match fine.iter().all(|fine| *fine > 0.0) {
             true => Ok(()),
             false => Err(BodyProblem::Damaged("rows of a rank")),
@@ -309,6 +346,7 @@ impl BodyShares for Front {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
+        let begun = Instant::now();
         command(Command::State);
         for rank in 0..layout.ranks() {
             let range = layout.range(rank);
@@ -327,9 +365,12 @@ impl BodyShares for Front {
                 let (mine, _) = self.mine();
                 mine.set_state(state, loads)?;
             } else {
-                send(rank, &encoded(&(state, loads))?);
+                let bytes = encoded(&(state, loads))?;
+                send(rank, &bytes);
+                self.traffic[STATES].bytes += bytes.len();
             }
         }
+        self.traffic[STATES].add(begun);
         let (mine, wire) = self.mine();
         if mine.package.carries {
             mine.evaluate(wire);
@@ -379,6 +420,119 @@ impl BodyShares for Front {
 
     fn decay_works(&self) -> [f64; 2] {
         self.works
+    }
+
+    fn estimate(&mut self, settings: &EigenvalueSettings) -> Result<Eigenvalue, EigenvalueError> {
+        command(Command::Estimate(*settings));
+        let mut vector = std::mem::take(&mut self.memory.vector);
+        let (mine, wire) = self.mine();
+        let found = mine.estimate(wire, settings, &mut vector);
+        let bad = found.as_ref().err().map(|error| mine.bad_node(error));
+        self.memory.vector = vector;
+        if let Some(bad) = bad {
+            let nodes = gather(&[bad], &vec![1; ranks()]);
+            let first = nodes.into_iter().fold(f64::INFINITY, f64::min);
+            // Without such a node anywhere it was the sum that left the range of numbers.
+            let node = if first.is_finite() { whole(first) } else { 0 };
+            return Err(EigenvalueError::NotFinite { node });
+        }
+        found
+    }
+
+    fn set_vector(&mut self, vector: &[DVec3]) {
+        let Some(layout) = &self.layout else {
+            return;
+        };
+        command(Command::SetVector);
+        for rank in 0..layout.ranks() {
+            let part = vector.get(layout.range(rank)).unwrap_or_default();
+            if rank == FRONT {
+                self.memory.vector = part.to_vec();
+            } else {
+                send_vectors(rank, part);
+            }
+        }
+    }
+
+    fn vector(&mut self) -> Vec<DVec3> {
+        command(Command::Vector);
+        let mut vector = self.memory.vector.clone();
+        for rank in FRONT + 1..ranks() {
+            vector.extend(received_vectors(rank));
+        }
+        vector
+    }
+
+    fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode> {
+        command(Command::Stiffest(count, runs.map(<[usize]>::len)));
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let mut list: Vec<f64> = (runs.unwrap_or_default().iter())
+            .map(|run| *run as f64)
+            .collect();
+        broadcast(&mut list);
+        let (mine, wire) = self.mine();
+        let told = mine.stiffest(wire, count, runs.map(|_| &list[..]));
+        let all = gather(&told, &vec![STIFF * count; ranks()]);
+        stiffest_of(&all, count)
+    }
+
+    fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>) {
+        command(Command::Read(gradients.len(), positions.len()));
+        let nodes = gradients.iter().chain(positions);
+        let mut nodes: Vec<f64> = nodes.map(|node| f64::from(*node)).collect();
+        broadcast(&mut nodes);
+        let (mine, wire) = self.mine();
+        let told = mine.read(wire, &nodes, gradients.len());
+        let among = |nodes: &[u32], rank: usize| {
+            let layout = self.layout.as_ref();
+            let own = layout.map_or(0..0, |layout| layout.range(rank));
+            let before = |end: usize| nodes.partition_point(|node| (*node as usize) < end);
+            before(own.end) - before(own.start)
+        };
+        let counts: Vec<[usize; 2]> = (0..ranks())
+            .map(|rank| [among(gradients, rank), among(positions, rank)])
+            .collect();
+        let lengths = counts.iter().map(|[rows, ends]| GRADIENT * rows + 3 * ends);
+        let all = gather(&told, &lengths.collect::<Vec<_>>());
+        let (mut found, mut places, mut rest) = (Vec::new(), Vec::new(), &all[..]);
+        for [rows, ends] in counts {
+            let (these, others) = rest.split_at(GRADIENT * rows);
+            found.extend(these.as_chunks().0.iter().map(DMat3::from_cols_array));
+            let (these, others) = others.split_at(3 * ends);
+            places.extend_from_slice(vectors(these));
+            rest = others;
+        }
+        (found, places)
+    }
+
+    fn keep(&mut self) {
+        command(Command::Keep);
+        if let Some(mine) = &self.mine {
+            self.memory.keep(mine.motion.state());
+        }
+    }
+
+    fn kept(&mut self, state: &mut State, vector: &mut Vec<DVec3>) {
+        command(Command::Kept);
+        let lists = [
+            &mut state.positions,
+            &mut state.velocities,
+            &mut state.forces,
+            &mut state.viscous,
+            vector,
+        ];
+        let mut lists = lists.map(|list| {
+            list.clear();
+            list
+        });
+        for (list, mine) in lists.iter_mut().zip(self.memory.kept()) {
+            list.extend_from_slice(mine);
+        }
+        for rank in FRONT + 1..ranks() {
+            for list in &mut lists {
+                list.extend(received_vectors(rank));
+            }
+        }
     }
 }
 

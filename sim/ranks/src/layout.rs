@@ -39,6 +39,13 @@ impl Layout {
         self.starts[rank]..self.starts[rank + 1]
     }
 
+    /// How many chunks of nodes each rank has.
+    pub(crate) fn chunks(&self) -> Vec<usize> {
+        let all = 0..self.ranks();
+        all.map(|rank| self.range(rank).len().div_ceil(SHARED_NODES))
+            .collect()
+    }
+
     /// Whose a node is.
     pub(crate) fn rank_of(&self, node: usize) -> usize {
         // Of ranks that start at the same node the last has it: the others have none.

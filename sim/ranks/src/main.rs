@@ -1,8 +1,10 @@
 #![doc = include_str!("../README.md")]
 
 mod command;
+mod estimate;
 mod front;
 mod layout;
+mod memory;
 mod package;
 mod report;
 mod share;
@@ -119,11 +121,11 @@ fn lead(arguments: &Arguments) -> Result<(), Failure> {
         Ok(out) if arguments.vtu => front.write(out),
         _ => Ok(()),
     };
-    let counted = front.end();
+    let (counted, traffic) = front.end();
     outcome?;
     written?;
     if !arguments.quiet {
-        eprint!("{}", report::table(&counted));
+        eprint!("{}", report::table(&counted, &traffic));
     }
     Ok(())
 }

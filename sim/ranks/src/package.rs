@@ -17,6 +17,10 @@ use crate::layout::{Halo, Layout};
 /// A rank's part of a body.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Package {
+    /// Number in the body of the first own node.
+    pub(crate) start: usize,
+    /// How many chunks of nodes each rank has.
+    pub(crate) chunks: Vec<usize>,
     /// Local number of the first own node, and how many there are.
     pub(crate) first: usize,
     pub(crate) count: usize,
@@ -145,6 +149,8 @@ fn package(
     let pad = |value: f64| vec![value; padding];
     let spot = body.rest.get(range.start).copied().unwrap_or(DVec3::ZERO);
     let mut package = Package {
+        start: range.start,
+        chunks: layout.chunks(),
         first,
         count: range.len(),
         rest: vec![spot; padding],

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::front::Traffic;
 use crate::worker::Counted;
 
 /// Bytes of a node's place in a message.
@@ -14,17 +15,19 @@ fn least_ghosts(own: f64) -> f64 {
 }
 
 /// A row per rank: nodes, ghosts, and what an exchange of them cost.
-pub(crate) fn table(counted: &[Counted]) -> String {
+/// Then what went between rank 0 and the others besides steps.
+pub(crate) fn table(counted: &[Counted], traffic: &[Traffic; 3]) -> String {
     let mut text = String::from(
-        "rank      nodes     ghosts  ghosts/cube  messages/step  bytes/step  bytes/ghost  \
-         bytes/node  forces s  exchange s\n",
+        "rank      nodes      early     ghosts  ghosts/cube  messages/step  bytes/step  bytes/ghost  \
+         bytes/node  forces s  exchange s  estimates s\n",
     );
     for (rank, found) in counted.iter().enumerate() {
         let each = found.exchanges.max(1.0);
         let _ = writeln!(
             text,
-            "{rank:4} {:10} {:10} {:12.2} {:14.1} {:11.0} {:12.1} {:11.0} {:9.3} {:11.3}",
+            "{rank:4} {:10} {:10} {:10} {:12.2} {:14.1} {:11.0} {:12.1} {:11.0} {:9.3} {:11.3} {:12.3}",
             found.own,
+            found.early,
             found.ghosts,
             found.ghosts / least_ghosts(found.own.max(1.0)),
             found.messages / each,
@@ -33,6 +36,7 @@ pub(crate) fn table(counted: &[Counted]) -> String {
             found.heap / found.own.max(1.0),
             found.in_forces,
             found.in_exchange,
+            found.in_estimates,
         );
     }
     let sent: f64 = counted
@@ -45,6 +49,21 @@ pub(crate) fn table(counted: &[Counted]) -> String {
         "sent per step by all ranks: {sent:.0} bytes; {PLACE} bytes for each of {ghosts} ghosts are {:.0}",
         PLACE * ghosts
     );
+    for (what, traffic) in ["models given", "states given", "states brought"]
+        .iter()
+        .zip(traffic)
+    {
+        let Traffic {
+            times,
+            spent,
+            bytes,
+        } = traffic;
+        let spent = spent.as_secs_f64();
+        let _ = writeln!(
+            text,
+            "{what}: {times} times, {spent:.3} s, {bytes} bytes in all"
+        );
+    }
     text
 }
 
@@ -63,7 +82,7 @@ mod tests {
             bytes: 4800.0,
             ..Counted::default()
         };
-        let text = table(&[one]);
+        let text = table(&[one], &[Traffic::default(); 3]);
         assert!(text.contains("1.00") && text.contains("3.0"), "{text}");
         assert!(text.contains("2400 bytes"), "{text}");
     }

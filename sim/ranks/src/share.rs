@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use phyxel::world::BodyProblem;
-use phyxel_elastic::{Elastic, WATCHED_NODES};
+use phyxel_elastic::{Early, Elastic, WATCHED_NODES};
 use phyxel_integrate::{Motion, Pass, PassSums, State};
 
 use crate::package::Package;
@@ -21,12 +21,18 @@ pub(crate) struct Share {
     places: Vec<DVec3>,
     forces: Vec<DVec3>,
     own: Range<usize>,
+    /// What is evaluated while messages travel.
+    early: Early,
     /// Forces from outside (N) on own nodes; empty without any.
     applied: Vec<DVec3>,
     /// Offsets and bonds of own nodes whose works the last decay has told of, if it was in this step.
     pub(crate) carried: [usize; 2],
+    /// Whether forces were evaluated where the nodes are.
+    evaluated: bool,
     /// Time in the force law.
     pub(crate) in_forces: Duration,
+    /// Time in estimates of the largest eigenvalue, exchanges included.
+    pub(crate) in_estimates: Duration,
 }
 
 /// Numbers that a rank tells per step, besides what it says of watched nodes.
@@ -40,15 +46,19 @@ impl Share {
         let (motion, elastic) = (package.motion()?, package.elastic()?);
         package.forget_rows();
         let n = package.rest.len();
+        let own = package.first..package.first + package.count;
         Ok(Self {
+            early: elastic.early(own.clone()),
             motion,
             elastic,
             places: package.rest.clone(),
             forces: vec![DVec3::ZERO; n],
-            own: package.first..package.first + package.count,
+            own,
             applied: Vec::new(),
             carried: [0; 2],
+            evaluated: false,
             in_forces: Duration::ZERO,
+            in_estimates: Duration::ZERO,
             package,
         })
     }
@@ -67,6 +77,11 @@ impl Share {
             + self.package.bytes()
     }
 
+    /// Own nodes whose forces are evaluated while messages travel.
+    pub(crate) fn early(&self) -> usize {
+        self.early.node_count()
+    }
+
     /// Nodes of other ranks.
     pub(crate) fn ghosts(&self) -> usize {
         let receives = self.package.receives.iter();
@@ -77,6 +92,7 @@ impl Share {
         self.motion.set_loads(loads)?;
         self.motion.restore(state);
         self.applied.clear();
+        self.evaluated = false;
         Ok(())
     }
 
@@ -84,13 +100,34 @@ impl Share {
         self.motion.begin_pass(pass);
     }
 
-    /// Exchanges places with the neighbours and evaluates the forces.
+    /// Exchanges places with the neighbours and evaluates the forces; while messages travel, those that no other rank's
+    /// node has a part in.
     pub(crate) fn evaluate(&mut self, wire: &mut Wire) {
-        self.places[self.own.clone()].copy_from_slice(self.motion.positions());
-        wire.exchange(&self.package, &mut self.places);
+        let Self {
+            elastic,
+            places,
+            forces,
+            early,
+            ..
+        } = self;
+        places[self.own.clone()].copy_from_slice(self.motion.positions());
+        let mut spent = Duration::ZERO;
+        wire.exchange(&self.package, places, |places| {
+            let start = Instant::now();
+            elastic.begin_forces(early, places, forces);
+            spent = start.elapsed();
+        });
         let start = Instant::now();
-        self.elastic.forces_into(&self.places, &mut self.forces);
-        self.in_forces += start.elapsed();
+        elastic.finish_forces(early, places, forces);
+        self.in_forces += spent + start.elapsed();
+        self.evaluated = true;
+    }
+
+    /// Evaluates the forces unless they are those where the nodes are; on all ranks at once.
+    pub(crate) fn evaluate_if_due(&mut self, wire: &mut Wire) {
+        if !self.evaluated {
+            self.evaluate(wire);
+        }
     }
 
     /// Takes the second pass and tells its sums.

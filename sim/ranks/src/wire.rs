@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use glam::DVec3;
-use mpi::collective::Root;
+use mpi::collective::{CommunicatorCollectives, Root};
 use mpi::datatype::PartitionMut;
 use mpi::point_to_point::{Destination, Source};
 use mpi::request::multiple_scope;
@@ -26,7 +26,7 @@ pub(crate) struct Wire {
     pub(crate) exchanges: u64,
     pub(crate) messages: u64,
     pub(crate) bytes: u64,
-    /// Time from the first message of an exchange to the last.
+    /// Time in exchanges, but for what was done meanwhile.
     pub(crate) waited: Duration,
 }
 
@@ -65,6 +65,18 @@ pub(crate) fn broadcast(numbers: &mut [f64]) {
         .broadcast_into(numbers);
 }
 
+/// Counts of each rank's numbers as MPI takes them, and where they begin.
+fn places(counts: &[usize]) -> (Vec<Rank>, Vec<Rank>) {
+    let counts: Vec<Rank> = counts.iter().map(|&count| mpi_rank(count)).collect();
+    let mut next = 0;
+    let starts = counts.iter().map(|count| {
+        next += count;
+        next - count
+    });
+    let starts = starts.collect();
+    (counts, starts)
+}
+
 /// Brings numbers of all ranks to the front, in the order of the ranks; nothing elsewhere.
 pub(crate) fn gather(mine: &[f64], counts: &[usize]) -> Vec<f64> {
     let world = world();
@@ -74,18 +86,19 @@ pub(crate) fn gather(mine: &[f64], counts: &[usize]) -> Vec<f64> {
         return Vec::new();
     }
     let mut all = vec![0.0; counts.iter().sum()];
-    let counts: Vec<Rank> = counts.iter().map(|&count| mpi_rank(count)).collect();
-    let mut next = 0;
-    let starts: Vec<Rank> = counts
-        .iter()
-        .map(|count| {
-            next += count;
-            next - count
-        })
-        .collect();
+    let (counts, starts) = places(counts);
     let mut parts = PartitionMut::new(&mut all[..], counts, starts);
     root.gather_varcount_into_root(mine, &mut parts);
     all
+}
+
+/// The sum of all ranks' numbers, `counts` of each, in the order of the ranks: the same everywhere.
+pub(crate) fn sum_in_order(mine: &[f64], counts: &[usize]) -> f64 {
+    let mut all = vec![0.0; counts.iter().sum()];
+    let (counts, starts) = places(counts);
+    let mut parts = PartitionMut::new(&mut all[..], counts, starts);
+    world().all_gather_varcount_into(mine, &mut parts);
+    all.iter().sum()
 }
 
 /// Sends bytes of any number.
@@ -113,6 +126,14 @@ pub(crate) fn receive(from: usize) -> Vec<u8> {
 /// Sends vectors of any number.
 pub(crate) fn send_vectors(to: usize, list: &[DVec3]) {
     send(to, cast_slice(list));
+}
+
+/// Receives what [`send_vectors`] sent.
+pub(crate) fn received_vectors(from: usize) -> Vec<DVec3> {
+    let bytes = receive(from);
+    let numbers = bytes.as_chunks().0.iter();
+    let numbers: Vec<f64> = numbers.map(|bytes| f64::from_ne_bytes(*bytes)).collect();
+    vectors(&numbers).to_vec()
 }
 
 /// Receives what [`send_vectors`] sent, into a list as long.
@@ -154,8 +175,15 @@ pub(crate) fn ping() -> Option<(f64, f64)> {
 }
 
 impl Wire {
-    /// Gives the neighbours the places (m) of own nodes and takes those of ghosts from them.
-    pub(crate) fn exchange(&mut self, package: &Package, places: &mut [DVec3]) {
+    /// Gives the neighbours the places (m) of own nodes and takes those of ghosts from them; `meanwhile` sees the list
+    /// while messages travel.
+    pub(crate) fn exchange(
+        &mut self,
+        package: &Package,
+        places: &mut [DVec3],
+        meanwhile: impl FnOnce(&[DVec3]),
+    ) {
+        let begun = Instant::now();
         let (sends, receives) = (&package.sends, &package.receives);
         self.outgoing.resize(sends.len(), Vec::new());
         self.incoming.resize(receives.len(), Vec::new());
@@ -169,7 +197,7 @@ impl Wire {
         for (buffer, (_, _, count)) in self.incoming.iter_mut().zip(receives) {
             buffer.resize(3 * count, 0.0);
         }
-        let start = Instant::now();
+        let mut away = Duration::ZERO;
         let world = world();
         let (outgoing, incoming) = (&self.outgoing, &mut self.incoming);
         multiple_scope(receives.len(), |scope, coming| {
@@ -182,6 +210,9 @@ impl Wire {
                     let to = world.process_at_rank(mpi_rank(*to));
                     going.add(to.immediate_send(to_others, &buffer[..]));
                 }
+                let start = Instant::now();
+                meanwhile(places);
+                away = start.elapsed();
                 let mut done = Vec::new();
                 going.wait_all(&mut done);
             });
@@ -191,7 +222,7 @@ impl Wire {
         for (buffer, &(_, first, count)) in self.incoming.iter().zip(receives) {
             places[first..first + count].copy_from_slice(vectors(buffer));
         }
-        self.waited += start.elapsed();
+        self.waited += begun.elapsed() - away;
         self.exchanges += 1;
         self.messages += sends.len() as u64;
         let sent: usize = self

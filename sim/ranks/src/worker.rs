@@ -6,9 +6,12 @@ use phyxel::world::BodyProblem;
 use phyxel_integrate::State;
 
 use crate::command::{Command, LENGTH};
+use crate::memory::Memory;
 use crate::package::Package;
 use crate::share::Share;
-use crate::wire::{FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, send_vectors};
+use crate::wire::{
+    FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, received_vectors, send_vectors,
+};
 
 /// Why a rank cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -32,25 +35,30 @@ pub(crate) struct Counted {
     pub(crate) exchanges: f64,
     pub(crate) messages: f64,
     pub(crate) bytes: f64,
-    /// Seconds in the force law and in exchanges.
+    /// Own nodes whose forces are evaluated while messages travel.
+    pub(crate) early: f64,
+    /// Seconds in the force law, in exchanges, and in estimates with theirs.
     pub(crate) in_forces: f64,
     pub(crate) in_exchange: f64,
+    pub(crate) in_estimates: f64,
 }
 
 impl Counted {
-    pub(crate) const LENGTH: usize = 8;
+    pub(crate) const LENGTH: usize = 10;
 
     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    pub(crate) fn of(share: Option<&Share>, wire: &Wire) -> Self {
+    pub(crate) fn of(share: Option<&Share>, memory: &Memory, wire: &Wire) -> Self {
         Self {
             own: share.map_or(0.0, |share| share.package.count as f64),
             ghosts: share.map_or(0.0, |share| share.ghosts() as f64),
-            heap: share.map_or(0.0, |share| share.bytes() as f64),
+            heap: share.map_or(0.0, |share| (share.bytes() + memory.bytes()) as f64),
             exchanges: wire.exchanges as f64,
             messages: wire.messages as f64,
             bytes: wire.bytes as f64,
+            early: share.map_or(0.0, |share| share.early() as f64),
             in_forces: share.map_or(0.0, |share| share.in_forces.as_secs_f64()),
             in_exchange: wire.waited.as_secs_f64(),
+            in_estimates: share.map_or(0.0, |share| share.in_estimates.as_secs_f64()),
         }
     }
 
@@ -62,8 +70,10 @@ impl Counted {
             self.exchanges,
             self.messages,
             self.bytes,
+            self.early,
             self.in_forces,
             self.in_exchange,
+            self.in_estimates,
         ]
     }
 
@@ -75,8 +85,10 @@ impl Counted {
             exchanges,
             messages,
             bytes,
+            early,
             in_forces,
             in_exchange,
+            in_estimates,
         ] = numbers;
         Self {
             own,
@@ -85,8 +97,10 @@ impl Counted {
             exchanges,
             messages,
             bytes,
+            early,
             in_forces,
             in_exchange,
+            in_estimates,
         }
     }
 }
@@ -95,6 +109,7 @@ impl Counted {
 pub(crate) fn serve() -> Result<(), WorkerError> {
     let mut wire = Wire::default();
     let mut share: Option<Share> = None;
+    let mut memory = Memory::default();
     loop {
         let mut numbers = [0.0; LENGTH];
         broadcast(&mut numbers);
@@ -109,20 +124,22 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
                 continue;
             }
             Command::End => {
-                gather(&Counted::of(share.as_ref(), &wire).encode(), &[]);
+                gather(&Counted::of(share.as_ref(), &memory, &wire).encode(), &[]);
                 return Ok(());
             }
             _ => {}
         }
-        obey(
-            command,
-            share.as_mut().ok_or(WorkerError::Order)?,
-            &mut wire,
-        )?;
+        let share = share.as_mut().ok_or(WorkerError::Order)?;
+        obey(command, share, &mut memory, &mut wire)?;
     }
 }
 
-fn obey(command: Command, share: &mut Share, wire: &mut Wire) -> Result<(), WorkerError> {
+fn obey(
+    command: Command,
+    share: &mut Share,
+    memory: &mut Memory,
+    wire: &mut Wire,
+) -> Result<(), WorkerError> {
     match command {
         Command::Model | Command::End => {}
         Command::State => {
@@ -177,6 +194,31 @@ fn obey(command: Command, share: &mut Share, wire: &mut Wire) -> Result<(), Work
             let (_, velocities) = share.motion.places_mut();
             receive_vectors(FRONT, velocities);
             receive_vectors(FRONT, share.motion.viscous_mut());
+        }
+        Command::Estimate(settings) => {
+            let found = share.estimate(wire, &settings, &mut memory.vector);
+            if let Err(error) = found {
+                gather(&[share.bad_node(&error)], &[]);
+            }
+        }
+        Command::SetVector => memory.vector = received_vectors(FRONT),
+        Command::Vector => send_vectors(FRONT, &memory.vector),
+        Command::Stiffest(count, runs) => {
+            let mut list = vec![0.0; runs.unwrap_or(0)];
+            broadcast(&mut list);
+            let told = share.stiffest(wire, count, runs.map(|_| &list[..]));
+            gather(&told, &[]);
+        }
+        Command::Read(gradients, places) => {
+            let mut nodes = vec![0.0; gradients + places];
+            broadcast(&mut nodes);
+            gather(&share.read(wire, &nodes, gradients), &[]);
+        }
+        Command::Keep => memory.keep(share.motion.state()),
+        Command::Kept => {
+            for list in memory.kept() {
+                send_vectors(FRONT, list);
+            }
         }
         Command::Write => {
             let name = receive(FRONT);

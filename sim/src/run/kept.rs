@@ -95,7 +95,7 @@ impl Run {
 
     /// Writes the checkpoint over the one before.
     pub(super) fn keep(&mut self) -> Result<(), OutputError> {
-        self.world.fetch();
+        self.world.fetch_state();
         let (scene, time) = (self.world.scene(), self.world.time());
         if let Some(period) = scene.observe.checkpoint {
             self.course.next_checkpoint = time + period;

@@ -354,6 +354,7 @@ impl Body {
         self.rebuilt_here();
         self.estimates = estimates;
         self.eigenvector = eigenvector;
+        self.turned_here();
     }
 
     /// Evaluates the forces anew after rows of the model changed; the energy's jump (J) is booked.

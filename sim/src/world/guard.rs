@@ -125,14 +125,21 @@ impl World {
         self.kept = None;
     }
 
+    /// Brings here what shares of bodies have of the kept state.
+    pub(super) fn fetch_kept(&mut self) {
+        let kept = self.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
+        for (member, state) in self.members.iter_mut().zip(kept) {
+            member.body.fetch_kept(state);
+        }
+    }
+
     fn is_explicit(&self) -> bool {
         self.scene.integration.scheme.step().is_none()
     }
 
     fn keep(&mut self) {
-        self.fetch();
         self.kept = Some(Kept {
-            bodies: self.members.iter().map(Member::state).collect(),
+            bodies: self.members.iter_mut().map(Member::keep).collect(),
             gravity: self.gravity,
             poses: self.hands.poses().to_vec(),
             taken: Vec::new(),
@@ -141,6 +148,7 @@ impl World {
 
     /// Does the steps since the last kept state again, shorter.
     fn retake(&mut self, error: WorldError) -> Result<(), WorldError> {
+        self.fetch_kept();
         let Some(kept) = self.kept.take() else {
             return Err(error);
         };
@@ -267,9 +275,12 @@ impl World {
     /// Estimates the largest eigenvalues where the bodies are now and chooses the step anew.
     pub(super) fn estimate_eigenvalues(&mut self, products: usize) -> Result<(), WorldError> {
         let start = Instant::now();
-        for Member { body, .. } in &mut self.members {
-            let estimate = body.estimate_eigenvalue(products);
-            estimate.map_err(|problem| problem.of(body))?;
+        for member in &mut self.members {
+            // Before the first evaluation a body has no forces to hand over.
+            let begun = !member.body.motion.state().forces.is_empty();
+            let handed = if begun { member.hand_over() } else { Ok(()) };
+            let estimate = handed.and_then(|()| member.body.estimate_eigenvalue(products));
+            estimate.map_err(|problem| problem.of(&member.body))?;
         }
         self.step = self.smallest_step_size();
         self.phases.add(Phase::Integration, start.elapsed());

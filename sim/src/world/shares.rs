@@ -1,17 +1,19 @@
 //! Bodies whose nodes are shared out: steps are taken where the shares are, all else here.
 //!
 //! A world keeps its bodies whole: it settles, cuts, watches and records them as ever. What is shared
-//! out are the passes over nodes and pairs that every step takes. What needs all nodes at once - a
-//! blade's edge, an estimate of the stiffness, a checkpoint - brings their places here first.
+//! out are the passes over nodes and pairs that every step takes, estimates of the largest eigenvalue, and
+//! states to return to. What needs all nodes at once - a blade's edge, a picture, a checkpoint - brings
+//! their places here first.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use glam::DVec3;
-use phyxel_elastic::{Dilatation, Elastic};
-use phyxel_integrate::{Motion, Shares};
+use glam::{DMat3, DVec3};
+use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
+use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Shares, State};
 
 use super::body::Body;
+use super::body_state::BodyState;
 use super::error::{BodyProblem, WorldError};
 use super::{Member, World};
 
@@ -43,6 +45,32 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// The second half of the works (J) of the last decay, at the state last evaluated: of deformation gradients
     /// and of bonds.
     fn decay_works(&self) -> [f64; 2];
+
+    /// Estimates the largest eigenvalue of the whole where the nodes are, see
+    /// [`phyxel_integrate::largest_eigenvalue`], from the vector of last time.
+    ///
+    /// # Errors
+    /// [`EigenvalueError::NotFinite`].
+    fn estimate(&mut self, settings: &EigenvalueSettings) -> Result<Eigenvalue, EigenvalueError>;
+
+    /// Takes over the vector of estimates, one entry per node, or none.
+    fn set_vector(&mut self, vector: &[DVec3]);
+
+    /// Gives it back.
+    fn vector(&mut self) -> Vec<DVec3>;
+
+    /// [`Elastic::stiffest_nodes`] of the whole where the nodes are, or of some of the runs of
+    /// [`phyxel_elastic::WATCHED_NODES`] nodes.
+    fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode>;
+
+    /// Deformation gradients of some nodes where the nodes are, and positions (m) of others; both rising.
+    fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>);
+
+    /// Keeps what [`Shares::fetch`] writes, and the vector of estimates, in place of what was kept before.
+    fn keep(&mut self);
+
+    /// Writes what was kept.
+    fn kept(&mut self, state: &mut State, vector: &mut Vec<DVec3>);
 }
 
 /// Where the newest vectors of a body are.
@@ -64,9 +92,36 @@ pub(super) struct Shared {
     model: bool,
     /// Nodes that they tell of in every step.
     watched: Vec<u32>,
+    /// Where the newest vector of estimates is.
+    vector: Newest,
+    /// Whether they have the vectors of the kept state.
+    keeps: bool,
 }
 
 impl Shared {
+    /// Whether they have what moves as it is.
+    pub(super) fn is_handed(&self) -> bool {
+        self.newest != Newest::Here
+    }
+
+    /// Estimates the largest eigenvalue of what was handed over; `vector` is the one here.
+    pub(super) fn estimate(
+        &mut self,
+        vector: &[DVec3],
+        settings: &EigenvalueSettings,
+    ) -> Result<Eigenvalue, EigenvalueError> {
+        self.hand_vector(vector);
+        self.vector = Newest::Shares;
+        self.lock().estimate(settings)
+    }
+
+    fn hand_vector(&mut self, vector: &[DVec3]) {
+        if self.vector == Newest::Here {
+            self.lock().set_vector(vector);
+            self.vector = Newest::Both;
+        }
+    }
+
     /// Brings all vectors here.
     fn fetch(&mut self, motion: &mut Motion) {
         if self.newest == Newest::Shares {
@@ -124,6 +179,8 @@ impl World {
             evaluated: true,
             model: false,
             watched: Vec::new(),
+            vector: Newest::Here,
+            keeps: false,
         });
         Ok(())
     }
@@ -132,6 +189,15 @@ impl World {
     pub fn fetch(&mut self) {
         for member in &mut self.members {
             member.body.fetch();
+        }
+    }
+
+    /// As [`World::fetch`], and brings all else here that [`World::state`] holds.
+    pub fn fetch_state(&mut self) {
+        self.fetch();
+        self.fetch_kept();
+        for member in &mut self.members {
+            member.body.fetch_vector();
         }
     }
 
@@ -145,7 +211,7 @@ impl World {
 }
 
 impl Member {
-    /// Gives the shares what has changed here, or takes all back for a while.
+    /// Gives the shares what has changed here.
     pub(super) fn hand_over(&mut self) -> Result<(), BodyProblem> {
         let Some(mut shared) = self.body.shared.take() else {
             return Ok(());
@@ -162,6 +228,7 @@ impl Member {
         if motion.state().forces.is_empty() {
             motion.refresh(|x, f| elastic.forces_into(x, f))?;
             shared.newest = Newest::Here;
+            shared.evaluated = true;
         }
         let watched = self.watched();
         if !shared.model || shared.watched != watched {
@@ -173,10 +240,30 @@ impl Member {
         }
         if shared.newest == Newest::Here {
             shared.lock().set_state(&self.body.motion)?;
+            shared.newest = Newest::Both;
         }
-        shared.newest = Newest::Shares;
-        shared.evaluated = false;
         Ok(())
+    }
+
+    /// What moves, to be kept: shares that have it keep their part of it themselves.
+    pub(super) fn keep(&mut self) -> BodyState {
+        let Some(shared) = &mut self.body.shared else {
+            return self.state();
+        };
+        shared.keeps = shared.is_handed();
+        if !shared.keeps {
+            self.body.fetch_vector();
+            return self.state();
+        }
+        shared.hand_vector(&self.body.eigenvector);
+        shared.lock().keep();
+        let (mut vectors, vector) = (Default::default(), &mut self.body.eigenvector);
+        let vector = std::mem::take(vector);
+        self.body.motion.swap_vectors(&mut vectors);
+        let state = self.state();
+        self.body.motion.swap_vectors(&mut vectors);
+        self.body.eigenvector = vector;
+        state
     }
 
     /// Nodes that the motion of the whole has to see in every step, rising.
@@ -214,6 +301,66 @@ impl Body {
         }
     }
 
+    /// Brings the vector of estimates here.
+    pub(super) fn fetch_vector(&mut self) {
+        if let Some(shared) = &mut self.shared
+            && shared.vector == Newest::Shares
+        {
+            self.eigenvector = shared.lock().vector();
+            shared.vector = Newest::Both;
+        }
+    }
+
+    /// Brings what shares have of the kept state.
+    pub(super) fn fetch_kept(&mut self, kept: &mut BodyState) {
+        if let Some(shared) = &mut self.shared
+            && std::mem::take(&mut shared.keeps)
+        {
+            let mut shares = shared.lock();
+            shares.kept(&mut kept.motion, &mut kept.eigenvector);
+        }
+    }
+
+    /// The stiffest nodes where the nodes are, of all or of some runs of them.
+    pub(super) fn stiffest_nodes(
+        &mut self,
+        count: usize,
+        runs: Option<&[usize]>,
+    ) -> Vec<StiffNode> {
+        if let Some(shared) = &mut self.shared
+            && shared.is_handed()
+        {
+            return shared.lock().stiffest_nodes(count, runs);
+        }
+        self.fetch_all();
+        let Some(runs) = runs else {
+            return self.elastic.stiffest_nodes(count);
+        };
+        let n = self.elastic.node_count();
+        let nodes = runs.iter().flat_map(|run| {
+            let first = run * phyxel_elastic::WATCHED_NODES;
+            first..(first + phyxel_elastic::WATCHED_NODES).min(n)
+        });
+        self.elastic.stiffest_nodes_of(count, nodes)
+    }
+
+    /// Brings what products within a part read.
+    pub(super) fn fetch_part(&mut self, part: &Part) {
+        if let Some(shared) = &mut self.shared
+            && !shared.evaluated
+        {
+            let (gradients, positions) = shared.lock().read(part.rows(), part.bond_ends());
+            self.elastic.set_part_state(part, &gradients, &positions);
+        }
+    }
+
+    /// Notes that the vector of estimates was changed here, after a [`Body::fetch_vector`].
+    pub(super) fn turned_here(&mut self) {
+        if let Some(shared) = &mut self.shared {
+            shared.vector = Newest::Here;
+        }
+    }
+
     /// Notes that what moves was changed here, after a [`Body::fetch`].
     pub(super) fn moved_here(&mut self) {
         if let Some(shared) = &mut self.shared {
@@ -230,9 +377,13 @@ impl Body {
         }
     }
 
-    /// Shares that take the steps, to be locked for one.
-    pub(super) fn shares(&self) -> Option<Arc<Mutex<dyn BodyShares>>> {
-        self.shared.as_ref().map(|shared| shared.shares.clone())
+    /// Shares that take the steps, to be locked for the one that follows.
+    pub(super) fn shares(&mut self) -> Option<Arc<Mutex<dyn BodyShares>>> {
+        self.shared.as_mut().map(|shared| {
+            shared.newest = Newest::Shares;
+            shared.evaluated = false;
+            shared.shares.clone()
+        })
     }
 
     /// Smallest `det F` at the state last evaluated, of nodes that carry strain energy.

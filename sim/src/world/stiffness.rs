@@ -1,7 +1,7 @@
 //! The largest eigenvalue of a body as it moves, for the step: where stiffness rises it is estimated anew.
 
 use glam::DVec3;
-use phyxel_elastic::{Part, StiffNode, WATCHED_NODES};
+use phyxel_elastic::{Part, StiffNode};
 use phyxel_integrate::{EigenvalueSettings, Supports, largest_eigenvalue};
 
 use super::body::{Body, EIGENVALUE_MARGIN};
@@ -34,24 +34,31 @@ pub(super) struct PartMode {
 impl Body {
     /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
     /// vector of the last time, and by those with what surrounds its stiffest nodes.
+    /// Shares that were handed what has changed here make the first.
     pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
-        self.fetch_all();
         let settings = EigenvalueSettings {
             iterations: products,
             margin: EIGENVALUE_MARGIN,
             ..EigenvalueSettings::default()
         };
-        let elastic = &mut self.elastic;
-        let found = largest_eigenvalue(
-            &self.masses,
-            self.motion.supports(),
-            |v, out| elastic.tangent_product_into(v, out),
-            &mut self.eigenvector,
-            &settings,
-        )?;
+        let found = match &mut self.shared {
+            Some(shared) if shared.is_handed() => shared.estimate(&self.eigenvector, &settings)?,
+            _ => {
+                self.fetch_vector();
+                self.turned_here();
+                let elastic = &mut self.elastic;
+                largest_eigenvalue(
+                    &self.masses,
+                    self.motion.supports(),
+                    |v, out| elastic.tangent_product_into(v, out),
+                    &mut self.eigenvector,
+                    &settings,
+                )?
+            }
+        };
         let [whole, _] = &mut self.estimates;
         *whole = found.value.max(SLOWEST_FALL * *whole);
-        let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
+        let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
         self.estimates[1] *= SLOWEST_FALL;
         self.estimate_around(&stiffest)
     }
@@ -65,8 +72,7 @@ impl Body {
         let before = self.indicators.iter().copied().fold(0.0, f64::max);
         if largest < ALARM_FALL * before {
             self.indicators = runs;
-            self.fetch_all();
-            let stiffest = self.elastic.stiffest_nodes(STIFFEST_NODES);
+            let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
             self.estimates[1] *= SLOWEST_FALL;
             self.estimate_around(&stiffest)?;
             return Ok(true);
@@ -81,12 +87,7 @@ impl Body {
         if risen.is_empty() {
             return Ok(false);
         }
-        self.fetch_all();
-        let n = self.elastic.node_count();
-        let nodes = risen
-            .iter()
-            .flat_map(|run| run * WATCHED_NODES..((run + 1) * WATCHED_NODES).min(n));
-        let stiffest = self.elastic.stiffest_nodes_of(STIFFEST_NODES, nodes);
+        let stiffest = self.stiffest_nodes(STIFFEST_NODES, Some(&risen));
         self.estimate_around(&stiffest)?;
         Ok(true)
     }
@@ -109,6 +110,7 @@ impl Body {
             return Ok(());
         }
         let part = self.elastic.part(&around);
+        self.fetch_part(&part);
         let start = self.seeded(&part, &seeds);
         let found = self.part_eigenvalue(&part, start, LOCAL_PRODUCTS)?;
         let [_, local] = &mut self.estimates;
@@ -188,6 +190,8 @@ impl Body {
             return;
         }
         self.estimates[1] = mode.value;
+        self.fetch_vector();
+        self.turned_here();
         for (&node, part) in part.nodes().iter().zip(&mode.vector) {
             // A kept state may have no vector.
             if let Some(whole) = self.eigenvector.get_mut(node as usize) {

@@ -137,6 +137,36 @@ fn part_products_see_bonds() {
     }
 }
 
+/// A model that was never evaluated, told of what another one found round a part.
+#[test]
+fn a_part_is_told_of_its_state_to_the_bit() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let (_, mut body, weak) = weakened(&x, law());
+    let mut told = body.clone();
+    let y = shaken(&rest, 0.04, 8);
+    body.forces_into(&y, &mut vec![DVec3::ZERO; y.len()]);
+    for nodes in [&weak[3..12], &weak[..1]] {
+        let part = body.part(nodes);
+        let mut random = Random::new(3);
+        let v: Vec<DVec3> = nodes.iter().map(|_| random.vector(1.0)).collect();
+        let mut expected = vec![DVec3::ZERO; v.len()];
+        body.tangent_product_within(&part, &v, &mut expected);
+        let gradients: Vec<DMat3> = (part.rows().iter())
+            .map(|&node| body.deformation_gradient(node as usize))
+            .collect();
+        let ends = part.bond_ends().iter();
+        let ends: Vec<DVec3> = ends.map(|&node| y[node as usize]).collect();
+        assert!(!ends.is_empty(), "bonds of weak nodes");
+        let mut found = vec![DVec3::ZERO; v.len()];
+        told.tangent_product_within(&part, &v, &mut found);
+        assert_ne!(found, expected, "of another state");
+        told.set_part_state(&part, &gradients, &ends);
+        told.tangent_product_within(&part, &v, &mut found);
+        assert_eq!(found, expected);
+    }
+}
+
 #[test]
 fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
     let whole = block();
@@ -398,6 +428,23 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
             let energy = body.forces_again(&x, &mut forces);
             assert_eq!(left_behind(&body, energy, &forces), expected);
         }
+        // In two goes, the first of which knows no place before and behind the middle.
+        let known = 300..n - 300;
+        let early = body.early(known.clone());
+        assert!(
+            (256..n - 600).contains(&early.node_count()),
+            "not all, not nothing"
+        );
+        let there = shaken(&block, 0.02, 6);
+        let mut whole = body.clone();
+        let mut expected = vec![DVec3::ZERO; n];
+        let energy = whole.forces_into(&there, &mut expected);
+        let expected = left_behind(&whole, energy, &expected);
+        let mut places = vec![DVec3::NAN; n];
+        places[known.clone()].copy_from_slice(&there[known]);
+        body.begin_forces(&early, &places, &mut forces);
+        let energy = body.finish_forces(&early, &there, &mut forces);
+        assert_eq!(left_behind(&body, energy, &forces), expected, "in two goes");
         // Elsewhere, and after a product of the whole, everything is evaluated.
         let there = shaken(&block, 0.02, 5);
         for x in [&there, &x] {
