@@ -292,6 +292,7 @@ impl Elastic {
         }
         bonds.find_hosts();
         self.state.bonds = bonds;
+        self.refresh_fronts();
         lost
     }
 

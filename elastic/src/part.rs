@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::bond::PartBond;
+use crate::front::PartFront;
 use crate::model::{Elastic, with_table};
 use crate::pairs::{Pair, Pairs};
 use crate::tangent;
@@ -18,6 +19,8 @@ pub struct Part {
     pub(crate) seen: Vec<u32>,
     /// Bonds that its nodes are in.
     pub(crate) bonds: Vec<PartBond>,
+    /// Fronts that its nodes are in.
+    pub(crate) fronts: Vec<PartFront>,
 }
 
 impl Part {
@@ -46,6 +49,7 @@ impl Part {
             rows: reading,
             seen,
             bonds: Vec::new(),
+            fronts: Vec::new(),
         }
     }
 }
@@ -57,7 +61,9 @@ impl Elastic {
     /// If a node does not exist.
     #[must_use]
     pub fn part(&self, nodes: &[u32]) -> Part {
-        Part::new(&self.model.pairs, nodes).with_bonds(&self.state)
+        Part::new(&self.model.pairs, nodes)
+            .with_bonds(&self.state)
+            .with_fronts(&self.model, &self.state.fronts)
     }
 
     /// Writes the part's rows of `K v`, see [`Elastic::tangent_product_into`], with `v` zero outside of
@@ -73,6 +79,8 @@ impl Elastic {
         let parts = (&self.model, &self.state, &mut self.scratch);
         with_table!(&mut self.tables, table => {
             tangent::product_within(parts, table, part, vector, product);
+            let (model, fronts) = (&self.model, &self.state.fronts);
+            fronts.add_product_within(model, &table.fixed, &part.fronts, (vector, product));
         });
         self.scratch
             .stale
