@@ -503,7 +503,7 @@ fn run_cracks(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
         for finding in family()? {
             writeln!(
                 io::stdout(),
-                "{:<34} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",
+                "{:<44} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",
                 finding.case,
                 finding.nodes,
                 finding.quantity,

@@ -271,39 +271,49 @@ fn modes(spacings: u32) -> Result<Vec<Finding>, StudyError> {
     for place in [[0.0, 0.25], [0.5, 0.4]] {
         let middle = DVec3::new(place[0], place[1], 0.0) * dx;
         let blade = straight(&plate, middle - a * DVec3::X, middle + a * DVec3::X);
-        let cut = Specimen::new(&plate, &[blade])?;
+        let mut cut = Specimen::new(&plate, &[blade])?;
         let [x, y] = place;
-        let mut case = Case::new(format!("modes {spacings}, off {x} {y}"), &cut);
-        let known =
-            |modulus, intensity: fn(f64) -> f64| crack_work(a, 2.0, modulus, intensity) * dx;
-        for (mode, (stress, uniform), mask, known) in [
-            (
-                "I by work",
-                tension(),
-                IN_PLANE,
-                known(plane_modulus(), centre_intensity),
-            ),
-            (
-                "II by work",
-                shear(DVec3::X),
-                IN_PLANE,
-                known(plane_modulus(), |a| (PI * a).sqrt()),
-            ),
-            (
-                "III by work",
-                shear(DVec3::Z),
-                ACROSS,
-                known(2.0 * shear_modulus(), tearing_intensity),
-            ),
-        ] {
-            let loads = cut.loads(stress);
-            let moved = cut.solve(&loads, |_| mask)?;
-            let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
-            case.add(mode, work / known, bar);
+        for front in ["", ", front controlled"] {
+            if !front.is_empty() {
+                cut.control_front();
+            }
+            let mut case = Case::new(format!("modes {spacings}, off {x} {y}{front}"), &cut);
+            works_of_modes(&cut, a, bar, &mut case)?;
+            found.append(&mut case.found);
         }
-        found.append(&mut case.found);
     }
     Ok(found)
+}
+
+fn works_of_modes(cut: &Specimen, a: f64, bar: f64, case: &mut Case) -> Result<(), StudyError> {
+    let known =
+        |modulus, intensity: fn(f64) -> f64| crack_work(a, 2.0, modulus, intensity) * cut.spacing;
+    for (mode, (stress, uniform), mask, known) in [
+        (
+            "I by work",
+            tension(),
+            IN_PLANE,
+            known(plane_modulus(), centre_intensity),
+        ),
+        (
+            "II by work",
+            shear(DVec3::X),
+            IN_PLANE,
+            known(plane_modulus(), |a| (PI * a).sqrt()),
+        ),
+        (
+            "III by work",
+            shear(DVec3::Z),
+            ACROSS,
+            known(2.0 * shear_modulus(), tearing_intensity),
+        ),
+    ] {
+        let loads = cut.loads(stress);
+        let moved = cut.solve(&loads, |_| mask)?;
+        let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+        case.add(mode, work / known, bar);
+    }
+    Ok(())
 }
 
 /// Penny of a quarter of a cube's half width, `spacings` in radius, under tension and shear.
@@ -316,8 +326,7 @@ fn penny(spacings: u32) -> Result<Vec<Finding>, StudyError> {
     };
     let middle = DVec3::Z * (0.5 * plate.spacing);
     let blade = turning(vec![DVec3::ZERO, a * DVec3::X], middle, [0.0, 2.0 * PI]);
-    let cut = Specimen::new(&plate, &[blade])?;
-    let mut case = Case::new(format!("penny {spacings}"), &cut);
+    let mut cut = Specimen::new(&plate, &[blade])?;
     let modulus = YOUNG.recip();
     let tension = (
         DMat3::from_diagonal(DVec3::Z),
@@ -328,13 +337,21 @@ fn penny(spacings: u32) -> Result<Vec<Finding>, StudyError> {
     (sheared.0.z_axis.x, sheared.0.x_axis.z) = (1.0, 1.0);
     sheared.1.z_axis.x = shear_modulus().recip();
     let loads = [("tension by work", tension), ("shear by work", sheared)];
-    for ((quantity, (stress, uniform)), known) in loads.into_iter().zip(penny_works(a)) {
-        let loads = cut.loads(stress);
-        let moved = cut.solve(&loads, |_| DVec3::ONE)?;
-        let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
-        case.add(quantity, work / known, 0.1);
+    let mut found = Vec::new();
+    for front in ["", ", front controlled"] {
+        if !front.is_empty() {
+            cut.control_front();
+        }
+        let mut case = Case::new(format!("penny {spacings}{front}"), &cut);
+        for ((quantity, (stress, uniform)), known) in loads.into_iter().zip(penny_works(a)) {
+            let loads = cut.loads(stress);
+            let moved = cut.solve(&loads, |_| DVec3::ONE)?;
+            let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+            case.add(quantity, work / known, 0.1);
+        }
+        found.append(&mut case.found);
     }
-    Ok(case.found)
+    Ok(found)
 }
 
 /// Beam 2 × 0.5 with clamped ends under its own weight, slit from below at the middle to half its height, 16 cells

@@ -2,10 +2,10 @@
 
 use glam::{DMat3, DVec3};
 use phyxel::scene::{Body, Cut, Sampling, Scene, Shape, Target};
-use phyxel::world::World;
+use phyxel::world::{Factors, World};
 use phyxel_discretize::boundary_triangles;
 use phyxel_elastic::Elastic;
-use phyxel_enrich::Cuts;
+use phyxel_enrich::{Cuts, Graph};
 
 use crate::error::StudyError;
 use crate::problems::cracks::{POISSON, YOUNG};
@@ -109,6 +109,8 @@ pub(super) struct Specimen {
     volumes: Vec<f64>,
     elastic: Elastic,
     cuts: Cuts,
+    /// How the cut ends beside nodes.
+    fronts: Vec<(u32, DMat3)>,
     turn: DMat3,
 }
 
@@ -124,6 +126,24 @@ impl Specimen {
         let member = &world.members()[0];
         let cutting = member.cutting.as_ref().ok_or(StudyError::Uncut)?;
         let (body, turn) = (&member.body, plate.turn());
+        let graph = Graph::trusted(
+            &body.rest,
+            body.neighborhoods.offsets(),
+            body.neighborhoods.indices(),
+        );
+        // As cuts in scenes take it: bends in faces lie outside by round-off.
+        let round_off = 1e-9 * body.solid.bounds().size().max_element();
+        let inside = |point| body.solid.contains_within(point, round_off);
+        let matrix = |node: u32| match cutting.factors() {
+            Factors::Pairs(factors) => {
+                factors.front_matrix(&graph, cutting.cuts(), node as usize, &inside)
+            }
+            Factors::Grids(_) => DMat3::ZERO,
+        };
+        let nodes = (0_u32..)
+            .take(body.rest.len())
+            .map(|node| (node, matrix(node)));
+        let fronts = nodes.filter(|(_, matrix)| *matrix != DMat3::ZERO);
         let back = turn.transpose();
         Ok(Self {
             rest: body.rest.iter().map(|x| back * *x).collect(),
@@ -132,8 +152,15 @@ impl Specimen {
             volumes: body.volumes.clone(),
             elastic: body.elastic.clone(),
             cuts: cutting.cuts().clone(),
+            fronts: fronts.collect(),
             turn,
         })
+    }
+
+    /// With the control of the cut's front, which scenes do not have.
+    pub(super) fn control_front(&mut self) {
+        let (nodes, matrices): (Vec<u32>, Vec<DMat3>) = self.fronts.iter().copied().unzip();
+        self.elastic.set_fronts(&nodes, &matrices);
     }
 
     /// Nodal forces (N) of a uniform stress (Pa) on all of the uncut surface.
