@@ -45,6 +45,9 @@ pub enum StudyError {
         /// What is wrong with it.
         problem: String,
     },
+    /// The blade of a study touches nothing.
+    #[error("the blade of a study cuts nothing")]
+    Uncut,
     /// Nothing says where the meshes are.
     #[error("PHYXEL_MESHES must name the folder of the meshes")]
     NoMeshes,

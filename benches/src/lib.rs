@@ -7,6 +7,7 @@
 pub mod batch;
 pub mod column;
 pub mod cook;
+pub mod cracks;
 mod eigenvalue;
 mod error;
 pub mod grids;

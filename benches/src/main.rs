@@ -10,8 +10,8 @@ use std::process::ExitCode;
 use benches::batch::{Case, Sheet, chosen, run_all};
 use benches::studies::{STUDIES, write_page};
 use benches::{
-    Effort, Options, Row, Study, StudyError, column, cook, grids, griffith, incision, matrix,
-    organs, random, spin,
+    Effort, Options, Row, Study, StudyError, column, cook, cracks, grids, griffith, incision,
+    matrix, organs, random, spin,
 };
 use clap::{Args, Command, FromArgMatches, Subcommand};
 use phyxel::output::OutputFolder;
@@ -56,6 +56,14 @@ enum Verdict {
     Column(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
+    /// Cracks with a known answer, cut by a blade in a scene: stress intensities, mouths and works.
+    Cracks {
+        /// Only families with one of these comma-separated parts in their names.
+        #[arg(long, value_name = "PARTS")]
+        filter: Option<String>,
+        #[command(flatten)]
+        one: One,
+    },
 }
 
 /// What a study of [`STUDIES`] writes, and how much of it is computed.
@@ -167,6 +175,7 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Spin(one) => run_spin(one),
         Verdict::Column(one) => run_column(one),
         Verdict::Cook(one) => run_cook(one),
+        Verdict::Cracks { filter, one } => run_cracks(filter.as_deref(), one),
     }
 }
 
@@ -467,6 +476,46 @@ fn run_cook(one: &One) -> Result<bool, StudyError> {
         }
     }
     verdict(&found)
+}
+
+fn run_cracks(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
+    let count = if one.quick {
+        cracks::QUICK
+    } else {
+        cracks::FAMILIES.len()
+    };
+    let families = &cracks::FAMILIES[..count];
+    let parts: Vec<&str> = filter.map_or_else(Vec::new, |filter| filter.split(',').collect());
+    let wanted = |name: &str| parts.is_empty() || parts.iter().any(|part| name.contains(part));
+    if !families.iter().any(|(name, _)| wanted(name)) {
+        return Err(StudyError::NoScene {
+            filter: filter.unwrap_or_default().to_owned(),
+            names: families
+                .iter()
+                .map(|(name, _)| *name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        });
+    }
+    let mut sheet = Sheet::create(&one.out, "cracks.csv")?;
+    let mut all = Vec::new();
+    for (_, family) in families.iter().filter(|(name, _)| wanted(name)) {
+        for finding in family()? {
+            writeln!(
+                io::stdout(),
+                "{:<44} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",
+                finding.case,
+                finding.nodes,
+                finding.quantity,
+                finding.ratio,
+                finding.bar,
+                if finding.misses() { "  MISSED" } else { "" }
+            )?;
+            sheet.add(&finding)?;
+            all.push(finding);
+        }
+    }
+    verdict(&cracks::breaches(&all))
 }
 
 /// Prints what breaks a bar; whether nothing does.

@@ -301,6 +301,7 @@ impl Elastic {
         }
         bonds.find_hosts();
         self.state.bonds = bonds;
+        self.refresh_fronts();
         lost
     }
 

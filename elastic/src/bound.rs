@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::fixed::Fixed;
+use crate::front::Fronts;
 use crate::law::outer;
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
@@ -30,7 +31,7 @@ impl Elastic {
                 .map_init(
                     || RowBlocks::new(masses.len()),
                     |blocks, (node, mass)| {
-                        blocks.assemble(&self.model, &table.fixed, node);
+                        blocks.assemble((&self.model, &self.state.fronts), &table.fixed, node);
                         blocks.row_sum() / mass
                     },
                 )
@@ -71,7 +72,7 @@ impl RowBlocks {
 
     fn assemble<S: Storage, const L: usize>(
         &mut self,
-        model: &Model,
+        (model, fronts): (&Model, &Fronts),
         fixed: &Fixed<S, L>,
         node: usize,
     ) {
@@ -82,16 +83,16 @@ impl RowBlocks {
         self.blocks.clear();
         self.rest = 0.0;
         let id = u32::try_from(node).unwrap_or(u32::MAX - 1);
-        self.row_of(model, fixed, id, id);
+        self.row_of((model, fronts), fixed, id, id);
         for pair in model.pairs.incoming(node) {
-            self.row_of(model, fixed, pair.to, id);
+            self.row_of((model, fronts), fixed, pair.to, id);
         }
     }
 
     /// Adds the share of the energy of node `i` in the row of `node`.
     fn row_of<S: Storage, const L: usize>(
         &mut self,
-        model: &Model,
+        (model, fronts): (&Model, &Fronts),
         fixed: &Fixed<S, L>,
         i: u32,
         node: u32,
@@ -115,30 +116,30 @@ impl RowBlocks {
         let mu = material.lame_mu() * volume;
         let lambda = (material.lame_lambda() + material.volume_constant) * volume;
         let fibers = material.fiber.map_or(0.0, |f| 4.0 * f.stiffness) * volume;
-        let control = fixed.control(at);
-        let spread = if control > 0.0 {
-            fixed.moment_inverse(at) * y * control
-        } else {
+        let control = DMat3::from_diagonal(DVec3::splat(fixed.control(at))) + fronts.at_rest(at);
+        let spread = if control == DMat3::ZERO {
             DVec3::ZERO
+        } else {
+            fixed.moment_inverse(at) * y
         };
         for &(k, _, other_offset, other) in &row {
-            let normal = mu * g.dot(other) - spread.dot(other_offset);
+            let normal = mu * g.dot(other);
             let block = outer(g, other) * lambda
                 + outer(other, g) * mu
-                + DMat3::from_diagonal(DVec3::splat(normal));
+                + DMat3::from_diagonal(DVec3::splat(normal))
+                - control * spread.dot(other_offset);
             *self.block(k) += block;
             self.rest += fibers * g.length() * other.length();
         }
         // The graph Laplacian's part of |u_ij|²: diagonal and the pair itself.
-        let scalar = |s: f64| DMat3::from_diagonal(DVec3::splat(s));
         if i == node {
             for &(k, w, ..) in &row[..row.len() - 1] {
-                *self.block(k) -= scalar(control * w);
-                *self.block(node) += scalar(control * w);
+                *self.block(k) -= control * w;
+                *self.block(node) += control * w;
             }
         } else {
-            *self.block(i) -= scalar(control * weight);
-            *self.block(node) += scalar(control * weight);
+            *self.block(i) -= control * weight;
+            *self.block(node) += control * weight;
         }
     }
 

@@ -303,6 +303,10 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
         return 0.0;
     }
     scratch.stale = Stale::default();
+    let runs = (&mut scratch.partial[..], CHUNK);
+    state
+        .fronts
+        .add_forces(model, &table.fixed, positions, forces, runs);
     let energy: f64 = scratch.partial.iter().sum();
     energy
         + state

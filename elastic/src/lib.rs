@@ -11,6 +11,7 @@ mod error;
 mod fiber;
 mod fixed;
 mod forces;
+mod front;
 mod gather;
 mod input;
 mod lanes;

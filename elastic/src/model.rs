@@ -5,9 +5,9 @@ use glam::{DMat3, DVec3};
 use crate::bond::Bonds;
 use crate::dilatation::{Means, Pressures};
 use crate::error::ElasticError;
-use crate::forces;
 use crate::fixed::Fixed;
-use crate::forces::{CHUNK, Stage, Table};
+use crate::forces::{self, CHUNK, Stage, Table};
+use crate::front::Fronts;
 use crate::input::{
     Dilatation, Frame, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
     same_length,
@@ -146,6 +146,7 @@ impl Elastic {
             pressures: mean.then(|| Pressures::new(node_count)),
             continuation: Continuation::default(),
             bonds: Bonds::default(),
+            fronts: Fronts::default(),
             watches: vec![Watch::NOTHING; node_count.div_ceil(CHUNK)],
         };
         let scratch = Scratch {
@@ -346,6 +347,7 @@ impl Elastic {
         let parts = (&self.model, &self.state, &mut self.scratch);
         with_table!(&mut self.tables, table => {
             tangent::product(parts, table, vector, product);
+            self.state.fronts.add_product(&self.model, &table.fixed, vector, product);
         });
         self.scratch.stale = Stale::everything();
         self.state.bonds.add_product(vector, product);
@@ -382,7 +384,8 @@ impl Elastic {
             + with_table!(&self.tables, table => table.bytes())
     }
 
-    /// Those of them that cuts need: control of touched nodes, offsets, bonds; 0 before the first.
+    /// Those of them that cuts need: control of touched nodes and of fronts, offsets,
+    /// bonds; 0 before the first.
     #[must_use]
     pub fn cut_bytes(&self) -> usize {
         self.state.cut_bytes() + self.model.control_scales.capacity() * size_of::<f64>()

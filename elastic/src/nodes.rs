@@ -7,6 +7,7 @@ use pulp::Arch;
 use crate::bond::Bonds;
 use crate::completion::Span;
 use crate::dilatation::{Means, Pressures};
+use crate::front::Fronts;
 use crate::gather::Move;
 use crate::input::{Instructions, Settings};
 use crate::law::Prepared;
@@ -63,6 +64,8 @@ pub(crate) struct State {
     pub(crate) continuation: Continuation,
     /// Weak nodes.
     pub(crate) bonds: Bonds,
+    /// Nodes beside the front of a cut.
+    pub(crate) fronts: Fronts,
     /// What was seen of chunks of nodes.
     pub(crate) watches: Vec<Watch>,
 }
@@ -290,7 +293,7 @@ impl Model {
 impl State {
     /// Heap bytes that only cut bodies hold.
     pub(crate) fn cut_bytes(&self) -> usize {
-        self.continuation.bytes() + self.bonds.bytes()
+        self.continuation.bytes() + self.bonds.bytes() + self.fronts.bytes()
     }
 
     /// Heap bytes held.

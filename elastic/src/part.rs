@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::bond::PartBond;
 use crate::forces::set_gradient;
+use crate::front::PartFront;
 use crate::model::{Elastic, with_table};
 use crate::pairs::{Pair, Pairs};
 use crate::stale::Stale;
@@ -22,6 +23,8 @@ pub struct Part {
     pub(crate) bonds: Vec<PartBond>,
     /// The ends of those, rising.
     pub(crate) bond_ends: Vec<u32>,
+    /// Fronts that its nodes are in.
+    pub(crate) fronts: Vec<PartFront>,
 }
 
 impl Part {
@@ -63,6 +66,7 @@ impl Part {
             seen,
             bonds: Vec::new(),
             bond_ends: Vec::new(),
+            fronts: Vec::new(),
         }
     }
 }
@@ -74,7 +78,9 @@ impl Elastic {
     /// If a node does not exist.
     #[must_use]
     pub fn part(&self, nodes: &[u32]) -> Part {
-        Part::new(&self.model.pairs, nodes).with_bonds(&self.state)
+        Part::new(&self.model.pairs, nodes)
+            .with_bonds(&self.state)
+            .with_fronts(&self.model, &self.state.fronts)
     }
 
     /// Takes over what products within a part read, as another model of the same nodes evaluated it:
@@ -109,6 +115,8 @@ impl Elastic {
         let parts = (&self.model, &self.state, &mut self.scratch);
         with_table!(&mut self.tables, table => {
             tangent::product_within(parts, table, part, vector, product);
+            let (model, fronts) = (&self.model, &self.state.fronts);
+            fronts.add_product_within(model, &table.fixed, &part.fronts, (vector, product));
         });
         self.scratch
             .stale

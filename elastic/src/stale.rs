@@ -116,8 +116,14 @@ impl Elastic {
                 chosen[pair.to as usize / CHUNK] = true;
             }
         }
-        // Forces of bonds are added to what the passes give.
+        // Forces of bonds and fronts are added to what the passes give.
         let ends = self.state.bonds.ends();
+        for node in self.state.fronts.nodes() {
+            chosen[node as usize / CHUNK] = true;
+            for pair in pairs.row(node as usize) {
+                chosen[pair.to as usize / CHUNK] = true;
+            }
+        }
         for node in stale.records.iter().copied().chain(ends) {
             chosen[node as usize / CHUNK] = true;
         }

@@ -52,6 +52,7 @@ impl Elastic {
         if all {
             self.scratch.stale = Stale::everything();
         }
+        self.refresh_fronts();
         self.refresh_squares(touched.iter().map(|&node| node as usize));
         Ok(())
     }

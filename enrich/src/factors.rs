@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::graph::{Graph, Reach, Runs};
@@ -50,7 +50,7 @@ pub struct Touched {
 ///
 /// # Examples
 /// ```
-/// use glam::DVec3;
+/// use glam::{DMat3, DVec3};
 /// use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 ///
 /// // Two nodes and a through cut between them.
@@ -138,7 +138,8 @@ impl PairFactors {
         let evaluate = |scratch: &mut Scratch, &(i, pair): &(u32, u32)| {
             let (i, j) = (i as usize, graph.indices[pair as usize] as usize);
             let (a, b) = (graph.positions[i], graph.positions[j]);
-            rule.crossed_factor(cut, a, b, reach.of_pair(graph, i, j), inside, scratch)
+            let reach = reach.of_pair(graph, i, j);
+            rule.crossed_factor(cut, a, b, reach, inside, scratch).0
         };
         let values: Vec<f64> = if candidates.len() < PARALLEL {
             let mut scratch = Scratch::default();
@@ -185,6 +186,44 @@ impl PairFactors {
             factors[pair as usize] = factor;
         }
         factors
+    }
+
+    /// How a cut ends beside a node: the mean of `ν νᵀ` over those pairs of the node that are bent round its front, with
+    /// the unit directions `ν` out of the cut of their ways, the front's outward conormals. Zero at nodes without such
+    /// pairs, and with [`Rule::Visibility`] and [`Rule::Transparency`], which know no ways.
+    ///
+    /// `cut` and `inside` are those of [`PairFactors::update`]; the ways are found anew, 10 to 20 µs a pair.
+    ///
+    /// # Panics
+    /// If there is no such node, or the graph has other numbers of nodes and pairs than that of the start.
+    #[must_use]
+    pub fn front_matrix<C: Obstacle>(
+        &self,
+        graph: &Graph<'_>,
+        cut: &C,
+        node: usize,
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+    ) -> DMat3 {
+        self.check_same(graph);
+        let FactorSettings { reach, rule } = self.settings;
+        let mut scratch = Scratch::default();
+        let (mut sum, mut count) = (DMat3::ZERO, 0.0);
+        for (pair, _) in self.crossed_in(graph, node).filter(|(_, f)| *f > 0.0) {
+            let other = graph.indices[pair] as usize;
+            let (a, b) = (graph.positions[node], graph.positions[other]);
+            let reach = reach.of_pair(graph, node, other);
+            let (_, outward) = rule.crossed_factor(cut, a, b, reach, inside, &mut scratch);
+            if outward != DVec3::ZERO {
+                let [x, y, z] = outward.to_array().map(|axis| outward * axis);
+                sum += DMat3::from_cols(x, y, z);
+                count += 1.0;
+            }
+        }
+        if count > 0.0 {
+            sum * f64::recip(count)
+        } else {
+            sum
+        }
     }
 
     /// Undirected pairs that a cut crosses as `(i, j, factor)`, `i < j`, rising.

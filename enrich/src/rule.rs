@@ -72,13 +72,14 @@ impl Rule {
         scratch: &mut Scratch,
     ) -> f64 {
         if cut.crosses(a, b) {
-            self.crossed_factor(cut, a, b, reach, inside, scratch)
+            self.crossed_factor(cut, a, b, reach, inside, scratch).0
         } else {
             1.0
         }
     }
 
-    /// Factor of a pair that is known to be crossed.
+    /// Factor of a pair that is known to be crossed, and the direction out of the cut of the way it is bent round:
+    /// zero where it is severed or the rule knows no way.
     pub(crate) fn crossed_factor<C: Obstacle>(
         &self,
         cut: &C,
@@ -87,22 +88,24 @@ impl Rule {
         reach: f64,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         scratch: &mut Scratch,
-    ) -> f64 {
+    ) -> (f64, DVec3) {
         let direct = a.distance(b);
-        let length = match *self {
+        let way = match *self {
             Self::Visibility => None,
             Self::Detour => detour(cut, a, b, reach, inside, &mut scratch.ways),
             Self::Transparency { kappa, exponent } => {
                 transparency_depth(cut, a, b, kappa * reach, inside, scratch)
                     .map(|depth| direct + reach * (depth / (kappa * reach)).powf(exponent))
+                    .map(|length| (length, DVec3::ZERO))
             }
         };
-        match length {
-            Some(length) if length < reach && direct < reach => {
+        match way {
+            Some((length, outward)) if length < reach && direct < reach => {
                 // Below 1 even where the way touches the pair's line: crossed pairs stay known.
-                (kernel(length / reach) / kernel(direct / reach)).min(1.0 - f64::EPSILON)
+                let factor = kernel(length / reach) / kernel(direct / reach);
+                (factor.min(1.0 - f64::EPSILON), outward)
             }
-            _ => 0.0,
+            _ => (0.0, DVec3::ZERO),
         }
     }
 }

@@ -7,6 +7,7 @@
 )]
 
 mod dissertation;
+mod fronts;
 mod geodesic;
 mod growth;
 mod hard;

@@ -53,7 +53,11 @@ struct Ways<'a, C> {
     b: DVec3,
 }
 
-/// Length of the shortest free way from `a` to `b`, if it is below `reach` (m).
+/// Length of a way (m), and the mean direction of its bends out of the cut: of unit length, or zero where they
+/// cancel.
+pub(crate) type Way = (f64, DVec3);
+
+/// The shortest free way from `a` to `b`, if its length is below `reach` (m).
 ///
 /// A way is free if, moved outward by the offset at each of its bends, it crosses nothing and each bend
 /// lies in the body. Its length is that over the edges themselves where such a way is free as well, and
@@ -69,7 +73,7 @@ pub(crate) fn detour<C: Obstacle>(
     reach: f64,
     inside: &(dyn Fn(DVec3) -> bool + Sync),
     scratch: &mut WayScratch,
-) -> Option<f64> {
+) -> Option<Way> {
     let WayScratch { near, stops, path } = scratch;
     let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * reach);
     let ends = cut.bends_into(&around, near);
@@ -100,21 +104,23 @@ pub(crate) fn detour<C: Obstacle>(
         a,
         b,
     };
-    let mut best = reach;
+    let mut best = (reach, DVec3::ZERO);
     let mut shorter = 0;
-    while shorter < stops.len() && stops[shorter].least < best {
+    while shorter < stops.len() && stops[shorter].least < best.0 {
         let Stop { id, bend, .. } = stops[shorter];
-        if let Some(length) = ways.length(&[(id, bend)]) {
-            best = best.min(length);
+        if let Some(length) = ways.length(&[(id, bend)])
+            && length < best.0
+        {
+            best = (length, bend.outward);
         }
         shorter += 1;
     }
-    stops.retain(|stop| stop.least < best && inside(bend_point(&stop.bend, ways.offset)));
+    stops.retain(|stop| stop.least < best.0 && inside(bend_point(&stop.bend, ways.offset)));
     if stops.len() > 1 && ways.some_seen_from(a, stops) && ways.some_seen_from(b, stops) {
         best = ways.search(best, stops, path, true);
         best = ways.search(best, stops, path, false);
     }
-    (best < reach).then_some(best)
+    (best.0 < reach).then_some(best)
 }
 
 /// The point so far outside of a bend.
@@ -183,26 +189,26 @@ impl<C: Obstacle> Ways<'_, C> {
         free(self.offset) && (!tight || free(TIGHTER[0] * self.offset))
     }
 
-    /// Length of the shortest way over any number of the stops, or `best` if none is shorter.
+    /// The shortest way over any number of the stops, or `best` if none is shorter.
     ///
     /// Hart, Nilsson, Raphael 1968 with the straight line to the end as the bound. The place of a bend
     /// is the best between the stop before it and the end; all are moved to their best places at last.
     fn search(
         &self,
-        best: f64,
+        best: Way,
         stops: &mut [Stop],
         path: &mut Vec<(u32, Bend)>,
         tight: bool,
-    ) -> f64 {
+    ) -> Way {
         for stop in &mut *stops {
             stop.reached = f64::INFINITY;
             stop.done = false;
         }
-        self.extend(None, best, stops, tight);
+        self.extend(None, best.0, stops, tight);
         loop {
             let whole = |stop: &Stop| stop.reached + stop.bend.point.distance(self.b);
             let next = (0..stops.len())
-                .filter(|&k| !stops[k].done && whole(&stops[k]) < best)
+                .filter(|&k| !stops[k].done && whole(&stops[k]) < best.0)
                 .min_by(|&k, &m| whole(&stops[k]).total_cmp(&whole(&stops[m])));
             let Some(k) = next else {
                 return best;
@@ -216,11 +222,15 @@ impl<C: Obstacle> Ways<'_, C> {
                     at = stops[k].from;
                 }
                 path.reverse();
-                return self
-                    .tightened(path, stops)
-                    .map_or(best, |length| length.min(best));
+                return match self.tightened(path, stops) {
+                    Some(length) if length < best.0 => {
+                        let outward: DVec3 = path.iter().map(|(_, bend)| bend.outward).sum();
+                        (length, outward.normalize_or_zero())
+                    }
+                    _ => best,
+                };
             }
-            self.extend(Some(k), best, stops, tight);
+            self.extend(Some(k), best.0, stops, tight);
         }
     }
 

@@ -3,6 +3,7 @@
 mod cuts;
 mod derivatives;
 mod frame;
+mod fronts;
 mod hard;
 mod machine;
 mod options;

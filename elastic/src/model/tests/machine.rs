@@ -1,11 +1,12 @@
 //! What the machine must not change: threads, vector instructions, precision; memory.
 
 use super::*;
+use crate::forces::PARALLEL_NODES;
 
 #[test]
 fn any_thread_count_gives_the_same_bits() {
     let block = Block::new([13, 12, 12], DVec3::splat(1.0), 0.2, 5);
-    assert!(block.node_count() > 2 * crate::forces::PARALLEL_NODES);
+    assert!(block.node_count() > 2 * PARALLEL_NODES);
     let x = shaken(&block, 0.01, 1);
     let v = shaken(&block, 0.5, 2);
     let run = |threads: usize| {

@@ -1,0 +1,418 @@
+//! Cracks with a known answer, cut by a blade in a scene with its defaults: stress intensities, mouths, works.
+//!
+//! A scene has no tractions: its blades cut a box at rest, and the model that they leave is loaded at small strain.
+
+mod references;
+mod specimen;
+mod williams;
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+use phyxel::scene::{Cut, Key};
+use serde::Serialize;
+
+use self::references::{
+    arc_intensities, centre_intensity, centre_mouth, crack_work, edge_intensity, edge_mouth,
+    penny_works, plane_modulus, shear_modulus, tearing_intensity,
+};
+use self::specimen::{Grain, Plate, STROKE, Specimen};
+use crate::error::StudyError;
+use crate::problems::cracks::{POISSON, YOUNG};
+
+/// Plane strain.
+const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
+/// Antiplane strain.
+const ACROSS: DVec3 = DVec3::Z;
+/// Places of a crack's line between two planes of nodes (spacings).
+const OFFSETS: [f64; 5] = [0.0, 0.02, 0.1, 0.25, 0.4];
+/// Turn (degrees) of bodies whose nodes are no lattice along the crack.
+const TURNED: Grain = Grain::Turned(17.0);
+
+/// One quantity of one crack.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// The crack.
+    pub case: String,
+    /// Nodes of the body.
+    pub nodes: usize,
+    /// What was measured.
+    pub quantity: &'static str,
+    /// Over the closed form.
+    pub ratio: f64,
+    /// Largest deviation of the ratio from 1.
+    pub bar: f64,
+}
+
+impl Finding {
+    /// Whether the bar is missed.
+    #[must_use]
+    pub fn misses(&self) -> bool {
+        let off = (self.ratio - 1.0).abs();
+        off.is_nan() || off > self.bar
+    }
+}
+
+/// What breaks a bar, in words.
+#[must_use]
+pub fn breaches(findings: &[Finding]) -> Vec<String> {
+    let missed = findings.iter().filter(|finding| finding.misses());
+    let word = |f: &Finding| {
+        format!(
+            "{}: {} {:.3} of the closed form",
+            f.case, f.quantity, f.ratio
+        )
+    };
+    missed.map(word).collect()
+}
+
+/// A family of cracks: its name, and what computes it.
+pub type Family = (&'static str, fn() -> Result<Vec<Finding>, StudyError>);
+
+/// All families; the first ones take seconds.
+pub const FAMILIES: [Family; 9] = [
+    ("modes 4", || modes(4)),
+    ("slit", slit),
+    ("edge", edges),
+    ("widths", widths),
+    ("arc", arc),
+    ("centre", centres),
+    ("penny", || penny(5)),
+    ("modes 8", || modes(8)),
+    ("edge turned", edges_turned),
+];
+
+/// Of [`FAMILIES`], those that a quick run takes.
+pub const QUICK: usize = 2;
+
+/// An upright blade through a slab along a line of its plane (m).
+fn straight(plate: &Plate, from: DVec3, to: DVec3) -> Cut {
+    let reach = 4.0 * plate.half().z * DVec3::Z;
+    let keys = [(0.0, from), (0.9 * STROKE, to)];
+    Cut::new(
+        vec![-reach, reach],
+        keys.map(|(time, at)| Key::new(time, at)).to_vec(),
+    )
+}
+
+/// A blade that turns about z by `angle` (rad) from `start` (rad).
+fn turning(edge: Vec<DVec3>, at: DVec3, [start, angle]: [f64; 2]) -> Cut {
+    // Less than half a turn between two keys.
+    let keys = (0..=4_u32).map(|k| {
+        let share = f64::from(k) / 4.0;
+        let mut key = Key::new(0.9 * STROKE * share, at);
+        key.rotation = DVec3::Z * (start + angle * share).to_degrees();
+        key
+    });
+    Cut::new(edge, keys.collect())
+}
+
+fn tension() -> (DMat3, DMat3) {
+    let stress = DMat3::from_diagonal(DVec3::Y);
+    let across = -POISSON * (1.0 + POISSON) / YOUNG;
+    (
+        stress,
+        DMat3::from_diagonal(DVec3::new(across, plane_modulus().recip(), 0.0)),
+    )
+}
+
+/// Stress of unit shear, and a displacement gradient: `u` along `axis` grows with y.
+fn shear(axis: DVec3) -> (DMat3, DMat3) {
+    let along = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
+    let stress = along(axis, DVec3::Y) + along(DVec3::Y, axis);
+    (stress, along(axis, DVec3::Y) * shear_modulus().recip())
+}
+
+/// `K_I` and `K_II` at a tip of a crack that runs `along`, by displacements between two and `outer` (m) from it.
+fn intensities(cut: &Specimen, moved: &[DVec3], tip: DVec3, along: DVec3, outer: f64) -> [f64; 2] {
+    let normal = DVec3::Z.cross(along);
+    let mut field = Vec::new();
+    for (x, u) in cut.rest.iter().zip(moved) {
+        let from = (*x - tip).with_z(0.0);
+        // Nodes on the cut are on its side of larger coordinates, whatever round-off says.
+        let mut at = [from.dot(along), from.dot(normal)];
+        if at[1].abs() < 1e-9 * cut.spacing {
+            at[1] = 0.0;
+        }
+        if (2.0 * cut.spacing..outer).contains(&from.length()) {
+            field.push((at, [u.dot(along), u.dot(normal)]));
+        }
+    }
+    williams::stress_intensities(&field)
+}
+
+struct Case {
+    name: String,
+    nodes: usize,
+    found: Vec<Finding>,
+}
+
+impl Case {
+    fn new(name: String, cut: &Specimen) -> Self {
+        Self {
+            name,
+            nodes: cut.rest.len(),
+            found: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, quantity: &'static str, ratio: f64, bar: f64) {
+        self.found.push(Finding {
+            case: self.name.clone(),
+            nodes: self.nodes,
+            quantity,
+            ratio,
+            bar,
+        });
+    }
+}
+
+fn grain_name(grain: Grain) -> &'static str {
+    match grain {
+        Grain::Lattice => "lattice",
+        Grain::Turned(_) => "turned",
+    }
+}
+
+/// Edge crack over `share` of a strip of width 1 and height 3, `cells` across; the line `offset` spacings off a
+/// plane of nodes.
+fn edge(cells: u32, share: f64, offset: f64, grain: Grain) -> Result<Vec<Finding>, StudyError> {
+    let dx = f64::from(cells).recip();
+    // Half the cells of the height on either side of y = 0: nodes lie there.
+    let plate = Plate::slab([cells, (3 * cells).next_multiple_of(2)], dx, grain);
+    let y = offset * dx;
+    let tip = DVec3::new(share - 0.5, y, 0.0);
+    let blade = straight(&plate, DVec3::new(-0.5 - 2.0 * dx, y, 0.0), tip);
+    let cut = Specimen::new(&plate, &[blade])?;
+    let (stress, uniform) = tension();
+    let loads = cut.loads(stress);
+    let moved = cut.solve(&loads, |_| IN_PLANE)?;
+    let outer = 0.5 * share.min(1.0 - share);
+    let name = format!(
+        "edge {share} of {cells}, off {offset}, {}",
+        grain_name(grain)
+    );
+    let mut case = Case::new(name, &cut);
+    let bar = 0.03;
+    let k = intensities(&cut, &moved, tip, DVec3::X, outer)[0];
+    case.add("K_I by displacements", k / edge_intensity(share), bar);
+    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+    let known = crack_work(share, 1.0, plane_modulus(), edge_intensity) * dx;
+    case.add("K_I by work", (work / known).sqrt(), bar);
+    let gradients = cut.gradients(&moved);
+    let mouth = cut.opening(&moved, &gradients, DVec3::new(-0.5, y, 0.0), DVec3::Y);
+    case.add("mouth", mouth / edge_mouth(share), bar);
+    Ok(case.found)
+}
+
+/// 16 spacings long, at all places of the line.
+fn edges() -> Result<Vec<Finding>, StudyError> {
+    let found = OFFSETS.map(|offset| edge(40, 0.4, offset, Grain::Lattice));
+    flat(found)
+}
+
+fn edges_turned() -> Result<Vec<Finding>, StudyError> {
+    flat(OFFSETS.map(|offset| edge(40, 0.4, offset, TURNED)))
+}
+
+/// Over 0.3 to 0.6 of the width, 40 across.
+fn widths() -> Result<Vec<Finding>, StudyError> {
+    flat([0.3, 0.5, 0.6].map(|share| edge(40, share, 0.25, Grain::Lattice)))
+}
+
+fn flat<const N: usize>(
+    found: [Result<Vec<Finding>, StudyError>; N],
+) -> Result<Vec<Finding>, StudyError> {
+    let all: Result<Vec<_>, _> = found.into_iter().collect();
+    Ok(all?.into_iter().flatten().collect())
+}
+
+/// Centre crack, half width 1, half height 1.5, 16 spacings from its middle to a tip.
+fn centre(offset: f64) -> Result<Vec<Finding>, StudyError> {
+    let (a, dx) = (0.4, 0.025);
+    let plate = Plate::slab([80, 120], dx, Grain::Lattice);
+    let middle = DVec3::Y * (offset * dx);
+    let tips = [a, -a].map(|a| middle + a * DVec3::X);
+    let cut = Specimen::new(&plate, &[straight(&plate, tips[1], tips[0])])?;
+    let (stress, uniform) = tension();
+    let loads = cut.loads(stress);
+    let moved = cut.solve(&loads, |_| IN_PLANE)?;
+    let mut case = Case::new(format!("centre 16, off {offset}, lattice"), &cut);
+    let k = [DVec3::X, -DVec3::X]
+        .into_iter()
+        .zip(tips)
+        .map(|(along, tip)| 0.5 * intensities(&cut, &moved, tip, along, 0.5 * a)[0]);
+    let bar = 0.03;
+    case.add(
+        "K_I by displacements",
+        k.sum::<f64>() / centre_intensity(a),
+        bar,
+    );
+    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+    let known = crack_work(a, 2.0, plane_modulus(), centre_intensity) * dx;
+    case.add("K_I by work", (work / known).sqrt(), bar);
+    let gradients = cut.gradients(&moved);
+    let mouth = cut.opening(&moved, &gradients, middle, DVec3::Y);
+    case.add("mouth", mouth / centre_mouth(a), bar);
+    Ok(case.found)
+}
+
+fn centres() -> Result<Vec<Finding>, StudyError> {
+    flat(OFFSETS.map(centre))
+}
+
+/// Works of the three modes of a centre crack, `spacings` from its middle to a tip, in a square ten times as wide.
+/// Shear acts on all four sides; what the square's width adds to mode II, about 0.6 %, is not known and left out.
+fn modes(spacings: u32) -> Result<Vec<Finding>, StudyError> {
+    let dx = 0.1 / f64::from(spacings);
+    let plate = Plate::slab([20 * spacings; 2], dx, Grain::Lattice);
+    let (a, bar) = (0.1, if spacings < 8 { 0.1 } else { 0.05 });
+    let mut found = Vec::new();
+    for place in [[0.0, 0.25], [0.5, 0.4]] {
+        let middle = DVec3::new(place[0], place[1], 0.0) * dx;
+        let blade = straight(&plate, middle - a * DVec3::X, middle + a * DVec3::X);
+        let mut cut = Specimen::new(&plate, &[blade])?;
+        let [x, y] = place;
+        for front in ["", ", front controlled"] {
+            if !front.is_empty() {
+                cut.control_front();
+            }
+            let mut case = Case::new(format!("modes {spacings}, off {x} {y}{front}"), &cut);
+            works_of_modes(&cut, a, bar, &mut case)?;
+            found.append(&mut case.found);
+        }
+    }
+    Ok(found)
+}
+
+fn works_of_modes(cut: &Specimen, a: f64, bar: f64, case: &mut Case) -> Result<(), StudyError> {
+    let known =
+        |modulus, intensity: fn(f64) -> f64| crack_work(a, 2.0, modulus, intensity) * cut.spacing;
+    for (mode, (stress, uniform), mask, known) in [
+        (
+            "I by work",
+            tension(),
+            IN_PLANE,
+            known(plane_modulus(), centre_intensity),
+        ),
+        (
+            "II by work",
+            shear(DVec3::X),
+            IN_PLANE,
+            known(plane_modulus(), |a| (PI * a).sqrt()),
+        ),
+        (
+            "III by work",
+            shear(DVec3::Z),
+            ACROSS,
+            known(2.0 * shear_modulus(), tearing_intensity),
+        ),
+    ] {
+        let loads = cut.loads(stress);
+        let moved = cut.solve(&loads, |_| mask)?;
+        let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+        case.add(mode, work / known, bar);
+    }
+    Ok(())
+}
+
+/// Penny of a quarter of a cube's half width, `spacings` in radius, under tension and shear.
+fn penny(spacings: u32) -> Result<Vec<Finding>, StudyError> {
+    let (a, cells) = (0.25, 8 * spacings);
+    let plate = Plate {
+        cells: [cells; 3],
+        spacing: 2.0 / f64::from(cells),
+        grain: Grain::Lattice,
+    };
+    let middle = DVec3::Z * (0.5 * plate.spacing);
+    let blade = turning(vec![DVec3::ZERO, a * DVec3::X], middle, [0.0, 2.0 * PI]);
+    let mut cut = Specimen::new(&plate, &[blade])?;
+    let modulus = YOUNG.recip();
+    let tension = (
+        DMat3::from_diagonal(DVec3::Z),
+        DMat3::from_diagonal(DVec3::new(-POISSON, -POISSON, 1.0) * modulus),
+    );
+    // Of the symmetric stress: u_x grows with z.
+    let mut sheared = (DMat3::ZERO, DMat3::ZERO);
+    (sheared.0.z_axis.x, sheared.0.x_axis.z) = (1.0, 1.0);
+    sheared.1.z_axis.x = shear_modulus().recip();
+    let loads = [("tension by work", tension), ("shear by work", sheared)];
+    let mut found = Vec::new();
+    for front in ["", ", front controlled"] {
+        if !front.is_empty() {
+            cut.control_front();
+        }
+        let mut case = Case::new(format!("penny {spacings}{front}"), &cut);
+        for ((quantity, (stress, uniform)), known) in loads.into_iter().zip(penny_works(a)) {
+            let loads = cut.loads(stress);
+            let moved = cut.solve(&loads, |_| DVec3::ONE)?;
+            let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+            case.add(quantity, work / known, 0.1);
+        }
+        found.append(&mut case.found);
+    }
+    Ok(found)
+}
+
+/// Beam 2 × 0.5 with clamped ends under its own weight, slit from below at the middle to half its height, 16 cells
+/// high: growth of the sag and mouth against finite elements (240 × 60, a real slit).
+fn slit() -> Result<Vec<Finding>, StudyError> {
+    let dx = 0.5 / 16.0;
+    let plate = Plate::slab([64, 16], dx, Grain::Lattice);
+    let half = plate.half();
+    let x = -0.5 * dx;
+    let blade = straight(
+        &plate,
+        DVec3::new(x, -half.y - 2.0 * dx, 0.0),
+        DVec3::new(x, 0.0, 0.0),
+    );
+    let cut = Specimen::new(&plate, &[blade])?;
+    let hold = |p: DVec3| {
+        if p.x.abs() > half.x - 1e-9 {
+            DVec3::ZERO
+        } else {
+            IN_PLANE
+        }
+    };
+    let moved = cut.solve(&cut.weight(-DVec3::Y), hold)?;
+    let top = DVec3::new(0.0, half.y, 0.0);
+    let nearest = (0..moved.len()).min_by(|&i, &j| {
+        let far = |i: usize| cut.rest[i].distance_squared(top);
+        far(i).total_cmp(&far(j))
+    });
+    let mut case = Case::new("slit beam 16".to_owned(), &cut);
+    let sag = nearest.map_or(f64::NAN, |node| -moved[node].y);
+    case.add("sag", sag / 0.004_234_3, 0.03);
+    let gradients = cut.gradients(&moved);
+    let mouth = cut.opening(&moved, &gradients, DVec3::new(x, -half.y, 0.0), DVec3::X);
+    case.add("mouth", mouth / 0.002_247_7, 0.03);
+    Ok(case.found)
+}
+
+/// Arc of 45 degrees to either side of its middle, radius 12 spacings, under all-round tension, in a square 20 times
+/// as wide as its radius.
+fn arc() -> Result<Vec<Finding>, StudyError> {
+    let (dx, radius, half) = (1.0 / 120.0, 0.1, 0.25 * PI);
+    let plate = Plate::slab([240; 2], dx, Grain::Lattice);
+    let reach = 4.0 * plate.half().z * DVec3::Z;
+    let middle = DVec3::new(0.11, 0.37, 0.0) * dx;
+    let edge = vec![radius * DVec3::X - reach, radius * DVec3::X + reach];
+    let blade = turning(edge, middle, [0.5 * PI - half, 2.0 * half]);
+    let cut = Specimen::new(&plate, &[blade])?;
+    let loads = cut.loads(DMat3::IDENTITY);
+    let moved = cut.solve(&loads, |_| IN_PLANE)?;
+    let mut case = Case::new("arc 45 degrees, 12".to_owned(), &cut);
+    let known = arc_intensities(radius, half);
+    let mut means = [0.0; 2];
+    for side in [1.0, -1.0] {
+        let (s, c) = (0.5 * PI - side * half).sin_cos();
+        let tip = middle + radius * DVec3::new(c, s, 0.0);
+        let along = side * DVec3::new(s, -c, 0.0);
+        let k = intensities(&cut, &moved, tip, along, 0.4 * radius);
+        means[0] += 0.5 * k[0] / known[0];
+        means[1] += 0.5 * k[1].abs() / known[1];
+    }
+    case.add("K_I by displacements", means[0], 0.04);
+    case.add("K_II by displacements", means[1], 0.04);
+    Ok(case.found)
+}

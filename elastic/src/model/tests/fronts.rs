@@ -1,0 +1,213 @@
+//! Control of a cut's front: derivatives, invariances, what it leaves alone.
+
+use super::*;
+
+/// Nodes of the block's middle with unit directions of two kinds, one of them a mean of three.
+fn fronts(random: &mut Random) -> (Vec<u32>, Vec<DMat3>) {
+    let mut square = || {
+        let v = random.vector(1.0).normalize();
+        crate::law::outer(v, v)
+    };
+    let matrices: Vec<DMat3> = (0..10)
+        .map(|k| {
+            if k % 2 == 0 {
+                square()
+            } else {
+                (square() + square() + square()) * (1.0 / 3.0)
+            }
+        })
+        .collect();
+    ((20..30).collect(), matrices)
+}
+
+fn with_fronts(block: &Block, settings: &Settings) -> (Elastic, Vec<u32>) {
+    let mut body = built(block, Material::neo_hookean(1000.0, 0.4), settings);
+    let (nodes, matrices) = fronts(&mut Random::new(5));
+    body.set_fronts(&nodes, &matrices);
+    assert_eq!(body.fronts().len(), nodes.len());
+    (body, nodes)
+}
+
+fn evaluated(body: &mut Elastic, x: &[DVec3]) -> (f64, Vec<DVec3>) {
+    let mut forces = vec![DVec3::ZERO; x.len()];
+    let energy = body.forces_into(x, &mut forces);
+    (energy, forces)
+}
+
+#[test]
+fn forces_of_a_front_are_the_gradient_and_the_tangent_is_theirs() {
+    let block = block();
+    for settings in [Settings::default(), mean()] {
+        let (mut body, nodes) = with_fronts(&block, &settings);
+        let x = shaken(&block, 0.03, 3);
+        // What the fronts add is not lost in the rest.
+        let held = body.front_energy(&nodes, &x);
+        let mut without = built(&block, Material::neo_hookean(1000.0, 0.4), &settings);
+        let added = evaluated(&mut body, &x).0 - evaluated(&mut without, &x).0;
+        assert_within("energy", added / held, 1.0, 1e-9);
+        assert!(held > 0.01 * evaluated(&mut without, &x).0, "{held}");
+        check_derivatives("front", &mut body, &x, 1e-3, 1.0);
+    }
+}
+
+#[test]
+fn a_front_does_not_feel_linear_fields() {
+    let block = block();
+    let (mut body, nodes) = with_fronts(&block, &Settings::default());
+    let mut without = built(
+        &block,
+        Material::neo_hookean(1000.0, 0.4),
+        &Settings::default(),
+    );
+    let f = DMat3::from_cols(
+        DVec3::new(1.2, 0.1, -0.3),
+        DVec3::new(0.2, 0.9, 0.1),
+        DVec3::new(-0.1, 0.3, 1.1),
+    );
+    let x: Vec<DVec3> = block.positions.iter().map(|x| f * *x + DVec3::Y).collect();
+    let (there, expected) = (evaluated(&mut body, &x), evaluated(&mut without, &x));
+    assert_below("held", body.front_energy(&nodes, &x), 1e-20 * expected.0);
+    assert_within("energy", there.0, expected.0, 1e-12 * expected.0);
+    let most = expected
+        .1
+        .iter()
+        .fold(0.0_f64, |most, f| most.max(f.length()));
+    for (found, expected) in there.1.iter().zip(&expected.1) {
+        assert_below("force", (*found - *expected).length(), 1e-10 * most);
+    }
+}
+
+#[test]
+fn a_front_turns_with_the_body_and_pulls_at_nothing_outside() {
+    let block = block();
+    let (mut body, nodes) = with_fronts(&block, &Settings::default());
+    let x = shaken(&block, 0.03, 9);
+    let (energy, forces) = evaluated(&mut body, &x);
+    let held = body.front_energy(&nodes, &x);
+    assert!(held > 0.0);
+    let turn = DQuat::from_axis_angle(DVec3::new(0.3, -1.0, 0.6).normalize(), 2.1);
+    let turned: Vec<DVec3> = x.iter().map(|x| turn * *x + DVec3::X).collect();
+    let (same, there) = evaluated(&mut body, &turned);
+    assert_within("energy", same, energy, 1e-12 * energy);
+    let most = forces.iter().fold(0.0_f64, |most, f| most.max(f.length()));
+    for (found, force) in there.iter().zip(&forces) {
+        assert_below("force", (*found - turn * *force).length(), 1e-10 * most);
+    }
+    let sum: DVec3 = forces.iter().sum();
+    let moment: DVec3 = x.iter().zip(&forces).map(|(x, f)| x.cross(*f)).sum();
+    assert_below("momentum", sum.length(), 1e-12 * most);
+    assert_below("angular momentum", moment.length(), 1e-12 * most);
+}
+
+#[test]
+fn a_body_without_a_front_is_as_before_to_the_bit_and_pays_nothing() {
+    let block = block();
+    let settings = Settings::default();
+    let mut without = built(&block, Material::neo_hookean(1000.0, 0.4), &settings);
+    let bytes = without.bytes();
+    let (mut body, nodes) = with_fronts(&block, &settings);
+    let x = shaken(&block, 0.03, 4);
+    assert_ne!(evaluated(&mut body, &x), evaluated(&mut without, &x));
+    body.set_fronts(&nodes, &vec![DMat3::ZERO; nodes.len()]);
+    assert!(body.fronts().is_empty());
+    assert_eq!(evaluated(&mut body, &x), evaluated(&mut without, &x));
+    without.set_fronts(&nodes, &vec![DMat3::ZERO; nodes.len()]);
+    assert_eq!((without.bytes(), without.cut_bytes()), (bytes, 0));
+    // None without zero-energy control, whose constants it needs.
+    let mut bare = model(&block, Material::neo_hookean(1000.0, 0.4), 0.0);
+    bare.set_fronts(&nodes, &vec![DMat3::IDENTITY; nodes.len()]);
+    assert!(bare.fronts().is_empty());
+}
+
+#[test]
+fn what_a_cut_severed_does_not_pull_at_a_front() {
+    let mut block = Block::new([6, 5, 5], DVec3::splat(0.1), 0.2, 2);
+    let settings = Settings::default();
+    let mut body = built(&block, Material::neo_hookean(1000.0, 0.4), &settings);
+    let at = block.positions.clone();
+    let right = |i: usize| at[i].x > 0.05;
+    let touched = cut(&mut block, |i, j| right(i) == right(j));
+    body.update_rows(&touched, &stencils(&block))
+        .expect("sound");
+    body.set_fronts(&touched, &vec![DMat3::IDENTITY; touched.len()]);
+    let mut x = shaken(&block, 0.003, 6);
+    let held = body.front_energy(&touched, &x);
+    assert!(touched.len() > 20 && held > 0.0, "{held}");
+    let shift = DQuat::from_rotation_y(0.4);
+    for (i, x) in x.iter_mut().enumerate() {
+        if right(i) {
+            *x = shift * *x + DVec3::X;
+        }
+    }
+    assert_within("energy", body.front_energy(&touched, &x) / held, 1.0, 1e-11);
+    // A node that turns weak has none any more.
+    body.weaken(&touched, &x, &|_| 0.0);
+    assert_eq!(body.front_energy(&touched, &x).to_bits(), 0);
+}
+
+#[test]
+fn products_of_a_part_and_evaluations_after_a_change_know_fronts() {
+    for precision in [Precision::Double, Precision::Single] {
+        let block = Block::new([6, 6, 60], DVec3::splat(0.1), 0.2, 3);
+        let settings = Settings {
+            precision,
+            ..Settings::default()
+        };
+        let mut body = built(&block, Material::neo_hookean(1000.0, 0.4), &settings);
+        let (n, x) = (block.node_count(), shaken(&block, 0.02, 8));
+        let (mut energy, mut forces) = evaluated(&mut body, &x);
+        let (nodes, matrices) = fronts(&mut Random::new(1));
+        let none = vec![DMat3::ZERO; nodes.len()];
+        for matrices in [matrices, none] {
+            let before = energy;
+            body.set_fronts(&nodes, &matrices);
+            let chosen = body
+                .changed_chunks()
+                .iter()
+                .filter(|chosen| **chosen)
+                .count();
+            assert!(2 * chosen < n.div_ceil(256), "{chosen}");
+            energy = body.forces_again(&x, &mut forces);
+            assert_ne!(before.to_bits(), energy.to_bits());
+            assert_eq!(evaluated(&mut body.clone(), &x), (energy, forces.clone()));
+        }
+        let (nodes, matrices) = fronts(&mut Random::new(1));
+        body.set_fronts(&nodes, &matrices);
+        body.forces_into(&x, &mut forces);
+        let part = body.part(&nodes[2..6]);
+        let mut random = Random::new(3);
+        let inside: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+        let (mut whole, mut expected) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
+        for (&node, v) in part.nodes().iter().zip(&inside) {
+            whole[node as usize] = *v;
+        }
+        let mut product = inside.clone();
+        body.clone().tangent_product_into(&whole, &mut expected);
+        body.tangent_product_within(&part, &inside, &mut product);
+        for (&node, found) in part.nodes().iter().zip(&product) {
+            let expected = expected[node as usize];
+            let off = (*found - expected).length();
+            assert_below("difference", off, 1e-13 * expected.length());
+        }
+    }
+}
+
+#[test]
+fn the_bound_on_the_eigenvalue_holds_with_fronts() {
+    let block = block();
+    let (mut body, _) = with_fronts(&block, &Settings::default());
+    let all: Vec<u32> = (0..).take(block.node_count()).collect();
+    body.set_fronts(&all, &vec![DMat3::IDENTITY; all.len()]);
+    let masses = vec![1.0; block.node_count()];
+    evaluated(&mut body, &block.positions);
+    let value = hard::largest_eigenvalue(&mut body, &masses);
+    let bound = body.eigenvalue_bound(&masses);
+    assert!(value < bound && bound < 10.0 * value, "{value} of {bound}");
+    // It counts what they add.
+    let without = built(
+        &block,
+        Material::neo_hookean(1000.0, 0.4),
+        &Settings::default(),
+    );
+    assert!(without.eigenvalue_bound(&masses) < 0.98 * bound);
+}
