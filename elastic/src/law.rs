@@ -39,21 +39,17 @@ pub(crate) struct Volumetric {
     barrier: f64,
 }
 
-/// Value and two derivatives of the barrier at `J`, over its coefficient: `(0.4 - J)³/3`, which below `J = 0`
-/// goes on as its own second-order expansion.
+/// Value and two derivatives of the barrier at `J`, over its pressure `p`: `0.4 (t³ - t⁴/2)` with
+/// `t = (0.4 - J)/0.4`, 0 above `t = 0`, and going on straight below `J = 0`.
 #[inline(always)]
 pub(crate) fn barrier<A: Arithmetic>(j: f64) -> [f64; 3] {
     const FROM: f64 = BARRIER_VOLUME_RATIO;
-    let (below, inverted) = ((FROM - j).clamp(0.0, FROM), j.min(0.0));
-    let square = below * below;
+    let (t, inverted) = (((FROM - j) * (1.0 / FROM)).clamp(0.0, 1.0), j.min(0.0));
+    let square = t * t;
     [
-        A::add(
-            inverted,
-            A::add(FROM, inverted, -square),
-            square * below * (1.0 / 3.0),
-        ),
-        A::add(2.0 * FROM, inverted, -square),
-        2.0 * below,
+        A::add(FROM * square * t, A::add(-0.5, t, 1.0), -inverted),
+        -square * A::add(-2.0, t, 3.0),
+        t * (6.0 / FROM) * (1.0 - t),
     ]
 }
 

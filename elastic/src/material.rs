@@ -58,7 +58,7 @@ pub struct Material {
     pub law: Law,
     /// `k_v` (Pa) of the volume-restoring energy `k_v/2 (J - 1)²` (Aras 2014, eq. (30)); 0 for none.
     pub volume_constant: f64,
-    /// Coefficient (Pa) of the barrier against collapse (see [`Material::with_barrier`]); 0 for none.
+    /// Pressure (Pa) of the barrier against collapse (see [`Material::with_barrier`]); 0 for none.
     pub barrier: f64,
     /// Fibers on top of the law.
     pub fiber: Option<Fiber>,
@@ -132,9 +132,10 @@ impl Material {
         self
     }
 
-    /// The same with a barrier against collapse: `barrier/3 (0.4 - J)³` (Pa) at volume ratios `J` below 0.4,
-    /// nothing above, so that moderate strain has the bits that it has without. Below `J = 0` it goes on as its own second-order
-    /// expansion: finite, with a bounded tangent modulus, for inverted `F`.
+    /// The same with a barrier against collapse: below a volume ratio of `J = 0.4` an energy
+    /// `0.4 p (t³ - t⁴/2)`, `t = (0.4 - J)/0.4`, whose pressure rises smoothly to `p` (`barrier`, Pa) at `J = 0` and
+    /// stays so for inverted `F`; nothing above 0.4, so that moderate strain has the bits that it has without.
+    /// Twice differentiable; its curvature is at most `3.75 p`, and zero where `F` is inverted.
     ///
     /// A polynomial law such as [`Law::StableNeoHookean`] lets a pressure of `lambda + 2 mu` squeeze a volume to
     /// nothing.
