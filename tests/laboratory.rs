@@ -1,7 +1,7 @@
 //! A dozen scenes of the laboratory, and the problems with a known answer.
 
 use benches::batch::{Case, run_all};
-use benches::{Options, cook, griffith, matrix, random};
+use benches::{Options, cook, cracks, griffith, matrix, random};
 
 /// The cases' rows, two at a time.
 fn rows(cases: &[Case], options: Options) -> Vec<benches::Row> {
@@ -18,6 +18,18 @@ fn a_dozen_scenes_of_the_matrix_hold() {
     cases.retain(|case| matrix::QUICK.contains(&&*case.name));
     assert_eq!(cases.len(), matrix::QUICK.len());
     none(&matrix::breaches(&rows(&cases, Options::default())));
+}
+
+/// The opening and the sag of a beam that a blade slits, against finite elements.
+#[test]
+fn a_slit_by_a_blade_opens_as_finite_elements_say() {
+    let (_, slit) = cracks::FAMILIES
+        .iter()
+        .find(|family| family.0 == "slit")
+        .expect("it is one");
+    let findings = slit().expect("it is a scene");
+    assert_eq!(findings.len(), 2, "sag and mouth");
+    none(&cracks::breaches(&findings));
 }
 
 #[test]
