@@ -396,10 +396,20 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             block.stresses::<A>(&laws, model.logarithm);
             watching.load(model, continuation, first, count);
             let mut singles = Watch::NOTHING;
+            // Nothing strains these: what a law with memory or a carried-over gradient makes of that is its own.
+            let is_at_rest = |node: usize| {
+                model.still.is_unstrained(node) && viscosity.is_none() && offsets.is_empty()
+            };
             if viscosity.is_some() || !block.all_hold(model, first, count) {
                 for lane in 0..count {
                     let node = first + lane;
                     if viscosity.is_some() || !block.holds(model, node, lane) {
+                        if is_at_rest(node) {
+                            block.set_matrix(lane, DMat3::IDENTITY, DMat3::ZERO);
+                            block.work[lane] = 0.0;
+                            watching.skip(lane);
+                            continue;
+                        }
                         let f = single(model, viscosity, node, &mut block, lane);
                         singles = singles.and(watch_node((model, continuation), node, f));
                         watching.skip(lane);

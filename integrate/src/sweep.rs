@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use glam::DVec3;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::supports::Supports;
@@ -175,19 +176,16 @@ fn combine(a: &mut [DVec3], b: &[DVec3], f: impl Fn(f64, f64) -> f64) {
 impl Sweep<'_> {
     /// First pass: decay, kick, drift.
     pub(crate) fn drift(&self, viscous: &[DVec3], kick: Kick, x: &mut [DVec3], v: &mut [DVec3]) {
+        let arch = Arch::new();
         let body = |(chunk, (x, v)): (usize, (&mut [DVec3], &mut [DVec3]))| {
-            let mut gained = [DVec3::ZERO; BLOCK];
-            for at in blocks(0..v.len()) {
-                let nodes = chunk * CHUNK + at.start..chunk * CHUNK + at.end;
-                let (gained, x) = (&mut gained[..at.len()], &mut x[at.clone()]);
-                let v = &mut v[at];
-                self.kick(&nodes, part(viscous, &nodes), kick.time, gained);
-                combine(v, gained, |v, gained| v * kick.decay + gained);
-                self.nodes
-                    .mobility
-                    .project(&self.nodes.supports, nodes.start, v);
-                combine(x, v, |x, v| x + v * kick.step);
-            }
+            arch.dispatch(Drift {
+                sweep: self,
+                viscous,
+                kick,
+                first: chunk * CHUNK,
+                x,
+                v,
+            });
         };
         if x.len() >= PARALLEL_FROM {
             let chunks = x.par_chunks_mut(CHUNK).zip(v.par_chunks_mut(CHUNK));
@@ -209,16 +207,17 @@ impl Sweep<'_> {
         v: &mut [DVec3],
         viscous: &mut [DVec3],
     ) -> Vec<Sums> {
+        let arch = Arch::new();
         let body = |(chunk, (v, viscous)): (usize, (&mut [DVec3], &mut [DVec3]))| {
-            let mut sums = Sums::default();
-            let mut buffers = [[DVec3::ZERO; BLOCK]; 2];
-            for at in blocks(0..v.len()) {
-                let nodes = chunk * CHUNK + at.start..chunk * CHUNK + at.end;
-                let viscous = viscous.get_mut(at.clone()).unwrap_or_default();
-                let out = (&mut v[at], viscous);
-                sums = sums.add(self.finish_block(before, kick, nodes, x, out, &mut buffers));
-            }
-            sums
+            arch.dispatch(Finish {
+                sweep: self,
+                before,
+                kick,
+                first: chunk * CHUNK,
+                x,
+                v,
+                viscous,
+            })
         };
         let parallel = v.len() >= PARALLEL_FROM;
         let mut viscous = viscous.chunks_mut(CHUNK);
@@ -232,6 +231,7 @@ impl Sweep<'_> {
         }
     }
 
+    #[inline(always)]
     fn finish_block(
         &self,
         before: Before<'_>,
@@ -287,6 +287,7 @@ impl Sweep<'_> {
 
     /// What nodes gain in velocity in a time (s) under all forces, `viscous` given for these
     /// nodes alone. Held parts of partly held nodes are still in it.
+    #[inline(always)]
     fn kick(&self, nodes: &Range<usize>, viscous: &[DVec3], time: f64, gained: &mut [DVec3]) {
         let (forces, loads) = (&self.forces[nodes.clone()], part(&self.nodes.loads, nodes));
         if loads.is_empty() {
@@ -312,6 +313,69 @@ impl Sweep<'_> {
         {
             *sum *= inverse * time;
         }
+    }
+}
+
+/// First pass for a chunk, with the vector instructions that the processor offers: additions keep their order, so
+/// bits do not depend on them.
+struct Drift<'a> {
+    sweep: &'a Sweep<'a>,
+    viscous: &'a [DVec3],
+    kick: Kick,
+    first: usize,
+    x: &'a mut [DVec3],
+    v: &'a mut [DVec3],
+}
+
+impl WithSimd for Drift<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (sweep, kick) = (self.sweep, self.kick);
+        let mut gained = [DVec3::ZERO; BLOCK];
+        for at in blocks(0..self.v.len()) {
+            let nodes = self.first + at.start..self.first + at.end;
+            let (gained, x) = (&mut gained[..at.len()], &mut self.x[at.clone()]);
+            let v = &mut self.v[at];
+            sweep.kick(&nodes, part(self.viscous, &nodes), kick.time, gained);
+            combine(v, gained, |v, gained| v * kick.decay + gained);
+            let Nodes {
+                mobility, supports, ..
+            } = sweep.nodes;
+            mobility.project(supports, nodes.start, v);
+            combine(x, v, |x, v| x + v * kick.step);
+        }
+    }
+}
+
+/// Second pass for a chunk; see [`Drift`].
+struct Finish<'a> {
+    sweep: &'a Sweep<'a>,
+    before: Before<'a>,
+    kick: Kick,
+    first: usize,
+    x: &'a [DVec3],
+    v: &'a mut [DVec3],
+    viscous: &'a mut [DVec3],
+}
+
+impl WithSimd for Finish<'_> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Sums {
+        let mut sums = Sums::default();
+        let mut buffers = [[DVec3::ZERO; BLOCK]; 2];
+        for at in blocks(0..self.v.len()) {
+            let nodes = self.first + at.start..self.first + at.end;
+            let viscous = self.viscous.get_mut(at.clone()).unwrap_or_default();
+            let out = (&mut self.v[at], viscous);
+            let (before, kick) = (self.before, self.kick);
+            let block = self.sweep;
+            sums = sums.add(block.finish_block(before, kick, nodes, self.x, out, &mut buffers));
+        }
+        sums
     }
 }
 

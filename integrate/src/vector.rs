@@ -16,6 +16,7 @@ const LANES: usize = 8;
 
 /// `a · b` of numbers side by side, in eight sums that are added in order. What one slice has more than
 /// the other does not count.
+#[inline(always)]
 pub(crate) fn dot_in_order(a: &[DVec3], b: &[DVec3]) -> f64 {
     let (a, b): (&[f64], &[f64]) = (cast_slice(a), cast_slice(b));
     let len = a.len().min(b.len());
@@ -32,6 +33,7 @@ pub(crate) fn dot_in_order(a: &[DVec3], b: &[DVec3]) -> f64 {
 }
 
 /// Sum of vectors, as [`dot_in_order`] adds numbers.
+#[inline(always)]
 pub(crate) fn sum_in_order(a: &[DVec3]) -> DVec3 {
     let (a, rest) = a.as_chunks::<4>();
     let mut sums = [DVec3::ZERO; 4];
