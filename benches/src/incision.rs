@@ -22,10 +22,12 @@ pub const NODES: [u32; 3] = [3000, 6000, 12_000];
 pub const CAPTURES: [f64; 4] = [1e-3, 2e-3, 4e-3, 8e-3];
 /// Shares of the stable step.
 pub const STEP_FACTORS: [f64; 3] = [0.25, 0.5, 0.85];
-/// Those of the scene.
+/// Those of the first scene, which others are compared with. The embedded liver has this capture and 0.8.
 const CAPTURE: f64 = 4e-3;
 const STEP_FACTOR: f64 = 0.85;
-/// Scene time (s) between the incision and the resection, at which the incision's opening is read.
+/// Scene time (s) between two readings of the incision's opening.
+const READING: f64 = 0.1;
+/// Scene time (s) between the incision and the resection, until which the incision's opening is read.
 const BETWEEN: f64 = 1.75;
 /// Scene time (s) at which the tip is off.
 const END: f64 = 2.85;
@@ -61,8 +63,8 @@ pub struct Finding {
     pub sheets: [Sheet; 2],
     /// Pairs that the incision severed, lower node first.
     pub severed: BTreeSet<[u32; 2]>,
-    /// Largest opening (m) of the incision before the resection.
-    pub opening: f64,
+    /// Largest opening (m) of the incision at every multiple of 0.1 s of the scene's time before the resection.
+    pub openings: Vec<f64>,
     /// Pairs that blades passed and that no surface crosses.
     pub missed: usize,
     /// Linked pairs stretched threefold at the end.
@@ -83,6 +85,22 @@ impl Finding {
     pub fn severed_area(&self) -> f64 {
         let pairs = u32::try_from(self.severed.len()).map_or(f64::INFINITY, f64::from);
         pairs * self.spacing * self.spacing
+    }
+
+    /// Largest opening (m) of the incision right before the resection.
+    #[must_use]
+    pub fn opening(&self) -> f64 {
+        self.openings.last().copied().unwrap_or(0.0)
+    }
+
+    /// How far its openings over time are off another's: the root mean square of the difference, over that of the
+    /// other's.
+    #[must_use]
+    pub fn opening_difference(&self, other: &Self) -> f64 {
+        let square = |sum: f64, x: f64| sum + x * x;
+        let both = self.openings.iter().zip(&other.openings);
+        let off = both.map(|(a, b)| a - b).fold(0.0, square);
+        (off / other.openings.iter().copied().fold(0.0, square)).sqrt()
     }
 
     /// Share of the pairs severed here or there that are severed here and there, if the nodes are the same.
@@ -139,7 +157,7 @@ pub fn measure(name: &str, scene: Scene) -> Finding {
     let mut found = Finding {
         sheets: Default::default(),
         severed: BTreeSet::new(),
-        opening: 0.0,
+        openings: Vec::new(),
         missed: 0,
         ties: 0,
         pieces: Vec::new(),
@@ -167,12 +185,12 @@ pub fn measure(name: &str, scene: Scene) -> Finding {
             }
             seen = cuts.triangle_count();
         }
-        if now < BETWEEN {
-            let at = world.steps();
-            // What is looked at every hundredth step only.
-            if at.is_multiple_of(100) {
-                (found.severed, found.opening) = severed(member);
-            }
+        #[allow(clippy::cast_precision_loss, reason = "a few readings")]
+        let due = READING * (found.openings.len() + 1) as f64;
+        if now >= due && due <= BETWEEN {
+            let opening;
+            (found.severed, opening) = severed(member);
+            found.openings.push(opening);
         }
         if now + 2.0 * world.step_size() >= END {
             finish(world, member, &mut found);

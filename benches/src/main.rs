@@ -124,7 +124,12 @@ fn command() -> Command {
         .iter()
         .map(|study| (study.name, study.question))
         .chain([(ALL, "all that write a page, on one")])
-        .map(|(name, about)| Page::augment_args(Command::new(name).about(about)));
+        // After the arguments, whose own description would take its place.
+        .map(|(name, about)| {
+            Page::augment_args(Command::new(name))
+                .about(about)
+                .long_about(None::<&str>)
+        });
     let command = Command::new("benches")
         .about("Studies: what must hold of whole scenes, and error beside time")
         .max_term_width(100)
@@ -276,7 +281,7 @@ fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
     let folder = organs::folder().ok_or(StudyError::NoMeshes)?;
     let mut cases = organs::cases(&folder)?;
     if batch.quick {
-        cases.retain(|case| case.name.ends_with(" 600"));
+        cases.retain(|case| case.name.ends_with(" 600 nodes"));
     }
     let Some(rows) = run_batch(cases, batch, "organs.csv")? else {
         return Ok(true);
@@ -351,6 +356,7 @@ struct Incision<'a> {
     severed_area: f64,
     overlap: Option<f64>,
     opening: f64,
+    opening_difference: Option<f64>,
     missed: usize,
     ties: usize,
     pieces: usize,
@@ -371,10 +377,12 @@ fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
         let [incision, resection] = finding.sheets;
         // The same nodes cut the same way otherwise.
         let overlap = first.as_ref().and_then(|first| finding.overlap(first));
+        let difference = first.as_ref();
+        let difference = difference.map(|first| finding.opening_difference(first));
         writeln!(
             io::stdout(),
             "{:<34} area over vector area: incision {:.4}, resection {:.4}, backwards {:.3} and {:.3} cm2; incision: \
-             {} pairs severed ({:.2} cm2), overlap {:.3}, opens {:.2} mm; {} missed, {} ties, pieces {:?}, \
+             {} pairs severed ({:.2} cm2), overlap {:.3}, opens {:.2} mm, over time {:.3} off the first; {} missed, {} ties, pieces {:?}, \
              blade to step {:.2} ms, {:.0} s",
             case.name,
             incision.ratio(),
@@ -384,7 +392,8 @@ fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
             finding.severed.len(),
             1e4 * finding.severed_area(),
             overlap.unwrap_or(f64::NAN),
-            1e3 * finding.opening,
+            1e3 * finding.opening(),
+            difference.unwrap_or(f64::NAN),
             finding.missed,
             finding.ties,
             finding.pieces,
@@ -400,7 +409,8 @@ fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
             severed_pairs: finding.severed.len(),
             severed_area: finding.severed_area(),
             overlap,
-            opening: finding.opening,
+            opening: finding.opening(),
+            opening_difference: difference,
             missed: finding.missed,
             ties: finding.ties,
             pieces: finding.pieces.len(),

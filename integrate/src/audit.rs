@@ -1,6 +1,7 @@
 //! Where the energy is, and where it came from.
 
 use crate::error::Cause;
+use crate::rigid::RigidEnergies;
 use glam::DVec3;
 
 /// Energies (J) and momentum after a step. Works and the dissipated energy are sums from the start.
@@ -67,29 +68,37 @@ impl Audit {
     ///
     /// With the change of the balance over the time between, `δ = |balance - balance'|`, this is `max(δ, lag - s) / s`,
     /// where `s` is the largest of the elastic and the kinetic energy before, the work from outside since, and what
-    /// was dissipated since (no more than there was and came in). Not what there is now: a motion that diverges
-    /// would be its own measure. In a mode that grows without bound the balance is kept, but what it leaves out of
-    /// the kinetic energy grows past all there was: so `lag` counts where it is above `s`.
+    /// was dissipated since (no more than there was and came in), the rigid motions of free pieces taken out of all of
+    /// these: a severed piece that falls has soon many times the energy that strains anything, and would hide what
+    /// appears in the rest. Not what there is now: a motion that diverges would be its own measure. In a mode that
+    /// grows without bound the balance is kept, but what it leaves out of the kinetic energy grows past all there was:
+    /// so `lag` counts where it is above `s`.
     ///
     /// # Arguments
+    /// * `rigid` -- energies of rigid motions before and now ([`crate::Motion::rigid_energies`]).
     /// * `lag` -- `Δt²/8 Σ f²/m` (J) of the last step ([`crate::State::lag`]).
     /// * `round_off` -- energy (J) below which nothing is said, as the model's; it is not below 1e-9 of
     ///   [`Audit::scale`].
     #[must_use]
-    pub fn imbalance(&self, before: &Self, lag: f64, round_off: f64) -> f64 {
+    pub fn imbalance(
+        &self,
+        before: &Self,
+        rigid: [RigidEnergies; 2],
+        lag: f64,
+        round_off: f64,
+    ) -> f64 {
+        let [then, now] = rigid;
         let change = (self.balance() - before.balance()).abs();
         let dissipated = (self.dissipated - before.dissipated).abs();
-        let work = (self.external_work() - before.external_work()).abs();
-        let had = before.elastic.max(before.kinetic);
+        let lifted = now.kinetic - then.kinetic;
+        let work = (self.external_work() - before.external_work() - lifted).abs();
+        let had = before.elastic.max(before.kinetic - then.kinetic);
         let scale = had.max(work).max(dissipated.min(had + work));
         let floor = (1e-9 * self.scale()).max(round_off);
-        let change = if change <= floor { 0.0 } else { change };
-        let unseen = lag - scale;
-        if unseen <= floor {
-            change / scale
-        } else {
-            change.max(unseen) / scale
-        }
+        let unseen = lag - now.lag - scale;
+        let off = [change, unseen].into_iter().filter(|off| *off > floor);
+        let off = off.fold(0.0, f64::max);
+        if off > 0.0 { off / scale } else { 0.0 }
     }
 }
 

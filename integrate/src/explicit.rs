@@ -238,7 +238,7 @@ impl Motion {
             self.state.lag = self.lag();
         }
         // Where rigid motions are spared, damping acts after the kicks, and for itself.
-        let relative = self.spares_rigid_motion();
+        let relative = self.has_free_pieces();
         let damping = if relative { 0.0 } else { self.settings.damping };
         // Time of the first kick, of the second, and what damping leaves in each.
         let (first, second) = match self.settings.scheme {

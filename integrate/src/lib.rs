@@ -59,6 +59,7 @@ pub use newton::FACTOR_LASTS;
 pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};
 pub use path::{Ease, Path, PathError};
 pub use region::Region;
+pub use rigid::RigidEnergies;
 pub use rigid_path::RigidPath;
 pub use scheme::Scheme;
 pub use shape::{Distance, Pose, RigidShape};

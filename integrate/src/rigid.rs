@@ -90,7 +90,49 @@ fn solve_semidefinite(a: DMat3, b: DVec3) -> DVec3 {
     (scaled + ridge).inverse() * (b / trace)
 }
 
+/// What of a motion's energies is of the rigid motions of the pieces that no support holds
+/// ([`Motion::rigid_energies`]).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct RigidEnergies {
+    /// Kinetic energy (J).
+    pub kinetic: f64,
+    /// `Δt²/8 Σ m a²` (J) with the rigid accelerations `a`: their part of [`crate::State::lag`].
+    pub lag: f64,
+}
+
 impl Motion {
+    /// What of the kinetic energy and of [`crate::State::lag`] is of the rigid motions of pieces that no support holds, as
+    /// [`Motion::set_pieces`] named them: what falls freely may have any amount of it and strains nothing. 0 without
+    /// such pieces.
+    #[must_use]
+    pub fn rigid_energies(&self) -> RigidEnergies {
+        let (masses, state) = (&self.nodes.masses, &self.state);
+        let half = 0.5 * state.step;
+        let mut sum = RigidEnergies::default();
+        for (_, nodes) in &self.pieces.free {
+            let energy = |weighted: &dyn Fn(usize) -> DVec3| {
+                let field = RigidField::with_moments_of(nodes, masses, &state.positions, weighted);
+                let energies = nodes.iter().map(|&node| {
+                    let node = node as usize;
+                    0.5 * masses[node] * field.at(state.positions[node]).length_squared()
+                });
+                energies.sum::<f64>()
+            };
+            sum.kinetic += energy(&|node| state.velocities[node] * masses[node]);
+            if state.lag > 0.0 {
+                sum.lag += energy(&|node| self.total_force(node) * half);
+            }
+        }
+        sum
+    }
+
+    /// Whether it has pieces that no support holds.
+    #[must_use]
+    pub fn has_free_pieces(&self) -> bool {
+        !self.pieces.free.is_empty()
+    }
+
     /// Names the connected pieces of a body, `piece[i]` that of node `i`, after a cut: in those that no
     /// support holds, damping acts on what is left of the motion when its rigid part is taken out, so
     /// that they fall and turn freely. An empty slice takes it back.
@@ -132,11 +174,6 @@ impl Motion {
         let free = (0_u32..).zip(free).filter(|(_, nodes)| !nodes.is_empty());
         self.pieces.free = free.collect();
         self.pieces.count = count;
-    }
-
-    /// Whether damping has to spare rigid motions.
-    pub(crate) fn spares_rigid_motion(&self) -> bool {
-        !self.pieces.free.is_empty()
     }
 
     /// Damps velocities over a step (s), in free pieces relative to their rigid motion; the energy (J)

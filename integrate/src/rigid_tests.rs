@@ -101,7 +101,7 @@ fn held_pieces_are_damped_as_before() {
     }
     // Taking pieces back leads back to the bits of before.
     pieces.set_pieces(&[]);
-    assert!(!pieces.spares_rigid_motion());
+    assert!(!pieces.has_free_pieces());
 }
 
 #[test]

@@ -8,6 +8,7 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use phyxel_integrate::RigidEnergies;
 
 use super::body::Body;
 use super::body_state::BodyState;
@@ -25,7 +26,7 @@ const RETAKE_PRODUCTS: usize = 16;
 /// Divisions of the steps of a stretch that is done again.
 const DIVISIONS: [u32; 3] = [2, 4, 8];
 /// Energy that may appear or vanish over a stretch, as a share of the largest of the elastic and the
-/// kinetic energy before it and of what loads and damping did in it.
+/// kinetic energy before it and of what loads and damping did in it, without the rigid motions of severed pieces.
 const LARGEST_IMBALANCE: f64 = 0.02;
 /// The same where a tool presses: contact sets in within a step, and at first all the energy there is
 /// comes from it.
@@ -44,6 +45,8 @@ const DECAY: f64 = 16.0;
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Kept {
     bodies: Vec<BodyState>,
+    /// Energies of their pieces' rigid motions.
+    rigid: Vec<RigidEnergies>,
     gravity: Option<DVec3>,
     /// Where the tools were.
     poses: Vec<Pose>,
@@ -68,6 +71,8 @@ impl Kept {
             .map(|(_, poses)| poses)
             .chain([&self.poses]);
         self.bodies.len() == members.len()
+            && self.rigid.len() == members.len()
+            && (self.rigid.iter()).all(|rigid| rigid.kinetic.is_finite() && rigid.lag.is_finite())
             && self.gravity.is_none_or(DVec3::is_finite)
             && places.all(|places| places.len() == poses)
             && self
@@ -138,7 +143,9 @@ impl World {
     }
 
     fn keep(&mut self) {
+        let rigid = |member: &mut Member| member.body.rigid_energies();
         self.kept = Some(Kept {
+            rigid: self.members.iter_mut().map(rigid).collect(),
             bodies: self.members.iter_mut().map(Member::keep).collect(),
             gravity: self.gravity,
             poses: self.hands.poses().to_vec(),
@@ -208,7 +215,7 @@ impl World {
                 from = next;
             }
         }
-        self.check_energy_since(&kept.bodies)
+        self.check_energy_since(kept)
     }
 
     /// Takes one step (s) with tools that move between two places.
@@ -287,13 +294,19 @@ impl World {
         Ok(())
     }
 
-    fn check_energy(&self) -> Result<(), WorldError> {
-        let kept = self.kept.as_ref();
-        kept.map_or(Ok(()), |kept| self.check_energy_since(&kept.bodies))
+    fn check_energy(&mut self) -> Result<(), WorldError> {
+        let Some(kept) = self.kept.take() else {
+            return Ok(());
+        };
+        let result = self.check_energy_since(&kept);
+        self.kept = Some(kept);
+        result
     }
 
-    fn check_energy_since(&self, bodies: &[BodyState]) -> Result<(), WorldError> {
-        for (Member { body, .. }, before) in self.members.iter().zip(bodies) {
+    fn check_energy_since(&mut self, kept: &Kept) -> Result<(), WorldError> {
+        let kept = kept.bodies.iter().zip(&kept.rigid);
+        for (Member { body, .. }, (before, rigid)) in self.members.iter_mut().zip(kept) {
+            let rigid = [*rigid, body.rigid_energies()];
             let state = body.motion.state();
             let pressed = state.is_pressed() || before.motion.is_pressed();
             let allowed = if pressed {
@@ -302,7 +315,7 @@ impl World {
                 LARGEST_IMBALANCE
             };
             let round_off = body.elastic.energy_round_off();
-            let share = (state.audit).imbalance(&before.motion.audit, state.lag, round_off);
+            let share = (state.audit).imbalance(&before.motion.audit, rigid, state.lag, round_off);
             if share > allowed {
                 let problem = BodyProblem::Unbalanced {
                     share,
@@ -316,6 +329,15 @@ impl World {
 }
 
 impl Body {
+    /// Energies of the rigid motions of pieces that nothing holds.
+    fn rigid_energies(&mut self) -> RigidEnergies {
+        if !self.motion.has_free_pieces() {
+            return RigidEnergies::default();
+        }
+        self.fetch();
+        self.motion.rigid_energies()
+    }
+
     /// Lets what rebuilt rows carried over decay over a step (s); half the work (J) of it, if there is
     /// anything.
     fn decay(&mut self, step: f64) -> Option<f64> {
