@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use phyxel::scene::{Body, MaterialSettings, Region, Scene, Shape, Target};
-use phyxel_discretize::{Bounds, RepairSettings, read_mesh, repair};
+use phyxel_discretize::{RepairSettings, Solid, read_mesh, repair};
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -94,12 +94,8 @@ fn default_scene(file: &Path) -> Result<Scene, StudyError> {
         find_self_intersections: false,
         ..RepairSettings::default()
     };
-    let (_, report) = repair(&read.mesh, &settings).map_err(|error| mesh(error.to_string()))?;
-    let extent = Bounds {
-        min: report.min,
-        max: report.max,
-    };
-    let (mut scene, _) = Scene::for_mesh(file, &extent, &[])?;
+    let (repaired, _) = repair(&read.mesh, &settings).map_err(|error| mesh(error.to_string()))?;
+    let (mut scene, _) = Scene::for_mesh(file, &Solid::from_mesh(repaired), &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
         body.material.stabilization = MaterialSettings::default().stabilization;

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use phyxel_discretize::{Bounds, ReadError, RepairError, RepairSettings, read_mesh, repair};
+use phyxel_discretize::{ReadError, RepairError, RepairSettings, Solid, read_mesh, repair};
 
 use phyxel_text::{Override, Syntax, read_text};
 
@@ -128,15 +128,11 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
             .unwrap_or(RepairSettings::default().largest_hole),
         ..RepairSettings::default()
     };
-    let (_, report) = repair(&read.mesh, &settings).map_err(|problem| SourceError::Solid {
+    let (mesh, _) = repair(&read.mesh, &settings).map_err(|problem| SourceError::Solid {
         file: file.to_owned(),
         problem,
     })?;
-    let extent = Bounds {
-        min: report.min,
-        max: report.max,
-    };
-    let (scene, unit) = Scene::for_mesh(file, &extent, overrides)?;
+    let (scene, unit) = Scene::for_mesh(file, &Solid::from_mesh(mesh), overrides)?;
     let note = match unit {
         UnitGuess::Metres => format!("{}: taken to be in metres", file.display()),
         UnitGuess::Millimetres => format!(

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel_discretize::{Bounds, RepairSettings, UnitGuess, guess_unit};
+use phyxel_discretize::{Bounds, RepairSettings, Solid, UnitGuess, guess_unit};
 
 use super::{Axis, Body, Cut, Key, Pictures, Region, Scene, SceneError, Shape, Support};
 use phyxel_text::Override;
 
 impl Scene {
     /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
-    /// the front down into its upper side, and drawn.
+    /// the front down into its upper side where there is tissue, and drawn.
     ///
-    /// `extent` is the box of the mesh as it lies in the file; OBJ and PLY files are taken to have
-    /// +y up, as their tools do, all others +z.
+    /// `solid` is the body as it lies in the file; OBJ and PLY files are taken to have +y up, as their tools do, all
+    /// others +z.
     ///
     /// # Errors
     /// [`SceneError`] if an override does not fit, or the file cannot be read any more.
@@ -22,19 +22,26 @@ impl Scene {
     /// If the box is empty or not finite; the caller has read the mesh.
     pub fn for_mesh(
         file: &Path,
-        extent: &Bounds,
+        solid: &Solid,
         overrides: &[Override],
     ) -> Result<(Self, UnitGuess), SceneError> {
+        let extent = solid.bounds();
         let size = extent.size();
         assert!(
             size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,
             "the box of a mesh must have a size, not {size}"
         );
-        let unit = guess_unit(extent);
+        let unit = guess_unit(&extent);
         let up = Axis::usually_up(file);
         let turned = |corner: DVec3| up.rotation() * (corner * unit.scale());
         let (a, b) = (turned(extent.min), turned(extent.max));
-        let mut scene = standing(file, unit.scale(), up, a.min(b), a.max(b));
+        let to_file = up.rotation().inverse();
+        let is_tissue = |place: DVec3| solid.contains(to_file * place / unit.scale());
+        let place = Bounds {
+            min: a.min(b),
+            max: a.max(b),
+        };
+        let mut scene = standing(file, unit.scale(), up, place, &is_tissue);
         scene.name = file
             .file_stem()
             .map(|stem| stem.to_string_lossy().into_owned())
@@ -58,10 +65,44 @@ impl Scene {
     }
 }
 
-/// The scene for a mesh that fills the box `min` to `max` (m, z up).
-fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene {
-    let size = max - min;
-    let at = |x: f64, y: f64, z: f64| min + size * DVec3::new(x, y, z);
+/// Shares of the box's width at which the blade may cut, the usual one first.
+const PLACES: [f64; 9] = [0.4, 0.5, 0.3, 0.6, 0.2, 0.7, 0.1, 0.8, 0.9];
+/// The usual place is taken unless the blade would meet more than so many times as much elsewhere.
+const ENOUGH: usize = 4;
+/// Points that are looked at along either side of what the blade sweeps.
+const LOOKS: u32 = 24;
+
+/// The first place at which a blade that sweeps from `front` to `back` (shares of the box's depth) and from `foot` up
+/// meets enough of what is free to be cut.
+fn place_of_blade(
+    [front, back, foot]: [f64; 3],
+    at: &dyn Fn(f64, f64, f64) -> DVec3,
+    is_free: &dyn Fn(DVec3) -> bool,
+) -> f64 {
+    let share = |k: u32| (f64::from(k) + 0.5) / f64::from(LOOKS);
+    let met = PLACES.map(|x| {
+        let column = |j: u32| {
+            let y = front + (back - front) * share(j);
+            let free = |k: &u32| is_free(at(x, y, foot + (1.0 - foot) * share(*k)));
+            (0..LOOKS).filter(free).count()
+        };
+        (0..LOOKS).map(column).sum::<usize>()
+    });
+    let most = met.into_iter().max().unwrap_or(0);
+    let enough = met.into_iter().position(|met| ENOUGH * met >= most);
+    enough.map_or(PLACES[0], |first| PLACES[first])
+}
+
+/// The scene for a mesh that fills a box (m, z up).
+fn standing(
+    file: &Path,
+    scale: f64,
+    up: Axis,
+    place: Bounds,
+    is_tissue: &dyn Fn(DVec3) -> bool,
+) -> Scene {
+    let size = place.size();
+    let at = |x: f64, y: f64, z: f64| place.min + size * DVec3::new(x, y, z);
     let mut body = Body::new(Shape::Mesh {
         file: file.to_owned(),
         scale,
@@ -72,13 +113,16 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
     let mut scene = Scene::new("mesh", vec![body]);
     scene.description =
         "default scene of a mesh: held from below and behind, cut from the front".to_owned();
+    let held = Region::HalfSpace {
+        // Below the line from the middle of the front's foot to the top of the back.
+        point: at(0.5, 0.65, 0.45),
+        normal: DVec3::new(0.0, size.z, -size.y).normalize_or(DVec3::Y),
+    };
+    let is_free = |place: DVec3| !held.contains(place) && is_tissue(place);
+    let x = place_of_blade([-0.1, 0.6, 0.45], &at, &is_free);
     scene.supports.push(Support {
         body: None,
-        region: Region::HalfSpace {
-            // Below the line from the middle of the front's foot to the top of the back.
-            point: at(0.5, 0.65, 0.45),
-            normal: DVec3::new(0.0, size.z, -size.y).normalize_or(DVec3::Y),
-        },
+        region: held,
         motion: super::SupportMotion::Fixed,
     });
     // An upright edge, from the middle of the height to above the top, drawn towards the back.
@@ -89,12 +133,12 @@ fn standing(file: &Path, scale: f64, up: Axis, min: DVec3, max: DVec3) -> Scene 
         path: vec![
             Key {
                 time: 0.1,
-                position: at(0.4, -0.1, 0.45),
+                position: at(x, -0.1, 0.45),
                 rotation: DVec3::ZERO,
             },
             Key {
                 time: 1.6,
-                position: at(0.4, 0.6, 0.45),
+                position: at(x, 0.6, 0.45),
                 rotation: DVec3::ZERO,
             },
         ],

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel_discretize::Bounds;
+use phyxel_discretize::{Bounds, Solid};
 
 use super::*;
 use phyxel_text::{Content, Node};
@@ -268,7 +268,8 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
             min: DVec3::new(-1.0, 0.0, -2.0),
             max: DVec3::new(1.0, 3.0, 2.0),
         };
-        let (scene, unit) = Scene::for_mesh(&file, &extent, &[]).expect("it is valid");
+        let solid = Solid::implicit(extent, |_| -1.0);
+        let (scene, unit) = Scene::for_mesh(&file, &solid, &[]).expect("it is valid");
         assert_eq!(unit, phyxel_discretize::guess_unit(&extent));
         assert_eq!(
             scene.bodies[0].shape,
@@ -298,6 +299,31 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
         assert!(last[0].z > min.z && last[0].y < max.y, "{name}");
         assert!(scene.pictures.is_some(), "{name}");
     }
+}
+
+/// The blade of the default scene goes where there is something to cut: to its usual place if it can.
+#[test]
+fn the_default_blade_meets_tissue() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("two.stl");
+    std::fs::write(&file, "").expect("it can be written");
+    let extent = Bounds {
+        min: DVec3::ZERO,
+        max: DVec3::new(0.1, 0.08, 0.06),
+    };
+    let blade = |body: fn(DVec3) -> bool| {
+        let solid = Solid::implicit(extent, move |p| if body(p) { -1.0 } else { 1.0 });
+        let (scene, _) = Scene::for_mesh(&file, &solid, &[]).expect("it is valid");
+        10.0 * scene.cuts[0].path[0].position.x
+    };
+    let close = |x: f64, share: f64| assert!((x - share).abs() < 1e-12, "{x}, not {share}");
+    close(blade(|_| true), 0.4);
+    // A gap where it usually cuts, and a thread across the gap.
+    close(blade(|p| (p.x - 0.04).abs() > 0.005), 0.5);
+    close(blade(|p| (p.x - 0.04).abs() > 0.005 || p.y < -0.005), 0.5);
+    close(blade(|p| p.x > 0.075), 0.8);
+    // Nothing but what is held: nowhere is better.
+    close(blade(|p| p.z < 0.02), 0.4);
 }
 
 /// The page has its three parts in order, and every key that stands in the first or last exists, with its
