@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod audit;
+mod checks;
 mod contact;
 mod coupling;
 mod eigenvalue;
@@ -35,6 +36,7 @@ mod vector;
 mod view;
 
 pub use audit::{Audit, Warning};
+pub use checks::BadSetting;
 pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, Pressed, SurfaceError,
     penalty,

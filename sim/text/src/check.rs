@@ -57,6 +57,18 @@ impl Checks {
         }
     }
 
+    /// What a group of settings at the key path `place` finds at fault in itself: `path` and those in `with` run
+    /// from the group on; an empty one is the group.
+    pub fn within(&mut self, place: &str, path: &str, found: String, must: String, with: &[&str]) {
+        let at = |path: &str| match path {
+            "" => place.to_owned(),
+            path => format!("{place}.{path}"),
+        };
+        let with: Vec<String> = with.iter().map(|path| at(path)).collect();
+        let with: Vec<&str> = with.iter().map(String::as_str).collect();
+        self.agree(false, at(path), found, must, &with);
+    }
+
     /// All but what is told of another value already: each value is told of once, and none is compared with
     /// one that is at fault or among the `misread`.
     #[must_use]
@@ -122,24 +134,6 @@ impl Checks {
             triple(value),
             "each of its three numbers must be finite",
         );
-    }
-
-    /// A finite vector longer than zero.
-    pub fn direction(&mut self, path: impl Display, value: DVec3) {
-        let length = value.length();
-        self.require(
-            length.is_finite() && length > 0.0,
-            path,
-            triple(value),
-            "it must be finite and longer than 0",
-        );
-    }
-
-    /// A vector of finite lengths (m) above zero.
-    pub fn positive_components(&mut self, path: &str, value: DVec3) {
-        for (index, component) in value.to_array().into_iter().enumerate() {
-            self.positive(format_args!("{path}[{index}]"), component, " (m)");
-        }
     }
 }
 

@@ -1,10 +1,9 @@
 //! What acts on the bodies: supports, tools and cuts.
 
-use super::region::region;
 use super::rigid::rigid;
 use crate::scene::event::{Capture, Cut, Support, SupportMotion};
 use crate::scene::tool::Tool;
-use crate::scene::{Body, Key, Scene, ToolShape};
+use crate::scene::{Body, Key, Scene};
 use phyxel_text::{Checks, nearest, triple};
 
 /// Most captures of one stroke.
@@ -17,7 +16,7 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
         support.body.as_deref(),
         bodies,
     );
-    region(checks, &format!("{path}.region"), support.region);
+    tell!(checks, &format!("{path}.region"), support.region.check());
     match &support.motion {
         SupportMotion::Fixed => {}
         SupportMotion::Driven { path: keys } => {
@@ -33,7 +32,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         tool.body.as_deref(),
         bodies,
     );
-    tool_shape(checks, &format!("{path}.shape"), tool.shape);
+    tell!(checks, &format!("{path}.shape"), tool.shape.check());
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }
@@ -70,21 +69,6 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         format_args!("a released tool touches one body; name it in {path}.body"),
         &[&format!("{path}.body")],
     );
-}
-
-fn tool_shape(checks: &mut Checks, path: &str, shape: ToolShape) {
-    match shape {
-        ToolShape::Sphere { radius } => {
-            checks.positive(format_args!("{path}.radius"), radius, " (m)");
-        }
-        ToolShape::Plane { normal } => checks.direction(format_args!("{path}.normal"), normal),
-        ToolShape::Capsule { from, to, radius } => {
-            checks.finite(format_args!("{path}.from"), from);
-            checks.finite(format_args!("{path}.to"), to);
-            checks.positive(format_args!("{path}.radius"), radius, " (m)");
-        }
-        ToolShape::Box { size } => checks.positive_components(&format!("{path}.size"), size),
-    }
 }
 
 pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {

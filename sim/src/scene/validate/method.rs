@@ -1,8 +1,8 @@
-//! How nodes are coupled and cuts weaken that.
+//! How nodes are coupled.
 
+use crate::scene::Dilatation;
 use crate::scene::body::Body;
 use crate::scene::method::Method;
-use crate::scene::{CutRule, Dilatation};
 use phyxel_text::Checks;
 
 /// Neighbours that a gradient in space needs at least.
@@ -53,45 +53,4 @@ pub(super) fn method(checks: &mut Checks, path: &str, body: &Body) {
         "the method Dissertation has Local only",
         &[&place],
     );
-}
-
-pub(super) fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
-    match rule {
-        CutRule::Detour { reach } => checks.positive(
-            format_args!("{path}.reach"),
-            reach,
-            ", in mean lengths of pairs, such as 2",
-        ),
-        CutRule::Visibility => {}
-        CutRule::Transparency { depth, exponent } => {
-            checks.positive(format_args!("{path}.depth"), depth, "");
-            checks.require(
-                exponent.is_finite() && exponent >= 2.0,
-                format_args!("{path}.exponent"),
-                exponent,
-                "it must be finite and 2 or more",
-            );
-        }
-        CutRule::Grid {
-            spacing,
-            inflate,
-            cells,
-        } => {
-            if let Some(cells) = cells {
-                let fits = [cells.0, cells.1, cells.2].iter().all(|count| *count > 0);
-                checks.agree(
-                    fits && spacing.is_none(),
-                    format_args!("{path}.cells"),
-                    format_args!("{cells:?}"),
-                    "give one cell or more along each axis, and no spacing beside them",
-                    &[&format!("{path}.spacing")],
-                );
-            }
-            for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
-                if let Some(length) = length {
-                    checks.positive(format_args!("{path}.{name}"), length, " (m)");
-                }
-            }
-        }
-    }
 }
