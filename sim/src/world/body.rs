@@ -373,8 +373,8 @@ impl Body {
     }
 
     /// How many triangles of its outside cuts have torn; what is torn stays so.
-    pub(super) fn torn_count(&self, factors: &Factors) -> usize {
-        let holds = |a: u32, b: u32| self.holds(Some(factors), a, b);
+    pub(super) fn torn_count(&self, factors: Option<&Factors>) -> usize {
+        let holds = |a: u32, b: u32| self.holds(factors, a, b);
         let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
         self.outside.len() - self.outside.iter().filter(whole).count()
     }
