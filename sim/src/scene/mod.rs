@@ -43,7 +43,7 @@ pub use phyxel_elastic::{
 pub use phyxel_enrich::CutRule;
 pub use phyxel_integrate::{Pose, Region, Scheme, ToolShape};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
-pub use phyxel_text::{FormatProblem, Override, OverrideError, OverrideProblem, Place};
+pub use phyxel_text::{FormatProblem, Override, OverrideError, OverrideProblem, Place, TextError};
 #[cfg(feature = "cli")]
 pub(crate) use read::place_of_body;
 pub use rigid::RigidMesh;

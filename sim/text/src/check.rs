@@ -4,6 +4,8 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
+use crate::error::{Place, TextError};
+
 /// A value that is not as it must be.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
@@ -15,6 +17,19 @@ pub struct Fault {
     pub must: String,
     /// Key paths of the other values that it is so with; none where the value alone says so.
     pub with: Vec<String>,
+}
+
+impl Fault {
+    /// The error that it is at a place.
+    #[must_use]
+    pub fn at(self, place: Place) -> TextError {
+        TextError::Value {
+            place,
+            path: self.path,
+            found: self.found,
+            must: self.must,
+        }
+    }
 }
 
 /// Most faults that are gathered: nobody reads more, and a list of a million values may be all wrong.

@@ -41,7 +41,7 @@ fn consequences_of_a_mistake_are_not_told() {
         "(version: 1, bodies: [(shape: Liver(width: 0.1)), (shape: Liver(width: 0.1), nam: \"b\")])",
     ] {
         let error = read(text).expect_err("one mistake");
-        assert!(!matches!(error, SceneError::Several(_)), "{error}");
+        assert!(!matches!(error, SceneError::Text(TextError::Several(_))), "{error}");
     }
 }
 
@@ -176,14 +176,15 @@ fn failures(
             let Err(error) = read(&damaged) else { continue };
             failed += 1;
             let errors = match error {
-                SceneError::Several(errors) => errors,
-                error => vec![error],
+                SceneError::Text(TextError::Several(errors)) => errors,
+                SceneError::Text(error) => vec![error],
+                other => panic!("damage at {at}: {other}"),
             };
             for error in errors {
                 let told = error.to_string();
                 assert!(!told.contains('\n'), "damage at {at}: {told}");
                 let place = match error {
-                    SceneError::Format { place, .. } | SceneError::Value { place, .. } => place,
+                    TextError::Format { place, .. } | TextError::Value { place, .. } => place,
                     other => panic!("damage at {at}: {other}"),
                 };
                 let (line, _) = place.position.expect("the text is at hand");
