@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use phyxel::scene::{
-    Body, Cut, Key, Region, Rest, Scene, SceneError, Settle, Shape, Support, Target, TextError, Tool,
-    ToolShape,
+    Body, Cut, Key, Region, Rest, Scene, SceneError, Settle, Shape, Support, Target, TextError,
+    Tool, ToolShape,
 };
 use phyxel::world::{World, WorldError};
 

@@ -1,7 +1,7 @@
 //! All mistakes of a scene at once.
 
 use phyxel_text::Syntax;
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 use phyxel_text::{KeyPath, line_column};
 
 use super::*;
@@ -47,7 +47,7 @@ fn consequences_of_a_mistake_are_not_told() {
 
 /// However many keys of a scene are broken, and in whichever way, there is a message for each, at its place, in
 /// the order of the text.
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 #[test]
 fn every_broken_key_has_its_message() {
     let mut seed = 7_u64;
@@ -125,7 +125,7 @@ fn every_broken_key_has_its_message() {
 }
 
 /// Misspelt keys and choices are read as what they are like, so that what is in them is told of too.
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 #[test]
 fn mistakes_within_misspelt_groups_are_told() {
     let text = "(version: 1, bodys: [(shap: Livre(width: true), materal: (densty: \"a\"), damping: -1)], tols: [])";

@@ -1,9 +1,9 @@
 //! What acts on the bodies: supports, tools and cuts.
 
 use super::rigid::rigid;
-use crate::scene::event::{Capture, Cut, Support, SupportMotion};
-use crate::scene::tool::Tool;
-use crate::scene::{Body, Key, Scene};
+use crate::event::{Capture, Cut, Support, SupportMotion};
+use crate::tool::Tool;
+use crate::{Body, Key, Scene};
 use phyxel_text::{Checks, nearest, triple};
 
 /// Most captures of one stroke.

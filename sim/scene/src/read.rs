@@ -129,7 +129,7 @@ impl Scene {
 
     /// Checks every value of a scene that a program made or changed.
     ///
-    /// [`Scene::load`] and its like have done so, and [`crate::world::World::new`] does.
+    /// [`Scene::load`] and its like have done so.
     ///
     /// # Errors
     /// [`TextError::Value`] with the key path of the value that is not as it must be,
@@ -170,11 +170,11 @@ fn resolve(folder: &Path, file: &Path) -> PathBuf {
     std::path::absolute(&joined).unwrap_or(joined)
 }
 
-/// All that a text departs from the format in; without the format's schema (feature `cli`) the first.
+/// All that a text departs from the format in; without the format's schema (feature `schemars`) the first.
 fn departures(text: (&str, Syntax), first: Departure) -> Departures<Scene> {
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "schemars")]
     let schema = Some(&*super::keys::SCHEMA);
-    #[cfg(not(feature = "cli"))]
+    #[cfg(not(feature = "schemars"))]
     let schema = None;
     Departures::of(text, first, schema, WHOLE)
 }
@@ -216,9 +216,9 @@ fn located(
     fault.at(place)
 }
 
-#[cfg(feature = "cli")]
 /// Where a scene's body was written; an origin without a text has no position.
-pub(crate) fn place_of_body(
+#[must_use]
+pub fn place_of_body(
     index: usize,
     text: Option<(&str, Syntax)>,
     origin: &str,

@@ -1,6 +1,6 @@
 //! Materials and their parts.
 
-use crate::scene::body::Body;
+use crate::body::Body;
 use phyxel_text::Checks;
 
 /// A body's material and its inclusions.

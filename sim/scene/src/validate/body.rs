@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::file::{existing_file, scale};
 use super::{material, method};
-use crate::scene::Shape;
-use crate::scene::body::{Body, Form, SurfelSpacing, SurfelTarget, Surfels, Target};
+use crate::Shape;
+use crate::body::{Body, Form, SurfelSpacing, SurfelTarget, Surfels, Target};
 use phyxel_text::Checks;
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {

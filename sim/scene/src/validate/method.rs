@@ -1,8 +1,8 @@
 //! How nodes are coupled.
 
-use crate::scene::Dilatation;
-use crate::scene::body::Body;
-use crate::scene::method::Method;
+use crate::Dilatation;
+use crate::body::Body;
+use crate::method::Method;
 use phyxel_text::Checks;
 
 /// Neighbours that a gradient in space needs at least.
