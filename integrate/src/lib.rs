@@ -52,12 +52,10 @@ pub use explicit::Applied;
 pub use glam;
 pub use grip::Grip;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
-pub use law::{ClosureLaw, Differences, ForceLaw};
+pub use law::ForceLaw;
 pub use led_tool::LedTool;
 pub use leveling::{Leveled, level_masses};
 pub use motion::{ExplicitScheme, Interval, Motion, MotionBytes, MotionSettings, State};
-#[cfg(feature = "faer")]
-pub use newton::FACTOR_LASTS;
 pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};
 pub use path::{Ease, Path, PathError};
 pub use region::Region;
