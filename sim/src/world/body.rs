@@ -113,10 +113,7 @@ impl Body {
     /// # Errors
     /// [`WorldError`] with the body's name.
     pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
-        Self::build(scene, description).map_err(|problem| WorldError::Body {
-            body: description.name.clone(),
-            problem,
-        })
+        Self::build(scene, description).map_err(|problem| problem.named(&description.name))
     }
 
     fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {

@@ -141,8 +141,13 @@ pub enum BodyProblem {
 impl BodyProblem {
     /// The same with the body's name.
     pub(super) fn of(self, body: &super::Body) -> WorldError {
+        self.named(&body.name)
+    }
+
+    /// The same with the body's name.
+    pub(crate) fn named(self, body: &str) -> WorldError {
         WorldError::Body {
-            body: body.name.clone(),
+            body: body.to_owned(),
             problem: self,
         }
     }

@@ -112,10 +112,7 @@ impl World {
                     let body = Body::new(&scene, description)?;
                     let touches = touches_of(&scene, description, &body);
                     Ok(Member {
-                        touches: touches.map_err(|problem| WorldError::Body {
-                            body: description.name.clone(),
-                            problem,
-                        })?,
+                        touches: touches.map_err(|problem| problem.named(&description.name))?,
                         body,
                         cutting: None,
                     })
@@ -312,10 +309,7 @@ impl World {
         for Member { body, .. } in &mut self.members {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.come_to_rest(&loads)
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem,
-                })?;
+                .map_err(|problem| problem.named(&body.name))?;
         }
         self.phases.add(Phase::Setup, start.elapsed());
         self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
@@ -434,10 +428,7 @@ impl World {
             let value = value.unwrap_or(body.damping);
             body.motion
                 .set_damping(value)
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem: problem.into(),
-                })?;
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
         }
         Ok(())
     }
@@ -473,10 +464,7 @@ impl World {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.motion
                 .set_loads(&loads)
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem: problem.into(),
-                })?;
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
             body.moved_here();
         }
         Ok(())

@@ -201,6 +201,7 @@ impl World {
 mod tests {
     use super::*;
     use crate::scene::{Override, Scene};
+    use crate::world::{Action, Input, StrokePhase};
 
     /// A block with a cut, a tool and viscosity.
     fn world() -> World {
@@ -278,5 +279,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn after_a_capture_that_failed_there_are_no_steps() {
+        let changes = [
+            "bodies[0].sampling.target=Nodes(200)",
+            "integration.settle=None",
+        ];
+        let changes = changes.map(|text| Override::parse(text).unwrap());
+        let mut world = World::new(Scene::embedded("block", &changes).unwrap()).unwrap();
+        let before = world.clone();
+        let action = Action::Blade {
+            cut: 0,
+            moment: StrokePhase::Start,
+            edge: vec![DVec3::new(-0.06, -0.06, 0.0), DVec3::new(-0.06, 0.06, 0.0)],
+        };
+        world.give(vec![Input { step: 0, action }]).unwrap();
+        let motion = &mut world.members[0].body.motion;
+        let mut state = motion.state().clone();
+        state.positions[0] = DVec3::NAN;
+        motion.restore(state);
+        let error = world.step().unwrap_err();
+        assert!(matches!(error, WorldError::Body { .. }), "{error}");
+        let error = world.step().unwrap_err();
+        assert!(matches!(error, WorldError::HalfCut), "{error}");
+        world = before;
+        world.step().expect("the state of before is sound");
     }
 }

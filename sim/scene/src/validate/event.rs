@@ -4,7 +4,7 @@ use super::rigid::rigid;
 use crate::event::{Capture, Cut, Support, SupportMotion};
 use crate::tool::Tool;
 use crate::{Body, Key, Scene};
-use phyxel_text::{Checks, nearest, triple};
+use phyxel_text::{Checks, DidYouMean, nearest, triple};
 
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
@@ -158,8 +158,7 @@ pub(super) fn body_name(checks: &mut Checks, path: &str, name: Option<&str>, bod
     if names.contains(&name) {
         return;
     }
-    let hint = nearest(name, names.iter().copied())
-        .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+    let hint = DidYouMean(nearest(name, names.iter().copied()));
     let with: Vec<String> = (0..bodies.len())
         .map(|index| format!("bodies[{index}].name"))
         .collect();
