@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use phyxel::scene::{
-    Body, Cut, Key, Region, Rest, Scene, SceneError, Settle, Shape, Support, Target, Tool,
-    ToolShape,
+    Body, Cut, Key, Region, Rest, Scene, SceneError, Settle, Shape, Support, Target, TextError,
+    Tool, ToolShape,
 };
 use phyxel::world::{World, WorldError};
 
@@ -96,7 +96,7 @@ fn a_world_refuses_a_scene_that_is_not_valid() {
     let Err(WorldError::Scene(error)) = World::new(scene.clone()) else {
         panic!("it is refused as a scene");
     };
-    let SceneError::Several(faults) = &*error else {
+    let SceneError::Text(TextError::Several(faults)) = &*error else {
         panic!("all that is wrong is told: {error}");
     };
     let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
@@ -114,7 +114,7 @@ fn a_world_refuses_a_scene_that_is_not_valid() {
     scene.cuts.clear();
     let one = scene.validate().expect_err("the density is left");
     assert!(
-        matches!(one, SceneError::Value { ref path, .. } if path.ends_with("density")),
+        matches!(one, SceneError::Text(TextError::Value { ref path, .. }) if path.ends_with("density")),
         "{one}"
     );
     scene.bodies[0].material.density = 1000.0;

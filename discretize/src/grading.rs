@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::checks::{BadSetting, Checks};
 use crate::error::SampleError;
 
 /// A place with smaller distances between nodes.
@@ -27,6 +28,19 @@ pub struct Refinement {
 }
 
 impl Refinement {
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        checks.finite("from", self.from);
+        checks.finite("to", self.to);
+        checks.not_negative("radius", self.radius, " (m)");
+        let holds = (1.0 / LARGEST_RATIO..=1.0).contains(&self.factor);
+        let must = "it must be from 1/32 to 1, such as 0.5 for half the distance";
+        checks.require("factor", self.factor, holds, must, &[]);
+        checks.0
+    }
+
     /// Distance from the refined place (m), 0 in it.
     #[must_use]
     pub fn distance(&self, p: DVec3) -> f64 {
@@ -88,9 +102,7 @@ impl Grading {
             });
         }
         for (refinement, r) in self.refinements.iter().enumerate() {
-            let range = (1.0 / LARGEST_RATIO..=1.0).contains(&r.factor);
-            let place = r.from.is_finite() && r.to.is_finite();
-            if !(range && place && r.radius.is_finite() && r.radius >= 0.0) {
+            if !r.check().is_empty() {
                 return Err(SampleError::Refinement {
                     refinement,
                     factor: r.factor,

@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod background;
+mod checks;
 mod counts;
 mod creases;
 mod error;
@@ -45,6 +46,7 @@ mod topology;
 mod union_find;
 mod write;
 
+pub use checks::BadSetting;
 pub use error::{RepairError, SampleError};
 pub use file::{FileError, SampledFile, sample_file};
 pub use glam;

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::checks::Checks;
 use crate::law::{double_dot, outer};
 
 /// Exponent `k2 E²` beyond which the energy continues as its second-order expansion in `E`:
@@ -41,6 +42,16 @@ impl Fiber {
 }
 
 impl Fiber {
+    /// Checks the fields as those of `fiber` in settings.
+    pub(crate) fn check(&self, checks: &mut Checks) {
+        checks.direction("fiber.direction", self.direction);
+        checks.not_negative("fiber.stiffness", self.stiffness, " (Pa)");
+        checks.positive("fiber.exponent", self.exponent, "");
+        let holds = (0.0..=1.0 / 3.0).contains(&self.dispersion);
+        let must = "it must be from 0 (all parallel) to 1/3 (every direction alike)";
+        checks.require("fiber.dispersion", self.dispersion, holds, must, &[]);
+    }
+
     /// `psi`, `psi'`, `psi''` at `E`.
     fn response(&self, e: f64) -> [f64; 3] {
         if e <= 0.0 {

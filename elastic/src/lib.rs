@@ -3,6 +3,7 @@
 
 mod bond;
 mod bound;
+mod checks;
 mod completion;
 mod control;
 mod dilatation;
@@ -34,6 +35,7 @@ mod update;
 mod viscosity;
 mod watch;
 
+pub use checks::BadSetting;
 pub use early::Early;
 pub use error::ElasticError;
 pub use fiber::Fiber;

@@ -1,8 +1,9 @@
 //! A material as settings say it: moduli and model, and tissues with published properties.
 
+use crate::checks::{BadSetting, Checks};
 use crate::fiber::Fiber;
 use crate::input::Dilatation;
-use crate::material::Material;
+use crate::material::{MAX_PRONY_TERMS, Material};
 use crate::viscosity::PronyTerm;
 
 /// Pressure of the barrier against collapse, in shear moduli. Of the 18 liver rows of `benches -- matrix` six have nodes with
@@ -70,6 +71,54 @@ impl MaterialSettings {
             density,
             ..Self::default()
         }
+    }
+
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        let hint = " (Pa), such as 5e3 for liver";
+        checks.positive("youngs_modulus", self.youngs_modulus, hint);
+        let hint = " (kg/m^3), such as 1060 for soft tissue";
+        checks.positive("density", self.density, hint);
+        let ratio = self.poissons_ratio;
+        let holds = ratio > -1.0 && ratio < 0.5;
+        let must = "it must be above -1 and below 0.5, such as 0.45 for soft tissue";
+        checks.require("poissons_ratio", ratio, holds, must, &[]);
+        if let Model::MooneyRivlin { share } = self.model {
+            // lambda >= 4 c01 keeps the energy's minimum at rest.
+            let most = (ratio / (1.0 - 2.0 * ratio)).clamp(0.0, 1.0);
+            let must = format_args!(
+                "it must be from 0 to {most:.3}, the most for a Poisson's ratio of {ratio}"
+            );
+            let holds = (0.0..=most).contains(&share);
+            checks.require("model.share", share, holds, must, &["poissons_ratio"]);
+        }
+        checks.not_negative("volume_constant", self.volume_constant, " (Pa)");
+        if let Some(fiber) = &self.fiber {
+            fiber.check(&mut checks);
+        }
+        let terms = self.viscosity.len();
+        let found = format_args!("a list of {terms} terms");
+        let must = format_args!("it may have {MAX_PRONY_TERMS} terms");
+        checks.require("viscosity", found, terms <= MAX_PRONY_TERMS, must, &[]);
+        for (index, term) in self.viscosity.iter().enumerate() {
+            let hint = ", such as 0.5 for half the long-term stiffness more";
+            checks.not_negative(format_args!("viscosity[{index}].ratio"), term.ratio, hint);
+            let time = term.relaxation_time;
+            checks.positive(format_args!("viscosity[{index}].time"), time, " (s)");
+        }
+        checks.require(
+            "dilatation",
+            "Mean",
+            self.dilatation == Dilatation::Local || self.model != Model::SaintVenantKirchhoff,
+            "the model SaintVenantKirchhoff has no part of its own for changes of volume; take Local or \
+             another model",
+            &["model"],
+        );
+        let hint = ", 0.1 is the measured choice";
+        checks.not_negative("stabilization", self.stabilization, hint);
+        checks.0
     }
 
     /// The material as the elastic model has it.
@@ -290,5 +339,31 @@ mod tests {
         assert_eq!((law.prony[0], law.prony[1]), (term, PronyTerm::NONE));
         assert!((law.volume_constant - 7.0).abs() < 1e-15);
         assert!((settings.density - 950.0).abs() < 1e-12, "that of fat");
+    }
+
+    #[test]
+    fn what_is_out_of_bounds_is_named_with_a_remedy() {
+        assert_eq!(MaterialSettings::default().check(), []);
+        let settings = MaterialSettings {
+            model: Model::MooneyRivlin { share: 0.9 },
+            poissons_ratio: 0.3,
+            density: 0.0,
+            fiber: Some(Fiber {
+                direction: glam::DVec3::ZERO,
+                stiffness: 1.0,
+                exponent: 1.0,
+                dispersion: 0.0,
+            }),
+            ..MaterialSettings::default()
+        };
+        let bad = settings.check();
+        let fields: Vec<&str> = bad.iter().map(|bad| bad.field.as_str()).collect();
+        assert_eq!(fields, ["density", "model.share", "fiber.direction"]);
+        let told = bad[1].to_string();
+        assert!(
+            told.starts_with("model.share is 0.9; it must be from 0 to 0.750"),
+            "{told}"
+        );
+        assert_eq!(bad[1].with, ["poissons_ratio"]);
     }
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::checks::{BadSetting, Checks};
 use crate::comparators::{GridFactors, GridSettings};
 use crate::cuts::Cuts;
 use crate::factors::{FactorSettings, PairFactors};
@@ -57,6 +58,46 @@ pub enum CutRule {
 }
 
 impl CutRule {
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        match *self {
+            Self::Detour { reach } => {
+                checks.positive("reach", reach, ", in mean lengths of pairs, such as 2");
+            }
+            Self::Visibility => {}
+            Self::Transparency { depth, exponent } => {
+                checks.positive("depth", depth, "");
+                let holds = exponent.is_finite() && exponent >= 2.0;
+                let must = "it must be finite and 2 or more";
+                checks.require("exponent", exponent, holds, must, &[]);
+            }
+            Self::Grid {
+                spacing,
+                inflate,
+                cells,
+            } => {
+                if let Some(cells) = cells {
+                    let fits = <[u32; 3]>::from(cells).iter().all(|count| *count > 0);
+                    checks.require(
+                        "cells",
+                        format_args!("{cells:?}"),
+                        fits && spacing.is_none(),
+                        "give one cell or more along each axis, and no spacing beside them",
+                        &["spacing"],
+                    );
+                }
+                for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
+                    if let Some(length) = length {
+                        checks.positive(name, length, " (m)");
+                    }
+                }
+            }
+        }
+        checks.0
+    }
+
     const fn default_reach() -> f64 {
         2.0
     }

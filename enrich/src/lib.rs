@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod blade;
+mod checks;
 mod choice;
 mod comparators;
 mod cuts;
@@ -22,6 +23,7 @@ mod rule;
 mod way;
 
 pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
+pub use checks::BadSetting;
 pub use choice::{CutRule, Factors};
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,

@@ -308,7 +308,7 @@ impl Contact {
     ///
     /// # Panics
     /// If a slice is shorter than the surface's nodes require.
-    pub fn add_tangent_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
+    pub(crate) fn add_tangent_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
         let node = |member: usize| self.surface.members[member] as usize;
         for active in &self.active {
             let bound = self.surface.weights_of(active.group, active.point);
@@ -324,7 +324,7 @@ impl Contact {
     ///
     /// # Panics
     /// If `blocks` is shorter than the surface's nodes require.
-    pub fn add_blocks(&self, blocks: &mut [DMat3]) {
+    pub(crate) fn add_blocks(&self, blocks: &mut [DMat3]) {
         for active in &self.active {
             for (n, w) in self.surface.weights_of(active.group, active.point) {
                 blocks[self.surface.members[n] as usize] += active.stiffness * (w * w);

@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod audit;
+mod checks;
 mod contact;
 mod coupling;
 mod eigenvalue;
@@ -35,6 +36,7 @@ mod vector;
 mod view;
 
 pub use audit::{Audit, Warning};
+pub use checks::BadSetting;
 pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, Pressed, SurfaceError,
     penalty,
@@ -50,12 +52,10 @@ pub use explicit::Applied;
 pub use glam;
 pub use grip::Grip;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
-pub use law::{ClosureLaw, Differences, ForceLaw};
+pub use law::ForceLaw;
 pub use led_tool::LedTool;
 pub use leveling::{Leveled, level_masses};
 pub use motion::{ExplicitScheme, Interval, Motion, MotionBytes, MotionSettings, State};
-#[cfg(feature = "faer")]
-pub use newton::FACTOR_LASTS;
 pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};
 pub use path::{Ease, Path, PathError};
 pub use region::Region;

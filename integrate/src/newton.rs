@@ -16,7 +16,7 @@ pub enum Preconditioner {
     #[default]
     Blocks,
     /// A sparse Cholesky factor of the tangent, where the law gives its coupling: a direct solve at the
-    /// state it was made for, kept until it takes more than [`FACTOR_LASTS`] iterations. Blocks where
+    /// state it was made for, kept until solves with it take more than 20 iterations. Blocks where
     /// the tangent is not positive definite.
     #[cfg(feature = "faer")]
     Factor,
@@ -24,7 +24,7 @@ pub enum Preconditioner {
 
 /// Iterations of a linear solve after which a factor is made anew.
 #[cfg(feature = "faer")]
-pub const FACTOR_LASTS: usize = 20;
+const FACTOR_LASTS: usize = 20;
 
 /// When to stop, and how hard to try.
 #[derive(Debug, Clone, Copy, PartialEq)]

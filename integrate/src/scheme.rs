@@ -1,5 +1,6 @@
 //! How steps follow each other, as settings say it.
 
+use crate::checks::{BadSetting, Checks};
 use crate::implicit::{ImplicitScheme, ImplicitSettings};
 use crate::motion::ExplicitScheme;
 use crate::newton::NewtonSettings;
@@ -41,6 +42,19 @@ pub enum Scheme {
 }
 
 impl Scheme {
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        if let Self::BackwardEuler { step, tolerance } | Self::Newmark { step, tolerance } = *self {
+            checks.positive("step", step, " (s), such as 0.01");
+            let holds = tolerance > 0.0 && tolerance < 1.0;
+            let must = "it must be above 0 and below 1, such as 1e-4";
+            checks.require("tolerance", tolerance, holds, must, &[]);
+        }
+        checks.0
+    }
+
     #[cfg(feature = "serde")]
     const fn default_step() -> f64 {
         0.01

@@ -62,7 +62,7 @@ impl Pose {
 
     /// Pose in the world of what has the pose `local` in its frame.
     #[must_use]
-    pub fn compose(&self, local: &Self) -> Self {
+    pub(crate) fn compose(&self, local: &Self) -> Self {
         Self {
             position: self.apply(local.position),
             rotation: (self.rotation * local.rotation).normalize(),

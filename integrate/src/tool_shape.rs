@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::checks::{BadSetting, Checks};
 use crate::shape::{Pose, RigidShape};
 
 /// What a tool occupies in its own frame.
@@ -44,6 +45,23 @@ pub enum ToolShape {
 }
 
 impl ToolShape {
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        match *self {
+            Self::Sphere { radius } => checks.positive("radius", radius, " (m)"),
+            Self::Plane { normal } => checks.direction("normal", normal),
+            Self::Capsule { from, to, radius } => {
+                checks.finite("from", from);
+                checks.finite("to", to);
+                checks.positive("radius", radius, " (m)");
+            }
+            Self::Box { size } => checks.lengths("size", size),
+        }
+        checks.0
+    }
+
     /// The same `scale` times as large.
     #[must_use]
     pub fn scaled(&self, scale: f64) -> Self {

@@ -1,9 +1,11 @@
 // Documentation has no files beside it: what is defined first counts.
-#![doc = "[scene]: mod@scene"]
+#![doc = "[scene]: phyxel_scene"]
 #![cfg_attr(feature = "cli", doc = "[sweep]: mod@sweep")]
 #![cfg_attr(feature = "live", doc = "[page]: phyxel_live")]
 #![doc = ""]
 #![doc = include_str!("../README.md")]
+
+pub use phyxel_scene as scene;
 
 // The leaves and the vectors that the public types speak of.
 pub use glam;
@@ -22,7 +24,6 @@ pub mod phases;
 pub mod picture;
 #[cfg(feature = "cli")]
 pub mod run;
-pub mod scene;
 #[cfg(feature = "cli")]
 pub mod sweep;
 pub mod world;

@@ -1,6 +1,7 @@
 //! Splat radii: the default without holes, and the dissertation's rules.
 
 use crate::cast::{index, real};
+use crate::checks::{BadSetting, Checks};
 use crate::eigen::symmetric_eigen;
 use crate::error::SurfelError;
 use crate::surfels::Surfels;
@@ -42,8 +43,44 @@ pub enum RadiusRule {
     },
 }
 
-#[cfg(feature = "serde")]
 impl RadiusRule {
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        match *self {
+            Self::Covering => {}
+            Self::Constant(radius) => checks.require(
+                "",
+                format_args!("Constant({radius:?})"),
+                radius.is_finite() && radius > 0.0,
+                "it must be above 0 (m), such as 0.002",
+                &[],
+            ),
+            Self::Mapped {
+                neighbors,
+                least,
+                most,
+                ..
+            } => {
+                let holds = (3..=64).contains(&neighbors);
+                checks.require(
+                    "neighbors",
+                    neighbors,
+                    holds,
+                    "it must be from 3 to 64",
+                    &[],
+                );
+                checks.positive("least", least, " (m)");
+                let must = format_args!("it must be at least the smallest radius, {least} m");
+                let holds = most.is_finite() && most >= least;
+                checks.require("most", most, holds, must, &["least"]);
+            }
+        }
+        checks.0
+    }
+
+    #[cfg(feature = "serde")]
     const fn default_neighbors() -> u32 {
         12
     }

@@ -12,7 +12,12 @@ impl Contact {
     ///
     /// # Panics
     /// If `forces` is shorter than the surface's nodes require.
-    pub fn add_friction(&mut self, pose: &Pose, forces: &mut [DVec3], sum: &mut ContactForce) {
+    pub(crate) fn add_friction(
+        &mut self,
+        pose: &Pose,
+        forces: &mut [DVec3],
+        sum: &mut ContactForce,
+    ) {
         if self.anchors.is_empty() {
             return;
         }

@@ -24,12 +24,6 @@ pub enum SurfaceError {
         /// Its area (m²).
         area: f64,
     },
-    /// Weights of a surfel are negative or do not sum to 1.
-    #[error("weights of surfel {item} must not be negative and must sum to 1")]
-    BadWeights {
-        /// Index of the surfel.
-        item: usize,
-    },
 }
 
 /// Quadrature points on the surface of a body. Points of one group hang on the same nodes.
@@ -177,44 +171,6 @@ impl ContactSurface {
             check_nodes(item, &[node], node_count)?;
             check_area(item, area)?;
             surface.push(&[node], [1.0], area, 1);
-        }
-        Ok(surface.numbered())
-    }
-
-    /// Surfels with area (m²) that hang on nodes by weights (CSR: `offsets` is one longer than
-    /// `areas`).
-    ///
-    /// # Errors
-    /// [`SurfaceError`] if a node is missing, an area not positive, or weights are no weights.
-    ///
-    /// # Panics
-    /// If the CSR arrays do not fit each other.
-    pub fn from_surfels(
-        offsets: &[u32],
-        nodes: &[u32],
-        weights: &[f64],
-        areas: &[f64],
-        node_count: usize,
-    ) -> Result<Self, SurfaceError> {
-        assert_eq!(
-            offsets.len(),
-            areas.len() + 1,
-            "offsets one longer than areas"
-        );
-        assert_eq!(nodes.len(), weights.len(), "one weight per binding");
-        let mut surface = Self::default();
-        for (item, &area) in areas.iter().enumerate() {
-            let range = offsets[item] as usize..offsets[item + 1] as usize;
-            let row = &nodes[range.clone()];
-            let weights = &weights[range];
-            check_nodes(item, row, node_count)?;
-            check_area(item, area)?;
-            let sum: f64 = weights.iter().sum();
-            let sound = weights.iter().all(|w| *w >= 0.0) && (sum - 1.0).abs() < 1e-9;
-            if !sound {
-                return Err(SurfaceError::BadWeights { item });
-            }
-            surface.push(row, weights.iter().copied(), area, 1);
         }
         Ok(surface.numbered())
     }
@@ -445,7 +401,5 @@ mod tests {
         };
         let error = ContactSurface::from_nodes(&[0], &[f64::NAN], 3).unwrap_err();
         assert!(error.to_string().contains("area"), "{error}");
-        let error = ContactSurface::from_surfels(&[0, 2], &[0, 1], &[0.5, 0.6], &[1.0], 3);
-        assert_eq!(error, Err(SurfaceError::BadWeights { item: 0 }), "weights");
     }
 }

@@ -93,12 +93,11 @@ fn culling_changes_nothing() {
 }
 
 #[test]
-fn nodes_and_surfels_press_as_their_points() {
+fn nodes_press_alone_as_together() {
     let (x, _) = patch();
     let nodes = ContactSurface::from_nodes(&[0, 4], &[0.5, 2.0], 9).unwrap();
-    let surfels =
-        ContactSurface::from_surfels(&[0, 1, 3], &[0, 4, 4], &[1.0, 0.25, 0.75], &[0.5, 2.0], 9)
-            .unwrap();
+    let [first, second] = [(0, 0.5), (4, 2.0)]
+        .map(|(node, area)| ContactSurface::from_nodes(&[node], &[area], 9).unwrap());
     let shape = RigidShape::Sphere { radius: 2.0 };
     let pose = Pose::at(DVec3::new(0.5, 0.5, 1.0));
     let settings = ContactSettings {
@@ -112,7 +111,7 @@ fn nodes_and_surfels_press_as_their_points() {
         (sum, f)
     };
     let (a, fa) = run(nodes);
-    let (b, fb) = run(surfels);
+    let (b, fb) = run(first.joined(&second));
     assert!(
         (a.force - b.force).length() < 1e-12 && (fa[4] - fb[4]).length() < 1e-12,
         "same"

@@ -11,7 +11,7 @@ use super::source::Source;
 use super::{CliError, Overrides};
 use crate::live::{LiveOptions, Sources, serve};
 use crate::output::Interrupt;
-use crate::run::RunError;
+use crate::run::pool;
 
 #[derive(Debug, Args)]
 pub(super) struct LiveArguments {
@@ -68,14 +68,7 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
         Ok((scene, note.unwrap_or_default()))
     });
     let sources = Sources::new(&scene, meshes);
-    let threads = arguments.threads.map(usize::from);
-    let threads = threads
-        .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
-        .unwrap_or(1);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|source| RunError::Threads { threads, source })?;
+    let pool = pool(arguments.threads.map(usize::from))?;
     pool.install(|| serve(server, &scene, sources, &options))?;
     Ok(())
 }

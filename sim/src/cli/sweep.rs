@@ -11,6 +11,7 @@ use clap::Args;
 use super::source::Source;
 use super::{CliError, printable};
 use crate::output::{Interrupt, OutputError, OutputFolder};
+use crate::run::machine_threads;
 use crate::scene::Scene;
 use crate::sweep::{
     Case, CaseError, Outcome, Plan, PoolOptions, Tally, collect, place_of, run_case, run_cases,
@@ -172,9 +173,7 @@ fn end_with_stdin() {
 fn run_all(arguments: &SweepArguments, cases: &[Case], out: &Path) -> Result<Tally, CliError> {
     let jobs = arguments.jobs.map_or(1, usize::from);
     let threads = arguments.threads.map(usize::from);
-    let threads = threads
-        .or_else(|| thread::available_parallelism().ok().map(Into::into))
-        .unwrap_or(1);
+    let threads = threads.unwrap_or_else(machine_threads);
     let share = (threads / jobs).max(1);
     let program = std::env::current_exe().map_err(CliError::Program)?;
     let mut command: Vec<OsString> = vec![program.into(), "sweep".into()];

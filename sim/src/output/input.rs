@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use phyxel_text::{nearest, read_file};
+use phyxel_text::{DidYouMean, nearest, read_file};
 
 use crate::scene::{Pose, Scene};
 use crate::world::{Action, Input, StrokePhase};
@@ -243,8 +243,7 @@ fn index_of<'a>(
         .clone()
         .position(|candidate| candidate == name)
         .ok_or_else(|| {
-            let hint = nearest(name, names)
-                .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+            let hint = DidYouMean(nearest(name, names));
             format!("the scene has no {what} '{name}'{hint}")
         })
 }

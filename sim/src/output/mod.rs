@@ -1,14 +1,9 @@
-//! Where results go: an output folder whose files appear whole or not at all, and what people see
-//! while they wait.
+//! What a run writes and reads beside its tables: checkpoints with their scene, and what tools and blades did. Folders,
+//! progress and interrupts are those of `phyxel-output`.
 
 mod checkpoint;
-mod folder;
 mod input;
-mod interrupt;
-mod progress;
 
 pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
-pub use folder::{OutputError, OutputFile, OutputFolder};
 pub use input::{InputFileError, input_csv, read_input};
-pub use interrupt::Interrupt;
-pub use progress::Progress;
+pub use phyxel_output::{Interrupt, OutputError, OutputFile, OutputFolder, Progress};

@@ -99,10 +99,8 @@ impl Painter {
                     || style::tissue_of(&description.surfels),
                     |style| style.tissue.clone(),
                 );
-                skin_of(member, description, share, tissue).map_err(|problem| WorldError::Body {
-                    body: description.name.clone(),
-                    problem,
-                })
+                skin_of(member, description, share, tissue)
+                    .map_err(|problem| problem.named(&description.name))
             })
             .collect::<Result<Vec<_>, _>>()?;
         let camera = camera_of(world, pictures);
@@ -283,10 +281,7 @@ impl Painter {
                 .cut(&near, &|point| body.solid.contains(point), &|a, b| {
                     cuts.crosses(a, b)
                 })
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem: problem.into(),
-                })?;
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
             changed[piece.member].extend(change.surfels);
         }
         Ok(changed)

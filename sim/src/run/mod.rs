@@ -170,19 +170,29 @@ fn go_with<F>(
 where
     F: FnOnce(&mut World) -> Result<(), WorldError> + Send,
 {
-    let threads = options
-        .threads
-        .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
-        .unwrap_or(1);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|source| RunError::Threads { threads, source })?;
+    let pool = pool(options.threads)?;
     pool.install(|| {
         let mut run = Run::start(scene, from, options)?;
         prepare(&mut run.world)?;
-        run.finish(threads)
+        run.finish(pool.current_num_threads())
     })
+}
+
+/// So many threads; all that the machine has where not given.
+///
+/// # Errors
+/// [`RunError::Threads`] if they cannot be started.
+pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, RunError> {
+    let threads = threads.unwrap_or_else(machine_threads);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|source| RunError::Threads { threads, source })
+}
+
+/// Threads that the machine has.
+pub(crate) fn machine_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, Into::into)
 }
 
 /// Removes what an earlier run has written, so that every file of the folder is of one run. States and

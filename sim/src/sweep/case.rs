@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use phyxel_sweep::{Plan, cases};
-use phyxel_text::{KeyPath, OverrideError, Place};
+use phyxel_text::{KeyPath, OverrideError, Place, TextError};
 
 use crate::output::{OutputError, OutputFolder};
 use crate::scene::{Scene, SceneError, Shape};
@@ -54,8 +54,10 @@ pub struct RefusedCase {
 #[must_use]
 pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
     plan.place_of_change(match error {
-        SceneError::Override(OverrideError { text, .. }) => text,
-        SceneError::Value { place, .. } => place.origin.strip_prefix("--set ").unwrap_or_default(),
+        SceneError::Text(TextError::Override(OverrideError { text, .. })) => text,
+        SceneError::Text(TextError::Value { place, .. }) => {
+            place.origin.strip_prefix("--set ").unwrap_or_default()
+        }
         _ => "",
     })
 }
@@ -141,8 +143,10 @@ fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Sc
     Scene::from_text(base, "the scene", Path::new(""), &all).map_err(|error| {
         // The key whose change is at fault, if one alone is.
         let index = changes.iter().find(|(_, change)| match &error {
-            SceneError::Override(OverrideError { text, .. }) => *text == change.to_string(),
-            SceneError::Value { path, .. } => {
+            SceneError::Text(TextError::Override(OverrideError { text, .. })) => {
+                *text == change.to_string()
+            }
+            SceneError::Text(TextError::Value { path, .. }) => {
                 KeyPath::parse(path).is_some_and(|path| change.path().contains(&path))
             }
             _ => false,

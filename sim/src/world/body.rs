@@ -113,10 +113,7 @@ impl Body {
     /// # Errors
     /// [`WorldError`] with the body's name.
     pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
-        Self::build(scene, description).map_err(|problem| WorldError::Body {
-            body: description.name.clone(),
-            problem,
-        })
+        Self::build(scene, description).map_err(|problem| problem.named(&description.name))
     }
 
     fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
@@ -373,8 +370,8 @@ impl Body {
     }
 
     /// How many triangles of its outside cuts have torn; what is torn stays so.
-    pub(super) fn torn_count(&self, factors: &Factors) -> usize {
-        let holds = |a: u32, b: u32| self.holds(Some(factors), a, b);
+    pub(super) fn torn_count(&self, factors: Option<&Factors>) -> usize {
+        let holds = |a: u32, b: u32| self.holds(factors, a, b);
         let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
         self.outside.len() - self.outside.iter().filter(whole).count()
     }

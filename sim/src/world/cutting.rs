@@ -80,27 +80,29 @@ impl OpenStroke {
     }
 }
 
-/// What a blade's edge did when it was taken up.
+/// A captured edge of a blade, kept: all that a cut grows from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Incision {
+pub(super) struct CapturedEdge {
     /// Steps that had been taken.
     pub(super) steps: u64,
     /// Index of the body.
     pub(super) member: usize,
     /// Index of the scene's cut.
     pub(super) cut: usize,
-    pub(super) moment: StrokePhase,
+    pub(super) phase: StrokePhase,
     /// What it added to the cut.
     pub(super) sweep: Sweep,
 }
 
-/// What a capture changed.
-#[derive(Debug, Clone, Default)]
-pub struct Captured {
+/// What a captured edge adds to a cut and weakens, computed from a body as it is; no row of the body has it yet.
+#[derive(Debug)]
+pub(super) struct CutUpdate {
     /// New triangles, corners in material coordinates (m).
-    pub triangles: Vec<[DVec3; 3]>,
-    /// Whether any pair factor changed.
-    pub changed: bool,
+    pub(super) triangles: Vec<[DVec3; 3]>,
+    /// Nodes of the pairs whose factor changed.
+    pub(super) touched: Vec<u32>,
+    /// Place of the stroke among all so far.
+    stroke: usize,
 }
 
 impl Cutting {
@@ -153,7 +155,7 @@ impl Cutting {
             + size_of_val(&*self.pieces)
     }
 
-    /// Blade edges taken up, and how many of them changed the connectivity.
+    /// Captured edges of blades, and how many of them changed the connectivity.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         (self.captures, self.updates)
@@ -206,46 +208,90 @@ impl Cutting {
         }
     }
 
-    /// Takes up a blade's edge in the world (m): moves the front of its cut to where it is in the
-    /// tissue, and changes factors, rows, stiffness and the stable step where it passed.
-    pub(super) fn capture(
+    /// Computes what a blade's edge in the world (m) does: the front of its cut moves to where it is in the tissue,
+    /// and the pairs that it passed are weakened.
+    pub(super) fn advance(
         &mut self,
-        body: &mut Body,
-        cut: usize,
-        weld_tolerance: Option<f64>,
+        body: &Body,
+        (cut, weld_tolerance): (usize, Option<f64>),
         edge: &[DVec3],
-        moment: StrokePhase,
-    ) -> Result<(Captured, Sweep), BodyProblem> {
-        let (first, number) = self.begin(body, cut, weld_tolerance, moment);
-        let sweep = self.sweep(body, cut, edge, moment)?;
-        let (capture, touched) = self.grow(body, (cut, number), first, &sweep, moment)?;
-        if capture.changed {
-            let stored = body.motion.audit().elastic;
-            let jump = body.reload()?;
-            let round_off = body.elastic.energy_round_off();
-            self.energy.book(jump, stored, round_off);
-            self.by_stroke[number].energy.book(jump, stored, round_off);
-            if body.is_explicit() {
-                self.fit_step(body, &touched)?;
-            }
-        }
-        Ok((capture, sweep))
+        phase: StrokePhase,
+    ) -> Result<(CutUpdate, Sweep), BodyProblem> {
+        let (first, stroke) = self.begin(body, cut, weld_tolerance, phase);
+        let sweep = self.sweep(body, cut, edge, phase)?;
+        let update = self.weaken(body, (cut, stroke), first, &sweep, phase);
+        Ok((update, sweep))
     }
 
-    /// Does again what [`Cutting::capture`] did with an edge, but for what depends on the motion.
-    pub(super) fn replay(
+    /// Computes again what [`Cutting::advance`] did with an edge.
+    pub(super) fn advance_again(
         &mut self,
-        body: &mut Body,
+        body: &Body,
         weld_tolerance: Option<f64>,
-        incision: &Incision,
-    ) -> Result<Captured, BodyProblem> {
-        let (first, number) = self.begin(body, incision.cut, weld_tolerance, incision.moment);
-        for patch in &incision.sweep.patches {
+        kept: &CapturedEdge,
+    ) -> Result<CutUpdate, BodyProblem> {
+        let (cut, phase) = (kept.cut, kept.phase);
+        let (first, stroke) = self.begin(body, cut, weld_tolerance, phase);
+        for patch in &kept.sweep.patches {
             self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
         }
-        let (cut, moment) = (incision.cut, incision.moment);
-        let (capture, _) = self.grow(body, (cut, number), first, &incision.sweep, moment)?;
-        Ok(capture)
+        Ok(self.weaken(body, (cut, stroke), first, &kept.sweep, phase))
+    }
+
+    /// Applies an update to the body, the one place where a cut changes it: rows of stencils, map and model.
+    /// Deformation gradients go on from what they were; nodes that are left without a strain of their own get bonds;
+    /// control rises by what both lost.
+    pub(super) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
+        let touched = &update.touched;
+        self.updates += 1;
+        self.by_stroke[update.stroke].updates += 1;
+        let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
+        let before: Vec<DMat3> = touched.iter().map(before).collect();
+        let positions = body.motion.positions();
+        let held = body.elastic.control_energy(touched, positions);
+        let factor = |pair| self.factors.factor(pair);
+        body.stencils
+            .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
+        self.map.update_rows(factor, touched);
+        body.elastic
+            .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
+        let lost = body.elastic.lost_gradients(touched, &before, positions);
+        let weak = self.weak_nodes(body, touched, &lost);
+        let lost = body.elastic.weaken(&weak, positions, &factor);
+        body.elastic
+            .continue_deformation(touched, &before, positions);
+        body.elastic
+            .raise_control(touched, TOUCHED_CONTROL, held + lost, positions);
+        let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
+            self.pieces = connected_pieces(offsets, indices, weights).piece;
+            body.motion.set_pieces(&self.pieces);
+        }
+        Ok(())
+    }
+
+    /// What an update that was applied does to a body in motion: forces and the jump of the energy; then the largest
+    /// eigenvalue of the part that the cut touched, for the step. Elsewhere nothing changed.
+    pub(super) fn follow(
+        &mut self,
+        body: &mut Body,
+        update: &CutUpdate,
+    ) -> Result<(), BodyProblem> {
+        let stored = body.motion.audit().elastic;
+        let jump = body.reload()?;
+        let round_off = body.elastic.energy_round_off();
+        self.energy.book(jump, stored, round_off);
+        let stroke = &mut self.by_stroke[update.stroke];
+        stroke.energy.book(jump, stored, round_off);
+        if body.is_explicit() {
+            let part = body.elastic.part(&with_neighbors(body, &update.touched));
+            let found = body.part_eigenvalue(&part, Vec::new(), ESTIMATE_PRODUCTS)?;
+            let largest = found.value.max(body.current_eigenvalue());
+            self.growth = self.growth.max(largest / body.eigenvalue.value);
+            body.take_part_eigenvalue(&part, &found);
+        }
+        Ok(())
     }
 
     /// Blades of the open strokes.
@@ -283,13 +329,13 @@ impl Cutting {
         body: &Body,
         cut: usize,
         weld_tolerance: Option<f64>,
-        moment: StrokePhase,
+        phase: StrokePhase,
     ) -> (usize, usize) {
         self.captures += 1;
         let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
         self.cuts
             .set_weld_tolerance(weld_tolerance.unwrap_or(usual));
-        if moment == StrokePhase::Start {
+        if phase == StrokePhase::Start {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
         let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
@@ -313,7 +359,7 @@ impl Cutting {
         body: &Body,
         cut: usize,
         edge: &[DVec3],
-        moment: StrokePhase,
+        phase: StrokePhase,
     ) -> Result<Sweep, BodyProblem> {
         let Some(stroke) = self.strokes.iter_mut().find(|stroke| stroke.cut == cut) else {
             return Ok(Sweep::default());
@@ -337,87 +383,45 @@ impl Cutting {
             nearest: &|world| frame.nearest_node(world),
             known: &|pair| self.factors.factor(pair) < 1.0,
         };
-        let ends = moment == StrokePhase::End;
+        let ends = phase == StrokePhase::End;
         let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &deformed, ends)?;
         self.missed += missed;
         Ok(sweep)
     }
 
-    /// Carries what an edge added to the cut into factors and rows; the nodes it touched.
-    fn grow(
+    /// Weakens the pairs that the new part of a cut crosses, and ends the stroke with its last edge.
+    fn weaken(
         &mut self,
-        body: &mut Body,
-        (cut, number): (usize, usize),
+        body: &Body,
+        (cut, stroke): (usize, usize),
         first: usize,
         sweep: &Sweep,
-        moment: StrokePhase,
-    ) -> Result<(Captured, Vec<u32>), BodyProblem> {
+        phase: StrokePhase,
+    ) -> CutUpdate {
         let new = first..self.cuts.triangle_count();
-        let triangles: Vec<[DVec3; 3]> = new.clone().map(|t| self.cuts.triangle(t)).collect();
+        let triangles = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let mut touched = Vec::new();
-        let stroke = self.strokes.iter_mut().find(|stroke| stroke.cut == cut);
-        if let (Some(stroke), false) = (stroke, new.is_empty()) {
-            if let (false, Some(ends)) = (stroke.cuts, &sweep.ends) {
-                stroke.cuts = true;
-                self.factors.start(number, ends[0]);
+        let open = self.strokes.iter_mut().find(|open| open.cut == cut);
+        if let (Some(open), false) = (open, new.is_empty()) {
+            if let (false, Some(ends)) = (open.cuts, &sweep.ends) {
+                open.cuts = true;
+                self.factors.start(stroke, ends[0]);
             }
             let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
             let inside = |point| body.solid.contains_within(point, round_off);
-            let graph = graph_of(body);
+            let front = (stroke, sweep.ends);
             touched = self
                 .factors
-                .update(&graph, &self.cuts, new, (number, sweep.ends), &inside);
+                .update(&graph_of(body), &self.cuts, new, front, &inside);
         }
-        if moment == StrokePhase::End {
-            self.strokes.retain(|stroke| stroke.cut != cut);
+        if phase == StrokePhase::End {
+            self.strokes.retain(|open| open.cut != cut);
         }
-        let changed = !touched.is_empty();
-        if changed {
-            self.updates += 1;
-            self.by_stroke[number].updates += 1;
-            self.reconnect(body, &touched)?;
+        CutUpdate {
+            triangles,
+            touched,
+            stroke,
         }
-        Ok((Captured { triangles, changed }, touched))
-    }
-
-    /// Carries changed factors into stencils, map and model. Deformation gradients go on from what they
-    /// were; nodes that are left without a strain of their own get bonds; control rises by what both lost.
-    fn reconnect(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
-        let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
-        let before: Vec<DMat3> = touched.iter().map(before).collect();
-        let positions = body.motion.positions();
-        let held = body.elastic.control_energy(touched, positions);
-        let factor = |pair| self.factors.factor(pair);
-        body.stencils
-            .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
-        self.map.update_rows(factor, touched);
-        body.elastic
-            .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
-        let lost = body.elastic.lost_gradients(touched, &before, positions);
-        let weak = self.weak_nodes(body, touched, &lost);
-        let lost = body.elastic.weaken(&weak, positions, &factor);
-        body.elastic
-            .continue_deformation(touched, &before, positions);
-        body.elastic
-            .raise_control(touched, TOUCHED_CONTROL, held + lost, positions);
-        let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
-        let (offsets, indices) = (graph.offsets(), graph.indices());
-        if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
-            self.pieces = connected_pieces(offsets, indices, weights).piece;
-            body.motion.set_pieces(&self.pieces);
-        }
-        Ok(())
-    }
-
-    /// Estimates the largest eigenvalue of the part that the cut touched, for the step. Elsewhere
-    /// nothing changed.
-    fn fit_step(&mut self, body: &mut Body, touched: &[u32]) -> Result<(), BodyProblem> {
-        let part = body.elastic.part(&with_neighbors(body, touched));
-        let found = body.part_eigenvalue(&part, Vec::new(), ESTIMATE_PRODUCTS)?;
-        let largest = found.value.max(body.current_eigenvalue());
-        self.growth = self.growth.max(largest / body.eigenvalue.value);
-        body.take_part_eigenvalue(&part, &found);
-        Ok(())
     }
 
     /// Those of the touched nodes that cuts have left without a strain of their own, by what they took:

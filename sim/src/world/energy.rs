@@ -36,7 +36,7 @@ impl CutEnergy {
 pub struct StrokeEnergy {
     /// Index of the scene's cut that it is of.
     pub cut: usize,
-    /// Blade edges taken up.
+    /// Captured edges of blades.
     pub captures: usize,
     /// Those of them that changed the connectivity.
     pub updates: usize,

@@ -39,7 +39,7 @@ pub enum BodyProblem {
     /// The map from the world to the material fails.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// The blade's edge cannot be taken up.
+    /// The blade's edge cannot be captured.
     #[error(transparent)]
     Cut(#[from] CutError),
     /// The motion cannot be set up.
@@ -141,8 +141,13 @@ pub enum BodyProblem {
 impl BodyProblem {
     /// The same with the body's name.
     pub(super) fn of(self, body: &super::Body) -> WorldError {
+        self.named(&body.name)
+    }
+
+    /// The same with the body's name.
+    pub(crate) fn named(self, body: &str) -> WorldError {
         WorldError::Body {
-            body: body.name.clone(),
+            body: body.to_owned(),
             problem: self,
         }
     }
@@ -166,6 +171,9 @@ pub enum WorldError {
     /// The file of a rigid surface cannot be read.
     #[error(transparent)]
     Mesh(#[from] ReadError),
+    /// A capture failed, and a step was asked for nevertheless.
+    #[error("a cut could not be carried through; go back to a state or a copy from before it")]
+    HalfCut,
     /// The bodies have settled as long as they may, and nobody started the scene.
     #[error(
         "the bodies have settled for {limit} s (integration.settle.limit) and the scene was never \

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{Cut, Pose, Scene};
 
-/// When in a stroke the edge is taken up.
+/// When in a stroke the edge is captured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StrokePhase {
     /// The stroke starts.

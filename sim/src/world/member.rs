@@ -7,7 +7,7 @@ use glam::DVec3;
 use phyxel_enrich::{Pieces, Sweep, connected_pieces};
 
 use super::body::Body;
-use super::cutting::{Captured, Cutting, Incision};
+use super::cutting::{CapturedEdge, CutUpdate, Cutting};
 use super::error::BodyProblem;
 use super::input::StrokePhase;
 use super::tool::Touch;
@@ -51,50 +51,54 @@ impl Member {
         points + size_of_val(&*self.body.outside)
     }
 
-    /// Takes up a blade's edge (m); also what it added to the cut.
+    /// Captures a blade's edge (m): what it does is computed from the body as it is, and then applied to the body
+    /// and what touches it; also what it added to the cut.
     pub(super) fn capture(
         &mut self,
         index: usize,
         cut: &crate::scene::Cut,
         edge: &[DVec3],
-        moment: StrokePhase,
-    ) -> Result<(Captured, Sweep), BodyProblem> {
-        let (body, cutting) = self.with_cutting()?;
+        phase: StrokePhase,
+    ) -> Result<(CutUpdate, Sweep), BodyProblem> {
+        let (body, cutting, touches) = self.with_cutting()?;
         body.fetch_all();
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
-        let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
-        if capture.changed {
-            self.body.rebuilt_here();
-        }
-        if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
-            let factors = cutting.factors();
-            let torn = self.body.torn_count(factors);
-            for touch in &mut self.touches {
-                touch
-                    .led
-                    .tear(torn, || self.body.contact_surface(Some(factors)))?;
+        let (update, sweep) = cutting.advance(body, (index, cut.weld_tolerance), edge, phase)?;
+        if !update.touched.is_empty() {
+            cutting.apply(body, &update)?;
+            cutting.follow(body, &update)?;
+            body.rebuilt_here();
+            let factors = Some(cutting.factors());
+            let torn = body.torn_count(factors);
+            for touch in touches {
+                touch.led.tear(torn, || body.contact_surface(factors))?;
             }
         }
-        Ok((capture, sweep))
+        Ok((update, sweep))
     }
 
+    /// Does again what [`Member::capture`] did, but for what depends on the motion.
     pub(super) fn replay(
         &mut self,
-        incision: &Incision,
+        kept: &CapturedEdge,
         cut: &crate::scene::Cut,
-    ) -> Result<Captured, BodyProblem> {
-        let (body, cutting) = self.with_cutting()?;
-        cutting.replay(body, cut.weld_tolerance, incision)
+    ) -> Result<CutUpdate, BodyProblem> {
+        let (body, cutting, _) = self.with_cutting()?;
+        let update = cutting.advance_again(body, cut.weld_tolerance, kept)?;
+        if !update.touched.is_empty() {
+            cutting.apply(body, &update)?;
+        }
+        Ok(update)
     }
 
-    fn with_cutting(&mut self) -> Result<(&mut Body, &mut Cutting), BodyProblem> {
+    fn with_cutting(&mut self) -> Result<(&mut Body, &mut Cutting, &mut [Touch]), BodyProblem> {
         let fresh = match self.cutting.take() {
             Some(cutting) => cutting,
             None => Cutting::new(&self.body)?,
         };
         let cutting = self.cutting.insert(fresh);
-        Ok((&mut self.body, cutting))
+        Ok((&mut self.body, cutting, &mut self.touches))
     }
 }
 

@@ -31,8 +31,8 @@ use std::time::Instant;
 use glam::DVec3;
 
 pub use body::Body;
-use cutting::Incision;
-pub use cutting::{Captured, Cutting};
+pub use cutting::Cutting;
+use cutting::{CapturedEdge, CutUpdate};
 pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;
@@ -80,8 +80,8 @@ pub struct World {
     waiting: Option<Instant>,
     latencies: Vec<f64>,
     new_pieces: Vec<CutPiece>,
-    /// Every edge that was taken up; copies of a world share them.
-    incisions: Vec<Arc<Incision>>,
+    /// Every captured edge; copies of a world share them.
+    captured: Vec<Arc<CapturedEdge>>,
     /// Where to return to if a step fails.
     kept: Option<Kept>,
     /// Divisor of the step after steps that failed.
@@ -89,6 +89,8 @@ pub struct World {
     retaken: Retaken,
     /// Whether each of the scene's cuts has changed any body.
     cut_through: Vec<bool>,
+    /// Whether a capture failed: some rows may have the cut and others not.
+    torn: bool,
     /// What hands changed of what the scene says.
     adjusted: Adjusted,
 }
@@ -110,10 +112,7 @@ impl World {
                     let body = Body::new(&scene, description)?;
                     let touches = touches_of(&scene, description, &body);
                     Ok(Member {
-                        touches: touches.map_err(|problem| WorldError::Body {
-                            body: description.name.clone(),
-                            problem,
-                        })?,
+                        touches: touches.map_err(|problem| problem.named(&description.name))?,
                         body,
                         cutting: None,
                     })
@@ -133,11 +132,12 @@ impl World {
             waiting: None,
             latencies: Vec::new(),
             new_pieces: Vec::new(),
-            incisions: Vec::new(),
+            captured: Vec::new(),
             kept: None,
             caution: 1.0,
             retaken: Retaken::default(),
             adjusted: Adjusted::default(),
+            torn: false,
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -309,10 +309,7 @@ impl World {
         for Member { body, .. } in &mut self.members {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.come_to_rest(&loads)
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem,
-                })?;
+                .map_err(|problem| problem.named(&body.name))?;
         }
         self.phases.add(Phase::Setup, start.elapsed());
         self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
@@ -387,9 +384,13 @@ impl World {
     /// Takes one step: blades first, then motion with the tools.
     ///
     /// # Errors
-    /// [`WorldError`] if a blade's edge cannot be taken up, a motion diverges, or the bodies have
-    /// settled for as long as they may and nobody started the scene.
+    /// [`WorldError`] if a blade's edge cannot be captured, a motion diverges, or the bodies have
+    /// settled for as long as they may and nobody started the scene. After a capture that failed there are no
+    /// further steps: [`WorldError::HalfCut`].
     pub fn step(&mut self) -> Result<(), WorldError> {
+        if self.torn {
+            return Err(WorldError::HalfCut);
+        }
         if let (None, Some(settle)) = (self.origin, self.scene.integration.settle)
             && self.time() >= settle.limit
         {
@@ -427,10 +428,7 @@ impl World {
             let value = value.unwrap_or(body.damping);
             body.motion
                 .set_damping(value)
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem: problem.into(),
-                })?;
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
         }
         Ok(())
     }
@@ -466,45 +464,43 @@ impl World {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             body.motion
                 .set_loads(&loads)
-                .map_err(|problem| WorldError::Body {
-                    body: body.name.clone(),
-                    problem: problem.into(),
-                })?;
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
             body.moved_here();
         }
         Ok(())
     }
 
-    /// Takes up the edges of all blades that are due.
+    /// Captures the edges of all blades that are due.
     fn capture_blades(&mut self, step: u64) -> Result<(), WorldError> {
         let time = self.scene_time();
-        for (index, moment, edge) in self.hands.blades(&self.scene, step, time) {
+        for (index, phase, edge) in self.hands.blades(&self.scene, step, time) {
             let begun = Instant::now();
-            let mut changed = false;
             let cut = &self.scene.cuts[index];
+            let mut changed = false;
             for (place, member) in self.members.iter_mut().enumerate() {
                 let name = &member.body.name;
                 if cut.body.as_ref().is_some_and(|body| body != name) {
                     continue;
                 }
-                let (capture, sweep) = member
-                    .capture(index, cut, &edge, moment)
-                    .map_err(|problem| problem.of(&member.body))?;
-                self.incisions.push(Arc::new(Incision {
+                let captured = member.capture(index, cut, &edge, phase);
+                let (update, sweep) = captured.map_err(|problem| {
+                    self.torn = true;
+                    problem.of(&member.body)
+                })?;
+                changed |= !update.touched.is_empty();
+                self.captured.push(Arc::new(CapturedEdge {
                     steps: member.body.motion.steps(),
                     member: place,
                     cut: index,
-                    moment,
+                    phase,
                     sweep,
                 }));
-                changed |= capture.changed;
-                self.cut_through[index] |= capture.changed;
-                if !capture.triangles.is_empty() {
-                    self.new_pieces.push(CutPiece {
-                        member: place,
-                        triangles: capture.triangles,
-                    });
-                }
+                take_note(
+                    &mut self.cut_through,
+                    &mut self.new_pieces,
+                    (index, place),
+                    update,
+                );
             }
             self.phases.add(Phase::Cut, begun.elapsed());
             if changed {
@@ -514,5 +510,21 @@ impl World {
             }
         }
         Ok(())
+    }
+}
+
+/// What whoever draws and counts cuts is told of an update, of a cut in a member.
+fn take_note(
+    cut_through: &mut [bool],
+    pieces: &mut Vec<CutPiece>,
+    (cut, member): (usize, usize),
+    update: CutUpdate,
+) {
+    cut_through[cut] |= !update.touched.is_empty();
+    if !update.triangles.is_empty() {
+        pieces.push(CutPiece {
+            member,
+            triangles: update.triangles,
+        });
     }
 }

@@ -16,11 +16,8 @@ use crate::scene::{self, Form};
 pub fn extent(scene: &scene::Scene) -> Result<f64, WorldError> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for body in &scene.bodies {
-        let (solid, _) =
-            (body.shape.solid(&body.placement())).map_err(|problem| WorldError::Body {
-                body: body.name.clone(),
-                problem: problem.into(),
-            })?;
+        let (solid, _) = (body.shape.solid(&body.placement()))
+            .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
         low = low.min(solid.bounds().min);
         high = high.max(solid.bounds().max);
     }

@@ -1,7 +1,7 @@
 //! A world's state, to be kept and gone on from.
 //!
 //! A scene says how bodies are built; what it does not say is where their nodes are, and what blades
-//! have done. Of a blade only what it added to the cut is kept, in the material: taking that up again
+//! have done. Of a blade only what it added to the cut is kept, in the material: capturing that again
 //! gives the same cut, factors and rows, to the bit.
 
 use std::sync::Arc;
@@ -10,12 +10,12 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::body_state::BodyState;
-use super::cutting::Incision;
+use super::cutting::CapturedEdge;
 use super::error::{BodyProblem, WorldError};
 use super::grip::Adjusted;
 use super::guard::{Kept, Retaken};
 use super::input::HandsState;
-use super::{CutPiece, Member, World};
+use super::{CutPiece, Member, World, take_note};
 use crate::phases::Phases;
 
 /// All of a world that its scene does not say.
@@ -27,7 +27,7 @@ pub struct WorldState {
     phases: Phases,
     latencies: Vec<f64>,
     bodies: Vec<BodyState>,
-    incisions: Vec<Arc<Incision>>,
+    captured: Vec<Arc<CapturedEdge>>,
     kept: Option<Kept>,
     caution: f64,
     retaken: Retaken,
@@ -57,7 +57,7 @@ impl World {
             kept: self.kept.clone(),
             caution: self.caution,
             retaken: self.retaken,
-            incisions: self.incisions.clone(),
+            captured: self.captured.clone(),
             adjusted: self.adjusted,
         }
     }
@@ -68,17 +68,17 @@ impl World {
     /// # Errors
     /// [`WorldError`] with [`BodyProblem::OtherBody`] if a body is not built as it was, with
     /// [`BodyProblem::Damaged`] if the state has a number or a length that it cannot have, and whatever
-    /// taking up an edge or `grown` returns. The world is then good for nothing.
+    /// capturing an edge or `grown` returns. The world is then good for nothing.
     pub fn restore<F>(&mut self, state: WorldState, mut grown: F) -> Result<(), WorldError>
     where
         F: FnMut(&Self, &[CutPiece]) -> Result<(), WorldError>,
     {
         self.check(&state)?;
         self.adjusted = state.adjusted;
-        for (k, incision) in state.incisions.iter().enumerate() {
-            self.take_up(incision)?;
-            let next = state.incisions.get(k + 1);
-            if next.is_none_or(|next| next.steps != incision.steps) {
+        for (k, edge) in state.captured.iter().enumerate() {
+            self.capture_again(edge)?;
+            let next = state.captured.get(k + 1);
+            if next.is_none_or(|next| next.steps != edge.steps) {
                 let pieces = self.take_new_pieces();
                 if !pieces.is_empty() {
                     grown(self, &pieces)?;
@@ -100,18 +100,16 @@ impl World {
         self.hands.restore(state.hands);
         self.phases = state.phases;
         self.latencies = state.latencies;
-        self.incisions = state.incisions;
+        self.captured = state.captured;
         Ok(())
     }
 
-    /// What can be told before the cuts are taken up.
+    /// What can be told before the edges are captured.
     fn check(&self, state: &WorldState) -> Result<(), WorldError> {
         let finite = |value: Option<f64>| value.is_none_or(f64::is_finite);
         let members = self.members.len();
-        let cuts = state.incisions.iter().all(|incision| {
-            incision.member < members
-                && incision.cut < self.scene.cuts.len()
-                && incision.sweep.is_finite()
+        let cuts = state.captured.iter().all(|edge| {
+            edge.member < members && edge.cut < self.scene.cuts.len() && edge.sweep.is_finite()
         });
         let adjusted = state.adjusted;
         let sound = [
@@ -182,26 +180,19 @@ impl World {
         }
     }
 
-    fn take_up(&mut self, incision: &Incision) -> Result<(), WorldError> {
-        let Some(cut) = self.scene.cuts.get(incision.cut) else {
+    fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {
+        let cut = self.scene.cuts.get(edge.cut);
+        let (Some(cut), Some(member)) = (cut, self.members.get_mut(edge.member)) else {
             return Ok(());
         };
-        let Some(member) = self.members.get_mut(incision.member) else {
-            return Ok(());
-        };
-        let capture = member
-            .replay(incision, cut)
-            .map_err(|problem| WorldError::Body {
-                body: member.body.name.clone(),
-                problem,
-            })?;
-        self.cut_through[incision.cut] |= capture.changed;
-        if !capture.triangles.is_empty() {
-            self.new_pieces.push(CutPiece {
-                member: incision.member,
-                triangles: capture.triangles,
-            });
-        }
+        let update = member.replay(edge, cut);
+        let update = update.map_err(|problem| problem.of(&member.body))?;
+        take_note(
+            &mut self.cut_through,
+            &mut self.new_pieces,
+            (edge.cut, edge.member),
+            update,
+        );
         Ok(())
     }
 }
@@ -210,6 +201,7 @@ impl World {
 mod tests {
     use super::*;
     use crate::scene::{Override, Scene};
+    use crate::world::{Action, Input, StrokePhase};
 
     /// A block with a cut, a tool and viscosity.
     fn world() -> World {
@@ -287,5 +279,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn after_a_capture_that_failed_there_are_no_steps() {
+        let changes = [
+            "bodies[0].sampling.target=Nodes(200)",
+            "integration.settle=None",
+        ];
+        let changes = changes.map(|text| Override::parse(text).unwrap());
+        let mut world = World::new(Scene::embedded("block", &changes).unwrap()).unwrap();
+        let before = world.clone();
+        let action = Action::Blade {
+            cut: 0,
+            moment: StrokePhase::Start,
+            edge: vec![DVec3::new(-0.06, -0.06, 0.0), DVec3::new(-0.06, 0.06, 0.0)],
+        };
+        world.give(vec![Input { step: 0, action }]).unwrap();
+        let motion = &mut world.members[0].body.motion;
+        let mut state = motion.state().clone();
+        state.positions[0] = DVec3::NAN;
+        motion.restore(state);
+        let error = world.step().unwrap_err();
+        assert!(matches!(error, WorldError::Body { .. }), "{error}");
+        let error = world.step().unwrap_err();
+        assert!(matches!(error, WorldError::HalfCut), "{error}");
+        world = before;
+        world.step().expect("the state of before is sound");
     }
 }

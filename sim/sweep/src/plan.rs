@@ -1,18 +1,19 @@
 //! Plans: what a sweep changes and what it keeps of each run.
 
 use std::collections::BTreeSet;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use ron::value::RawValue;
 use serde::Deserialize;
 
 use phyxel_text::{
-    FormatProblem, KeyPath, Node, Override, OverrideError, Place, line_column, parse_ron, read_text,
+    KeyPath, Node, Override, OverrideError, Place, TextError, line_column, parse_ron, read_text,
 };
 
 /// The version of plans that this program reads.
 const VERSION: u32 = 1;
+/// What messages call a plan's text.
+const WHOLE: &str = "the plan";
 /// Most cases of one plan: beyond it a list of them is no longer handy.
 const MOST_CASES: usize = 100_000;
 /// Columns that every table has beside those of keys and results.
@@ -214,34 +215,9 @@ impl ResultColumn {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The file cannot be read.
-    #[error("{}: cannot read the plan: {source}", file.display())]
-    Read {
-        /// The file as it was named.
-        file: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The text is not RON, or not what a plan is made of.
-    #[error("{place}: {problem}")]
-    Format {
-        /// Where.
-        place: Place,
-        /// What.
-        problem: Box<FormatProblem>,
-    },
-    /// A value is out of range or does not fit the rest.
-    #[error("{place}: {path} is {found}; {must}")]
-    Value {
-        /// Where.
-        place: Place,
-        /// Key path in the plan.
-        path: String,
-        /// The value.
-        found: String,
-        /// What it must be, or what to do.
-        must: String,
-    },
+    /// The text is not as it must be.
+    #[error(transparent)]
+    Text(#[from] TextError),
     /// A change that all cases share cannot be understood.
     #[error("{place}: {source}")]
     Set {
@@ -272,8 +248,9 @@ impl Plan {
     /// # Errors
     /// A [`PlanError`] that names the place and what to do.
     pub fn load(file: &Path) -> Result<Self, PlanError> {
-        let text = read_text(file).map_err(|source| PlanError::Read {
+        let text = read_text(file).map_err(|source| TextError::Read {
             file: file.to_owned(),
+            whole: WHOLE,
             source,
         })?;
         Self::from_text(&text, file)
@@ -290,7 +267,7 @@ impl Plan {
             text: text.to_owned(),
         };
         let written: Written =
-            parse_ron(text, "the plan").map_err(|(position, problem)| PlanError::Format {
+            parse_ron(text, WHOLE).map_err(|(position, problem)| TextError::Format {
                 place: Place {
                     origin: file.display().to_string(),
                     position: Some(position),
@@ -514,12 +491,13 @@ impl Source {
         if fits {
             return Ok(());
         }
-        Err(PlanError::Value {
+        Err(TextError::Value {
             place: self.place(path),
             path: path.to_owned(),
             found: found.to_string(),
             must: must.to_owned(),
-        })
+        }
+        .into())
     }
 }
 

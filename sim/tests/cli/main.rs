@@ -53,9 +53,9 @@ fn scenes_lists_prints_and_documents() {
     assert_eq!(list.status, 0, "{list:?}");
     assert!(list.stdout.starts_with("liver "), "{}", list.stdout);
     let printed = sandbox.run(&["scenes", "liver"]);
-    assert_eq!(printed.stdout, include_str!("../../scenes/liver.ron"));
+    assert_eq!(printed.stdout, include_str!("../../scene/scenes/liver.ron"));
     let keys = sandbox.run(&["scenes", "--keys"]);
-    assert_eq!(keys.stdout, include_str!("../../SCENES.md"));
+    assert_eq!(keys.stdout, include_str!("../../scene/SCENES.md"));
     // What is printed is a scene to start from.
     let sandbox = Sandbox::new(&[("mine.ron", printed.stdout.as_bytes())]);
     let check = sandbox.run(&["check", "mine.ron"]);

@@ -4,6 +4,8 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
+use crate::error::{Place, TextError};
+
 /// A value that is not as it must be.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
@@ -15,6 +17,19 @@ pub struct Fault {
     pub must: String,
     /// Key paths of the other values that it is so with; none where the value alone says so.
     pub with: Vec<String>,
+}
+
+impl Fault {
+    /// The error that it is at a place.
+    #[must_use]
+    pub fn at(self, place: Place) -> TextError {
+        TextError::Value {
+            place,
+            path: self.path,
+            found: self.found,
+            must: self.must,
+        }
+    }
 }
 
 /// Most faults that are gathered: nobody reads more, and a list of a million values may be all wrong.
@@ -55,6 +70,18 @@ impl Checks {
                 with: with.iter().map(|&path| path.to_owned()).collect(),
             });
         }
+    }
+
+    /// What a group of settings at the key path `place` finds at fault in itself: `path` and those in `with` run
+    /// from the group on; an empty one is the group.
+    pub fn within(&mut self, place: &str, path: &str, found: String, must: String, with: &[&str]) {
+        let at = |path: &str| match path {
+            "" => place.to_owned(),
+            path => format!("{place}.{path}"),
+        };
+        let with: Vec<String> = with.iter().map(|path| at(path)).collect();
+        let with: Vec<&str> = with.iter().map(String::as_str).collect();
+        self.agree(false, at(path), found, must, &with);
     }
 
     /// All but what is told of another value already: each value is told of once, and none is compared with
@@ -122,24 +149,6 @@ impl Checks {
             triple(value),
             "each of its three numbers must be finite",
         );
-    }
-
-    /// A finite vector longer than zero.
-    pub fn direction(&mut self, path: impl Display, value: DVec3) {
-        let length = value.length();
-        self.require(
-            length.is_finite() && length > 0.0,
-            path,
-            triple(value),
-            "it must be finite and longer than 0",
-        );
-    }
-
-    /// A vector of finite lengths (m) above zero.
-    pub fn positive_components(&mut self, path: &str, value: DVec3) {
-        for (index, component) in value.to_array().into_iter().enumerate() {
-            self.positive(format_args!("{path}[{index}]"), component, " (m)");
-        }
     }
 }
 

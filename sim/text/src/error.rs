@@ -1,6 +1,8 @@
 //! How a text departs from its format, said with the place and the remedy.
 
 use std::fmt;
+use std::io;
+use std::path::PathBuf;
 
 /// How a text departs from the format.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -72,6 +74,79 @@ pub enum FormatProblem {
     },
 }
 
+/// A text that cannot be used: what is wrong with it, where, and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TextError {
+    /// The file cannot be read.
+    #[error("{}: cannot read {whole}: {source}", file.display())]
+    Read {
+        /// The file as it was named.
+        file: PathBuf,
+        /// What messages call the text.
+        whole: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The text is not RON or JSON, or not what the format asks for.
+    #[error("{place}: {problem}")]
+    Format {
+        /// Where.
+        place: Place,
+        /// What.
+        problem: Box<FormatProblem>,
+    },
+    /// A value is out of range or does not fit the rest.
+    #[error("{place}: {path} is {found}; {must}")]
+    Value {
+        /// Where.
+        place: Place,
+        /// Key path of the value.
+        path: String,
+        /// The value.
+        found: String,
+        /// What it must be, or what to do.
+        must: String,
+    },
+    /// All of these, in the order of the text, each on a line of its own.
+    #[error("{}", Lines(.0))]
+    Several(Vec<TextError>),
+    /// An override cannot be applied.
+    #[error(transparent)]
+    Override(#[from] OverrideError),
+}
+
+impl TextError {
+    /// One of `errors`, or [`TextError::Several`] in the order of the text.
+    #[must_use]
+    pub fn of(mut errors: Vec<Self>) -> Self {
+        if errors.len() == 1 {
+            return errors.swap_remove(0);
+        }
+        errors.sort_by_key(|error| match error {
+            Self::Format { place, .. } | Self::Value { place, .. } => {
+                place.position.unwrap_or((usize::MAX, 0))
+            }
+            _ => (usize::MAX, 0),
+        });
+        Self::Several(errors)
+    }
+
+    /// The error without line and column, for a text that the reader does not have.
+    #[must_use]
+    pub fn without_position(mut self) -> Self {
+        match &mut self {
+            Self::Format { place, .. } | Self::Value { place, .. } => place.position = None,
+            Self::Several(errors) => {
+                let all = std::mem::take(errors).into_iter();
+                errors.extend(all.map(Self::without_position));
+            }
+            _ => {}
+        }
+        self
+    }
+}
+
 /// An override that cannot be applied.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("--set {text}: {problem}")]
@@ -141,6 +216,24 @@ impl fmt::Display for Place {
             write!(f, ":{line}:{column}")?;
         }
         Ok(())
+    }
+}
+
+/// Most errors that are shown at once.
+const MOST_SHOWN: usize = 100;
+
+struct Lines<'a>(&'a [TextError]);
+
+impl fmt::Display for Lines<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, error) in self.0.iter().take(MOST_SHOWN).enumerate() {
+            let before = if at == 0 { "" } else { "\n" };
+            write!(f, "{before}{error}")?;
+        }
+        match self.0.len().checked_sub(MOST_SHOWN) {
+            None | Some(0) => Ok(()),
+            Some(more) => write!(f, "\nand {more} more"),
+        }
     }
 }
 

@@ -14,7 +14,7 @@ mod read;
 mod suggest;
 
 pub use check::{Checks, Fault, triple};
-pub use error::{DidYouMean, FormatProblem, OverrideError, OverrideProblem, Place};
+pub use error::{DidYouMean, FormatProblem, OverrideError, OverrideProblem, Place, TextError};
 pub use file::{read_file, read_text};
 pub use format::{Syntax, options};
 pub use key_path::{KeyPath, Segment};

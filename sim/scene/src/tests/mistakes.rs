@@ -1,7 +1,7 @@
 //! All mistakes of a scene at once.
 
 use phyxel_text::Syntax;
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 use phyxel_text::{KeyPath, line_column};
 
 use super::*;
@@ -41,13 +41,13 @@ fn consequences_of_a_mistake_are_not_told() {
         "(version: 1, bodies: [(shape: Liver(width: 0.1)), (shape: Liver(width: 0.1), nam: \"b\")])",
     ] {
         let error = read(text).expect_err("one mistake");
-        assert!(!matches!(error, SceneError::Several(_)), "{error}");
+        assert!(!matches!(error, SceneError::Text(TextError::Several(_))), "{error}");
     }
 }
 
 /// However many keys of a scene are broken, and in whichever way, there is a message for each, at its place, in
 /// the order of the text.
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 #[test]
 fn every_broken_key_has_its_message() {
     let mut seed = 7_u64;
@@ -125,7 +125,7 @@ fn every_broken_key_has_its_message() {
 }
 
 /// Misspelt keys and choices are read as what they are like, so that what is in them is told of too.
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 #[test]
 fn mistakes_within_misspelt_groups_are_told() {
     let text = "(version: 1, bodys: [(shap: Livre(width: true), materal: (densty: \"a\"), damping: -1)], tols: [])";
@@ -176,14 +176,15 @@ fn failures(
             let Err(error) = read(&damaged) else { continue };
             failed += 1;
             let errors = match error {
-                SceneError::Several(errors) => errors,
-                error => vec![error],
+                SceneError::Text(TextError::Several(errors)) => errors,
+                SceneError::Text(error) => vec![error],
+                other => panic!("damage at {at}: {other}"),
             };
             for error in errors {
                 let told = error.to_string();
                 assert!(!told.contains('\n'), "damage at {at}: {told}");
                 let place = match error {
-                    SceneError::Format { place, .. } | SceneError::Value { place, .. } => place,
+                    TextError::Format { place, .. } | TextError::Value { place, .. } => place,
                     other => panic!("damage at {at}: {other}"),
                 };
                 let (line, _) = place.position.expect("the text is at hand");

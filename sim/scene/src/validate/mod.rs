@@ -1,18 +1,26 @@
 //! What a scene's values must be: checked once, so that nothing later meets a surprise.
 
+/// What settings of a leaf find at fault in themselves, told at their place in the scene.
+macro_rules! tell {
+    ($checks:expr, $place:expr, $bad:expr) => {
+        for bad in $bad {
+            $checks.within($place, &bad.field, bad.found, bad.must, bad.with);
+        }
+    };
+}
+
 mod body;
 mod event;
 mod file;
 mod material;
 mod method;
-mod region;
 mod rigid;
 
 use super::settings::{Coloring, Integration, Pictures, Rest, Show};
-use super::{Scene, Scheme, VERSION, View};
+use super::{Scene, VERSION};
 use body::body;
 use event::{cut, support, tool};
-use phyxel_text::{Checks, Fault, triple};
+use phyxel_text::{Checks, Fault};
 use rigid::rigid;
 
 /// Checks every value of a scene but those at the key paths `misread`, which stand for others.
@@ -198,18 +206,10 @@ fn stepping(checks: &mut Checks, scene: &Scene) {
         "it does not go with tools; take Motion",
         &["tools"],
     );
-    let (Scheme::BackwardEuler { step, tolerance } | Scheme::Newmark { step, tolerance }) =
-        settings.scheme
-    else {
+    tell!(checks, "integration.scheme", settings.scheme.check());
+    if settings.scheme.step().is_none() {
         return;
-    };
-    checks.positive("integration.scheme.step", step, " (s), such as 0.01");
-    checks.require(
-        tolerance > 0.0 && tolerance < 1.0,
-        "integration.scheme.tolerance",
-        tolerance,
-        "it must be above 0 and below 1, such as 1e-4",
-    );
+    }
     for (index, body) in scene.bodies.iter().enumerate() {
         checks.agree(
             body.damping_ratio == 0.0,
@@ -276,47 +276,5 @@ fn pictures(checks: &mut Checks, pictures: &Pictures) {
         Coloring::Stress { most } => checks.positive("pictures.color.most", most, " (Pa)"),
         Coloring::Curvature { most } => checks.positive("pictures.color.most", most, " (1/m)"),
     }
-    match pictures.view {
-        View::Around {
-            azimuth,
-            elevation,
-            zoom,
-            ..
-        } => {
-            checks.require(
-                azimuth.is_finite(),
-                "pictures.view.azimuth",
-                azimuth,
-                "it must be finite (degrees)",
-            );
-            checks.require(
-                (-90.0..=90.0).contains(&elevation),
-                "pictures.view.elevation",
-                elevation,
-                "it must be from -90 (below) to 90 (above)",
-            );
-            checks.positive("pictures.view.zoom", zoom, ", 1 fits the bodies");
-        }
-        View::Explicit {
-            eye,
-            target,
-            field_of_view,
-        } => {
-            checks.finite("pictures.view.eye", eye);
-            checks.finite("pictures.view.target", target);
-            checks.agree(
-                eye != target,
-                "pictures.view.target",
-                triple(target),
-                "it must differ from the eye",
-                &["pictures.view.eye"],
-            );
-            checks.require(
-                field_of_view > 0.0 && field_of_view < 180.0,
-                "pictures.view.field_of_view",
-                field_of_view,
-                "it must be above 0 and below 180 (degrees)",
-            );
-        }
-    }
+    tell!(checks, "pictures.view", pictures.view.check());
 }

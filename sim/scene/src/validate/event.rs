@@ -1,11 +1,10 @@
 //! What acts on the bodies: supports, tools and cuts.
 
-use super::region::region;
 use super::rigid::rigid;
-use crate::scene::event::{Capture, Cut, Support, SupportMotion};
-use crate::scene::tool::Tool;
-use crate::scene::{Body, Key, Scene, ToolShape};
-use phyxel_text::{Checks, nearest, triple};
+use crate::event::{Capture, Cut, Support, SupportMotion};
+use crate::tool::Tool;
+use crate::{Body, Key, Scene};
+use phyxel_text::{Checks, DidYouMean, nearest, triple};
 
 /// Most captures of one stroke.
 const MOST_CAPTURES: f64 = 1e5;
@@ -17,7 +16,7 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
         support.body.as_deref(),
         bodies,
     );
-    region(checks, &format!("{path}.region"), support.region);
+    tell!(checks, &format!("{path}.region"), support.region.check());
     match &support.motion {
         SupportMotion::Fixed => {}
         SupportMotion::Driven { path: keys } => {
@@ -33,7 +32,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         tool.body.as_deref(),
         bodies,
     );
-    tool_shape(checks, &format!("{path}.shape"), tool.shape);
+    tell!(checks, &format!("{path}.shape"), tool.shape.check());
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }
@@ -70,21 +69,6 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         format_args!("a released tool touches one body; name it in {path}.body"),
         &[&format!("{path}.body")],
     );
-}
-
-fn tool_shape(checks: &mut Checks, path: &str, shape: ToolShape) {
-    match shape {
-        ToolShape::Sphere { radius } => {
-            checks.positive(format_args!("{path}.radius"), radius, " (m)");
-        }
-        ToolShape::Plane { normal } => checks.direction(format_args!("{path}.normal"), normal),
-        ToolShape::Capsule { from, to, radius } => {
-            checks.finite(format_args!("{path}.from"), from);
-            checks.finite(format_args!("{path}.to"), to);
-            checks.positive(format_args!("{path}.radius"), radius, " (m)");
-        }
-        ToolShape::Box { size } => checks.positive_components(&format!("{path}.size"), size),
-    }
 }
 
 pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
@@ -174,8 +158,7 @@ pub(super) fn body_name(checks: &mut Checks, path: &str, name: Option<&str>, bod
     if names.contains(&name) {
         return;
     }
-    let hint = nearest(name, names.iter().copied())
-        .map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+    let hint = DidYouMean(nearest(name, names.iter().copied()));
     let with: Vec<String> = (0..bodies.len())
         .map(|index| format!("bodies[{index}].name"))
         .collect();

@@ -11,12 +11,12 @@ use super::path::turn;
 /// A rigid surface from a mesh file, such as bones or the looks of an instrument: it is drawn among the bodies and
 /// touches nothing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RigidMesh {
     /// Mesh file; a relative path starts at the scene file's folder. Holes do not matter.
     #[serde(with = "path_text")]
-    #[cfg_attr(feature = "cli", schemars(with = "String"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "String"))]
     pub file: PathBuf,
     /// Metres per unit of the file.
     #[serde(default = "RigidMesh::default_scale")]
@@ -26,11 +26,11 @@ pub struct RigidMesh {
     pub up: Axis,
     /// Translation (m).
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation vector (degrees), applied before the translation.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub rotation: DVec3,
     /// Colour (sRGB, 0 to 1).
     #[serde(default = "RigidMesh::default_color")]

@@ -8,7 +8,7 @@ use super::path::{Key, pose_at};
 
 /// Nodes that are held or moved as a scripted path says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Support {
     /// Name of the body; every body where not given.
@@ -45,7 +45,7 @@ impl Support {
 
 /// How supported nodes move.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename = "Motion")]
 pub enum SupportMotion {
     /// They stay where they rest.
@@ -60,11 +60,11 @@ pub enum SupportMotion {
 
 /// Uniform gravity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Gravity {
     /// Acceleration (m/s^2).
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub acceleration: DVec3,
     /// Time (s) over which gravity grows from nothing to its full size at the start of the run.
     pub ramp: f64,
@@ -83,7 +83,7 @@ impl Default for Gravity {
 ///
 /// The stroke starts at the path's first key and ends at its last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Cut {
     /// Name in reports; unique among the cuts.
@@ -93,7 +93,7 @@ pub struct Cut {
     #[serde(default)]
     pub body: Option<String>,
     /// Points (m) of the blade's edge in the blade's own frame, at least two.
-    #[cfg_attr(feature = "cli", schemars(with = "Vec<[f64; 3]>"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "Vec<[f64; 3]>"))]
     pub edge: Vec<DVec3>,
     /// How the blade moves through the world, at least two keys.
     pub path: Vec<Key>,
@@ -200,7 +200,7 @@ impl Cut {
 
 /// When the edge of a moving blade is taken up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Capture {
     /// Times per second (1/s).
     Rate(f64),

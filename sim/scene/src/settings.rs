@@ -8,7 +8,7 @@ use super::rigid::RigidMesh;
 
 /// Time stepping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Integration {
     /// Simulated time (s) after settling.
@@ -36,7 +36,7 @@ impl Default for Integration {
 
 /// Coming to rest before scene time 0, so that the first cut meets tissue that hangs still.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Settle {
     /// How rest is reached.
@@ -62,7 +62,7 @@ impl Default for Settle {
 
 /// How bodies come to rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Rest {
     /// By damped motion, while gravity grows.
     #[default]
@@ -74,7 +74,7 @@ pub enum Rest {
 
 /// What is written down while the scene runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Observe {
     /// Rows of `history.csv` per simulated second (1/s).
@@ -106,7 +106,7 @@ impl Default for Observe {
 
 /// Frames drawn while the scene runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Pictures {
     /// Width of a frame (pixels).
@@ -159,7 +159,7 @@ impl Default for Pictures {
 
 /// Colours (sRGB, 0 to 1) behind the bodies, even from one to the other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Backdrop {
     /// At the upper border.
@@ -170,7 +170,7 @@ pub struct Backdrop {
 
 /// What colours the surfaces; a quantity gets a legend.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Coloring {
     /// The colours and images of the bodies' surfels.
@@ -195,7 +195,7 @@ pub enum Coloring {
 
 /// What pictures show, to look into a model (the displays of Aras 2014, appendix).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Show {
     /// Surfaces, tools and blades.

@@ -9,18 +9,18 @@ use serde::{Deserialize, Serialize};
 /// Between two keys the position is interpolated linearly and the rotation along the shorter arc;
 /// before the first and after the last key the pose stays at that key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Key {
     /// Scene time (s), counted from the end of settling; keys are in increasing order.
     pub time: f64,
     /// Translation (m) of the thing that moves.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation vector (degrees): direction is the axis, length the angle; applied before the translation.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub rotation: DVec3,
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use phyxel_text::{
     Departure, Departures, Fault, Node, Override, OverrideError, OverrideProblem, Place, Syntax,
-    nearest, options, overriding, place_of, read_text, shortened,
+    TextError, nearest, options, overriding, place_of, read_text, shortened,
 };
 
 use super::embedded::{self, EMBEDDED};
@@ -24,8 +24,9 @@ impl Scene {
     /// A [`SceneError`] that names the place: the file cannot be read, is not RON, has an unknown
     /// key or a value out of range, or an override does not fit.
     pub fn load(file: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text = read_text(file).map_err(|source| SceneError::Read {
+        let text = read_text(file).map_err(|source| TextError::Read {
             file: file.to_owned(),
+            whole: WHOLE,
             source,
         })?;
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
@@ -73,7 +74,8 @@ impl Scene {
             Ok(scene) => scene,
             Err(first) => {
                 let departures = departures((text, format), first);
-                return Err(told(departures, (text, format), origin, folder, overrides));
+                let text = (text, format);
+                return Err(told(departures, text, origin, folder, overrides).into());
             }
         };
         for change in overrides {
@@ -98,7 +100,7 @@ impl Scene {
         }
         let tree = format.tree(text);
         let located = |fault| located(fault, (text, tree.as_ref()), origin, overrides);
-        Err(several(faults.into_iter().map(located).collect()))
+        Err(TextError::of(faults.into_iter().map(located).collect()).into())
     }
 
     /// Paths of files as seen from the working folder.
@@ -127,26 +129,22 @@ impl Scene {
 
     /// Checks every value of a scene that a program made or changed.
     ///
-    /// [`Scene::load`] and its like have done so, and [`crate::world::World::new`] does.
+    /// [`Scene::load`] and its like have done so.
     ///
     /// # Errors
-    /// [`SceneError::Value`] with the key path of the value that is not as it must be,
-    /// [`SceneError::Several`] for several.
+    /// [`TextError::Value`] with the key path of the value that is not as it must be,
+    /// [`TextError::Several`] for several.
     pub fn validate(&self) -> Result<(), SceneError> {
         let faults = validate(self, &[]);
         if faults.is_empty() {
             return Ok(());
         }
-        let tell = |fault: Fault| SceneError::Value {
-            place: Place {
-                origin: format!("scene '{}'", self.name),
-                position: None,
-            },
-            path: fault.path,
-            found: fault.found,
-            must: fault.must,
+        let place = Place {
+            origin: format!("scene '{}'", self.name),
+            position: None,
         };
-        Err(several(faults.into_iter().map(tell).collect()))
+        let told = faults.into_iter().map(|fault| fault.at(place.clone()));
+        Err(TextError::of(told.collect()).into())
     }
 
     /// The scene as RON, all defaults written out; [`Scene::load`] reads it back as it was.
@@ -172,11 +170,11 @@ fn resolve(folder: &Path, file: &Path) -> PathBuf {
     std::path::absolute(&joined).unwrap_or(joined)
 }
 
-/// All that a text departs from the format in; without the format's schema (feature `cli`) the first.
+/// All that a text departs from the format in; without the format's schema (feature `schemars`) the first.
 fn departures(text: (&str, Syntax), first: Departure) -> Departures<Scene> {
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "schemars")]
     let schema = Some(&*super::keys::SCHEMA);
-    #[cfg(not(feature = "cli"))]
+    #[cfg(not(feature = "schemars"))]
     let schema = None;
     Departures::of(text, first, schema, WHOLE)
 }
@@ -188,15 +186,15 @@ fn told(
     origin: &str,
     folder: &Path,
     overrides: &[Override],
-) -> SceneError {
-    let tell = |(position, problem)| SceneError::Format {
+) -> TextError {
+    let tell = |(position, problem)| TextError::Format {
         place: Place {
             origin: origin.to_owned(),
             position: Some(position),
         },
         problem: Box::new(problem),
     };
-    let mut errors: Vec<SceneError> = departures.problems.into_iter().map(tell).collect();
+    let mut errors: Vec<TextError> = departures.problems.into_iter().map(tell).collect();
     if let Some((mut scene, paths)) = departures.mended {
         scene.resolve(folder);
         let tree = format.tree(text);
@@ -204,21 +202,7 @@ fn told(
         let kept = faults.filter(|fault| overriding(&fault.path, overrides).is_none());
         errors.extend(kept.map(|fault| located(fault, (text, tree.as_ref()), origin, &[])));
     }
-    several(errors)
-}
-
-/// Errors, of which there is one at least, as one, in the order of the text.
-fn several(mut errors: Vec<SceneError>) -> SceneError {
-    if errors.len() == 1 {
-        return errors.swap_remove(0);
-    }
-    errors.sort_by_key(|error| match error {
-        SceneError::Format { place, .. } | SceneError::Value { place, .. } => {
-            place.position.unwrap_or((usize::MAX, 0))
-        }
-        _ => (usize::MAX, 0),
-    });
-    SceneError::Several(errors)
+    TextError::of(errors)
 }
 
 /// The fault with the place where its value was written: an override or the text.
@@ -227,18 +211,14 @@ fn located(
     text: (&str, Option<&Node>),
     origin: &str,
     overrides: &[Override],
-) -> SceneError {
-    SceneError::Value {
-        place: place_of(&fault.path, text, origin, overrides),
-        path: fault.path,
-        found: fault.found,
-        must: fault.must,
-    }
+) -> TextError {
+    let place = place_of(&fault.path, text, origin, overrides);
+    fault.at(place)
 }
 
-#[cfg(feature = "cli")]
 /// Where a scene's body was written; an origin without a text has no position.
-pub(crate) fn place_of_body(
+#[must_use]
+pub fn place_of_body(
     index: usize,
     text: Option<(&str, Syntax)>,
     origin: &str,

@@ -15,7 +15,7 @@ use super::path::turn;
 
 /// A deformable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Name by which supports and cuts refer to the body; unique in the scene.
@@ -25,12 +25,12 @@ pub struct Body {
     pub shape: Shape,
     /// Translation (m) of the shape in the rest frame.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Rotation vector (degrees) of the shape about its own origin: direction is the axis, length the angle;
     /// applied before the translation.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub rotation: DVec3,
     /// Size of the body over that which its shape says; applied before rotation and translation.
     #[serde(default = "Body::default_scale")]
@@ -98,7 +98,8 @@ impl Body {
     }
 
     /// Volume (m^3), roughly, of a shape that needs no file; only for estimates of node counts.
-    pub(crate) fn rough_volume(&self) -> Option<f64> {
+    #[must_use]
+    pub fn rough_volume(&self) -> Option<f64> {
         let (primitive, own) = self.shape.primitive()?;
         Some(primitive.volume() * (self.scale * own.scale).powi(3))
     }
@@ -128,7 +129,7 @@ impl Body {
 
 /// How finely a body is filled with nodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Sampling {
     /// What is asked for: a distance between nodes, a number of nodes, or a lattice of them.
@@ -145,7 +146,7 @@ pub struct Sampling {
 
 /// Where the nodes of a body come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Form {
     /// Vertices of tetrahedra that fill the body; those that share an edge are neighbours.
     #[default]
@@ -169,7 +170,7 @@ impl Default for Sampling {
 
 /// The fineness that a sampling aims at.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Target {
     /// Distance between neighbouring nodes (m).
     Spacing(f64),
@@ -182,7 +183,7 @@ pub enum Target {
 
 /// Surface points of a body and their colours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Surfels {
     /// How many surfels cover the body's surface; of no account with `points`.
@@ -221,12 +222,12 @@ pub struct Surfels {
 
 /// Points with normals on a body's surface, without triangles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
     /// Text file with `x y z nx ny nz` in each line; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
-    #[cfg_attr(feature = "cli", schemars(with = "String"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "String"))]
     pub file: PathBuf,
     /// Metres per unit of the file.
     #[serde(default = "Body::default_scale")]
@@ -238,12 +239,12 @@ pub struct PointFile {
 
 /// An image laid on a body from the six sides of a box, by the place at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename = "Image")]
 pub struct ImageFile {
     /// PNG file; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
-    #[cfg_attr(feature = "cli", schemars(with = "String"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "String"))]
     pub file: PathBuf,
     /// Width (m) of the image on the body; it repeats.
     pub size: f64,
@@ -273,7 +274,7 @@ impl Default for Surfels {
 
 /// How many surfels cover a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum SurfelTarget {
     /// This body's share of a number on all bodies that say so, by the square of its size: all of it if
     /// the body is the only one.
@@ -286,7 +287,7 @@ pub enum SurfelTarget {
 
 /// How far the surfels of a surface lie from each other.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum SurfelSpacing {
     /// Equally far everywhere.

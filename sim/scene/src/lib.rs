@@ -1,14 +1,10 @@
-//! Scene files: what is simulated, in RON, with SI units.
-//!
-//! A scene is read ([`Scene::load`], [`Scene::embedded`], [`Scene::for_mesh`]), changed by
-//! overrides and validated once; whoever holds a [`Scene`] from one of these may rely on its values
-//! being finite and in range. Times of keys count from the end of settling.
+#![doc = include_str!("../README.md")]
 
 mod body;
 mod embedded;
 mod error;
 mod event;
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 mod keys;
 mod material;
 mod mesh;
@@ -31,7 +27,7 @@ pub use body::{
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::SceneError;
 pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 pub use keys::{key_reference, schema};
 pub use material::Inclusion;
 pub use method::Method;
@@ -43,9 +39,8 @@ pub use phyxel_elastic::{
 pub use phyxel_enrich::CutRule;
 pub use phyxel_integrate::{Pose, Region, Scheme, ToolShape};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
-pub use phyxel_text::{FormatProblem, Override, OverrideError, OverrideProblem, Place};
-#[cfg(feature = "cli")]
-pub(crate) use read::place_of_body;
+pub use phyxel_text::{FormatProblem, Override, OverrideError, OverrideProblem, Place, TextError};
+pub use read::place_of_body;
 pub use rigid::RigidMesh;
 pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};
 pub use tool::{Release, Tool};
@@ -55,7 +50,7 @@ pub const VERSION: u32 = 1;
 
 /// A scene: bodies, what acts on them, how time passes and what is written down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Version of the format; 1.

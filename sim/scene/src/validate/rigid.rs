@@ -1,7 +1,7 @@
 //! Rigid surfaces that are only drawn.
 
 use super::file::{existing_file, scale};
-use crate::scene::RigidMesh;
+use crate::RigidMesh;
 use phyxel_text::Checks;
 
 pub(super) fn rigid(checks: &mut Checks, path: &str, mesh: &RigidMesh) {

@@ -128,7 +128,7 @@ fn the_shortest_scene_has_the_defaults() {
     assert_eq!(scene, Scene::new("scene", vec![body]));
 }
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "schemars")]
 #[test]
 fn the_key_page_is_in_step_with_the_types() {
     let page = key_reference();
@@ -136,8 +136,8 @@ fn the_key_page_is_in_step_with_the_types() {
         std::fs::write("SCENES.md", &page).expect("the page can be written");
     }
     assert!(
-        page == include_str!("../../SCENES.md"),
-        "SCENES.md is old: run PHYXEL_BLESS=1 cargo test -p phyxel key_page"
+        page == include_str!("../SCENES.md"),
+        "SCENES.md is old: run PHYXEL_BLESS=1 cargo test -p phyxel-scene --features schemars key_page"
     );
     // Every key that a scene is written with stands on the page.
     let resolved = read(LIVER).expect("the scene is valid").to_ron();

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// A part of a body of another stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Inclusion {
     /// Part of space, in rest coordinates, whose nodes belong to it.

@@ -11,7 +11,7 @@ use super::rigid::RigidMesh;
 ///
 /// It is in the world from the first step on: while the bodies settle it stands at its first key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Tool {
     /// Name in reports; unique among the tools.
@@ -24,7 +24,7 @@ pub struct Tool {
     pub shape: ToolShape,
     /// Translation (m) of the tool with its whole path.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Size of the tool over that which its shape says; its path stays.
     #[serde(default = "Tool::default_scale")]
@@ -88,14 +88,14 @@ impl Tool {
 
 /// What moves a tool that no path moves, beside the contact; it does not turn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Release {
     /// Mass (kg); the scene's gravity acts on it.
     pub mass: f64,
     /// Constant force (N), as of a hand.
     #[serde(default)]
-    #[cfg_attr(feature = "cli", schemars(with = "[f64; 3]"))]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub force: DVec3,
     /// Mass-proportional damping (1/s).
     #[serde(default)]

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::file::{existing_file, scale};
 use super::{material, method};
-use crate::scene::body::{Body, Form, SurfelSpacing, SurfelTarget, Surfels, Target};
-use crate::scene::{RadiusRule, Shape};
-use phyxel_text::{Checks, triple};
+use crate::Shape;
+use crate::body::{Body, Form, SurfelSpacing, SurfelTarget, Surfels, Target};
+use phyxel_text::Checks;
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     shape(checks, &format!("{path}.shape"), &body.shape);
@@ -20,7 +20,7 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     sampling(checks, path, body);
     material::of(checks, path, body);
     method::method(checks, path, body);
-    method::cut_rule(checks, &format!("{path}.cut_rule"), body.cut_rule);
+    tell!(checks, &format!("{path}.cut_rule"), body.cut_rule.check());
     checks.require(
         (0.0..=1.0).contains(&body.damping_ratio),
         format_args!("{path}.damping_ratio"),
@@ -43,57 +43,9 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
 }
 
 fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
-    match shape {
-        Shape::Liver { width } => checks.positive(
-            format_args!("{path}.width"),
-            *width,
-            " (m), such as 0.166 for 1.2 litres",
-        ),
-        Shape::Box { size } => checks.positive_components(&format!("{path}.size"), *size),
-        Shape::Ellipsoid { radii } => checks.positive_components(&format!("{path}.radii"), *radii),
-        Shape::Capsule { from, to, radius } => {
-            checks.finite(format_args!("{path}.from"), *from);
-            checks.finite(format_args!("{path}.to"), *to);
-            checks.positive(format_args!("{path}.radius"), *radius, " (m)");
-        }
-        Shape::Tube {
-            from,
-            to,
-            inner_radius,
-            outer_radius,
-        } => {
-            checks.finite(format_args!("{path}.from"), *from);
-            checks.finite(format_args!("{path}.to"), *to);
-            checks.agree(
-                from != to,
-                format_args!("{path}.to"),
-                triple(*to),
-                "it must differ from 'from', the other end of the axis",
-                &[&format!("{path}.from")],
-            );
-            checks.positive(format_args!("{path}.inner_radius"), *inner_radius, " (m)");
-            checks.agree(
-                outer_radius.is_finite() && outer_radius > inner_radius,
-                format_args!("{path}.outer_radius"),
-                outer_radius,
-                format_args!("it must be above the inner radius, {inner_radius} m"),
-                &[&format!("{path}.inner_radius")],
-            );
-        }
-        Shape::Mesh {
-            file,
-            scale: unit,
-            largest_hole,
-            ..
-        } => {
-            existing_file(checks, &format!("{path}.file"), file, "a mesh file");
-            scale(checks, &format!("{path}.scale"), *unit);
-            checks.not_negative(
-                format_args!("{path}.largest_hole"),
-                *largest_hole,
-                " (a share of the box's diagonal)",
-            );
-        }
+    tell!(checks, path, shape.check());
+    if let Shape::Mesh { file, .. } = shape {
+        existing_file(checks, &format!("{path}.file"), file, "a mesh file");
     }
 }
 
@@ -115,16 +67,7 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
         "it must be from 1 (the same everywhere) to 32",
     );
     for (index, refined) in sampling.refine.iter().enumerate() {
-        let path = format!("{path}.refine[{index}]");
-        checks.finite(format_args!("{path}.from"), refined.from);
-        checks.finite(format_args!("{path}.to"), refined.to);
-        checks.not_negative(format_args!("{path}.radius"), refined.radius, " (m)");
-        checks.require(
-            (1.0 / 32.0..=1.0).contains(&refined.factor),
-            format_args!("{path}.factor"),
-            refined.factor,
-            "it must be from 1/32 to 1, such as 0.5 for half the distance",
-        );
+        tell!(checks, &format!("{path}.refine[{index}]"), refined.check());
     }
     let target = format!("{path}.target");
     match sampling.target {
@@ -243,7 +186,7 @@ fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels, shape: &Shape) {
         format_args!("it must be from 1 to {MOST_NEIGHBORS}"),
     );
     checks.not_negative(format_args!("{path}.opening"), surfels.opening, " (m)");
-    radius(checks, &format!("{path}.radius"), surfels.radius);
+    tell!(checks, &format!("{path}.radius"), surfels.radius.check());
     checks.color(&format!("{path}.color"), surfels.color);
     checks.color(&format!("{path}.cut_color"), surfels.cut_color);
     checks.require(
@@ -267,39 +210,6 @@ fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels, shape: &Shape) {
                 "a PNG file",
             );
             checks.positive(format_args!("{path}.{name}.size"), image.size, " (m)");
-        }
-    }
-}
-
-fn radius(checks: &mut Checks, path: &str, radius: RadiusRule) {
-    match radius {
-        RadiusRule::Covering => {}
-        RadiusRule::Constant(radius) => checks.require(
-            radius.is_finite() && radius > 0.0,
-            path,
-            format_args!("Constant({radius:?})"),
-            "it must be above 0 (m), such as 0.002",
-        ),
-        RadiusRule::Mapped {
-            neighbors,
-            least,
-            most,
-            ..
-        } => {
-            checks.require(
-                (3..=64).contains(&neighbors),
-                format_args!("{path}.neighbors"),
-                neighbors,
-                "it must be from 3 to 64",
-            );
-            checks.positive(format_args!("{path}.least"), least, " (m)");
-            checks.agree(
-                most.is_finite() && most >= least,
-                format_args!("{path}.most"),
-                most,
-                format_args!("it must be at least the smallest radius, {least} m"),
-                &[&format!("{path}.least")],
-            );
         }
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How nodes are coupled.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum Method {
     /// Neighbours along the edges of tetrahedra, gradients that keep momentum and pass the patch test,

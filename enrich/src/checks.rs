@@ -1,0 +1,47 @@
+//! Settings that are out of their bounds.
+
+use std::fmt::Display;
+
+/// A field of settings that is not as it must be.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{field} is {found}; {must}")]
+pub struct BadSetting {
+    /// Path of the field from its settings on, such as `exponent`.
+    pub field: String,
+    /// Its value.
+    pub found: String,
+    /// What it must be, or what to do.
+    pub must: String,
+    /// Fields that it does not go with; none where its value alone is out of bounds.
+    pub with: &'static [&'static str],
+}
+
+/// What was found so far.
+#[derive(Default)]
+pub(crate) struct Checks(pub(crate) Vec<BadSetting>);
+
+impl Checks {
+    /// Field, value, whether it is as it must be, and what that is.
+    pub(crate) fn require(
+        &mut self,
+        field: impl Display,
+        found: impl Display,
+        holds: bool,
+        must: impl Display,
+        with: &'static [&'static str],
+    ) {
+        if !holds {
+            self.0.push(BadSetting {
+                field: field.to_string(),
+                found: found.to_string(),
+                must: must.to_string(),
+                with,
+            });
+        }
+    }
+
+    pub(crate) fn positive(&mut self, field: impl Display, value: f64, hint: &str) {
+        let must = format_args!("it must be finite and above 0{hint}");
+        self.require(field, value, value.is_finite() && value > 0.0, must, &[]);
+    }
+}
