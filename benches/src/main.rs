@@ -124,7 +124,7 @@ fn command() -> Command {
         .iter()
         .map(|study| (study.name, study.question))
         .chain([(ALL, "all that write a page, on one")])
-        .map(|(name, about)| Page::augment_args(Command::new(name).about(about)));
+        .map(|(name, about)| Page::augment_args(Command::new(name)).about(about));
     let command = Command::new("benches")
         .about("Studies: what must hold of whole scenes, and error beside time")
         .max_term_width(100)
