@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
-use phyxel_splat::{Splats, Surfels, Tissue, TissueSettings, carry_by_displacements_into};
+use phyxel_splat::{
+    BindSettings, Splats, Surfels, Tissue, TissueSettings, WeightLaw, carry_by_displacements_into,
+};
 use proptest::prelude::*;
 use testkit::cloud::{filled_cube, patch, swept};
 use testkit::strategies;
@@ -160,6 +162,35 @@ fn skin_of_a_folded_cut_stays_in_the_body() {
         }
     }
     assert!(points > 10_000, "{points}");
+}
+
+/// Eq. (58): the nearest nodes, by `exp(-d²/h²)` with h the distance of the farthest of them, over their sum.
+#[test]
+fn bell_weights_are_those_of_equation_58() {
+    let bind = BindSettings {
+        law: WeightLaw::Gaussian,
+        ..BindSettings::default()
+    };
+    let (tissue, nodes) = slab(&TissueSettings {
+        bind,
+        ..TissueSettings::default()
+    });
+    let mut worst: f64 = 0.0;
+    for (i, &x) in tissue.surfels().positions.iter().enumerate() {
+        // Nodes are looked for from 0.02 of the surfels' spacing below the surface.
+        let eye = x - DVec3::Z * 0.02 / 30.0;
+        let mut far: Vec<f64> = nodes.iter().map(|node| eye.distance(*node)).collect();
+        far.sort_by(f64::total_cmp);
+        let bells = far[..8].iter().map(|d| (-(d / far[7]).powi(2)).exp());
+        let sum: f64 = bells.clone().sum();
+        let (_, weights) = tissue.binding().row(i);
+        assert_eq!(weights.len(), 8);
+        for (weight, bell) in weights.iter().zip(bells) {
+            worst = worst.max((weight - bell / sum).abs());
+        }
+    }
+    // 5e-6: the spacing, by their areas, is not 1/30 to the last digit.
+    assert!(worst < 2e-5, "off by {worst:e}");
 }
 
 /// What eq. (59) gets wrong: in a rotation of the nodes every surfel lags behind by what the rotation makes of the

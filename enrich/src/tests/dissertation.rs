@@ -98,6 +98,35 @@ fn grid_of_one_segment_is_the_closed_form_in_the_plane_and_in_space() {
     }
 }
 
+/// Led backwards the cut's directions lie on both sides of ±π, where angles as in eq. (40) would average to
+/// about 0: as vectors they give the same frame, turned about, and φ of the other sign. On the cut itself,
+/// where eq. (37) has 0/0, φ is 1.
+#[test]
+fn a_cut_led_backwards_has_the_other_sign_and_phi_on_a_cut_is_one() {
+    let settings = GridSettings::for_spacing(0.1);
+    let line = through();
+    let back: Vec<DVec2> = line.iter().rev().copied().collect();
+    let angles: Vec<f64> = back.windows(2).map(|w| (w[1] - w[0]).to_angle()).collect();
+    assert!(angles.iter().any(|a| *a > 2.0) && angles.iter().any(|a| *a < -2.0));
+    let [ahead, behind] =
+        [&line, &back].map(|line| EnrichmentGrid::from_polyline(line, &settings).unwrap());
+    let ((here, along), (there, against)) = (ahead.frame(), behind.frame());
+    assert_below("origin", here.distance(there), 1e-14);
+    assert_below("direction", (along + against).length(), 1e-14);
+    let mut random = Random::new(4);
+    for _ in 0..500 {
+        let p = random.vector(1.5);
+        let [a, b] = [&ahead, &behind].map(|grid| grid.evaluate(p));
+        assert_within("phi", b.phi, -a.phi, 1e-12);
+        assert_within("distance", b.distance, a.distance, 1e-12);
+    }
+    let line = [DVec2::ZERO, DVec2::X];
+    let grid = EnrichmentGrid::from_polyline(&line, &settings).unwrap();
+    let on = crate::segment_enrichment(line, DVec2::X * 0.5);
+    assert_within("of a segment", on, 1.0, 0.0);
+    assert_within("of a grid", grid.evaluate(DVec3::X * 0.5).phi, 1.0, 0.0);
+}
+
 #[test]
 fn grid_refuses_what_it_cannot_do() {
     let settings = GridSettings::for_spacing(1.0 / 24.0);

@@ -129,6 +129,7 @@ fn the_shortest_scene_has_the_defaults() {
 }
 
 #[cfg(feature = "schemars")]
+#[cfg(feature = "schemars")]
 #[test]
 fn the_key_page_is_in_step_with_the_types() {
     let page = key_reference();
@@ -328,6 +329,7 @@ fn the_default_blade_meets_tissue() {
 
 /// The page has its three parts in order, and every key that stands in the first or last exists, with its
 /// meaning; what is there to compare with stands in no table before.
+#[cfg(feature = "schemars")]
 #[test]
 fn the_page_has_three_parts() {
     let page = key_reference();
@@ -362,6 +364,7 @@ fn the_page_has_three_parts() {
 }
 
 /// The schema knows the keys that the reader knows, and a scene in JSON is the scene in RON.
+#[cfg(feature = "schemars")]
 #[test]
 fn a_scene_in_json_is_that_in_ron() {
     let scene = read(LIVER).expect("the scene is valid");

@@ -275,9 +275,9 @@ impl Tissue {
         }
     }
 
-    /// Whether a rest point lies behind the tangent planes of both outer surfels nearest to it, the
-    /// inside test of Aras 2014, fig. 65. It errs beside sharp edges and in parts as thin as the
-    /// surfels are apart.
+    /// The inside test of Aras 2014, fig. 65: whether a rest point lies behind the tangent planes of both
+    /// outer surfels nearest to it, or of one at least where each of the two stands before the other's plane
+    /// (a concave rim). It errs off sharp edges and beside parts as thin as the surfels are apart.
     #[must_use]
     pub fn is_behind_surfels(&self, x: DVec3) -> bool {
         rim::behind_two_nearest(&self.surfels, &self.outer_tree, x)

@@ -135,8 +135,14 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
     };
     let painters = looks.iter().map(|look| {
         let mut view = view;
-        if let (Some(_), View::Around { zoom, .. }) = (look.at_cuts, &mut view) {
-            *zoom *= NEAR;
+        if let View::Around { zoom, .. } = &mut view {
+            if look.colored {
+                // The legend has the right of the picture.
+                *zoom = zoom.min(0.75);
+            }
+            if look.at_cuts.is_some() {
+                *zoom *= NEAR;
+            }
         }
         let pictures = Pictures {
             view,

@@ -189,9 +189,13 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
         );
         lines.push(Series::line(format!("{name} basis"), curve));
     }
+    // Curves that are 3 apart at 400 look like one.
+    for line in &mut lines {
+        line.points.retain(|point| point.0 <= 4.0);
+    }
     plots.push(plot(
         "figure7",
-        "Figure 7: data of x^2, radius 5",
+        "Figure 7: data of x^2, radius 5, at the first of 21 nodes",
         AXES,
         lines,
     ));
@@ -218,7 +222,7 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
 
 const ORDERS: [(Order, &str); 2] = [(Order::Linear, "linear"), (Order::Quadratic, "quadratic")];
 
-/// Figures 14 to 17: random data, and the weight and shape function of its middle node.
+/// Figures 14 to 17: random data, and the weights and shape functions of all nodes at the ninth.
 fn random_data(even: &Nodes) -> Result<Vec<Plot>, StudyError> {
     let data = data();
     let names = [
@@ -226,13 +230,13 @@ fn random_data(even: &Nodes) -> Result<Vec<Plot>, StudyError> {
             "figure14",
             "figure15",
             "Figure 14: random data, linear basis",
-            "Figure 15: weight and shape function, linear basis",
+            "Figure 15: weights and shape functions at the ninth node, linear basis",
         ),
         (
             "figure16",
             "figure17",
             "Figure 16: random data, quadratic basis",
-            "Figure 17: weight and shape function, quadratic basis",
+            "Figure 17: weights and shape functions at the ninth node, quadratic basis",
         ),
     ];
     let mut plots = Vec::new();
@@ -245,18 +249,17 @@ fn random_data(even: &Nodes) -> Result<Vec<Plot>, StudyError> {
             lines.push(Series::line(format!("radius {radius}"), curve));
         }
         plots.push(plot(curves, data_title, AXES, lines));
-        let (middle, radius) = (10, 4.0);
-        let mut shape = Vec::new();
-        for x in places(even) {
-            shape.push((x, shapes(even, radius, order, x)?[middle]));
-        }
-        let weight = |x: f64| Kernel::Polynomial.value((x - even.at[middle].x).abs() / radius);
-        let weights = places(even).map(|x| (x, weight(x))).collect();
+        let (ninth, radius) = (even.at[8].x, 5.0);
+        let weight = |x: f64| Kernel::Polynomial.value((x - ninth).abs() / radius);
+        let weights = even.at.iter().map(|x| (x.x, weight(x.x))).collect();
+        let shape = shapes(even, radius, order, ninth)?;
+        let shape = even.at.iter().zip(shape).map(|(x, phi)| (x.x, phi));
         let lines = vec![
-            Series::line("weight of node 10, radius 4", weights),
-            Series::line("its shape function", shape),
+            Series::line("weight of the node, radius 5", weights),
+            Series::line("its shape function", shape.collect()),
         ];
-        plots.push(plot(functions, function_title, AXES, lines));
+        let axes = ["place of the node (node distances)", "value at the ninth"];
+        plots.push(plot(functions, function_title, axes, lines));
     }
     Ok(plots)
 }

@@ -31,8 +31,8 @@ const PLAYS: [Play; 2] = [
         between: 1.1,
         zoom: 0.56,
         aspect: 0.75,
-        title: "A hanging block before its cuts (figs 76, 77), cut once (78) and twice (79, 80)",
-        figures: ["figs 76, 77", "fig. 78", "figs 79, 80"],
+        title: "A hanging block before its cuts (fig. 77), cut once (as in 78) and twice (as in 79, 80), with splats of full size",
+        figures: ["fig. 77", "cut as in 78", "as in 79, 80"],
     },
     Play {
         scene: "liver",
@@ -40,8 +40,8 @@ const PLAYS: [Play; 2] = [
         between: 1.65,
         zoom: 1.75,
         aspect: 4.0 / 3.0,
-        title: "A hanging liver before its cuts (fig. 82), cut once (83) and twice (84)",
-        figures: ["fig. 82", "fig. 83", "fig. 84"],
+        title: "A hanging liver before its cuts (fig. 83), cut once (84b) and twice (not in the dissertation)",
+        figures: ["fig. 83", "fig. 84b", "cut twice"],
     },
 ];
 

@@ -150,19 +150,19 @@ pub(crate) fn pictures(effort: Effort) -> Result<Vec<Picture>, StudyError> {
     Ok(vec![
         picture(
             "ways",
-            "Ways of drawing the same surfels: squares (fig. 41), disks (fig. 42), one pass with \
-             eq. (50) (fig. 47) and three passes with a normal per pixel (fig. 48)",
+            "Ways of drawing the same surfels: squares (fig. 41), disks (figs 42 and 48a), one pass with \
+             eq. (50) (figs 47 and 48b) and, not in the dissertation, three passes with a normal per pixel",
             ways(&sizes)?,
         ),
         picture(
             "measures",
             "What the neighbourhoods of surfels measure: density (fig. 50), curvature (fig. 53), \
-             variation (fig. 54); the 2 % of least and greatest values have the colours of the ends",
+             variation (fig. 54), which the radii drawn there are linear in; the 2 % of least and greatest values have the colours of the ends",
             measured(&sizes)?,
         ),
         picture(
             "radii",
-            "Radii (fig. 55): one size with the default's overdraw, one size without a hole, by \
+            "Radii (figs 48c and 55): one size with the default's overdraw, one size without a hole, by \
              curvature, and the covering radii of the default; disks at a third of their radius, then \
              as drawn",
             radii(&sizes)?,
@@ -181,9 +181,9 @@ fn ways(sizes: &Sizes) -> Result<Frame, StudyError> {
     for model in &models() {
         for (mode, caption) in [
             (DrawMode::Squares, "squares (fig. 41)"),
-            (DrawMode::Disks, "disks (fig. 42)"),
-            (DrawMode::SinglePass, "one pass (fig. 47)"),
-            (DrawMode::ThreePass, "three passes (fig. 48)"),
+            (DrawMode::Disks, "disks (figs 42, 48a)"),
+            (DrawMode::SinglePass, "one pass (47, 48b)"),
+            (DrawMode::ThreePass, "three passes (ours)"),
         ] {
             let mut actor = Actor::new(model, sizes.few, RadiusRule::Covering, sizes.frame)?;
             actor.mode = mode;
