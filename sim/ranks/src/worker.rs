@@ -7,7 +7,7 @@ use phyxel_integrate::State;
 
 use crate::command::{Command, LENGTH};
 use crate::memory::Memory;
-use crate::package::Package;
+use crate::package::{Change, Package};
 use crate::share::Share;
 use crate::wire::{
     FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, received_vectors, send_vectors,
@@ -147,6 +147,15 @@ fn obey(
             share.set_state(state, &loads)?;
             if share.package.carries {
                 share.evaluate(wire);
+            }
+        }
+        Command::Change(rows) => {
+            let change: Change = postcard::from_bytes(&receive(FRONT))?;
+            let changed = share.change(change);
+            gather(&[f64::from(u8::from(changed.is_ok()))], &[]);
+            changed?;
+            if rows {
+                share.evaluate_again(wire)?;
             }
         }
         Command::Step(pass) => {

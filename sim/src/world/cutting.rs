@@ -220,6 +220,7 @@ impl Cutting {
         let sweep = self.sweep(body, cut, edge, moment)?;
         let (capture, touched) = self.grow(body, (cut, number), first, &sweep, moment)?;
         if capture.changed {
+            body.cut_here(&touched);
             let stored = body.motion.audit().elastic;
             let jump = body.reload()?;
             let round_off = body.elastic.energy_round_off();

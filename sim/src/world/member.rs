@@ -64,9 +64,6 @@ impl Member {
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
         let (capture, sweep) = cutting.capture(body, index, cut.weld_tolerance, edge, moment)?;
-        if capture.changed {
-            self.body.rebuilt_here();
-        }
         if let (true, Some(cutting)) = (capture.changed, &self.cutting) {
             let factors = cutting.factors();
             let torn = self.body.torn_count(factors);

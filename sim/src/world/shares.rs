@@ -26,6 +26,19 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`BodyProblem`] if a share's model cannot be built.
     fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem>;
 
+    /// Takes over what has changed of that model: the rows of `changed` nodes, rising, with whatever else cuts have
+    /// done to these, and who is watched. The state is the one of before; if rows changed, its forces are evaluated
+    /// anew.
+    ///
+    /// # Errors
+    /// [`BodyProblem`] if a share's model refuses them.
+    fn change_model(
+        &mut self,
+        member: &Member,
+        changed: &[u32],
+        watched: &[u32],
+    ) -> Result<(), BodyProblem>;
+
     /// Takes over the state and the loads of all nodes.
     ///
     /// # Errors
@@ -88,8 +101,10 @@ pub(super) struct Shared {
     newest: Newest,
     /// Whether the model here was evaluated where the nodes are.
     evaluated: bool,
-    /// Whether the shares have the model as it is.
+    /// Whether the shares have the model, but for the rows of changed nodes.
     model: bool,
+    /// Nodes whose rows cuts have changed since.
+    changed: Vec<u32>,
     /// Nodes that they tell of in every step.
     watched: Vec<u32>,
     /// Where the newest vector of estimates is.
@@ -99,9 +114,9 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Whether they have what moves as it is.
+    /// Whether they have what moves as it is, forces after a cut included.
     pub(super) fn is_handed(&self) -> bool {
-        self.newest != Newest::Here
+        self.newest != Newest::Here && self.changed.is_empty()
     }
 
     /// Estimates the largest eigenvalue of what was handed over; `vector` is the one here.
@@ -178,6 +193,7 @@ impl World {
             newest: Newest::Here,
             evaluated: true,
             model: false,
+            changed: Vec::new(),
             watched: Vec::new(),
             vector: Newest::Here,
             keeps: false,
@@ -231,13 +247,19 @@ impl Member {
             shared.evaluated = true;
         }
         let watched = self.watched();
-        if !shared.model || shared.watched != watched {
+        let mut changed = std::mem::take(&mut shared.changed);
+        if !shared.model {
             shared.fetch(&mut self.body.motion);
             shared.lock().set_model(self, &watched)?;
             shared.newest = Newest::Here;
             shared.model = true;
-            shared.watched = watched;
+        } else if !changed.is_empty() || shared.watched != watched {
+            shared.fetch(&mut self.body.motion);
+            changed.sort_unstable();
+            changed.dedup();
+            shared.lock().change_model(self, &changed, &watched)?;
         }
+        shared.watched = watched;
         if shared.newest == Newest::Here {
             shared.lock().set_state(&self.body.motion)?;
             shared.newest = Newest::Both;
@@ -373,7 +395,15 @@ impl Body {
         if let Some(shared) = &mut self.shared {
             shared.newest = Newest::Here;
             shared.model = false;
+            shared.changed.clear();
             shared.evaluated = true;
+        }
+    }
+
+    /// Notes that a cut changed the rows of some nodes of the model here, which was evaluated where the nodes are.
+    pub(super) fn cut_here(&mut self, nodes: &[u32]) {
+        if let Some(shared) = &mut self.shared {
+            shared.changed.extend_from_slice(nodes);
         }
     }
 
