@@ -413,11 +413,12 @@ impl BodyShares for Front {
                 ..State::default()
             };
             let loads = motion.loads().get(range.clone()).unwrap_or_default();
+            let viscosity = motion.settings().viscosity;
             if rank == FRONT {
                 let (mine, _) = self.mine();
-                mine.set_state(state, loads)?;
+                mine.set_state(state, loads, viscosity)?;
             } else {
-                let bytes = encoded(&(state, loads))?;
+                let bytes = encoded(&(state, loads, viscosity))?;
                 send(rank, &bytes);
                 self.traffic[STATES].bytes += bytes.len();
             }

@@ -88,7 +88,13 @@ impl Share {
         receives.map(|(_, _, count)| count).sum()
     }
 
-    pub(crate) fn set_state(&mut self, state: State, loads: &[DVec3]) -> Result<(), BodyProblem> {
+    pub(crate) fn set_state(
+        &mut self,
+        state: State,
+        loads: &[DVec3],
+        viscosity: f64,
+    ) -> Result<(), BodyProblem> {
+        self.motion.set_viscosity(viscosity)?;
         self.motion.set_loads(loads)?;
         self.motion.restore(state);
         self.applied.clear();

@@ -143,8 +143,9 @@ fn obey(
     match command {
         Command::Model | Command::End => {}
         Command::State => {
-            let (state, loads): (State, Vec<glam::DVec3>) = postcard::from_bytes(&receive(FRONT))?;
-            share.set_state(state, &loads)?;
+            let (state, loads, viscosity): (State, Vec<glam::DVec3>, f64) =
+                postcard::from_bytes(&receive(FRONT))?;
+            share.set_state(state, &loads, viscosity)?;
             if share.package.carries {
                 share.evaluate(wire);
             }

@@ -12,14 +12,14 @@ use glam::{DMat3, DVec3};
 use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Shares, State};
 
-use super::body::Body;
+use super::body::{Body, first_estimate};
 use super::body_state::BodyState;
-use super::error::{BodyProblem, WorldError};
+use super::error::BodyProblem;
 use super::{Member, World};
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
-    /// Shares the body out anew: nodes, rows, materials, supports, cuts. `watched` nodes, rising, are
+    /// Shares the body out anew, at rest: nodes, rows, materials, supports, cuts. `watched` nodes, rising, are
     /// those that the whole body's motion has to see in every step.
     ///
     /// # Errors
@@ -39,7 +39,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
         watched: &[u32],
     ) -> Result<(), BodyProblem>;
 
-    /// Takes over the state and the loads of all nodes.
+    /// Takes over the state and the loads of all nodes, and the stiffness-proportional damping.
     ///
     /// # Errors
     /// [`BodyProblem`] if a share refuses them.
@@ -161,46 +161,6 @@ impl Shared {
 }
 
 impl World {
-    /// Lets the shares take all steps of a body from now on. Every clone of the world uses the same
-    /// shares: only one of them may take steps.
-    ///
-    /// # Errors
-    /// [`WorldError`] with [`BodyProblem::NotShared`] if the world has something that is not shared out.
-    ///
-    /// # Panics
-    /// If there is no such body.
-    pub fn share_out(
-        &mut self,
-        body: usize,
-        shares: Arc<Mutex<dyn BodyShares>>,
-    ) -> Result<(), WorldError> {
-        let implicit = self.scene.integration.scheme.step().is_some();
-        let body = &mut self.members[body].body;
-        let reason = if implicit {
-            Some("implicit schemes (integration.scheme)")
-        } else if !body.elastic.viscous_history().is_empty() {
-            Some("viscous materials (material.viscosity)")
-        } else if body.elastic.settings().dilatation == Dilatation::Mean {
-            Some("mean dilatation (material.dilatation)")
-        } else {
-            None
-        };
-        if let Some(reason) = reason {
-            return Err(BodyProblem::NotShared(reason).of(body));
-        }
-        body.shared = Some(Shared {
-            shares,
-            newest: Newest::Here,
-            evaluated: true,
-            model: false,
-            changed: Vec::new(),
-            watched: Vec::new(),
-            vector: Newest::Here,
-            keeps: false,
-        });
-        Ok(())
-    }
-
     /// Brings the places, velocities and forces of shared bodies here, for whoever reads them.
     pub fn fetch(&mut self) {
         for member in &mut self.members {
@@ -227,6 +187,46 @@ impl World {
 }
 
 impl Member {
+    /// Gives the body, which was built here but for its eigenvalue, to shares, which find it.
+    pub(super) fn share_out(
+        &mut self,
+        shares: Arc<Mutex<dyn BodyShares>>,
+        damping_ratio: f64,
+    ) -> Result<(), BodyProblem> {
+        let body = &self.body;
+        let reason = if !body.is_explicit() {
+            Some("implicit schemes (integration.scheme)")
+        } else if !body.elastic.viscous_history().is_empty() {
+            Some("viscous materials (material.viscosity)")
+        } else if body.elastic.settings().dilatation == Dilatation::Mean {
+            Some("mean dilatation (material.dilatation)")
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            return Err(BodyProblem::NotShared(reason));
+        }
+        let watched = self.watched();
+        let found = {
+            let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
+            shares.set_model(self, &watched)?;
+            shares.estimate(&first_estimate())?
+        };
+        self.body.take_first_eigenvalue(found, damping_ratio)?;
+        self.body.shared = Some(Shared {
+            shares,
+            // They know nothing yet of loads, and of damping.
+            newest: Newest::Here,
+            evaluated: true,
+            model: true,
+            changed: Vec::new(),
+            watched,
+            vector: Newest::Shares,
+            keeps: false,
+        });
+        Ok(())
+    }
+
     /// Gives the shares what has changed here.
     pub(super) fn hand_over(&mut self) -> Result<(), BodyProblem> {
         let Some(mut shared) = self.body.shared.take() else {

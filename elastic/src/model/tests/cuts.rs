@@ -3,8 +3,8 @@
 use super::*;
 use crate::forces::CHUNK;
 use crate::stale::Stale;
-use crate::update::Rows;
 use crate::storage::BLOCK;
+use crate::update::Rows;
 
 /// The torn block whose nodes with fewer than six pairs are weak, at `x`.
 fn weakened(x: &[DVec3], material: Material) -> (Block, Elastic, Vec<u32>) {
