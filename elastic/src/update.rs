@@ -67,8 +67,9 @@ impl Elastic {
         for &(node, multiplier) in rows.multipliers {
             multipliers[node as usize] = multiplier;
         }
+        let offsets = self.model.pairs.offsets().to_vec();
         let stencils = Stencils {
-            offsets: &self.model.pairs.offsets().to_vec(),
+            offsets: &offsets,
             // Those of the start, which nobody reads again.
             indices: &vec![0; pairs],
             weights: &weights,
