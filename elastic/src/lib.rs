@@ -47,5 +47,6 @@ pub use offset::Offsets;
 pub use part::Part;
 pub use settings::{MaterialSettings, Model, Preset};
 pub use stress::von_mises_stress;
+pub use update::Rows;
 pub use viscosity::PronyTerm;
 pub use watch::{StiffNode, WATCHED_NODES};

@@ -101,6 +101,11 @@ impl Pairs {
         self.outgoing.pairs.len()
     }
 
+    /// Starts of the rows.
+    pub(crate) fn offsets(&self) -> &[u32] {
+        &self.outgoing.offsets
+    }
+
     /// Places of a node's pairs.
     pub(crate) fn range(&self, node: usize) -> std::ops::Range<usize> {
         range(&self.outgoing.offsets, node)

@@ -349,6 +349,21 @@ impl Motion {
         Ok(())
     }
 
+    /// Changes the stiffness-proportional damping (s), before the first step.
+    ///
+    /// # Errors
+    /// [`MotionError::BadSetting`] if it is negative or not finite.
+    pub fn set_viscosity(&mut self, viscosity: f64) -> Result<(), MotionError> {
+        if !(viscosity.is_finite() && viscosity >= 0.0) {
+            return Err(MotionError::BadSetting {
+                name: "viscosity",
+                value: viscosity,
+            });
+        }
+        self.settings.viscosity = viscosity;
+        Ok(())
+    }
+
     /// States the critical step (s), so that an error can tell whether the step was above it.
     pub fn set_critical_step(&mut self, step: f64) {
         self.critical_step = Some(step);

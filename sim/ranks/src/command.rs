@@ -9,6 +9,8 @@ use crate::estimate::whole;
 pub(crate) enum Command {
     /// A package for each rank follows.
     Model,
+    /// A change of its model for each rank follows; whether rows changed on any.
+    Change(bool),
     /// A state for each rank follows; of each, as many viscous forces as nodes or none.
     State,
     /// A whole step.
@@ -78,6 +80,7 @@ impl Command {
             Self::Read(gradients, places) => [14.0, gradients as f64, places as f64, 0.0, 0.0, 0.0],
             Self::Keep => of(15.0, None),
             Self::Kept => of(16.0, None),
+            Self::Change(rows) => [17.0, f64::from(u8::from(rows)), 0.0, 0.0, 0.0, 0.0],
         }
     }
 
@@ -112,6 +115,7 @@ impl Command {
             14 => Self::Read(whole(step), whole(a)),
             15 => Self::Keep,
             16 => Self::Kept,
+            17 => Self::Change(step > 0.0),
             _ => Self::End,
         }
     }
@@ -145,6 +149,8 @@ mod tests {
             Command::Read(5, 0),
             Command::Keep,
             Command::Kept,
+            Command::Change(true),
+            Command::Change(false),
             Command::End,
         ];
         for command in all {

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
 use phyxel::world::{BodyProblem, BodyShares, Member};
-use phyxel_elastic::{StiffNode, WATCHED_NODES};
+use phyxel_elastic::{Frame, StiffNode, WATCHED_NODES};
 use phyxel_integrate::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Pass, PassSums, SHARED_NODES, Shares,
     State,
@@ -14,7 +14,7 @@ use crate::command::Command;
 use crate::estimate::{GRADIENT, STIFF, stiffest_of, whole};
 use crate::layout::Layout;
 use crate::memory::Memory;
-use crate::package::packages;
+use crate::package::{Change, Locals, packages};
 use crate::share::{Share, told};
 use crate::wire::{
     FRONT, Wire, broadcast, gather, ranks, receive_vectors, received_vectors, send, send_vectors,
@@ -27,10 +27,14 @@ use crate::worker::{Counted, write_nodes};
 pub(crate) struct Front {
     wire: Wire,
     layout: Option<Layout>,
+    /// Which nodes each rank has.
+    locals: Vec<Locals>,
     mine: Option<Share>,
-    /// Models and states given to the ranks, and states that came from them.
-    traffic: [Traffic; 3],
+    /// Models, changes of them and states given to the ranks, and states that came from them.
+    traffic: [Traffic; Traffic::KINDS],
     memory: Memory,
+    /// What the models were counted from.
+    frame: Option<Frame>,
     watched: Vec<u32>,
     /// Watched nodes of each rank.
     watched_of: Vec<usize>,
@@ -57,10 +61,13 @@ pub(crate) struct Traffic {
 }
 
 const MODELS: usize = 0;
-const STATES: usize = 1;
-const FETCHED: usize = 2;
+const CHANGES: usize = 1;
+const STATES: usize = 2;
+const FETCHED: usize = 3;
 
 impl Traffic {
+    pub(crate) const KINDS: usize = 4;
+
     fn add(&mut self, begun: Instant) {
         self.times += 1;
         self.spent += begun.elapsed();
@@ -158,6 +165,18 @@ impl Front {
         }
     }
 
+    /// Notes who is watched.
+    fn watch(&mut self, layout: &Layout, watched: &[u32]) {
+        self.watched_of = (0..layout.ranks())
+            .map(|rank| {
+                let range = layout.range(rank);
+                let inside = |node: &&u32| range.contains(&(**node as usize));
+                watched.iter().filter(inside).count()
+            })
+            .collect();
+        self.watched = watched.to_vec();
+    }
+
     fn mine(&mut self) -> (&mut Share, &mut Wire) {
         let share = self.mine.as_mut().expect("a model is set before any step");
         (share, &mut self.wire)
@@ -180,7 +199,7 @@ impl Front {
     }
 
     /// Ends all ranks; what they counted, and what went between them and rank 0 besides steps.
-    pub(crate) fn end(&mut self) -> (Vec<Counted>, [Traffic; 3]) {
+    pub(crate) fn end(&mut self) -> (Vec<Counted>, [Traffic; Traffic::KINDS]) {
         command(Command::End);
         let mine = Counted::of(self.mine.as_ref(), &self.memory, &self.wire);
         let all = gather(&mine.encode(), &vec![Counted::LENGTH; ranks()]);
@@ -314,7 +333,8 @@ impl BodyShares for Front {
         let layout = Layout::new(member.body.rest.len(), ranks());
         let mut mine = None;
         command(Command::Model);
-        for (rank, package) in packages(&layout, member, watched).into_iter().enumerate() {
+        let (packages, locals) = packages(&layout, member, watched);
+        for (rank, package) in packages.into_iter().enumerate() {
             if rank == FRONT {
                 mine = Some(package);
             } else {
@@ -323,23 +343,55 @@ impl BodyShares for Front {
                 self.traffic[MODELS].bytes += bytes.len();
             }
         }
-        self.watched_of = (0..layout.ranks())
-            .map(|rank| {
-                let range = layout.range(rank);
-                let inside = |node: &&u32| range.contains(&(**node as usize));
-                watched.iter().filter(inside).count()
-            })
-            .collect();
-        self.watched = watched.to_vec();
+        self.watch(&layout, watched);
+        self.locals = locals;
+        self.frame = Some(member.body.elastic.frame());
         self.layout = Some(layout);
         let built = mine.map(Share::new).transpose();
         let fine = gather(&[f64::from(u8::from(built.is_ok()))], &vec![1; ranks()]);
         self.mine = built?;
         self.traffic[MODELS].add(begun);
-        match fine.iter().all(|fine| *fine > 0.0) {
-            true => Ok(()),
-            false => Err(BodyProblem::Damaged("rows of a rank")),
+        all_fine(&fine)
+    }
+
+    fn change_model(
+        &mut self,
+        member: &Member,
+        changed: &[u32],
+        watched: &[u32],
+    ) -> Result<(), BodyProblem> {
+        let Some(layout) = self.layout.clone() else {
+            return Ok(());
+        };
+        if self.frame != Some(member.body.elastic.frame()) {
+            self.set_model(member, watched)?;
+            return self.set_state(&member.body.motion);
         }
+        let begun = Instant::now();
+        command(Command::Change(!changed.is_empty()));
+        let others = (watched != self.watched).then_some(watched);
+        let mut made = Ok(());
+        for (rank, locals) in self.locals.iter().enumerate() {
+            let change = Change::new(locals, member, changed, others);
+            if rank == FRONT {
+                let mine = self.mine.as_mut();
+                made = mine.map_or(Ok(()), |mine| mine.change(change));
+            } else {
+                let bytes = encoded(&change)?;
+                send(rank, &bytes);
+                self.traffic[CHANGES].bytes += bytes.len();
+            }
+        }
+        self.watch(&layout, watched);
+        let fine = gather(&[f64::from(u8::from(made.is_ok()))], &vec![1; ranks()]);
+        made?;
+        all_fine(&fine)?;
+        self.traffic[CHANGES].add(begun);
+        if !changed.is_empty() {
+            let (mine, wire) = self.mine();
+            mine.evaluate_again(wire)?;
+        }
+        Ok(())
     }
 
     fn set_state(&mut self, motion: &Motion) -> Result<(), BodyProblem> {
@@ -361,11 +413,12 @@ impl BodyShares for Front {
                 ..State::default()
             };
             let loads = motion.loads().get(range.clone()).unwrap_or_default();
+            let viscosity = motion.settings().viscosity;
             if rank == FRONT {
                 let (mine, _) = self.mine();
-                mine.set_state(state, loads)?;
+                mine.set_state(state, loads, viscosity)?;
             } else {
-                let bytes = encoded(&(state, loads))?;
+                let bytes = encoded(&(state, loads, viscosity))?;
                 send(rank, &bytes);
                 self.traffic[STATES].bytes += bytes.len();
             }
@@ -533,6 +586,14 @@ impl BodyShares for Front {
                 list.extend(received_vectors(rank));
             }
         }
+    }
+}
+
+/// Whether all ranks have said that they could do what they were told.
+fn all_fine(said: &[f64]) -> Result<(), BodyProblem> {
+    match said.iter().all(|fine| *fine > 0.0) {
+        true => Ok(()),
+        false => Err(BodyProblem::Damaged("rows of a rank")),
     }
 }
 

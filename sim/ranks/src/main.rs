@@ -166,7 +166,7 @@ fn run(arguments: &Arguments, front: &Arc<Mutex<Front>>) -> Result<PathBuf, Fail
         interrupt: Some(Interrupt::listen()),
     };
     let shares = front.clone();
-    let summary = run_shared(&scene, state, &options, |world| world.share_out(0, shares))?;
+    let summary = run_shared(&scene, state, &options, shares)?;
     if !arguments.quiet {
         eprint!("{}", table(&summary, &options.out));
     }

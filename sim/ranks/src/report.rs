@@ -16,7 +16,7 @@ fn least_ghosts(own: f64) -> f64 {
 
 /// A row per rank: nodes, ghosts, and what an exchange of them cost.
 /// Then what went between rank 0 and the others besides steps.
-pub(crate) fn table(counted: &[Counted], traffic: &[Traffic; 3]) -> String {
+pub(crate) fn table(counted: &[Counted], traffic: &[Traffic; Traffic::KINDS]) -> String {
     let mut text = String::from(
         "rank      nodes      early     ghosts  ghosts/cube  messages/step  bytes/step  bytes/ghost  \
          bytes/node  forces s  exchange s  estimates s\n",
@@ -49,10 +49,13 @@ pub(crate) fn table(counted: &[Counted], traffic: &[Traffic; 3]) -> String {
         "sent per step by all ranks: {sent:.0} bytes; {PLACE} bytes for each of {ghosts} ghosts are {:.0}",
         PLACE * ghosts
     );
-    for (what, traffic) in ["models given", "states given", "states brought"]
-        .iter()
-        .zip(traffic)
-    {
+    let kinds = [
+        "models given",
+        "changes of models given",
+        "states given",
+        "states brought",
+    ];
+    for (what, traffic) in kinds.iter().zip(traffic) {
         let Traffic {
             times,
             spent,
@@ -82,7 +85,7 @@ mod tests {
             bytes: 4800.0,
             ..Counted::default()
         };
-        let text = table(&[one], &[Traffic::default(); 3]);
+        let text = table(&[one], &[Traffic::default(); Traffic::KINDS]);
         assert!(text.contains("1.00") && text.contains("3.0"), "{text}");
         assert!(text.contains("2400 bytes"), "{text}");
     }

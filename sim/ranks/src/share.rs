@@ -8,7 +8,7 @@ use phyxel::world::BodyProblem;
 use phyxel_elastic::{Early, Elastic, WATCHED_NODES};
 use phyxel_integrate::{Motion, Pass, PassSums, State};
 
-use crate::package::Package;
+use crate::package::{Change, Package};
 use crate::wire::{Wire, flat, vectors};
 
 /// A rank's nodes: their motion, and the model with what lies round them.
@@ -88,11 +88,36 @@ impl Share {
         receives.map(|(_, _, count)| count).sum()
     }
 
-    pub(crate) fn set_state(&mut self, state: State, loads: &[DVec3]) -> Result<(), BodyProblem> {
+    pub(crate) fn set_state(
+        &mut self,
+        state: State,
+        loads: &[DVec3],
+        viscosity: f64,
+    ) -> Result<(), BodyProblem> {
+        self.motion.set_viscosity(viscosity)?;
         self.motion.set_loads(loads)?;
         self.motion.restore(state);
         self.applied.clear();
         self.evaluated = false;
+        Ok(())
+    }
+
+    /// Takes over what a cut changed.
+    pub(crate) fn change(&mut self, change: Change) -> Result<(), BodyProblem> {
+        change.apply(&mut self.elastic, &mut self.package)?;
+        self.early = self.elastic.early(self.own.clone());
+        Ok(())
+    }
+
+    /// Evaluates the forces after that, where the nodes are.
+    pub(crate) fn evaluate_again(&mut self, wire: &mut Wire) -> Result<(), BodyProblem> {
+        self.evaluate(wire);
+        let own = &self.forces[self.own.clone()];
+        self.motion.refresh(|_, forces| {
+            forces.copy_from_slice(own);
+            // Energies are the whole body's.
+            0.0
+        })?;
         Ok(())
     }
 

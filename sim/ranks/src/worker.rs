@@ -7,7 +7,7 @@ use phyxel_integrate::State;
 
 use crate::command::{Command, LENGTH};
 use crate::memory::Memory;
-use crate::package::Package;
+use crate::package::{Change, Package};
 use crate::share::Share;
 use crate::wire::{
     FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, received_vectors, send_vectors,
@@ -143,10 +143,20 @@ fn obey(
     match command {
         Command::Model | Command::End => {}
         Command::State => {
-            let (state, loads): (State, Vec<glam::DVec3>) = postcard::from_bytes(&receive(FRONT))?;
-            share.set_state(state, &loads)?;
+            let (state, loads, viscosity): (State, Vec<glam::DVec3>, f64) =
+                postcard::from_bytes(&receive(FRONT))?;
+            share.set_state(state, &loads, viscosity)?;
             if share.package.carries {
                 share.evaluate(wire);
+            }
+        }
+        Command::Change(rows) => {
+            let change: Change = postcard::from_bytes(&receive(FRONT))?;
+            let changed = share.change(change);
+            gather(&[f64::from(u8::from(changed.is_ok()))], &[]);
+            changed?;
+            if rows {
+                share.evaluate_again(wire)?;
             }
         }
         Command::Step(pass) => {

@@ -154,14 +154,38 @@ fn a_cut_liver() {
     }
 }
 
-/// What a number of ranks or the serial program has begun, any other goes on with; and a rank that dies ends the
-/// job.
+/// A cut where a tool touches: what the tool may touch changes with it.
+#[test]
+fn a_cut_under_a_tool() {
+    let changes = [
+        "bodies[0].sampling.target=Nodes(3500)",
+        "pictures=None",
+        "integration.settle=None",
+        "integration.duration=0.3",
+        "gravity.ramp=0",
+        "tools[0].path[0].position=(-0.035, -0.06, 0)",
+        "cuts=[(edge: [(-0.03, 0, -0.06), (-0.03, 0, 0.08)], path: [(time: 0.05, position: (0, -0.09, 0)), \
+         (time: 0.2, position: (0, -0.02, 0))])]",
+    ];
+    let (_folder, whole) = compare("press", &changes, &[2, 5]);
+    let history = text(&whole, "history.csv");
+    let last = history.lines().last().unwrap();
+    let severed = last.split(',').next_back().unwrap();
+    assert!(severed.parse::<u32>().unwrap() > 30, "the blade cuts");
+    let forces = text(&whole, "tools.csv");
+    let last = forces.lines().last().unwrap().split(',').nth(14).unwrap();
+    assert!(last.parse::<f64>().unwrap() != 0.0, "the probe does work");
+}
+
+/// What a number of ranks or the serial program has begun, any other goes on with, in mid-cut; and a rank that dies
+/// ends the job.
 #[test]
 fn a_killed_job_is_gone_on_with() {
     let changes = [
         "bodies[0].sampling.target=Nodes(3500)",
         "gravity.ramp=0",
-        "cuts=[]",
+        "cuts=[(edge: [(0, -0.06, 0), (0, 0.06, 0)], path: [(time: 0, position: (-0.06, 0, 0.02)), \
+         (time: 0.1, position: (0, 0, 0.02))])]",
         "pictures=None",
         "integration.settle=None",
         "integration.duration=0.3",

@@ -11,6 +11,7 @@ mod states;
 mod summary;
 
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,7 @@ use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
 use crate::phases::Phase;
 use crate::picture::Painter;
 use crate::scene::{Rest, Scene};
-use crate::world::{Input, InputError, World, WorldError};
+use crate::world::{BodyShares, Input, InputError, World, WorldError};
 
 use forces::Forces;
 use history::History;
@@ -132,22 +133,19 @@ pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Su
     go(scene, From::State(Box::new(state)), options)
 }
 
-/// Runs `scene`, or goes on with it from a state, with its bodies shared out: `share` gets the world before
-/// its next step, for [`World::share_out`]. The results are those of [`run`] and [`resume`], to the bit.
+/// Runs `scene`, or goes on with it from a state, with its body shared out ([`World::new_shared`]). The results are
+/// those of [`run`] and [`resume`], to the bit.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_shared<F>(
+pub fn run_shared(
     scene: &Scene,
     state: Option<RunState>,
     options: &RunOptions,
-    share: F,
-) -> Result<Summary, RunError>
-where
-    F: FnOnce(&mut World) -> Result<(), WorldError> + Send,
-{
+    shares: Arc<Mutex<dyn BodyShares>>,
+) -> Result<Summary, RunError> {
     let from = state.map_or(From::Start, |state| From::State(Box::new(state)));
-    go_with(scene, from, options, share)
+    go_with(scene, from, options, Some(shares))
 }
 
 /// What a run begins with, beside its scene.
@@ -158,22 +156,18 @@ enum From {
 }
 
 fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunError> {
-    go_with(scene, from, options, |_| Ok(()))
+    go_with(scene, from, options, None)
 }
 
-fn go_with<F>(
+fn go_with(
     scene: &Scene,
     from: From,
     options: &RunOptions,
-    prepare: F,
-) -> Result<Summary, RunError>
-where
-    F: FnOnce(&mut World) -> Result<(), WorldError> + Send,
-{
+    shares: Option<Arc<Mutex<dyn BodyShares>>>,
+) -> Result<Summary, RunError> {
     let pool = pool(options.threads)?;
     pool.install(|| {
-        let mut run = Run::start(scene, from, options)?;
-        prepare(&mut run.world)?;
+        let run = Run::start(scene, from, options, shares)?;
         run.finish(pool.current_num_threads())
     })
 }
@@ -279,12 +273,20 @@ struct Run {
 }
 
 impl Run {
-    fn start(scene: &Scene, from: From, options: &RunOptions) -> Result<Self, RunError> {
+    fn start(
+        scene: &Scene,
+        from: From,
+        options: &RunOptions,
+        shares: Option<Arc<Mutex<dyn BodyShares>>>,
+    ) -> Result<Self, RunError> {
         let begun = Instant::now();
         let folder = OutputFolder::claim(&options.out)?;
         let progress = Progress::new(options.quiet);
         progress.phase("setup");
-        let mut world = World::new(scene.clone())?;
+        let mut world = match shares {
+            None => World::new(scene.clone())?,
+            Some(shares) => World::new_shared(scene.clone(), shares)?,
+        };
         let mut painter = match &scene.pictures {
             Some(pictures) => {
                 let start = Instant::now();

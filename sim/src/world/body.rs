@@ -24,6 +24,15 @@ use crate::scene::{self, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
 pub(super) const EIGENVALUE_MARGIN: f64 = 0.05;
+
+/// How the eigenvalue of a body at rest is estimated.
+pub(super) fn first_estimate() -> EigenvalueSettings {
+    EigenvalueSettings {
+        margin: EIGENVALUE_MARGIN,
+        ..EigenvalueSettings::default()
+    }
+}
+
 /// A body, its model and its motion.
 #[derive(Debug, Clone)]
 pub struct Body {
@@ -113,10 +122,48 @@ impl Body {
     /// # Errors
     /// [`WorldError`] with the body's name.
     pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
-        Self::build(scene, description).map_err(|problem| problem.named(&description.name))
+        let built = Self::build(scene, description).and_then(|mut body| {
+            let Self {
+                elastic,
+                masses,
+                motion,
+                eigenvector,
+                ..
+            } = &mut body;
+            let found = largest_eigenvalue(
+                masses,
+                motion.supports(),
+                |v, out| elastic.tangent_product_into(v, out),
+                eigenvector,
+                &first_estimate(),
+            )?;
+            body.take_first_eigenvalue(found, description.damping_ratio)?;
+            Ok(body)
+        });
+        built.map_err(|problem| problem.named(&description.name))
     }
 
-    fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
+    /// Takes the eigenvalue of the body at rest, without which it has no step.
+    pub(super) fn take_first_eigenvalue(
+        &mut self,
+        found: Eigenvalue,
+        damping_ratio: f64,
+    ) -> Result<(), BodyProblem> {
+        if !found.critical_step.is_finite() {
+            return Err(BodyProblem::NoStiffness);
+        }
+        self.estimates = [found.value; 2];
+        self.eigenvalue = found;
+        self.motion
+            .set_viscosity(2.0 * damping_ratio / found.value.sqrt())?;
+        if self.is_explicit() {
+            self.elastic.watch_stiffness(&self.masses);
+        }
+        Ok(())
+    }
+
+    /// All but the eigenvalue.
+    pub(super) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
         let (solid, report) = description.shape.solid(&description.placement())?;
         let Built {
             rest,
@@ -154,24 +201,6 @@ impl Body {
                 )
             })
             .transpose()?;
-        let mut eigenvector = Vec::new();
-        let settings = EigenvalueSettings {
-            margin: EIGENVALUE_MARGIN,
-            ..EigenvalueSettings::default()
-        };
-        let eigenvalue = largest_eigenvalue(
-            &masses,
-            &supports,
-            |v, out| elastic.tangent_product_into(v, out),
-            &mut eigenvector,
-            &settings,
-        )?;
-        if !eigenvalue.critical_step.is_finite() {
-            return Err(BodyProblem::NoStiffness);
-        }
-        if scene.integration.scheme.step().is_none() {
-            elastic.watch_stiffness(&masses);
-        }
         let motion = Motion::new(
             &rest,
             &masses,
@@ -179,7 +208,6 @@ impl Body {
             MotionSettings {
                 scheme: scene.integration.scheme.explicit(),
                 damping: description.damping,
-                viscosity: 2.0 * description.damping_ratio / eigenvalue.value.sqrt(),
                 ..MotionSettings::default()
             },
         )?;
@@ -210,13 +238,19 @@ impl Body {
             stencils,
             elastic,
             motion,
-            estimates: [eigenvalue.value; 2],
-            eigenvector,
+            estimates: [0.0; 2],
+            eigenvector: Vec::new(),
             indicators: Vec::new(),
             smallest_ratio: 1.0,
             doubt: None,
             leveled,
-            eigenvalue,
+            eigenvalue: Eigenvalue {
+                value: 0.0,
+                rayleigh: 0.0,
+                residual: 0.0,
+                iterations: 0,
+                critical_step: f64::INFINITY,
+            },
             step_factor: scene.integration.step_factor,
             damping: description.damping,
             initial,

@@ -8,7 +8,7 @@ use phyxel_enrich::{Pieces, Sweep, connected_pieces};
 
 use super::body::Body;
 use super::cutting::{CapturedEdge, CutUpdate, Cutting};
-use super::error::BodyProblem;
+use super::error::{BodyProblem, WorldError};
 use super::input::StrokePhase;
 use super::tool::Touch;
 use crate::scene::Scene;
@@ -25,6 +25,20 @@ pub struct Member {
 }
 
 impl Member {
+    /// A body that nothing has touched.
+    pub(super) fn new(
+        scene: &Scene,
+        description: &crate::scene::Body,
+        body: Body,
+    ) -> Result<Self, WorldError> {
+        let touches = touches_of(scene, description, &body);
+        Ok(Self {
+            touches: touches.map_err(|problem| problem.named(&description.name))?,
+            body,
+            cutting: None,
+        })
+    }
+
     /// Pieces of the body as cuts left it, what lies within a support among them.
     #[must_use]
     pub fn pieces(&self) -> Pieces {
@@ -67,8 +81,8 @@ impl Member {
         let (update, sweep) = cutting.advance(body, (index, cut.weld_tolerance), edge, phase)?;
         if !update.touched.is_empty() {
             cutting.apply(body, &update)?;
+            body.cut_here(&update.touched);
             cutting.follow(body, &update)?;
-            body.rebuilt_here();
             let factors = Some(cutting.factors());
             let torn = body.torn_count(factors);
             for touch in touches {
@@ -103,7 +117,7 @@ impl Member {
 }
 
 /// The contacts of all tools that may touch a body.
-pub(super) fn touches_of(
+fn touches_of(
     scene: &Scene,
     description: &crate::scene::Body,
     body: &Body,

@@ -25,7 +25,7 @@ mod support;
 mod tool;
 mod warnings;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use glam::DVec3;
@@ -38,7 +38,6 @@ pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
 pub use member::Member;
-use member::touches_of;
 pub use parts::PartCost;
 pub use shape::extent;
 pub use shares::BodyShares;
@@ -47,7 +46,7 @@ pub use stencils::BodyStencils;
 pub use tool::ToolForce;
 
 use crate::phases::{Phase, Phases};
-use crate::scene::{Rest, Scene};
+use crate::scene::{self, Rest, Scene};
 use grip::Adjusted;
 use guard::Kept;
 use input::Hands;
@@ -102,22 +101,45 @@ impl World {
     /// # Errors
     /// [`WorldError`] with the value of the scene or the body at fault.
     pub fn new(scene: Scene) -> Result<Self, WorldError> {
+        Self::with(scene, |scene, description| {
+            Member::new(scene, description, Body::new(scene, description)?)
+        })
+    }
+
+    /// As [`World::new`], with the nodes of the bodies shared out: shares estimate the eigenvalue from which the step is
+    /// chosen and take all steps. Every clone of the world uses the same shares: only one of them may take steps.
+    ///
+    /// # Errors
+    /// As [`World::new`], and with [`BodyProblem::NotShared`] if the scene has something that is not shared out, more
+    /// than one body included.
+    pub fn new_shared(
+        scene: Scene,
+        shares: Arc<Mutex<dyn BodyShares>>,
+    ) -> Result<Self, WorldError> {
+        let alone = scene.bodies.len() == 1;
+        Self::with(scene, |scene, description| {
+            let named = |problem: BodyProblem| problem.named(&description.name);
+            if !alone {
+                return Err(named(BodyProblem::NotShared("one of several bodies")));
+            }
+            let body = Body::build(scene, description).map_err(named)?;
+            let mut member = Member::new(scene, description, body)?;
+            let shared = member.share_out(shares.clone(), description.damping_ratio);
+            shared.map_err(named)?;
+            Ok(member)
+        })
+    }
+
+    fn with(
+        scene: Scene,
+        member: impl Fn(&Scene, &scene::Body) -> Result<Member, WorldError>,
+    ) -> Result<Self, WorldError> {
         scene.validate().map_err(Box::new)?;
         let mut phases = Phases::default();
         let members = phases.time(Phase::Setup, || {
-            scene
-                .bodies
-                .iter()
-                .map(|description| {
-                    let body = Body::new(&scene, description)?;
-                    let touches = touches_of(&scene, description, &body);
-                    Ok(Member {
-                        touches: touches.map_err(|problem| problem.named(&description.name))?,
-                        body,
-                        cutting: None,
-                    })
-                })
-                .collect::<Result<Vec<_>, WorldError>>()
+            let bodies = scene.bodies.iter();
+            let members = bodies.map(|description| member(&scene, description));
+            members.collect::<Result<Vec<_>, WorldError>>()
         })?;
         let mut world = Self {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),

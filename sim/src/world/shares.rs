@@ -12,21 +12,34 @@ use glam::{DMat3, DVec3};
 use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Shares, State};
 
-use super::body::Body;
+use super::body::{Body, first_estimate};
 use super::body_state::BodyState;
-use super::error::{BodyProblem, WorldError};
+use super::error::BodyProblem;
 use super::{Member, World};
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
-    /// Shares the body out anew: nodes, rows, materials, supports, cuts. `watched` nodes, rising, are
+    /// Shares the body out anew, at rest: nodes, rows, materials, supports, cuts. `watched` nodes, rising, are
     /// those that the whole body's motion has to see in every step.
     ///
     /// # Errors
     /// [`BodyProblem`] if a share's model cannot be built.
     fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem>;
 
-    /// Takes over the state and the loads of all nodes.
+    /// Takes over what has changed of that model: the rows of `changed` nodes, rising, with whatever else cuts have
+    /// done to these, and who is watched. The state is the one of before; if rows changed, its forces are evaluated
+    /// anew.
+    ///
+    /// # Errors
+    /// [`BodyProblem`] if a share's model refuses them.
+    fn change_model(
+        &mut self,
+        member: &Member,
+        changed: &[u32],
+        watched: &[u32],
+    ) -> Result<(), BodyProblem>;
+
+    /// Takes over the state and the loads of all nodes, and the stiffness-proportional damping.
     ///
     /// # Errors
     /// [`BodyProblem`] if a share refuses them.
@@ -88,8 +101,10 @@ pub(super) struct Shared {
     newest: Newest,
     /// Whether the model here was evaluated where the nodes are.
     evaluated: bool,
-    /// Whether the shares have the model as it is.
+    /// Whether the shares have the model, but for the rows of changed nodes.
     model: bool,
+    /// Nodes whose rows cuts have changed since.
+    changed: Vec<u32>,
     /// Nodes that they tell of in every step.
     watched: Vec<u32>,
     /// Where the newest vector of estimates is.
@@ -99,9 +114,9 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Whether they have what moves as it is.
+    /// Whether they have what moves as it is, forces after a cut included.
     pub(super) fn is_handed(&self) -> bool {
-        self.newest != Newest::Here
+        self.newest != Newest::Here && self.changed.is_empty()
     }
 
     /// Estimates the largest eigenvalue of what was handed over; `vector` is the one here.
@@ -146,45 +161,6 @@ impl Shared {
 }
 
 impl World {
-    /// Lets the shares take all steps of a body from now on. Every clone of the world uses the same
-    /// shares: only one of them may take steps.
-    ///
-    /// # Errors
-    /// [`WorldError`] with [`BodyProblem::NotShared`] if the world has something that is not shared out.
-    ///
-    /// # Panics
-    /// If there is no such body.
-    pub fn share_out(
-        &mut self,
-        body: usize,
-        shares: Arc<Mutex<dyn BodyShares>>,
-    ) -> Result<(), WorldError> {
-        let implicit = self.scene.integration.scheme.step().is_some();
-        let body = &mut self.members[body].body;
-        let reason = if implicit {
-            Some("implicit schemes (integration.scheme)")
-        } else if !body.elastic.viscous_history().is_empty() {
-            Some("viscous materials (material.viscosity)")
-        } else if body.elastic.settings().dilatation == Dilatation::Mean {
-            Some("mean dilatation (material.dilatation)")
-        } else {
-            None
-        };
-        if let Some(reason) = reason {
-            return Err(BodyProblem::NotShared(reason).of(body));
-        }
-        body.shared = Some(Shared {
-            shares,
-            newest: Newest::Here,
-            evaluated: true,
-            model: false,
-            watched: Vec::new(),
-            vector: Newest::Here,
-            keeps: false,
-        });
-        Ok(())
-    }
-
     /// Brings the places, velocities and forces of shared bodies here, for whoever reads them.
     pub fn fetch(&mut self) {
         for member in &mut self.members {
@@ -211,6 +187,46 @@ impl World {
 }
 
 impl Member {
+    /// Gives the body, which was built here but for its eigenvalue, to shares, which find it.
+    pub(super) fn share_out(
+        &mut self,
+        shares: Arc<Mutex<dyn BodyShares>>,
+        damping_ratio: f64,
+    ) -> Result<(), BodyProblem> {
+        let body = &self.body;
+        let reason = if !body.is_explicit() {
+            Some("implicit schemes (integration.scheme)")
+        } else if !body.elastic.viscous_history().is_empty() {
+            Some("viscous materials (material.viscosity)")
+        } else if body.elastic.settings().dilatation == Dilatation::Mean {
+            Some("mean dilatation (material.dilatation)")
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            return Err(BodyProblem::NotShared(reason));
+        }
+        let watched = self.watched();
+        let found = {
+            let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
+            shares.set_model(self, &watched)?;
+            shares.estimate(&first_estimate())?
+        };
+        self.body.take_first_eigenvalue(found, damping_ratio)?;
+        self.body.shared = Some(Shared {
+            shares,
+            // They know nothing yet of loads, and of damping.
+            newest: Newest::Here,
+            evaluated: true,
+            model: true,
+            changed: Vec::new(),
+            watched,
+            vector: Newest::Shares,
+            keeps: false,
+        });
+        Ok(())
+    }
+
     /// Gives the shares what has changed here.
     pub(super) fn hand_over(&mut self) -> Result<(), BodyProblem> {
         let Some(mut shared) = self.body.shared.take() else {
@@ -231,13 +247,19 @@ impl Member {
             shared.evaluated = true;
         }
         let watched = self.watched();
-        if !shared.model || shared.watched != watched {
+        let mut changed = std::mem::take(&mut shared.changed);
+        if !shared.model {
             shared.fetch(&mut self.body.motion);
             shared.lock().set_model(self, &watched)?;
             shared.newest = Newest::Here;
             shared.model = true;
-            shared.watched = watched;
+        } else if !changed.is_empty() || shared.watched != watched {
+            shared.fetch(&mut self.body.motion);
+            changed.sort_unstable();
+            changed.dedup();
+            shared.lock().change_model(self, &changed, &watched)?;
         }
+        shared.watched = watched;
         if shared.newest == Newest::Here {
             shared.lock().set_state(&self.body.motion)?;
             shared.newest = Newest::Both;
@@ -373,7 +395,15 @@ impl Body {
         if let Some(shared) = &mut self.shared {
             shared.newest = Newest::Here;
             shared.model = false;
+            shared.changed.clear();
             shared.evaluated = true;
+        }
+    }
+
+    /// Notes that a cut changed the rows of some nodes of the model here, which was evaluated where the nodes are.
+    pub(super) fn cut_here(&mut self, nodes: &[u32]) {
+        if let Some(shared) = &mut self.shared {
+            shared.changed.extend_from_slice(nodes);
         }
     }
 
