@@ -399,21 +399,48 @@ fn arc() -> Result<Vec<Finding>, StudyError> {
     let middle = DVec3::new(0.11, 0.37, 0.0) * dx;
     let edge = vec![radius * DVec3::X - reach, radius * DVec3::X + reach];
     let blade = turning(edge, middle, [0.5 * PI - half, 2.0 * half]);
-    let cut = Specimen::new(&plate, &[blade])?;
+    let mut cut = Specimen::new(&plate, &[blade])?;
+    let mut found = Vec::new();
+    for front in ["", ", front controlled"] {
+        if !front.is_empty() {
+            cut.control_front();
+        }
+        let mut case = Case::new(format!("arc 45 degrees, 12{front}"), &cut);
+        intensities_of_arc(&cut, middle, (radius, half), &mut case)?;
+        found.append(&mut case.found);
+    }
+    Ok(found)
+}
+
+fn intensities_of_arc(
+    cut: &Specimen,
+    middle: DVec3,
+    (radius, half): (f64, f64),
+    case: &mut Case,
+) -> Result<(), StudyError> {
     let loads = cut.loads(DMat3::IDENTITY);
     let moved = cut.solve(&loads, |_| IN_PLANE)?;
-    let mut case = Case::new("arc 45 degrees, 12".to_owned(), &cut);
     let known = arc_intensities(radius, half);
     let mut means = [0.0; 2];
     for side in [1.0, -1.0] {
         let (s, c) = (0.5 * PI - side * half).sin_cos();
         let tip = middle + radius * DVec3::new(c, s, 0.0);
         let along = side * DVec3::new(s, -c, 0.0);
-        let k = intensities(&cut, &moved, (tip, along), -side / radius, 0.4 * radius);
+        let k = intensities(cut, &moved, (tip, along), -side / radius, 0.4 * radius);
         means[0] += 0.5 * k[0] / known[0];
         means[1] += 0.5 * k[1].abs() / known[1];
     }
     case.add("K_I by displacements", means[0], 0.04);
     case.add("K_II by displacements", means[1], 0.04);
-    Ok(case.found)
+    let stretch = (1.0 + POISSON) * (1.0 - 2.0 * POISSON) / YOUNG;
+    let uniform = DMat3::from_diagonal(DVec3::new(stretch, stretch, 0.0));
+    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+    // `K² / E'` of both modes together, over the way of both tips.
+    let both = |way: f64| {
+        let [opening, sliding] = arc_intensities(radius, way / radius);
+        opening.hypot(sliding)
+    };
+    let known = crack_work(radius * half, 2.0, plane_modulus(), both) * cut.spacing;
+    case.add("both K by work", (work / known).sqrt(), 0.04);
+    Ok(())
 }
