@@ -8,7 +8,7 @@ mod williams;
 
 use std::f64::consts::PI;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use phyxel::scene::{Cut, Key};
 use serde::Serialize;
 
@@ -123,22 +123,23 @@ fn shear(axis: DVec3) -> (DMat3, DMat3) {
     (stress, along(axis, DVec3::Y) * shear_modulus().recip())
 }
 
-/// `K_I` and `K_II` at a tip of a crack that runs `along`, by displacements between two and `outer` (m) from it.
-fn intensities(cut: &Specimen, moved: &[DVec3], tip: DVec3, along: DVec3, outer: f64) -> [f64; 2] {
+/// `K_I` and `K_II` at a tip of a crack that runs `along`, on an arc of the `curvature` (1/m, towards its left) or
+/// straight, by displacements between two spacings and `outer` (m) from it.
+fn intensities(
+    cut: &Specimen,
+    moved: &[DVec3],
+    (tip, along): (DVec3, DVec3),
+    curvature: f64,
+    outer: f64,
+) -> [f64; 2] {
     let normal = DVec3::Z.cross(along);
-    let mut field = Vec::new();
-    for (x, u) in cut.rest.iter().zip(moved) {
-        let from = (*x - tip).with_z(0.0);
-        // Nodes on the cut are on its side of larger coordinates, whatever round-off says.
-        let mut at = [from.dot(along), from.dot(normal)];
-        if at[1].abs() < 1e-9 * cut.spacing {
-            at[1] = 0.0;
-        }
-        if (2.0 * cut.spacing..outer).contains(&from.length()) {
-            field.push((at, [u.dot(along), u.dot(normal)]));
-        }
-    }
-    williams::stress_intensities(&field)
+    let seen = |v: DVec3| DVec2::new(v.dot(along), v.dot(normal));
+    let field = cut.rest.iter().zip(moved);
+    let field = field.map(|(x, u)| (seen(*x - tip), seen(*u)));
+    let ring = |(at, _): &(DVec2, DVec2)| (2.0 * cut.spacing..outer).contains(&at.length());
+    let field: Vec<_> = field.filter(ring).collect();
+    // Nodes on the cut are on its side of larger coordinates, whatever round-off says.
+    williams::stress_intensities(&field, curvature, 1e-9 * cut.spacing)
 }
 
 struct Case {
@@ -194,7 +195,7 @@ fn edge(cells: u32, share: f64, offset: f64, grain: Grain) -> Result<Vec<Finding
     );
     let mut case = Case::new(name, &cut);
     let bar = 0.03;
-    let k = intensities(&cut, &moved, tip, DVec3::X, outer)[0];
+    let k = intensities(&cut, &moved, (tip, DVec3::X), 0.0, outer)[0];
     case.add("K_I by displacements", k / edge_intensity(share), bar);
     let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
     let known = crack_work(share, 1.0, plane_modulus(), edge_intensity) * dx;
@@ -241,7 +242,7 @@ fn centre(offset: f64) -> Result<Vec<Finding>, StudyError> {
     let k = [DVec3::X, -DVec3::X]
         .into_iter()
         .zip(tips)
-        .map(|(along, tip)| 0.5 * intensities(&cut, &moved, tip, along, 0.5 * a)[0]);
+        .map(|(along, tip)| 0.5 * intensities(&cut, &moved, (tip, along), 0.0, 0.5 * a)[0]);
     let bar = 0.03;
     case.add(
         "K_I by displacements",
@@ -398,21 +399,48 @@ fn arc() -> Result<Vec<Finding>, StudyError> {
     let middle = DVec3::new(0.11, 0.37, 0.0) * dx;
     let edge = vec![radius * DVec3::X - reach, radius * DVec3::X + reach];
     let blade = turning(edge, middle, [0.5 * PI - half, 2.0 * half]);
-    let cut = Specimen::new(&plate, &[blade])?;
+    let mut cut = Specimen::new(&plate, &[blade])?;
+    let mut found = Vec::new();
+    for front in ["", ", front controlled"] {
+        if !front.is_empty() {
+            cut.control_front();
+        }
+        let mut case = Case::new(format!("arc 45 degrees, 12{front}"), &cut);
+        intensities_of_arc(&cut, middle, (radius, half), &mut case)?;
+        found.append(&mut case.found);
+    }
+    Ok(found)
+}
+
+fn intensities_of_arc(
+    cut: &Specimen,
+    middle: DVec3,
+    (radius, half): (f64, f64),
+    case: &mut Case,
+) -> Result<(), StudyError> {
     let loads = cut.loads(DMat3::IDENTITY);
     let moved = cut.solve(&loads, |_| IN_PLANE)?;
-    let mut case = Case::new("arc 45 degrees, 12".to_owned(), &cut);
     let known = arc_intensities(radius, half);
     let mut means = [0.0; 2];
     for side in [1.0, -1.0] {
         let (s, c) = (0.5 * PI - side * half).sin_cos();
         let tip = middle + radius * DVec3::new(c, s, 0.0);
         let along = side * DVec3::new(s, -c, 0.0);
-        let k = intensities(&cut, &moved, tip, along, 0.4 * radius);
+        let k = intensities(cut, &moved, (tip, along), -side / radius, 0.4 * radius);
         means[0] += 0.5 * k[0] / known[0];
         means[1] += 0.5 * k[1].abs() / known[1];
     }
     case.add("K_I by displacements", means[0], 0.04);
     case.add("K_II by displacements", means[1], 0.04);
-    Ok(case.found)
+    let stretch = (1.0 + POISSON) * (1.0 - 2.0 * POISSON) / YOUNG;
+    let uniform = DMat3::from_diagonal(DVec3::new(stretch, stretch, 0.0));
+    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+    // `K² / E'` of both modes together, over the way of both tips.
+    let both = |way: f64| {
+        let [opening, sliding] = arc_intensities(radius, way / radius);
+        opening.hypot(sliding)
+    };
+    let known = crack_work(radius * half, 2.0, plane_modulus(), both) * cut.spacing;
+    case.add("both K by work", (work / known).sqrt(), 0.04);
+    Ok(())
 }
