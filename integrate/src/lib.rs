@@ -52,7 +52,7 @@ pub use explicit::Applied;
 pub use glam;
 pub use grip::Grip;
 pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
-pub use law::ForceLaw;
+pub use law::{ClosureLaw, Differences, ForceLaw};
 pub use led_tool::LedTool;
 pub use leveling::{Leveled, level_masses};
 pub use motion::{ExplicitScheme, Interval, Motion, MotionBytes, MotionSettings, State};
