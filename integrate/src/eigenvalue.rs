@@ -77,7 +77,8 @@ pub fn critical_step(eigenvalue: f64, viscosity: f64) -> f64 {
     }
     let omega = eigenvalue.sqrt();
     let xi = 0.5 * viscosity * omega;
-    2.0 / omega * ((1.0 + xi * xi).sqrt() - xi)
+    // The difference of the formula, rationalised: it would be lost to round-off where damping is strong.
+    2.0 / (omega * ((1.0 + xi * xi).sqrt() + xi))
 }
 
 /// Finds the largest eigenvalue of `M⁻¹ K` on the free directions, one stiffness product an iteration.

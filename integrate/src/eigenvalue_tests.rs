@@ -99,6 +99,11 @@ fn viscosity_lowers_the_step() {
         (critical_step(4.0, 0.5) - expected).abs() < 1e-15,
         "with xi = 0.5"
     );
+    let strong = critical_step(1e40, 1.0);
+    assert!(
+        (strong - 2e-40).abs() < 1e-53,
+        "{strong}: not lost to round-off"
+    );
     assert_eq!(critical_step(0.0, 0.1), f64::INFINITY, "slack");
 }
 

@@ -112,6 +112,18 @@ pub enum BodyProblem {
         /// What went wrong with the shortest steps.
         source: StepError,
     },
+    /// The stable step has all but vanished.
+    #[error(
+        "its stable step has fallen from {first:e} s to {step:e} s: tissue is crushed, or pulled far beyond what its \
+         material holds. Do not begin with a tool deep inside a body, move tools and blades more slowly, raise \
+         material.youngs_modulus or lower gravity"
+    )]
+    StepVanishes {
+        /// The first stable step (s).
+        first: f64,
+        /// What it is now (s).
+        step: f64,
+    },
     /// Energy appeared or vanished, and shorter steps did not help.
     #[error(
         "energy is not kept: {:.0} % of it appeared or vanished before {time:.4} s, in an eighth of the \
