@@ -67,30 +67,43 @@ impl Scene {
 
 /// Shares of the box's width at which the blade may cut, the usual one first.
 const PLACES: [f64; 9] = [0.4, 0.5, 0.3, 0.6, 0.2, 0.7, 0.1, 0.8, 0.9];
+/// Shares of the box's height from which on the blade cuts and of its depth as far as which, the usual ones first.
+const REACHES: [[f64; 2]; 4] = [[0.45, 0.6], [0.45, 1.0], [0.15, 0.6], [0.15, 1.0]];
+/// The blade goes farther than usual if it would meet tissue in less than one in so many points of what it sweeps.
+const RARELY: usize = 30;
 /// The usual place is taken unless the blade would meet more than so many times as much elsewhere.
 const ENOUGH: usize = 4;
 /// Points that are looked at along either side of what the blade sweeps.
 const LOOKS: u32 = 24;
+/// Share of the box's depth at which the blade starts.
+const FRONT: f64 = -0.1;
 
-/// The first place at which a blade that sweeps from `front` to `back` (shares of the box's depth) and from `foot` up
-/// meets enough of what is free to be cut.
+/// Where the blade meets enough of what is free to be cut: share of the width, of the height from which on, of the depth
+/// as far as which.
 fn place_of_blade(
-    [front, back, foot]: [f64; 3],
     at: &dyn Fn(f64, f64, f64) -> DVec3,
     is_free: &dyn Fn(DVec3) -> bool,
-) -> f64 {
+) -> [f64; 3] {
     let share = |k: u32| (f64::from(k) + 0.5) / f64::from(LOOKS);
-    let met = PLACES.map(|x| {
-        let column = |j: u32| {
-            let y = front + (back - front) * share(j);
-            let free = |k: &u32| is_free(at(x, y, foot + (1.0 - foot) * share(*k)));
-            (0..LOOKS).filter(free).count()
-        };
-        (0..LOOKS).map(column).sum::<usize>()
+    let best = REACHES.map(|[foot, back]| {
+        let met = PLACES.map(|x| {
+            let column = |j: u32| {
+                let y = FRONT + (back - FRONT) * share(j);
+                let free = |k: &u32| is_free(at(x, y, foot + (1.0 - foot) * share(*k)));
+                (0..LOOKS).filter(free).count()
+            };
+            (0..LOOKS).map(column).sum::<usize>()
+        });
+        let most = met.into_iter().max().unwrap_or(0);
+        let first = met.into_iter().position(|met| ENOUGH * met >= most);
+        (
+            most,
+            [first.map_or(PLACES[0], |first| PLACES[first]), foot, back],
+        )
     });
-    let most = met.into_iter().max().unwrap_or(0);
-    let enough = met.into_iter().position(|met| ENOUGH * met >= most);
-    enough.map_or(PLACES[0], |first| PLACES[first])
+    let all = (LOOKS * LOOKS) as usize;
+    let enough = best.iter().find(|(met, _)| RARELY * met >= all);
+    enough.unwrap_or(&best[0]).1
 }
 
 /// The scene for a mesh that fills a box (m, z up).
@@ -119,13 +132,13 @@ fn standing(
         normal: DVec3::new(0.0, size.z, -size.y).normalize_or(DVec3::Y),
     };
     let is_free = |place: DVec3| !held.contains(place) && is_tissue(place);
-    let x = place_of_blade([-0.1, 0.6, 0.45], &at, &is_free);
+    let [x, foot, back] = place_of_blade(&at, &is_free);
     scene.supports.push(Support {
         body: None,
         region: held,
         motion: super::SupportMotion::Fixed,
     });
-    // An upright edge, from the middle of the height to above the top, drawn towards the back.
+    // An upright edge, usually from the middle of the height to above the top, drawn towards the back.
     scene.cuts.push(Cut {
         name: "incision".to_owned(),
         body: None,
@@ -133,12 +146,12 @@ fn standing(
         path: vec![
             Key {
                 time: 0.1,
-                position: at(x, -0.1, 0.45),
+                position: at(x, FRONT, foot),
                 rotation: DVec3::ZERO,
             },
             Key {
                 time: 1.6,
-                position: at(x, 0.6, 0.45),
+                position: at(x, back, foot),
                 rotation: DVec3::ZERO,
             },
         ],

@@ -323,8 +323,9 @@ fn the_default_blade_meets_tissue() {
     close(blade(|p| (p.x - 0.04).abs() > 0.005), 0.5);
     close(blade(|p| (p.x - 0.04).abs() > 0.005 || p.y < -0.005), 0.5);
     close(blade(|p| p.x > 0.075), 0.8);
-    // Nothing but what is held: nowhere is better.
-    close(blade(|p| p.z < 0.02), 0.4);
+    // Low in front, and nothing but what is held, where nowhere is better.
+    close(blade(|p| p.x > 0.065 && p.z < 0.025), 0.7);
+    close(blade(|p| p.y > 0.06 && p.z < 0.01), 0.4);
 }
 
 /// The page has its three parts in order, and every key that stands in the first or last exists, with its

@@ -114,7 +114,7 @@ pub enum BodyProblem {
     },
     /// The stable step has all but vanished.
     #[error(
-        "its stable step has fallen from {first:e} s to {step:e} s: tissue is crushed, or pulled far beyond what its \
+        "its stable step has fallen from {first:.1e} s to {step:.1e} s: tissue is crushed, or pulled far beyond what its \
          material holds. Do not begin with a tool deep inside a body, move tools and blades more slowly, raise \
          material.youngs_modulus or lower gravity"
     )]
