@@ -401,6 +401,7 @@ fn a_scene_in_json_is_that_in_ron() {
 }
 
 /// Types are told in the format's words, with the value and its place.
+#[cfg(feature = "schemars")]
 #[test]
 fn a_value_of_another_type_is_told_what_it_must_be() {
     let told = |body: &str, rest: &str| {
