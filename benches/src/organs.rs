@@ -52,7 +52,7 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
                 if few {
                     scene.bodies[0].sampling.target = Target::Nodes(FEW);
                 }
-                let name = format!("{name}{what}, {nodes} nodes");
+                let name = format!("{name}{what} {nodes} nodes");
                 cases.push(Case { name, scene });
             }
         };
