@@ -33,8 +33,9 @@ const LARGEST_IMBALANCE: f64 = 0.02;
 const LARGEST_IMBALANCE_IN_CONTACT: f64 = 2.0;
 /// Imbalance with which a run ends if no shorter step lowers it.
 const FATAL_IMBALANCE: f64 = 0.5;
-/// Share of the first stable step below which a run ends: it would take a million times as long. Of the scenes
-/// of `benches -- random` that end none has steps below a three-hundredth.
+/// Share of the first stable step below which a stretch has gone wrong and is done again, and a run ends if that does
+/// not help: it would take a million times as long. Of the scenes of `benches -- random` that end none has steps below
+/// a three-hundredth.
 const SMALLEST_STEP: f64 = 1e-6;
 /// How fast steps grow again after they were shortened, per kept state.
 const RECOVERY: f64 = 1.2;
@@ -109,19 +110,29 @@ impl World {
             return self.advance(step, &from, poses);
         }
         self.follow_stiffness(number)?;
-        self.check_step()?;
         if self.kept.is_none() {
             self.keep();
         }
-        let result = self.advance(step, &from, poses);
+        let smallest = self.smallest_step();
+        let stable = self.check_step();
+        let vanished = stable.is_err();
+        let result = stable.and_then(|()| self.advance(step, &from, poses));
         let Some(kept) = &mut self.kept else {
             return result;
         };
-        kept.taken.push((step, poses.to_vec()));
+        // A step that was chosen when it had vanished already, as after a cut, leads nowhere: it is not done again.
+        if !vanished || step >= smallest {
+            kept.taken.push((step, poses.to_vec()));
+        }
         let due = kept.taken.len() as u64 >= STEPS_PER_ESTIMATE;
         let result = result.and_then(|()| if due { self.check_energy() } else { Ok(()) });
         match result {
-            Err(error) => self.retake(error)?,
+            Err(error) => {
+                self.retake(error)?;
+                if vanished {
+                    self.check_step()?;
+                }
+            }
             Ok(()) if due => self.caution = (self.caution / RECOVERY).max(1.0),
             Ok(()) => return Ok(()),
         }
@@ -129,10 +140,15 @@ impl World {
         Ok(())
     }
 
+    /// Step (s) below which a run leads nowhere.
+    fn smallest_step(&self) -> f64 {
+        SMALLEST_STEP * self.first_step()
+    }
+
     /// Whether there is a stable step that leads anywhere.
     fn check_step(&self) -> Result<(), WorldError> {
         let (first, step) = (self.first_step(), self.step_size());
-        if step >= SMALLEST_STEP * first {
+        if step >= self.smallest_step() {
             return Ok(());
         }
         let stiffness = |body: &Body| body.current_eigenvalue();
@@ -428,8 +444,16 @@ mod tests {
             let changes = changes.map(|text| Override::parse(text).unwrap());
             let mut world = World::new(Scene::embedded("press", &changes).unwrap()).unwrap();
             world.step().unwrap();
-            world.members[0].body.estimates = [1e40; 2];
-            world.estimate_eigenvalues(ESTIMATE_PRODUCTS).unwrap();
+            let rash = |world: &mut World| {
+                world.members[0].body.estimates = [1e40; 2];
+                world.estimate_eigenvalues(ESTIMATE_PRODUCTS).unwrap();
+            };
+            // From a sound state it is done again.
+            rash(&mut world);
+            world.step().unwrap();
+            assert_eq!(world.retaken().stretches, 1);
+            rash(&mut world);
+            world.forget_kept();
             let error = world.step().unwrap_err().to_string();
             assert!(error.contains("stable step has fallen"), "{error}");
         }
