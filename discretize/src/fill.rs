@@ -315,7 +315,8 @@ impl<'a> Filler<'a> {
             }
         }
         let n = best.2;
-        if best.0 > 0.0 {
+        // Few cells jump in count from layer to layer, as in other bodies.
+        if best.0 > JUMPS * self.settings.count_tolerance {
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
