@@ -1,6 +1,6 @@
 //! Rank 0's view of all ranks: what its world takes for the shares of the body.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::{DMat3, DVec3};
 use phyxel::world::{BodyProblem, BodyShares, Member};
@@ -16,6 +16,7 @@ use crate::layout::Layout;
 use crate::memory::Memory;
 use crate::package::{Change, Locals, packages};
 use crate::share::{Share, told};
+use crate::traffic::{CHANGES, FETCHED, MODELS, STATES, Traffic};
 use crate::wire::{
     FRONT, Wire, broadcast, gather, ranks, receive_vectors, received_vectors, send, send_vectors,
     vectors,
@@ -49,29 +50,6 @@ pub(crate) struct Front {
 
 fn command(command: Command) {
     broadcast(&mut command.encode());
-}
-
-/// What went to or from other ranks.
-#[derive(Debug, Default, Clone, Copy)]
-pub(crate) struct Traffic {
-    /// How often, in how much time, and bytes in all.
-    pub(crate) times: u32,
-    pub(crate) spent: Duration,
-    pub(crate) bytes: usize,
-}
-
-const MODELS: usize = 0;
-const CHANGES: usize = 1;
-const STATES: usize = 2;
-const FETCHED: usize = 3;
-
-impl Traffic {
-    pub(crate) const KINDS: usize = 4;
-
-    fn add(&mut self, begun: Instant) {
-        self.times += 1;
-        self.spent += begun.elapsed();
-    }
 }
 
 fn runs(count: usize) -> usize {

@@ -8,6 +8,7 @@ mod memory;
 mod package;
 mod report;
 mod share;
+mod traffic;
 mod vtu;
 mod wire;
 mod worker;

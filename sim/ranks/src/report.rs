@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::front::Traffic;
+use crate::traffic::Traffic;
 use crate::worker::Counted;
 
 /// Bytes of a node's place in a message.
