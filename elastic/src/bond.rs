@@ -54,6 +54,8 @@ struct Bond {
     x: DVec3,
     /// `|x|_e` (m).
     length: f64,
+    /// Force (N) on `node` there; on `other` its opposite.
+    pull: DVec3,
 }
 
 impl Bond {
@@ -68,6 +70,7 @@ impl Bond {
             decayed: 0.0,
             x,
             length: softened(x.length_squared(), rest_squared),
+            pull: DVec3::ZERO,
         }
     }
 
@@ -131,27 +134,38 @@ pub(crate) struct Bonds {
     /// Weak nodes with those, weak or not, from which their deformation is taken, nearest to sound
     /// ones first; those that hang on nothing sound have none.
     hosts: Vec<(u32, Vec<u32>)>,
+    /// Second half of the work (J) of the last decay, at the state last evaluated.
+    decay_work: f64,
 }
 
 /// A bond of a part: its place in the list and its ends' places in the part.
 pub(crate) type PartBond = (u32, Option<u32>, Option<u32>);
 
 impl Bonds {
-    pub(crate) fn add_forces<T: Number>(
-        &mut self,
-        positions: &[DVec3],
-        forces: &mut [DVec3],
-        deformation: &mut [Planes<T>],
-    ) -> f64 {
-        let mut energy = 0.0;
+    /// Evaluates all bonds at positions (m); their energy (J).
+    pub(crate) fn evaluate(&mut self, positions: &[DVec3]) -> f64 {
+        let (mut energy, mut work) = (0.0, 0.0);
         for bond in &mut self.list {
             let (i, j) = (bond.node as usize, bond.other as usize);
             bond.set_x(positions[j] - positions[i]);
-            let pull = bond.x * (bond.tension() / bond.length);
-            forces[i] += pull;
-            forces[j] -= pull;
+            bond.pull = bond.x * (bond.tension() / bond.length);
             energy += bond.energy();
+            work += bond.decay_work();
         }
+        self.decay_work = work;
+        energy
+    }
+
+    /// Adds the forces (N) last evaluated.
+    pub(crate) fn add_forces(&self, forces: &mut [DVec3]) {
+        for bond in &self.list {
+            forces[bond.node as usize] += bond.pull;
+            forces[bond.other as usize] -= bond.pull;
+        }
+    }
+
+    /// Gives weak nodes the mean deformation of their hosts.
+    pub(crate) fn set_gradients<T: Number>(&self, deformation: &mut [Planes<T>]) {
         for (node, hosts) in &self.hosts {
             #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
             let share = (hosts.len() as f64).recip();
@@ -165,7 +179,6 @@ impl Bonds {
             };
             set_gradient(deformation, *node as usize, mean);
         }
-        energy
     }
 
     /// Nodes at the ends of bonds, and those that take their deformation from others.
@@ -363,7 +376,7 @@ impl Elastic {
     /// evaluated.
     #[must_use]
     pub fn bond_work(&self) -> f64 {
-        self.state.bonds.list.iter().map(Bond::decay_work).sum()
+        self.state.bonds.decay_work
     }
 
     /// As [`Elastic::bond_work`], with the weak node and the work of each bond, nodes rising.
@@ -410,6 +423,7 @@ impl Elastic {
     /// # Panics
     /// If there are others.
     pub fn set_bond_offsets(&mut self, offsets: &[f64]) {
+        self.state.bonds.decay_work = 0.0;
         let list = &mut self.state.bonds.list;
         assert_eq!(list.len(), offsets.len(), "one offset per bond");
         for (bond, &offset) in list.iter_mut().zip(offsets) {

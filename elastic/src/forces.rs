@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::bond::Bonds;
 use crate::early::Early;
 use crate::fixed::Fixed;
 use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
@@ -23,7 +24,7 @@ use crate::watch::{Watch, Watching, indicator};
 /// Nodes per unit of parallel work, and per partial sum of the energy; blocks divide it.
 pub(crate) const CHUNK: usize = 256;
 /// Nodes per unit of work that only copies.
-const COPY_CHUNK: usize = 8 * CHUNK;
+const COPY_CHUNK: usize = 4 * CHUNK;
 /// Below this many nodes a second thread costs more than it saves.
 pub(crate) const PARALLEL_NODES: usize = 1024;
 
@@ -121,6 +122,7 @@ pub(crate) fn chunks<A: Send, B: Send>(
         a.par_chunks_mut(a_size)
             .zip(b.par_chunks_mut(b_size))
             .enumerate()
+            .with_max_len(1)
             .for_each(|(chunk, (a, b))| work(chunk, a, b));
     } else {
         let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
@@ -138,7 +140,8 @@ pub(crate) fn set_moves(parallel: bool, moves: &mut [Move], of: impl Fn(usize) -
         }
     };
     if parallel {
-        moves.par_chunks_mut(COPY_CHUNK).enumerate().for_each(set);
+        let chunks = moves.par_chunks_mut(COPY_CHUNK).enumerate();
+        chunks.with_max_len(1).for_each(set);
     } else {
         moves.chunks_mut(COPY_CHUNK).enumerate().for_each(set);
     }
@@ -216,16 +219,29 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             *sum = 0.0;
         }
     }
+    let begins = matches!(stage, Stage::Begin(_));
+    let State {
+        viscosity,
+        continuation,
+        watches,
+        bonds,
+        ..
+    } = &mut *state;
+    // What threads share out is all that there is in a step between two of the caller's passes: one that waits for
+    // longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
+    let of_bonds = |bonds: &mut Bonds| {
+        if begins {
+            0.0
+        } else {
+            bonds.evaluate(positions)
+        }
+    };
+    let energy_of_bonds;
     if model.means.is_some() {
+        energy_of_bonds = of_bonds(bonds);
         mean::stresses((model, state, scratch), table, forces);
     } else {
         let moves = &scratch.moves[..];
-        let State {
-            viscosity,
-            continuation,
-            watches,
-            ..
-        } = state;
         let rest = Rest {
             viscosity: viscosity.as_ref(),
             continuation,
@@ -263,9 +279,11 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
                         .zip(watches)
                         .zip(&mut scratch.asleep),
                 )
-                .enumerate();
-            outputs.for_each(work);
+                .enumerate()
+                .with_max_len(1);
+            (energy_of_bonds, ()) = rayon::join(|| of_bonds(bonds), || outputs.for_each(work));
         } else {
+            energy_of_bonds = of_bonds(bonds);
             let outputs = table
                 .records
                 .chunks_mut(CHUNK / BLOCK)
@@ -282,36 +300,48 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             outputs.for_each(work);
         }
     }
-    let (moves, reader) = (&scratch.moves[..], &*table);
-    let sum = (&mut scratch.partial[..], 1);
-    let outputs = (&mut *forces, CHUNK);
-    chunks(parallel, outputs, sum, |chunk, forces, sum| {
-        if stage.skips_forces(chunk) {
-            return;
-        }
-        model.arch.dispatch(Received {
-            model,
-            table: reader,
-            moves,
-            first: chunk * CHUNK,
-            forces,
-            sum: &mut sum[0],
-            sign: 1.0,
-        });
-    });
-    if matches!(stage, Stage::Begin(_)) {
+    let State { bonds, fronts, .. } = state;
+    let moves = &scratch.moves[..];
+    let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (&_, &[_])| {
+        chunks(
+            parallel,
+            (forces, CHUNK),
+            (partial, 1),
+            |chunk, forces, sum| {
+                if stage.skips_forces(chunk) {
+                    return;
+                }
+                model.arch.dispatch(Received {
+                    model,
+                    fixed,
+                    records,
+                    moves,
+                    first: chunk * CHUNK,
+                    forces,
+                    sum: &mut sum[0],
+                    sign: 1.0,
+                });
+            },
+        );
+    };
+    let read = (&table.fixed, &table.records[..]);
+    let deformation = &mut table.deformation[..];
+    if begins {
+        receive(forces, &mut scratch.partial, read);
         return 0.0;
+    }
+    let mut means = || bonds.set_gradients(deformation);
+    if parallel {
+        rayon::join(means, || receive(forces, &mut scratch.partial, read));
+    } else {
+        means();
+        receive(forces, &mut scratch.partial, read);
     }
     scratch.stale = Stale::default();
     let runs = (&mut scratch.partial[..], CHUNK);
-    state
-        .fronts
-        .add_forces(model, &table.fixed, positions, forces, runs);
-    let energy: f64 = scratch.partial.iter().sum();
-    energy
-        + state
-            .bonds
-            .add_forces(positions, forces, &mut table.deformation)
+    fronts.add_forces(model, &table.fixed, positions, forces, runs);
+    bonds.add_forces(forces);
+    scratch.partial.iter().sum::<f64>() + energy_of_bonds
 }
 
 /// Records, deformation gradients and forces of a chunk, its part of the energy, what is seen of it, and what
@@ -521,7 +551,8 @@ pub(crate) fn watch_node(
 /// Pass two for a chunk: what neighbours give, with the energy of the penalty.
 pub(crate) struct Received<'a, S: Storage, const L: usize, const R: usize> {
     pub(crate) model: &'a Model,
-    pub(crate) table: &'a Table<S, L, R>,
+    pub(crate) fixed: &'a Fixed<S, L>,
+    pub(crate) records: &'a [Sixteen<Record<S::Number, L, R>>],
     pub(crate) moves: &'a [Move],
     pub(crate) first: usize,
     pub(crate) forces: &'a mut [DVec3],
@@ -535,10 +566,11 @@ choose_arithmetic!(Received<S, L, R>);
 impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
-        let signed = self.table.fixed.signed_unit();
+        let signed = self.fixed.signed_unit();
         let mut work = 0.0;
+        let read = (self.fixed, self.records);
         for (node, force) in (self.first..).zip(self.forces) {
-            let given = receive::<A, S, L, R>(self.model, self.table, &signed, self.moves, node);
+            let given = receive::<A, S, L, R>(self.model, read, &signed, self.moves, node);
             *force = (*force + given) * self.sign;
             work += DVec3::from_array(self.moves[node]).dot(*force);
         }
@@ -550,7 +582,7 @@ impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
 #[inline(always)]
 pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>(
     model: &Model,
-    table: &Table<S, L, R>,
+    (fixed, all): (&Fixed<S, L>, &[Sixteen<Record<S::Number, L, R>>]),
     signed: &[f64; L],
     moves: &[Move],
     node: usize,
@@ -558,8 +590,7 @@ pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>
     if model.still.is_unloaded(node) && model.means.is_none() {
         return DVec3::ZERO;
     }
-    let fixed = &table.fixed;
-    let sum = records::<A, S::Number, L, R>(model.pairs.incoming(node), &table.records);
+    let sum = records::<A, S::Number, L, R>(model.pairs.incoming(node), all);
     let anchor = at(&fixed.anchors, node);
     let force = DVec3::from_array(received::<A, S::Place, L, R>(&sum, anchor, signed));
     let drag = fixed.drag(node);

@@ -45,11 +45,12 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
         let (records, own) = (&mut table.records[..], &mut *product);
         crate::forces::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
     }
-    let table = &*table;
+    let (fixed, records) = (&table.fixed, &table.records[..]);
     let work = |(chunk, forces): (usize, &mut [DVec3])| {
         model.arch.dispatch(Received {
             model,
-            table,
+            fixed,
+            records,
             moves,
             first: chunk * CHUNK,
             forces,
@@ -58,7 +59,8 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
         });
     };
     if parallel {
-        product.par_chunks_mut(CHUNK).enumerate().for_each(work);
+        let chunks = product.par_chunks_mut(CHUNK).enumerate();
+        chunks.with_max_len(1).for_each(work);
     } else {
         product.chunks_mut(CHUNK).enumerate().for_each(work);
     }
@@ -249,8 +251,9 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
             }
         }
         let signed = table.fixed.signed_unit();
+        let read = (&table.fixed, &table.records[..]);
         for (&node, out) in self.part.nodes.iter().zip(self.out) {
-            let given = receive::<A, S, L, R>(model, table, &signed, moves, node as usize);
+            let given = receive::<A, S, L, R>(model, read, &signed, moves, node as usize);
             *out = (*out + given) * -1.0;
         }
     }
