@@ -47,19 +47,19 @@ impl Part {
     }
 
     fn new(pairs: &Pairs, nodes: &[u32]) -> Self {
-        let sorted = |mut nodes: Vec<u32>| {
-            nodes.sort_unstable();
-            nodes.dedup();
-            nodes
-        };
-        let nodes = sorted(nodes.to_vec());
-        let with = |nodes: &[u32], others: &dyn Fn(usize) -> Vec<u32>| {
-            let more = nodes.iter().flat_map(|&node| others(node as usize));
-            sorted(nodes.iter().copied().chain(more).collect())
-        };
-        let ends = |row: &[Pair]| row.iter().map(|pair| pair.to).collect();
-        let reading = with(&nodes, &|node| ends(pairs.incoming(node)));
-        let seen = with(&reading, &|node| ends(pairs.row(node)));
+        let mut marks = Marks::new(pairs.node_count());
+        for &node in nodes {
+            marks.add(node);
+        }
+        let nodes = marks.rising();
+        for &node in &nodes {
+            marks.add_ends(pairs.incoming(node as usize));
+        }
+        let reading = marks.rising();
+        for &node in &reading {
+            marks.add_ends(pairs.row(node as usize));
+        }
+        let seen = marks.rising();
         Self {
             nodes,
             rows: reading,
@@ -68,6 +68,46 @@ impl Part {
             bond_ends: Vec::new(),
             fronts: Vec::new(),
         }
+    }
+}
+
+/// A set of nodes, one bit each: neighbours of neighbours name a node dozens of times.
+struct Marks {
+    words: Vec<u64>,
+    /// How many they are.
+    count: usize,
+}
+
+impl Marks {
+    fn new(node_count: usize) -> Self {
+        Self {
+            words: vec![0; node_count.div_ceil(64)],
+            count: 0,
+        }
+    }
+
+    fn add(&mut self, node: u32) {
+        let (word, bit) = (&mut self.words[node as usize / 64], 1 << (node % 64));
+        self.count += usize::from(*word & bit == 0);
+        *word |= bit;
+    }
+
+    fn add_ends(&mut self, pairs: &[Pair]) {
+        for pair in pairs {
+            self.add(pair.to);
+        }
+    }
+
+    fn rising(&self) -> Vec<u32> {
+        let mut nodes = Vec::with_capacity(self.count);
+        for (first, word) in (0_u32..).step_by(64).zip(&self.words) {
+            let mut left = *word;
+            while left != 0 {
+                nodes.push(first + left.trailing_zeros());
+                left &= left - 1;
+            }
+        }
+        nodes
     }
 }
 
@@ -124,5 +164,24 @@ impl Elastic {
         self.state
             .bonds
             .add_product_within(&part.bonds, vector, product);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Marks;
+
+    proptest::proptest! {
+        #[test]
+        fn marks_are_the_set_in_order(nodes in proptest::collection::vec(0_u32..200, 0..300)) {
+            let mut marks = Marks::new(200);
+            for &node in &nodes {
+                marks.add(node);
+            }
+            let expected: Vec<u32> = std::collections::BTreeSet::from_iter(nodes).into_iter().collect();
+            let found = marks.rising();
+            proptest::prop_assert_eq!(found.capacity(), expected.len());
+            proptest::prop_assert_eq!(found, expected);
+        }
     }
 }

@@ -23,6 +23,10 @@ use crate::storage::{BLOCK, Storage};
 /// Nodes of a run of which the largest indicator is told.
 pub const WATCHED_NODES: usize = crate::forces::CHUNK;
 
+/// By what share of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
+/// rounds that to 6e-8, and `c(F_i)` multiplies it by some `1/J` where tissue is pressed to `J`.
+const INDICATOR_ROUND_OFF: f64 = 0.01;
+
 /// What the last evaluation saw, over a chunk of nodes or all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Watch {
@@ -197,7 +201,23 @@ impl Elastic {
     /// ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
     #[must_use]
     pub fn stiffest_nodes(&self, count: usize) -> Vec<StiffNode> {
-        self.stiffest_nodes_of(count, 0..self.node_count())
+        // `count` runs have nodes at least as stiff as the worst of theirs: a run with none of that has none of them.
+        let mut falling: Vec<f64> = self.stiffness_indicators().collect();
+        falling.sort_unstable_by(|a, b| b.total_cmp(a));
+        let least = falling.get(count.saturating_sub(1)).copied();
+        let least = least.map_or(0.0, |least| least * (1.0 - INDICATOR_ROUND_OFF));
+        let runs = self.stiffness_indicators().enumerate();
+        let runs = runs.filter(|(_, stiffness)| *stiffness >= least);
+        let n = self.node_count();
+        let found = self.stiffest_nodes_of(
+            count,
+            runs.flat_map(|(run, _)| run * WATCHED_NODES..n.min((run + 1) * WATCHED_NODES)),
+        );
+        // Rows that changed since may have taken from what was seen.
+        if found.last().is_some_and(|last| last.indicator >= least) {
+            return found;
+        }
+        self.stiffest_nodes_of(count, 0..n)
     }
 
     /// [`Elastic::stiffest_nodes`] of some nodes only.

@@ -377,6 +377,38 @@ fn left_behind(body: &Elastic, energy: f64, forces: &[DVec3]) -> Vec<u64> {
 }
 
 #[test]
+fn stiffest_nodes_of_few_runs_are_those_of_all() {
+    let block = Block::new([13, 13, 16], DVec3::ONE, 0.2, 1);
+    let n = block.positions.len();
+    assert!(n > 10 * crate::WATCHED_NODES, "{n} nodes");
+    let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
+    for (precision, seed) in [(Precision::Double, 1), (Precision::Single, 2)] {
+        let mut body = built(
+            &block,
+            law(),
+            &Settings {
+                precision,
+                ..Settings::default()
+            },
+        );
+        body.watch_stiffness(&masses);
+        let x = shaken(&block, 0.02, seed);
+        let mut forces = vec![DVec3::ZERO; n];
+        body.forces_into(&x, &mut forces);
+        let all = |body: &crate::Elastic, count| body.stiffest_nodes_of(count, 0..n);
+        for count in [0, 1, 3, 8, 300] {
+            let found = body.stiffest_nodes(count);
+            assert_eq!(found.len(), count);
+            assert_eq!(found, all(&body, count), "{count} nodes");
+        }
+        // Of nodes that lost their energy since, the evaluation tells too much.
+        let lost: Vec<u32> = body.stiffest_nodes(30).iter().map(|s| s.node).collect();
+        body.weaken(&lost, &x, &|_| 1.0);
+        assert_eq!(body.stiffest_nodes(8), all(&body, 8));
+    }
+}
+
+#[test]
 fn control_is_raised_as_far_as_its_energy_allows() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.2, 1);
     let x = shaken(&rest, 0.02, 6);
