@@ -12,7 +12,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::supports::Supports;
-use crate::vector::{dot_in_order, sum_in_order};
+use crate::vector::{dot_in_order, sum_in_order, weighted_squares};
 
 /// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
 pub(crate) const CHUNK: usize = 1024;
@@ -189,7 +189,7 @@ impl Sweep<'_> {
         };
         if x.len() >= PARALLEL_FROM {
             let chunks = x.par_chunks_mut(CHUNK).zip(v.par_chunks_mut(CHUNK));
-            chunks.enumerate().for_each(body);
+            chunks.enumerate().with_max_len(1).for_each(body);
         } else {
             let chunks = x.chunks_mut(CHUNK).zip(v.chunks_mut(CHUNK));
             chunks.enumerate().for_each(body);
@@ -225,7 +225,7 @@ impl Sweep<'_> {
         let chunks = chunks.map(|v| (v, viscous.next().unwrap_or_default()));
         if parallel {
             let chunks: Vec<_> = chunks.enumerate().collect();
-            chunks.into_par_iter().map(body).collect()
+            chunks.into_par_iter().with_max_len(1).map(body).collect()
         } else {
             chunks.enumerate().map(body).collect()
         }
@@ -265,15 +265,13 @@ impl Sweep<'_> {
         for ((p, v), m) in momenta.iter_mut().zip(&*new).zip(masses) {
             *p = *v * *m;
         }
-        let gained = masses.iter().zip(&*new).zip(&*v);
-        let gained = gained.map(|((m, new), v)| m * (*new - *v).length_squared());
-        sums.lag = 0.5 * gained.sum::<f64>();
         let kinetic = 0.5 * dot_in_order(momenta, new);
         let left = kick.decay * kick.decay;
         sums.bad = !kinetic.is_finite();
         sums.kinetic = kinetic * left;
         sums.dissipated += kinetic * (1.0 - left);
         sums.momentum = sum_in_order(momenta) * kick.decay;
+        sums.lag = 0.5 * weighted_squares(masses, new, v);
         if !sums.bad {
             combine(v, new, |_, new| new * kick.decay);
         }

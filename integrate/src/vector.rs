@@ -45,6 +45,22 @@ pub(crate) fn sum_in_order(a: &[DVec3]) -> DVec3 {
     sums.iter().chain(rest).sum()
 }
 
+/// `sum_i w_i |a_i - b_i|²` of slices of one length, as [`sum_in_order`] adds vectors.
+#[inline(always)]
+pub(crate) fn weighted_squares(weights: &[f64], a: &[DVec3], b: &[DVec3]) -> f64 {
+    let square = |w: &f64, a: &DVec3, b: &DVec3| w * (*a - *b).length_squared();
+    let (weights, more_weights) = weights.as_chunks::<4>();
+    let ((a, more_a), (b, more_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (w, (a, b)) in weights.iter().zip(a.iter().zip(b)) {
+        for k in 0..4 {
+            sums[k] += square(&w[k], &a[k], &b[k]);
+        }
+    }
+    let rest = more_weights.iter().zip(more_a.iter().zip(more_b));
+    rest.fold(sums.iter().sum(), |sum, (w, (a, b))| sum + square(w, a, b))
+}
+
 /// `a · b`, summed by chunks in order.
 pub(crate) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     products(a, b).iter().sum()
@@ -121,6 +137,13 @@ mod tests {
             let plain: DVec3 = a.iter().sum();
             let lanes = sum_in_order(&a);
             assert!((lanes - plain).length() <= 1e-13, "{n} vectors: {lanes}");
+            let weights: Vec<f64> = (0..n).map(|i| 0.5 + i as f64).collect();
+            let squares = a.iter().zip(&b).map(|(a, b)| (*a - *b).length_squared());
+            let plain: f64 = weights.iter().zip(squares).map(|(w, s)| w * s).sum();
+            assert!(
+                close(weighted_squares(&weights, &a, &b), plain),
+                "{n} squares"
+            );
         }
         let (long, short) = ([DVec3::ONE; 9], [DVec3::ONE; 2]);
         assert!(close(dot_in_order(&long, &short), 6.0), "what both have");
