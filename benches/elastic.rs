@@ -223,5 +223,37 @@ fn beside(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, sizes, laws, setup, beside);
+/// The passes of an evaluation alone, and those of a product with the stiffness.
+fn passes(c: &mut Criterion) {
+    let one = one_thread();
+    let mut group = c.benchmark_group("passes");
+    group.sample_size(10);
+    for side in SIDES {
+        let block = Block::eighteen([side; 3], 0.1);
+        let n = block.positions.len();
+        let x = deformed(&block);
+        let mut f = vec![DVec3::ZERO; n];
+        for (name, precision) in [("f64", Precision::Double), ("f32", Precision::Single)] {
+            let settings = Settings {
+                precision,
+                ..Settings::default()
+            };
+            let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
+            group.throughput(pairs(&body));
+            group.bench_function(BenchmarkId::new(format!("one, {name}"), n), |b| {
+                one.install(|| b.iter(|| body.pass_one(&x, &mut f)));
+            });
+            group.bench_function(BenchmarkId::new(format!("two, {name}"), n), |b| {
+                one.install(|| b.iter(|| body.pass_two(&x, &mut f)));
+            });
+            body.forces_into(&x, &mut f);
+            group.bench_function(BenchmarkId::new(format!("product, {name}"), n), |b| {
+                one.install(|| b.iter(|| body.tangent_product_into(&x, &mut f)));
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, sizes, laws, setup, beside, passes);
 criterion_main!(benches);

@@ -107,4 +107,19 @@ impl Elastic {
         let parts = (&self.model, &mut self.state, &mut self.scratch);
         with_table!(&mut self.tables, table => forces::forces(parts, table, positions, forces, stage))
     }
+
+    /// The first of the two passes of [`Elastic::forces_into`] alone, for benchmarks: `forces` is what the nodes' own rows
+    /// give. [`Elastic::pass_two`] ends it.
+    #[doc(hidden)]
+    pub fn pass_one(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        with_table!(&mut self.tables, table => forces::pass_one(parts, table, positions, forces, Stage::ALL))
+    }
+
+    /// The second, which adds to `forces`.
+    #[doc(hidden)]
+    pub fn pass_two(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        with_table!(&mut self.tables, table => forces::pass_two(parts, table, positions, forces, Stage::ALL))
+    }
 }

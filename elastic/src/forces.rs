@@ -203,6 +203,24 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     forces: &mut [DVec3],
     stage: Stage<'_>,
 ) -> f64 {
+    let of_bonds = pass_one(
+        (model, &mut *state, &mut *scratch),
+        table,
+        positions,
+        forces,
+        stage,
+    );
+    of_bonds + pass_two((model, state, scratch), table, positions, forces, stage)
+}
+
+/// Deformation gradients, stresses, records and what a node's own row gives it; the energy (J) of bonds.
+pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &mut State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    positions: &[DVec3],
+    forces: &mut [DVec3],
+    stage: Stage<'_>,
+) -> f64 {
     let parallel = parallel(model);
     for nodes in stage.places(model.node_count()) {
         let first = nodes.start;
@@ -300,6 +318,18 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
             outputs.for_each(work);
         }
     }
+    energy_of_bonds
+}
+
+/// What neighbours and bonds give; the energy (J) but that of bonds.
+pub(crate) fn pass_two<S: Storage, const L: usize, const R: usize>(
+    (model, state, scratch): (&Model, &mut State, &mut Scratch),
+    table: &mut Table<S, L, R>,
+    positions: &[DVec3],
+    forces: &mut [DVec3],
+    stage: Stage<'_>,
+) -> f64 {
+    let parallel = parallel(model);
     let State { bonds, fronts, .. } = state;
     let moves = &scratch.moves[..];
     let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (&_, &[_])| {
@@ -326,7 +356,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     };
     let read = (&table.fixed, &table.records[..]);
     let deformation = &mut table.deformation[..];
-    if begins {
+    if matches!(stage, Stage::Begin(_)) {
         receive(forces, &mut scratch.partial, read);
         return 0.0;
     }
@@ -341,7 +371,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
     let runs = (&mut scratch.partial[..], CHUNK);
     fronts.add_forces(model, &table.fixed, positions, forces, runs);
     bonds.add_forces(forces);
-    scratch.partial.iter().sum::<f64>() + energy_of_bonds
+    scratch.partial.iter().sum()
 }
 
 /// Records, deformation gradients and forces of a chunk, its part of the energy, what is seen of it, and what
@@ -578,11 +608,17 @@ impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
     }
 }
 
+/// Rows and what pass one wrote of them.
+type Read<'a, S, const L: usize, const R: usize> = (
+    &'a Fixed<S, L>,
+    &'a [Sixteen<Record<<S as Storage>::Number, L, R>>],
+);
+
 /// What its neighbours give a node; `signed` are the units of [`Fixed::signed_unit`].
 #[inline(always)]
 pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>(
     model: &Model,
-    (fixed, all): (&Fixed<S, L>, &[Sixteen<Record<S::Number, L, R>>]),
+    (fixed, all): Read<'_, S, L, R>,
     signed: &[f64; L],
     moves: &[Move],
     node: usize,

@@ -395,7 +395,7 @@ fn stiffest_nodes_of_few_runs_are_those_of_all() {
         let x = shaken(&block, 0.02, seed);
         let mut forces = vec![DVec3::ZERO; n];
         body.forces_into(&x, &mut forces);
-        let all = |body: &crate::Elastic, count| body.stiffest_nodes_of(count, 0..n);
+        let all = |body: &Elastic, count| body.stiffest_nodes_of(count, 0..n);
         for count in [0, 1, 3, 8, 300] {
             let found = body.stiffest_nodes(count);
             assert_eq!(found.len(), count);
