@@ -330,9 +330,14 @@ impl PairFactors {
     ) -> Vec<(u32, u32)> {
         let reach = self.settings.reach;
         let mut candidates = Vec::new();
+        let all = new.clone().map(|piece| cut.piece_bounds(piece));
+        let Some(all) = all.reduce(Bounds::union) else {
+            return candidates;
+        };
+        let runs = self.runs.near(&all);
         for piece in new {
             let bounds = cut.piece_bounds(piece);
-            self.runs.for_nodes(graph, &bounds, |i| {
+            self.runs.for_nodes(graph, &runs, &bounds, |i| {
                 let a = graph.positions[i];
                 let mut crossed = self.crossed_in(graph, i).peekable();
                 for pair in graph.pairs(i) {

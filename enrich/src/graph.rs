@@ -303,13 +303,27 @@ impl Runs {
         }
     }
 
-    /// Calls `f` for every node that is not too far from the box for a piece in it to change a pair.
-    pub(crate) fn for_nodes(&self, graph: &Graph<'_>, near: &Bounds, mut f: impl FnMut(usize)) {
-        for (k, run) in self.runs.iter().enumerate() {
+    /// Runs with nodes that may not be too far from the box for a piece in it to change a pair.
+    pub(crate) fn near(&self, bounds: &Bounds) -> Vec<usize> {
+        let runs = self.runs.iter().enumerate();
+        let near = runs.filter(|(_, run)| run.bounds.grown(run.span).meets(bounds));
+        near.map(|(index, _)| index).collect()
+    }
+
+    /// Calls `f` for every node of these runs that is not too far from the box for a piece in it to change a pair.
+    pub(crate) fn for_nodes(
+        &self,
+        graph: &Graph<'_>,
+        runs: &[usize],
+        near: &Bounds,
+        mut f: impl FnMut(usize),
+    ) {
+        for &index in runs {
+            let run = &self.runs[index];
             if !run.bounds.grown(run.span).meets(near) {
                 continue;
             }
-            let first = k * self.length;
+            let first = index * self.length;
             for node in first..(first + self.length).min(self.nodes) {
                 if near.distance(graph.positions[node]) <= run.span {
                     f(node);

@@ -123,30 +123,52 @@ impl PointTree {
 
 /// Boxes round runs of consecutive points: made in one pass, for a few queries of points that move.
 ///
-/// A query looks at all boxes and at the points of the nearest. Where consecutive points are far from
-/// each other it looks at every point; the answer is exact in any order.
+/// A query looks at all boxes round groups of runs, at the runs of near groups and at the points of near runs. Where
+/// consecutive points are far from each other it looks at every point; the answer is exact in any order.
 #[derive(Debug, Clone)]
 pub(crate) struct PointRuns {
     boxes: Vec<[DVec3; 2]>,
+    /// Round every [`GROUP`] of them.
+    groups: Vec<[DVec3; 2]>,
 }
 
 /// Points in a run.
 const RUN: usize = 64;
+/// Runs in a group.
+const GROUP: usize = 32;
+
+/// Squared distance of a point from a box.
+fn away([low, high]: &[DVec3; 2], at: DVec3) -> f64 {
+    (*low - at)
+        .max(at - *high)
+        .max(DVec3::ZERO)
+        .length_squared()
+}
+
+/// Which box is nearest, the first of equal ones.
+fn nearest_box(boxes: &[[DVec3; 2]], at: DVec3) -> Option<usize> {
+    let distances = boxes.iter().map(|b| away(b, at)).enumerate();
+    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.map(|(index, _)| index)
+}
 
 impl PointRuns {
     /// # Errors
     /// As [`PointTree::new`].
     pub(crate) fn new(points: &[DVec3]) -> Result<Self, CloudError> {
         check(points)?;
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let round = |run: &[DVec3]| {
             run.iter()
-                .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &x| {
-                    [low.min(x), high.max(x)]
-                })
+                .fold(none, |[low, high], &x| [low.min(x), high.max(x)])
         };
-        Ok(Self {
-            boxes: points.chunks(RUN).map(round).collect(),
-        })
+        let boxes: Vec<_> = points.chunks(RUN).map(round).collect();
+        let join = |group: &[[DVec3; 2]]| {
+            let boxes = group.iter();
+            boxes.fold(none, |[low, high], [a, b]| [low.min(*a), high.max(*b)])
+        };
+        let groups = boxes.chunks(GROUP).map(join).collect();
+        Ok(Self { boxes, groups })
     }
 
     /// The `count` nearest points with squared distances; equal distances are ordered by index, also
@@ -159,35 +181,38 @@ impl PointRuns {
         out: &mut Vec<(f64, u32)>,
     ) {
         out.clear();
-        let away = |[low, high]: &[DVec3; 2]| {
-            (*low - at)
-                .max(at - *high)
-                .max(DVec3::ZERO)
-                .length_squared()
-        };
-        let distances = self.boxes.iter().map(away).enumerate();
-        let Some((first, _)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let Some(first_group) = nearest_box(&self.groups, at) else {
             return;
         };
+        let runs = |group: usize| group * GROUP..self.boxes.len().min((group + 1) * GROUP);
+        let first = runs(first_group).start
+            + nearest_box(&self.boxes[runs(first_group)], at).unwrap_or_default();
         // The nearest box first: what it holds rules most others out.
         let mut farthest = f64::INFINITY;
-        let others = (0..self.boxes.len()).filter(|&run| run != first);
-        for run in std::iter::once(first).chain(others) {
-            if run != first && away(&self.boxes[run]) > farthest {
-                continue;
-            }
+        let mut look = |run: usize, farthest: &mut f64| {
             let start = run * RUN;
             let end = (start + RUN).min(points.len());
             for (node, x) in (start..end).zip(&points[start..end]) {
                 let squared = (*x - at).length_squared();
-                if squared <= farthest {
+                if squared <= *farthest {
                     out.push((squared, to_u32(node)));
                 }
             }
             out.sort_unstable_by(nearer);
             out.truncate(count);
             if out.len() == count {
-                farthest = out.last().map_or(farthest, |last| last.0);
+                *farthest = out.last().map_or(*farthest, |last| last.0);
+            }
+        };
+        look(first, &mut farthest);
+        for (group, around) in self.groups.iter().enumerate() {
+            if away(around, at) > farthest {
+                continue;
+            }
+            for run in runs(group) {
+                if run != first && away(&self.boxes[run], at) <= farthest {
+                    look(run, &mut farthest);
+                }
             }
         }
     }

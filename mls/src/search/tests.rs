@@ -151,10 +151,15 @@ proptest! {
         cells in proptest::collection::vec((0_i8..9, 0_i8..9, 0_i8..5), 1..400),
         sorted in proptest::bool::ANY,
         count in 1_usize..20,
+        copies in 1_u8..16,
     ) {
-        let mut points: Vec<DVec3> = cells
-            .iter()
-            .map(|&(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
+        // Up to three groups of runs.
+        let tiled = (0..copies).flat_map(|copy| cells.iter().map(move |cell| (copy, cell)));
+        let mut points: Vec<DVec3> = tiled
+            .map(|(copy, &(x, y, z))| {
+                let place = [f64::from(x) + 4.0 * f64::from(copy), f64::from(y), f64::from(z)];
+                DVec3::from_array(place)
+            })
             .collect();
         if sorted {
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
