@@ -143,6 +143,18 @@ impl Front {
         }
     }
 
+    /// Gives all ranks the velocities (m/s) of watched nodes: after a step a rank has of a driven node's only what is
+    /// free, as the path is rank 0's.
+    fn tell_velocities(&mut self, velocities: &[DVec3]) {
+        if self.watched.is_empty() {
+            return;
+        }
+        let mut velocities = self.picked(velocities);
+        broadcast(&mut velocities);
+        let (mine, _) = self.mine();
+        mine.set_watched(&velocities, false);
+    }
+
     /// Notes who is watched.
     fn watch(&mut self, layout: &Layout, watched: &[u32]) {
         self.watched_of = (0..layout.ranks())
@@ -258,6 +270,7 @@ impl Shares for Front {
         };
         let begun = Instant::now();
         command(Command::Fetch);
+        self.tell_velocities(&state.velocities);
         let (mine, _) = self.mine();
         let own = mine.motion.state().clone();
         let n = layout.range(layout.ranks() - 1).end;
@@ -536,8 +549,9 @@ impl BodyShares for Front {
         (found, places)
     }
 
-    fn keep(&mut self) {
+    fn keep(&mut self, velocities: &[DVec3]) {
         command(Command::Keep);
+        self.tell_velocities(velocities);
         if let Some(mine) = &self.mine {
             self.memory.keep(mine.motion.state());
         }

@@ -134,6 +134,16 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
     }
 }
 
+/// Takes over the velocities of watched nodes, of which rank 0 knows more.
+fn hear_velocities(share: &mut Share) {
+    // Of all ranks' nodes: none of a rank's own may be among them.
+    if share.package.watched_count > 0 {
+        let mut velocities = vec![0.0; 3 * share.package.watched_count];
+        broadcast(&mut velocities);
+        share.set_watched(&velocities, false);
+    }
+}
+
 fn obey(
     command: Command,
     share: &mut Share,
@@ -189,6 +199,7 @@ fn obey(
             gather(&works.concat(), &[]);
         }
         Command::Fetch => {
+            hear_velocities(share);
             let state = share.motion.state();
             let lists = [
                 &state.positions,
@@ -224,7 +235,10 @@ fn obey(
             broadcast(&mut nodes);
             gather(&share.read(wire, &nodes, gradients), &[]);
         }
-        Command::Keep => memory.keep(share.motion.state()),
+        Command::Keep => {
+            hear_velocities(share);
+            memory.keep(share.motion.state());
+        }
         Command::Kept => {
             for list in memory.kept() {
                 send_vectors(FRONT, list);
