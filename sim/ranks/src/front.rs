@@ -19,7 +19,7 @@ use crate::share::{Share, told};
 use crate::traffic::{CHANGES, FETCHED, MODELS, STATES, Traffic};
 use crate::wire::{
     FRONT, Wire, broadcast, gather, ranks, receive_vectors, received_vectors, send, send_vectors,
-    vectors,
+    vectors, wake,
 };
 use crate::worker::{Counted, write_nodes};
 
@@ -27,6 +27,8 @@ use crate::worker::{Counted, write_nodes};
 #[derive(Debug, Default)]
 pub(crate) struct Front {
     wire: Wire,
+    /// Whether the other ranks have been told that the body is built.
+    awake: bool,
     layout: Option<Layout>,
     /// Which nodes each rank has.
     locals: Vec<Locals>,
@@ -172,6 +174,13 @@ impl Front {
         (share, &mut self.wire)
     }
 
+    /// Before the first command.
+    fn wake(&mut self) {
+        if !std::mem::replace(&mut self.awake, true) {
+            wake();
+        }
+    }
+
     /// Lets every rank write its nodes into a folder.
     pub(crate) fn write(&mut self, folder: &std::path::Path) -> std::io::Result<()> {
         if self.mine.is_none() {
@@ -190,6 +199,7 @@ impl Front {
 
     /// Ends all ranks; what they counted, and what went between them and rank 0 besides steps.
     pub(crate) fn end(&mut self) -> (Vec<Counted>, [Traffic; Traffic::KINDS]) {
+        self.wake();
         command(Command::End);
         let mine = Counted::of(self.mine.as_ref(), &self.memory, &self.wire);
         let all = gather(&mine.encode(), &vec![Counted::LENGTH; ranks()]);
@@ -323,6 +333,7 @@ impl BodyShares for Front {
         let begun = Instant::now();
         let layout = Layout::new(member.body.rest.len(), ranks());
         let mut mine = None;
+        self.wake();
         command(Command::Model);
         let (packages, locals) = packages(&layout, member, watched);
         for (rank, package) in packages.into_iter().enumerate() {

@@ -10,7 +10,8 @@ use crate::memory::Memory;
 use crate::package::{Change, Package};
 use crate::share::Share;
 use crate::wire::{
-    FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, received_vectors, send_vectors,
+    FRONT, Wire, await_front, broadcast, gather, rank, receive, receive_vectors, received_vectors,
+    send_vectors,
 };
 
 /// Why a rank cannot go on.
@@ -110,6 +111,7 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
     let mut wire = Wire::default();
     let mut share: Option<Share> = None;
     let mut memory = Memory::default();
+    await_front();
     loop {
         let mut numbers = [0.0; LENGTH];
         broadcast(&mut numbers);
