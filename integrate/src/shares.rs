@@ -96,7 +96,8 @@ pub trait Shares {
         viscous: &mut [DVec3],
     ) -> (f64, Vec<PassSums>);
 
-    /// Writes positions, velocities, forces and viscous forces of all nodes.
+    /// Writes positions, velocities, forces and viscous forces of all nodes. Velocities that `state` has of watched nodes
+    /// are the current ones: what a path gives a driven node, shares do not know.
     fn fetch(&mut self, state: &mut State);
 
     /// Takes over the velocities and viscous forces of all nodes.

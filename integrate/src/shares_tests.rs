@@ -55,6 +55,13 @@ impl Parts {
         }
     }
 
+    /// Takes over the velocities of watched nodes.
+    fn take_velocities(&mut self, state: &State) {
+        let ranges = self.ranges.clone();
+        let local = |node: usize| node - ranges.iter().rfind(|r| r.contains(&node)).unwrap().start;
+        self.each(|node, motion| motion.places_mut().1[local(node)] = state.velocities[node]);
+    }
+
     fn each(&mut self, mut work: impl FnMut(usize, &mut Motion)) {
         for (range, motion) in self.ranges.iter().zip(&mut self.motions) {
             for node in self.watched.iter().filter(|node| range.contains(node)) {
@@ -68,7 +75,7 @@ impl Shares for Parts {
     fn begin(&mut self, pass: &Pass, state: &mut State) {
         let ranges = self.ranges.clone();
         let local = |node: usize| node - ranges.iter().rfind(|r| r.contains(&node)).unwrap().start;
-        self.each(|node, motion| motion.places_mut().1[local(node)] = state.velocities[node]);
+        self.take_velocities(state);
         for motion in &mut self.motions {
             motion.begin_pass(pass);
         }
@@ -115,6 +122,7 @@ impl Shares for Parts {
     }
 
     fn fetch(&mut self, state: &mut State) {
+        self.take_velocities(state);
         for (range, motion) in self.ranges.iter().zip(&self.motions) {
             let from = motion.state();
             let lists = [
@@ -155,7 +163,8 @@ fn shared_and_whole(free: bool) -> [State; 2] {
     let mut supports = Supports::free(n);
     if !free {
         supports.fix(3);
-        let path = Path::ramp(0.0, 0.1, DVec3::Y * 0.2).unwrap();
+        // It has not ended when the shares are asked for velocities.
+        let path = Path::ramp(0.0, 0.4, DVec3::Y * 0.2).unwrap();
         supports.drive(&[2300], [false, true, true], path, &rest);
     }
     let mut whole = Motion::new(&rest, &vec![0.3; n], supports, settings).unwrap();

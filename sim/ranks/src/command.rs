@@ -17,7 +17,8 @@ pub(crate) enum Command {
     Step(Pass),
     /// A step of which the front sees the watched nodes.
     Watched(Pass),
-    /// Positions, velocities, forces and viscous forces go to the front.
+    /// Velocities of watched nodes follow, if there are any; then positions, velocities, forces and viscous forces of all
+    /// go to the front.
     Fetch,
     /// Velocities and viscous forces come from it.
     Store,
@@ -35,7 +36,7 @@ pub(crate) enum Command {
     Stiffest(usize, Option<usize>),
     /// Deformation gradients of so many nodes and places of so many others, which follow, are told.
     Read(usize, usize),
-    /// The state is kept.
+    /// Velocities of watched nodes follow, if there are any; with them the state is kept.
     Keep,
     /// What was kept goes to the front.
     Kept,

@@ -19,7 +19,7 @@ use crate::share::{Share, told};
 use crate::traffic::{CHANGES, FETCHED, MODELS, STATES, Traffic};
 use crate::wire::{
     FRONT, Wire, broadcast, gather, ranks, receive_vectors, received_vectors, send, send_vectors,
-    vectors,
+    vectors, wake,
 };
 use crate::worker::{Counted, write_nodes};
 
@@ -27,6 +27,8 @@ use crate::worker::{Counted, write_nodes};
 #[derive(Debug, Default)]
 pub(crate) struct Front {
     wire: Wire,
+    /// Whether the other ranks have been told that the body is built.
+    awake: bool,
     layout: Option<Layout>,
     /// Which nodes each rank has.
     locals: Vec<Locals>,
@@ -143,6 +145,18 @@ impl Front {
         }
     }
 
+    /// Gives all ranks the velocities (m/s) of watched nodes: after a step a rank has of a driven node's only what is
+    /// free, as the path is rank 0's.
+    fn tell_velocities(&mut self, velocities: &[DVec3]) {
+        if self.watched.is_empty() {
+            return;
+        }
+        let mut velocities = self.picked(velocities);
+        broadcast(&mut velocities);
+        let (mine, _) = self.mine();
+        mine.set_watched(&velocities, false);
+    }
+
     /// Notes who is watched.
     fn watch(&mut self, layout: &Layout, watched: &[u32]) {
         self.watched_of = (0..layout.ranks())
@@ -158,6 +172,13 @@ impl Front {
     fn mine(&mut self) -> (&mut Share, &mut Wire) {
         let share = self.mine.as_mut().expect("a model is set before any step");
         (share, &mut self.wire)
+    }
+
+    /// Before the first command.
+    fn wake(&mut self) {
+        if !std::mem::replace(&mut self.awake, true) {
+            wake();
+        }
     }
 
     /// Lets every rank write its nodes into a folder.
@@ -178,6 +199,7 @@ impl Front {
 
     /// Ends all ranks; what they counted, and what went between them and rank 0 besides steps.
     pub(crate) fn end(&mut self) -> (Vec<Counted>, [Traffic; Traffic::KINDS]) {
+        self.wake();
         command(Command::End);
         let mine = Counted::of(self.mine.as_ref(), &self.memory, &self.wire);
         let all = gather(&mine.encode(), &vec![Counted::LENGTH; ranks()]);
@@ -258,6 +280,7 @@ impl Shares for Front {
         };
         let begun = Instant::now();
         command(Command::Fetch);
+        self.tell_velocities(&state.velocities);
         let (mine, _) = self.mine();
         let own = mine.motion.state().clone();
         let n = layout.range(layout.ranks() - 1).end;
@@ -310,6 +333,7 @@ impl BodyShares for Front {
         let begun = Instant::now();
         let layout = Layout::new(member.body.rest.len(), ranks());
         let mut mine = None;
+        self.wake();
         command(Command::Model);
         let (packages, locals) = packages(&layout, member, watched);
         for (rank, package) in packages.into_iter().enumerate() {
@@ -536,8 +560,9 @@ impl BodyShares for Front {
         (found, places)
     }
 
-    fn keep(&mut self) {
+    fn keep(&mut self, velocities: &[DVec3]) {
         command(Command::Keep);
+        self.tell_velocities(velocities);
         if let Some(mine) = &self.mine {
             self.memory.keep(mine.motion.state());
         }

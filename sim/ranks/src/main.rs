@@ -44,6 +44,10 @@ struct Arguments {
     /// Threads of each rank.
     #[arg(long, value_name = "N", default_value_t = 1)]
     threads: usize,
+    /// Threads with which rank 0 builds the body while the others wait [default: those of all ranks on its machine, as far
+    /// as it may use the cores]
+    #[arg(long, value_name = "N")]
+    builders: Option<usize>,
     /// Write every rank's nodes at the end: nodes.pvtu and a .vtu of each rank.
     #[arg(long)]
     vtu: bool,
@@ -83,8 +87,9 @@ fn main() -> ExitCode {
         drop(universe);
         return ExitCode::SUCCESS;
     }
+    let ranks_here = wire::ranks_here();
     let outcome = if is_front {
-        lead(&arguments)
+        lead(&arguments, ranks_here)
     } else {
         follow(arguments.threads)
     };
@@ -113,10 +118,17 @@ fn follow(threads: usize) -> Result<(), Failure> {
     Ok(pool.install(worker::serve)?)
 }
 
+/// As many threads as all ranks of this machine have, which wait meanwhile; not more than the cores that this process is
+/// bound to.
+fn usual_builders(ranks_here: usize, threads: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, Into::into);
+    (ranks_here * threads).min(cores).max(threads)
+}
+
 /// Rank 0.
-fn lead(arguments: &Arguments) -> Result<(), Failure> {
+fn lead(arguments: &Arguments, ranks_here: usize) -> Result<(), Failure> {
     let front = Arc::new(Mutex::new(Front::default()));
-    let outcome = run(arguments, &front);
+    let outcome = run(arguments, ranks_here, &front);
     let mut front = front.lock().unwrap_or_else(PoisonError::into_inner);
     let written = match &outcome {
         Ok(out) if arguments.vtu => front.write(out),
@@ -132,7 +144,11 @@ fn lead(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Runs the scene; the folder of its results.
-fn run(arguments: &Arguments, front: &Arc<Mutex<Front>>) -> Result<PathBuf, Failure> {
+fn run(
+    arguments: &Arguments,
+    ranks_here: usize,
+    front: &Arc<Mutex<Front>>,
+) -> Result<PathBuf, Failure> {
     let overrides = arguments.set.iter().map(|text| Override::parse(text));
     let overrides = overrides.collect::<Result<Vec<_>, _>>()?;
     let (scene, state, folder): (Scene, Option<RunState>, PathBuf) =
@@ -167,7 +183,9 @@ fn run(arguments: &Arguments, front: &Arc<Mutex<Front>>) -> Result<PathBuf, Fail
         interrupt: Some(Interrupt::listen()),
     };
     let shares = front.clone();
-    let summary = run_shared(&scene, state, &options, shares)?;
+    let builders = arguments.builders;
+    let builders = builders.unwrap_or_else(|| usual_builders(ranks_here, arguments.threads));
+    let summary = run_shared(&scene, state, &options, shares, builders)?;
     if !arguments.quiet {
         eprint!("{}", table(&summary, &options.out));
     }

@@ -58,6 +58,29 @@ pub(crate) fn ranks() -> usize {
     usize::try_from(world().size()).unwrap_or(1)
 }
 
+/// How many ranks run on this one's machine; a question that all have to ask.
+pub(crate) fn ranks_here() -> usize {
+    let here = world().split_shared(world().rank());
+    usize::try_from(here.size()).unwrap_or(1)
+}
+
+/// Waits for the front's first word without taking a core from it, as MPI's own calls do.
+pub(crate) fn await_front() {
+    let world = world();
+    let front = world.process_at_rank(mpi_rank(FRONT));
+    while front.immediate_probe().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    receive(FRONT);
+}
+
+/// The front's first word to all ranks.
+pub(crate) fn wake() {
+    for rank in FRONT + 1..ranks() {
+        send(rank, &[]);
+    }
+}
+
 /// Gives all ranks what the front has.
 pub(crate) fn broadcast(numbers: &mut [f64]) {
     world()

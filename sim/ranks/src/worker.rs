@@ -10,7 +10,8 @@ use crate::memory::Memory;
 use crate::package::{Change, Package};
 use crate::share::Share;
 use crate::wire::{
-    FRONT, Wire, broadcast, gather, rank, receive, receive_vectors, received_vectors, send_vectors,
+    FRONT, Wire, await_front, broadcast, gather, rank, receive, receive_vectors, received_vectors,
+    send_vectors,
 };
 
 /// Why a rank cannot go on.
@@ -110,6 +111,7 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
     let mut wire = Wire::default();
     let mut share: Option<Share> = None;
     let mut memory = Memory::default();
+    await_front();
     loop {
         let mut numbers = [0.0; LENGTH];
         broadcast(&mut numbers);
@@ -131,6 +133,16 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
         }
         let share = share.as_mut().ok_or(WorkerError::Order)?;
         obey(command, share, &mut memory, &mut wire)?;
+    }
+}
+
+/// Takes over the velocities of watched nodes, of which rank 0 knows more.
+fn hear_velocities(share: &mut Share) {
+    // Of all ranks' nodes: none of a rank's own may be among them.
+    if share.package.watched_count > 0 {
+        let mut velocities = vec![0.0; 3 * share.package.watched_count];
+        broadcast(&mut velocities);
+        share.set_watched(&velocities, false);
     }
 }
 
@@ -189,6 +201,7 @@ fn obey(
             gather(&works.concat(), &[]);
         }
         Command::Fetch => {
+            hear_velocities(share);
             let state = share.motion.state();
             let lists = [
                 &state.positions,
@@ -224,7 +237,10 @@ fn obey(
             broadcast(&mut nodes);
             gather(&share.read(wire, &nodes, gradients), &[]);
         }
-        Command::Keep => memory.keep(share.motion.state()),
+        Command::Keep => {
+            hear_velocities(share);
+            memory.keep(share.motion.state());
+        }
         Command::Kept => {
             for list in memory.kept() {
                 send_vectors(FRONT, list);

@@ -133,8 +133,8 @@ pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Su
     go(scene, From::State(Box::new(state)), options)
 }
 
-/// Runs `scene`, or goes on with it from a state, with its body shared out ([`World::new_shared`]). The results are
-/// those of [`run`] and [`resume`], to the bit.
+/// Runs `scene`, or goes on with it from a state, with its body shared out ([`World::new_shared`]) once `builders`
+/// threads have built it. The results are those of [`run`] and [`resume`], to the bit.
 ///
 /// # Errors
 /// As [`run`].
@@ -143,9 +143,11 @@ pub fn run_shared(
     state: Option<RunState>,
     options: &RunOptions,
     shares: Arc<Mutex<dyn BodyShares>>,
+    builders: usize,
 ) -> Result<Summary, RunError> {
     let from = state.map_or(From::Start, |state| From::State(Box::new(state)));
-    go_with(scene, from, options, Some(shares))
+    let builders = pool(Some(builders))?;
+    go_with(scene, from, options, Some((shares, builders)))
 }
 
 /// What a run begins with, beside its scene.
@@ -155,6 +157,9 @@ enum From {
     Input(Vec<Input>),
 }
 
+/// Shares of a body, and the threads that build it for them.
+type SharesAndBuilders = (Arc<Mutex<dyn BodyShares>>, rayon::ThreadPool);
+
 fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunError> {
     go_with(scene, from, options, None)
 }
@@ -163,7 +168,7 @@ fn go_with(
     scene: &Scene,
     from: From,
     options: &RunOptions,
-    shares: Option<Arc<Mutex<dyn BodyShares>>>,
+    shares: Option<SharesAndBuilders>,
 ) -> Result<Summary, RunError> {
     let pool = pool(options.threads)?;
     pool.install(|| {
@@ -277,7 +282,7 @@ impl Run {
         scene: &Scene,
         from: From,
         options: &RunOptions,
-        shares: Option<Arc<Mutex<dyn BodyShares>>>,
+        shares: Option<SharesAndBuilders>,
     ) -> Result<Self, RunError> {
         let begun = Instant::now();
         let folder = OutputFolder::claim(&options.out)?;
@@ -285,7 +290,7 @@ impl Run {
         progress.phase("setup");
         let mut world = match shares {
             None => World::new(scene.clone())?,
-            Some(shares) => World::new_shared(scene.clone(), shares)?,
+            Some((shares, builders)) => World::new_shared(scene.clone(), shares, &builders)?,
         };
         let mut painter = match &scene.pictures {
             Some(pictures) => {

@@ -107,7 +107,8 @@ impl World {
     }
 
     /// As [`World::new`], with the nodes of the bodies shared out: shares estimate the eigenvalue from which the step is
-    /// chosen and take all steps. Every clone of the world uses the same shares: only one of them may take steps.
+    /// chosen and take all steps. Until they have their nodes, whoever holds them waits: `builders` are the threads that
+    /// build the body meanwhile. Every clone of the world uses the same shares: only one of them may take steps.
     ///
     /// # Errors
     /// As [`World::new`], and with [`BodyProblem::NotShared`] if the scene has something that is not shared out, more
@@ -115,6 +116,7 @@ impl World {
     pub fn new_shared(
         scene: Scene,
         shares: Arc<Mutex<dyn BodyShares>>,
+        builders: &rayon::ThreadPool,
     ) -> Result<Self, WorldError> {
         let alone = scene.bodies.len() == 1;
         Self::with(scene, |scene, description| {
@@ -122,8 +124,10 @@ impl World {
             if !alone {
                 return Err(named(BodyProblem::NotShared("one of several bodies")));
             }
-            let body = Body::build(scene, description).map_err(named)?;
-            let mut member = Member::new(scene, description, body)?;
+            let mut member = builders.install(|| {
+                let body = Body::build(scene, description).map_err(named)?;
+                Member::new(scene, description, body)
+            })?;
             let shared = member.share_out(shares.clone(), description.damping_ratio);
             shared.map_err(named)?;
             Ok(member)

@@ -79,8 +79,9 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// Deformation gradients of some nodes where the nodes are, and positions (m) of others; both rising.
     fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>);
 
-    /// Keeps what [`Shares::fetch`] writes, and the vector of estimates, in place of what was kept before.
-    fn keep(&mut self);
+    /// Keeps what [`Shares::fetch`] writes, and the vector of estimates, in place of what was kept before. Of the
+    /// `velocities` (m/s) those of watched nodes are current.
+    fn keep(&mut self, velocities: &[DVec3]);
 
     /// Writes what was kept.
     fn kept(&mut self, state: &mut State, vector: &mut Vec<DVec3>);
@@ -278,7 +279,7 @@ impl Member {
             return self.state();
         }
         shared.hand_vector(&self.body.eigenvector);
-        shared.lock().keep();
+        shared.lock().keep(self.body.motion.velocities());
         let (mut vectors, vector) = (Default::default(), &mut self.body.eigenvector);
         let vector = std::mem::take(vector);
         self.body.motion.swap_vectors(&mut vectors);
