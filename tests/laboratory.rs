@@ -27,7 +27,7 @@ fn a_slit_by_a_blade_opens_as_finite_elements_say() {
         .iter()
         .find(|family| family.0 == "slit")
         .expect("it is one");
-    let findings = slit().expect("it is a scene");
+    let findings = slit(cracks::Fronts::OfScenes).expect("it is a scene");
     assert_eq!(findings.len(), 2, "sag and mouth");
     none(&cracks::breaches(&findings));
 }

@@ -33,7 +33,7 @@ const BETWEEN: f64 = 1.75;
 const END: f64 = 2.85;
 /// How often a triangle is divided into four to tell what of it lies in the body: the parts are a tenth
 /// of a spacing.
-const DIVISIONS: u32 = 3;
+pub(crate) const DIVISIONS: u32 = 3;
 /// Pairs that still link and are stretched this much are ties that a piece hangs on.
 const TIE: f64 = 3.0;
 
@@ -259,7 +259,7 @@ fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
 }
 
 /// Area vectors of the parts of a triangle that lie in the body.
-fn within(
+pub(crate) fn within(
     [p, q, r]: [DVec3; 3],
     divisions: u32,
     inside: &dyn Fn(DVec3) -> bool,

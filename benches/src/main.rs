@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use benches::batch::{Case, Sheet, chosen, run_all};
+use benches::cracks::Fronts;
 use benches::studies::{STUDIES, write_page};
 use benches::{
     Effort, Options, Row, Study, StudyError, column, cook, cracks, grids, griffith, incision,
@@ -61,6 +62,9 @@ enum Verdict {
         /// Only families with one of these comma-separated parts in their names.
         #[arg(long, value_name = "PARTS")]
         filter: Option<String>,
+        /// With the control of the cut's front, which scenes do not have.
+        #[arg(long)]
+        fronts: bool,
         #[command(flatten)]
         one: One,
     },
@@ -180,7 +184,11 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Spin(one) => run_spin(one),
         Verdict::Column(one) => run_column(one),
         Verdict::Cook(one) => run_cook(one),
-        Verdict::Cracks { filter, one } => run_cracks(filter.as_deref(), one),
+        Verdict::Cracks {
+            filter,
+            fronts,
+            one,
+        } => run_cracks(filter.as_deref(), *fronts, one),
     }
 }
 
@@ -242,6 +250,9 @@ fn run_matrix(batch: &Batch) -> Result<bool, StudyError> {
     let Some(rows) = run_batch(cases, batch, "matrix.csv")? else {
         return Ok(true);
     };
+    for line in matrix::set_free(&rows) {
+        writeln!(io::stdout(), "{line}")?;
+    }
     verdict(&matrix::breaches(&rows))
 }
 
@@ -488,7 +499,7 @@ fn run_cook(one: &One) -> Result<bool, StudyError> {
     verdict(&found)
 }
 
-fn run_cracks(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
+fn run_cracks(filter: Option<&str>, fronts: bool, one: &One) -> Result<bool, StudyError> {
     let count = if one.quick {
         cracks::QUICK
     } else {
@@ -510,7 +521,11 @@ fn run_cracks(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
     let mut sheet = Sheet::create(&one.out, "cracks.csv")?;
     let mut all = Vec::new();
     for (_, family) in families.iter().filter(|(name, _)| wanted(name)) {
-        for finding in family()? {
+        for finding in family(if fronts {
+            Fronts::Controlled
+        } else {
+            Fronts::OfScenes
+        })? {
             writeln!(
                 io::stdout(),
                 "{:<44} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",

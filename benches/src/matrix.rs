@@ -201,6 +201,46 @@ pub fn bars(name: &str) -> Bars {
     }
 }
 
+/// Rows of the block with its own stiffness that are cut alike.
+fn alike<'a>(rows: &'a [Row], cuts: &str) -> Vec<&'a Row> {
+    let of_cut = |row: &&Row| row.scene.starts_with("block") && row.scene.ends_with(cuts);
+    rows.iter().filter(of_cut).collect()
+}
+
+/// What cuts of the block set free per area (J/m²) over its node counts, in words: what updates and the decay of what they
+/// carried over took, and that with what damping took of the motion since the first of them.
+///
+/// The first is a share of the second that depends on how fast the decay is, which follows the stiffest period.
+#[must_use]
+pub fn set_free(rows: &[Row]) -> Vec<String> {
+    let mut found = Vec::new();
+    for cuts in ["shipped", "through"] {
+        let rows = alike(rows, cuts);
+        for (what, damping) in [("released", 0.0), ("released and damped", 1.0)] {
+            let per_area = |row: &&Row| (row.released + damping * row.damped) / row.area;
+            let per_area: Vec<f64> = rows.iter().map(per_area).collect();
+            if let Some(median) = median_of(&per_area) {
+                let words = per_area
+                    .iter()
+                    .map(|value| format!("{value:.1} ({:+.0} %)", 1e2 * (value / median - 1.0)));
+                let words: Vec<String> = words.collect();
+                found.push(format!(
+                    "block {cuts}: {what} per area (J/m2): {}",
+                    words.join(", ")
+                ));
+            }
+        }
+    }
+    found
+}
+
+/// The upper median; `None` of nothing.
+fn median_of(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}
+
 /// What breaks a bar, row by row and over the node counts of the block, in words.
 #[must_use]
 pub fn breaches(rows: &[Row]) -> Vec<String> {
@@ -211,11 +251,9 @@ pub fn breaches(rows: &[Row]) -> Vec<String> {
         }
     }
     for cuts in ["shipped", "through"] {
-        let of_cut = |row: &&Row| row.scene.starts_with("block") && row.scene.ends_with(cuts);
-        let rows: Vec<&Row> = rows.iter().filter(of_cut).collect();
-        let mut released: Vec<f64> = rows.iter().map(|row| row.released).collect();
-        released.sort_by(f64::total_cmp);
-        let Some(&median) = released.get(released.len() / 2) else {
+        let rows = alike(rows, cuts);
+        let released: Vec<f64> = rows.iter().map(|row| row.released).collect();
+        let Some(median) = median_of(&released) else {
             continue;
         };
         for row in rows {

@@ -64,6 +64,10 @@ pub struct Row {
     pub debris: f64,
     /// Undirected pairs severed.
     pub severed: usize,
+    /// Area (m²) of the cuts' surfaces in the body, in material coordinates.
+    pub area: f64,
+    /// Energy (J) lost to damping since the first update of the connectivity.
+    pub damped: f64,
     /// Lattices of the dissertation's grids, where `cut_rule` is `Grid`.
     pub lattices: Option<usize>,
     /// Undirected pairs that none of them decides.

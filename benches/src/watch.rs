@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel::scene::{Rest, Scene};
-use phyxel::world::{CutEnergy, Cutting, Member, World, WorldError};
+use phyxel::world::{Body, CutEnergy, Cutting, Member, World, WorldError};
 use phyxel_enrich::connected_pieces;
 
 use crate::eigenvalue::largest_eigenvalue;
+use crate::incision::{DIVISIONS, within};
 use crate::row::{Place, Row};
 
 /// Pieces of fewer nodes are debris, as in the cutting code.
@@ -205,6 +206,8 @@ struct Watch {
     strokes: Vec<Stroke>,
     /// Energy (J) below which there is none.
     round_off: f64,
+    /// Energy (J) lost to damping when the connectivity first changed.
+    damped_before: Option<f64>,
     extremes: Extremes,
     /// Extremes before each of the last steps, the oldest first.
     recent: VecDeque<Extremes>,
@@ -258,6 +261,7 @@ impl Watch {
             options,
             most_steps,
             round_off: round_off.sum(),
+            damped_before: None,
             before: world.members().iter().map(Energies::of).collect(),
             links: world.members().iter().map(Links::of).collect(),
             strokes: vec![Stroke::default(); world.scene().cuts.len()],
@@ -313,6 +317,7 @@ impl Watch {
         self.forget_retaken(world.retaken().stretches);
         self.extremes.step = self.extremes.step.min(world.step_size());
         let stroke = self.stroke_of(world);
+        let mut cut = false;
         let (mut elastic, mut dissipated, mut balance) = (0.0, 0.0, 0.0);
         for (index, member) in world.members().iter().enumerate() {
             let body = &member.body;
@@ -324,6 +329,7 @@ impl Watch {
             self.before[index] = now;
             if updates(member) != self.links[index].updates {
                 self.links[index] = Links::of(member);
+                cut = true;
                 self.note_update(now.added - before.added, before.elastic, stroke, step);
             }
             self.note_nodes(index, member, step);
@@ -336,6 +342,9 @@ impl Watch {
                     *most = Some((ratio, step));
                 }
             }
+        }
+        if cut {
+            self.damped_before.get_or_insert(dissipated);
         }
         let most = &mut self.extremes;
         most.elastic = most.elastic.max(elastic);
@@ -436,6 +445,7 @@ impl Watch {
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             row.severed += severed;
             let cutting = member.cutting.as_ref();
+            row.area += cutting.map_or(0.0, |cutting| area_within(cutting, body));
             if let Some((lattices, without)) = cutting.and_then(|c| c.factors().grid_counts()) {
                 *row.lattices.get_or_insert(0) += lattices;
                 *row.without_lattice.get_or_insert(0) += without;
@@ -449,6 +459,7 @@ impl Watch {
         }
         row.followers = followers as f64 / row.nodes as f64;
         row.debris = debris as f64 / row.nodes as f64;
+        row.damped = row.dissipated - self.damped_before.unwrap_or(row.dissipated);
         let scale = row.elastic.max(row.dissipated);
         row.imbalance = relative(balance.abs(), scale);
         let scale = extremes.elastic.max(extremes.dissipated);
@@ -460,6 +471,16 @@ impl Watch {
             .fold(0.0, f64::max);
         self.row
     }
+}
+
+/// Area (m²) of the cuts' surfaces in a body, in material coordinates.
+fn area_within(cutting: &Cutting, body: &Body) -> f64 {
+    let (cuts, inside) = (cutting.cuts(), |x: DVec3| body.solid.contains(x));
+    let mut parts = Vec::new();
+    for triangle in 0..cuts.triangle_count() {
+        within(cuts.triangle(triangle), DIVISIONS, &inside, &mut parts);
+    }
+    parts.iter().map(|part| part.length()).sum()
 }
 
 /// Which nodes carry strain energy.
@@ -517,6 +538,8 @@ impl Row {
             followers: 0.0,
             debris: 0.0,
             severed: 0,
+            area: 0.0,
+            damped: 0.0,
             lattices: None,
             without_lattice: None,
             elastic: 0.0,

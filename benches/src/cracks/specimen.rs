@@ -2,12 +2,13 @@
 
 use glam::{DMat3, DVec3};
 use phyxel::scene::{Body, Cut, Sampling, Scene, Shape, Target};
-use phyxel::world::World;
+use phyxel::world::{self, Cutting, World};
 use phyxel_discretize::boundary_triangles;
 use phyxel_elastic::Elastic;
 use phyxel_enrich::Factors;
 use phyxel_enrich::{Cuts, Graph};
 
+use super::Fronts;
 use crate::error::StudyError;
 use crate::problems::cracks::{POISSON, YOUNG};
 use crate::problems::model::{Law, small_displacements};
@@ -99,6 +100,29 @@ impl Plate {
     }
 }
 
+/// Nodes beside which a cut ends, and how.
+fn fronts_of(body: &world::Body, cutting: &Cutting) -> (Vec<u32>, Vec<DMat3>) {
+    let Factors::Pairs(factors) = cutting.factors() else {
+        return (Vec::new(), Vec::new());
+    };
+    let graph = Graph::trusted(
+        &body.rest,
+        body.neighborhoods.offsets(),
+        body.neighborhoods.indices(),
+    );
+    // As cuts in scenes take it: bends in faces lie outside by round-off.
+    let round_off = 1e-9 * body.solid.bounds().size().max_element();
+    let inside = |point| body.solid.contains_within(point, round_off);
+    let nodes = (0_u32..).zip(0..body.rest.len());
+    nodes
+        .map(|(node, at)| {
+            let matrix = factors.front_matrix(&graph, cutting.cuts(), at, &inside);
+            (node, matrix)
+        })
+        .filter(|(_, matrix)| *matrix != DMat3::ZERO)
+        .unzip()
+}
+
 /// A cut box; places, displacements and stresses are in its own frame.
 #[derive(Debug)]
 pub(super) struct Specimen {
@@ -110,8 +134,8 @@ pub(super) struct Specimen {
     volumes: Vec<f64>,
     elastic: Elastic,
     cuts: Cuts,
-    /// How the cut ends beside nodes.
-    fronts: Vec<(u32, DMat3)>,
+    /// Whether the cut's front is controlled, as in scenes it is not.
+    pub(super) controlled: bool,
     turn: DMat3,
 }
 
@@ -120,48 +144,30 @@ impl Specimen {
     ///
     /// # Errors
     /// [`StudyError`] if the scene does not run, or no blade cuts.
-    pub(super) fn new(plate: &Plate, blades: &[Cut]) -> Result<Self, StudyError> {
+    pub(super) fn new(plate: &Plate, blades: &[Cut], fronts: Fronts) -> Result<Self, StudyError> {
         let text = plate.scene(blades).to_ron();
         let mut world = World::new(Scene::from_text(&text, "cracks", "".as_ref(), &[])?)?;
         world.play(STROKE, |_| {})?;
         let member = &world.members()[0];
         let cutting = member.cutting.as_ref().ok_or(StudyError::Uncut)?;
         let (body, turn) = (&member.body, plate.turn());
-        let graph = Graph::trusted(
-            &body.rest,
-            body.neighborhoods.offsets(),
-            body.neighborhoods.indices(),
-        );
-        // As cuts in scenes take it: bends in faces lie outside by round-off.
-        let round_off = 1e-9 * body.solid.bounds().size().max_element();
-        let inside = |point| body.solid.contains_within(point, round_off);
-        let matrix = |node: u32| match cutting.factors() {
-            Factors::Pairs(factors) => {
-                factors.front_matrix(&graph, cutting.cuts(), node as usize, &inside)
-            }
-            Factors::Grids(_) => DMat3::ZERO,
-        };
-        let nodes = (0_u32..)
-            .take(body.rest.len())
-            .map(|node| (node, matrix(node)));
-        let fronts = nodes.filter(|(_, matrix)| *matrix != DMat3::ZERO);
+        let mut elastic = body.elastic.clone();
+        let controlled = fronts == Fronts::Controlled;
+        if controlled {
+            let (nodes, matrices) = fronts_of(body, cutting);
+            elastic.set_fronts(&nodes, &matrices);
+        }
         let back = turn.transpose();
         Ok(Self {
             rest: body.rest.iter().map(|x| back * *x).collect(),
             spacing: plate.spacing,
             triangles: boundary_triangles(&body.tetrahedra, |_| true),
             volumes: body.volumes.clone(),
-            elastic: body.elastic.clone(),
+            elastic,
             cuts: cutting.cuts().clone(),
-            fronts: fronts.collect(),
+            controlled,
             turn,
         })
-    }
-
-    /// With the control of the cut's front, which scenes do not have.
-    pub(super) fn control_front(&mut self) {
-        let (nodes, matrices): (Vec<u32>, Vec<DMat3>) = self.fronts.iter().copied().unzip();
-        self.elastic.set_fronts(&nodes, &matrices);
     }
 
     /// Nodal forces (N) of a uniform stress (Pa) on all of the uncut surface.
