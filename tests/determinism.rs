@@ -153,7 +153,7 @@ fn stopped_at(frame: &Path, folder: &Path) -> bool {
     }
 }
 
-/// A run that is stopped, while it settles or with the blade in the tissue, and gone on with from its
+/// A run that is stopped, while it settles or with the blade in the tissue, and resumed from its
 /// checkpoint, writes what a run in one go writes: history, frames, animation, summary.
 #[test]
 fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {

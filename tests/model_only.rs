@@ -23,8 +23,8 @@ struct Played {
 fn play(text: &str) -> Played {
     let scene = Scene::from_text(&format!("({text})"), "test", Path::new(""), &[]);
     let mut world = World::new(scene.expect("the scene is valid")).expect("it can be built");
-    if let Some(wish) = &world.scene().pictures {
-        let mut painter = Painter::new(&world, wish).expect("it can be drawn");
+    if let Some(pictures) = &world.scene().pictures {
+        let mut painter = Painter::new(&world, pictures).expect("it can be drawn");
         painter.carry(&world);
         assert!(painter.bytes() > 0, "surfels take memory");
     }

@@ -142,7 +142,7 @@ pub fn measure(spacings: f64) -> Result<Finding, StudyError> {
     let row = run_with(&name, scene(spacings)?, Options::default(), |world| {
         if world.scene_time().is_some_and(|time| time < BEGINS) {
             let audit = world.members()[0].body.motion.audit();
-            before = (audit.elastic, audit.booked);
+            before = (audit.elastic, audit.energy_correction);
         }
     });
     let [first, last] = CRACK.map(energy);

@@ -436,7 +436,7 @@ impl Watch {
             let audit = member.body.motion.audit();
             row.nodes += member.body.rest.len();
             let body = &member.body;
-            row.released -= audit.booked + body.relaxed;
+            row.released -= audit.energy_correction + body.relaxed;
             row.decay += cut_energy(member).decay;
             row.elastic += audit.elastic;
             row.kinetic += audit.kinetic;

@@ -120,7 +120,7 @@ fn the_size_field_is_followed() {
         let s = graded(&liver, Target::Spacing(0.012), grading).unwrap();
         let (near, far) = (edge(&s, true), edge(&s, false));
         println!(
-            "factor {factor}: near {:.3}, far {:.3} of the wish",
+            "factor {factor}: near {:.3}, far {:.3} of what was asked for",
             near / factor / 0.012,
             far / 0.012
         );

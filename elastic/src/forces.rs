@@ -9,6 +9,7 @@ use crate::bond::Bonds;
 use crate::early::Early;
 use crate::fixed::Fixed;
 use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
+use crate::inactive::Asleep;
 use crate::lanes::{Block, Laws, Planes};
 use crate::law::{double_dot, volume_ratio};
 use crate::mean;
@@ -16,7 +17,6 @@ use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::planes::ZERO;
 use crate::stale::Stale;
-use crate::still::Asleep;
 use crate::storage::{BLOCK, Number, Sixteen, Storage, at};
 use crate::viscosity::Viscosity;
 use crate::watch::{Watch, Watching, indicator};
@@ -458,7 +458,7 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             let mut singles = Watch::NOTHING;
             // Nothing strains these: what a law with memory or a carried-over gradient makes of that is its own.
             let is_at_rest = |node: usize| {
-                model.still.is_unstrained(node) && viscosity.is_none() && offsets.is_empty()
+                model.inactive.is_unstrained(node) && viscosity.is_none() && offsets.is_empty()
             };
             if viscosity.is_some() || !block.all_hold(model, first, count) {
                 for lane in 0..count {
@@ -493,7 +493,7 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             for (lane, (sum, work)) in energies.iter_mut().zip(&block.work).enumerate() {
                 *sum += if lane < count { *work } else { 0.0 };
             }
-            if model.still.are_unstrained(first..first + count)
+            if model.inactive.are_unstrained(first..first + count)
                 && viscosity.is_none()
                 && offsets.is_empty()
                 && forces.iter().all(|force| *force == DVec3::ZERO)
@@ -521,7 +521,7 @@ pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
     block: &mut Block<L>,
 ) {
     // Mean pressures reach nodes without strain, whose own row then counts.
-    let found: Sums<L> = if model.still.is_unstrained(node) && model.means.is_none() {
+    let found: Sums<L> = if model.inactive.is_unstrained(node) && model.means.is_none() {
         [[0.0; L]; 4]
     } else {
         let row = model.pairs.row(node);
@@ -623,7 +623,7 @@ pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>
     moves: &[Move],
     node: usize,
 ) -> DVec3 {
-    if model.still.is_unloaded(node) && model.means.is_none() {
+    if model.inactive.is_unloaded(node) && model.means.is_none() {
         return DVec3::ZERO;
     }
     let sum = records::<A, S::Number, L, R>(model.pairs.incoming(node), all);

@@ -52,7 +52,7 @@ pub(crate) struct Laws {
 
 impl Laws {
     pub(crate) fn new(model: &Model) -> Self {
-        let law = model.prepared[0].plain_constants();
+        let law = model.coefficients[0].plain_constants();
         Self {
             law: law.map(|value| [value; BLOCK]),
             volume: ZERO,
@@ -118,7 +118,7 @@ pub(crate) struct Block<const L: usize> {
     pub(crate) work: Wide,
     /// `J`.
     pub(crate) ratio: Wide,
-    /// Bound on the tangent modulus, as `Prepared::tangent_bound`.
+    /// Bound on the tangent modulus, as `Coefficients::tangent_bound`.
     pub(crate) bound: Wide,
     /// Rows of `(Q, q)` and of `(R, q low)`; without multipliers the second of the first row holds the
     /// low parts of all.

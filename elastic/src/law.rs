@@ -19,7 +19,7 @@ pub(crate) const BARRIER_VOLUME_RATIO: f64 = 0.4;
 /// `h = -a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)² + barrier`, or Saint Venant–Kirchhoff with `mu`,
 /// `lambda` in the places of `c10`, `c01`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Prepared {
+pub(crate) struct Coefficients {
     /// Neo-Hookean without fibers: what the passes evaluate in place.
     plain: bool,
     green: bool,
@@ -113,7 +113,7 @@ impl Volumetric {
     }
 }
 
-impl Prepared {
+impl Coefficients {
     pub(crate) fn new(material: &Material) -> Self {
         let mut constant = material.volume_constant;
         let mut linear = 0.0;

@@ -4,7 +4,7 @@ use glam::DMat3;
 
 use crate::error::ElasticError;
 use crate::fiber::Fiber;
-use crate::law::Prepared;
+use crate::law::Coefficients;
 use crate::viscosity::PronyTerm;
 
 /// The law that gives the energy density `W(F)` (Pa = J/m³).
@@ -207,7 +207,7 @@ impl Material {
     /// their second-order expansion there; the stable neo-Hookean law has none.
     #[must_use]
     pub fn energy_and_stress(&self, deformation_gradient: DMat3) -> (f64, DMat3) {
-        Prepared::new(self).energy_and_stress(deformation_gradient)
+        Coefficients::new(self).energy_and_stress(deformation_gradient)
     }
 
     /// Cauchy stress `sigma = P Fᵀ / J` (Pa).
@@ -222,7 +222,7 @@ impl Material {
     /// Change of `P` for a change `dF`: `dP = (d²W/dF²) : dF`, symmetric as a form in `dF`.
     #[must_use]
     pub fn stress_change(&self, deformation_gradient: DMat3, change: DMat3) -> DMat3 {
-        Prepared::new(self).stress_change(deformation_gradient, change)
+        Coefficients::new(self).stress_change(deformation_gradient, change)
     }
 
     pub(crate) fn validate(&self, material: usize) -> Result<(), ElasticError> {

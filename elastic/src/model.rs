@@ -8,17 +8,17 @@ use crate::error::ElasticError;
 use crate::fixed::Fixed;
 use crate::forces::{self, CHUNK, Stage, Table};
 use crate::front::Fronts;
+use crate::inactive::{Asleep, Inactive};
 use crate::input::{
     Dilatation, Frame, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
     same_length,
 };
-use crate::law::Prepared;
+use crate::law::Coefficients;
 use crate::material::{Law, Material};
 use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
-use crate::still::{Asleep, Still};
 use crate::storage::{Compact, Double, Storage};
 use crate::tangent;
 use crate::update;
@@ -312,7 +312,7 @@ impl Elastic {
     /// # Panics
     /// If a node does not exist.
     pub fn set_held(&mut self, nodes: &[u32]) {
-        self.model.still = Still::new(&self.model.pairs, nodes);
+        self.model.inactive = Inactive::new(&self.model.pairs, nodes);
         self.scratch.asleep.fill(Asleep::NONE);
         self.scratch.stale = Stale::everything();
     }
@@ -356,7 +356,7 @@ impl Elastic {
     /// Those of [`Elastic::bytes`] that [`Elastic::set_held`] takes.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
-        self.model.still.bytes()
+        self.model.inactive.bytes()
     }
 
     /// Round-off (J) of the energy that [`Elastic::forces_into`] returns: `eps sum_i V_i M_i`, with
@@ -460,7 +460,10 @@ fn means_of(model: &mut Model) -> Result<Means, ElasticError> {
     if let Some(material) = model.materials.iter().position(green) {
         return Err(ElasticError::NoVolumetricPart { material });
     }
-    let laws = model.prepared.iter_mut().map(Prepared::split_volumetric);
+    let laws = model
+        .coefficients
+        .iter_mut()
+        .map(Coefficients::split_volumetric);
     let laws = laws.collect();
     Ok(Means::new(laws, &model.volumes, &model.pairs))
 }

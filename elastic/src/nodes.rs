@@ -9,13 +9,13 @@ use crate::completion::Span;
 use crate::dilatation::{Means, Pressures};
 use crate::front::Fronts;
 use crate::gather::Move;
+use crate::inactive::{Asleep, Inactive};
 use crate::input::{Instructions, Settings};
-use crate::law::Prepared;
+use crate::law::Coefficients;
 use crate::material::Material;
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
-use crate::still::{Asleep, Still};
 use crate::viscosity::Viscosity;
 use crate::watch::Watch;
 
@@ -31,7 +31,7 @@ pub(crate) struct Model {
     /// `V_i`, 0 at weak nodes.
     pub(crate) elastic_volumes: Vec<f64>,
     pub(crate) materials: Vec<Material>,
-    pub(crate) prepared: Vec<Prepared>,
+    pub(crate) coefficients: Vec<Coefficients>,
     /// Empty if there is one material for all.
     pub(crate) material_of: Vec<u32>,
     /// Fiber directions, empty if the materials' own hold.
@@ -50,7 +50,7 @@ pub(crate) struct Model {
     spans: Vec<(u32, Span)>,
     pub(crate) ranks: Vec<u8>,
     /// Nodes with nothing to compute.
-    pub(crate) still: Still,
+    pub(crate) inactive: Inactive,
     /// Mean dilatation.
     pub(crate) means: Option<Means>,
 }
@@ -93,10 +93,10 @@ impl Model {
         volumes: &[f64],
         (materials, material_of): (Vec<Material>, Vec<u32>),
     ) -> Self {
-        let prepared: Vec<Prepared> = materials.iter().map(Prepared::new).collect();
+        let coefficients: Vec<Coefficients> = materials.iter().map(Coefficients::new).collect();
         Self {
-            logarithm: prepared.iter().any(Prepared::has_logarithm),
-            plain: prepared.iter().all(Prepared::is_plain),
+            logarithm: coefficients.iter().any(Coefficients::has_logarithm),
+            plain: coefficients.iter().all(Coefficients::is_plain),
             control_scales: Vec::new(),
             inverse_masses: Vec::new(),
             gradient_squares: Vec::new(),
@@ -109,13 +109,13 @@ impl Model {
             rest: rest.to_vec(),
             volumes: volumes.to_vec(),
             elastic_volumes: volumes.to_vec(),
-            prepared,
+            coefficients,
             materials,
             material_of,
             fiber_directions: Vec::new(),
             spans: Vec::new(),
             ranks: vec![3; rest.len()],
-            still: Still::default(),
+            inactive: Inactive::default(),
             means: None,
         }
     }
@@ -189,10 +189,10 @@ impl Model {
     }
 
     fn law(&self, node: usize) -> LawAt<'_> {
-        let prepared = self.law_shared(node);
+        let coefficients = self.law_shared(node);
         match self.fiber_directions.get(node) {
-            None => LawAt::Shared(prepared),
-            Some(&direction) => LawAt::Turned(prepared.turned(direction)),
+            None => LawAt::Shared(coefficients),
+            Some(&direction) => LawAt::Turned(coefficients.turned(direction)),
         }
     }
 
@@ -262,8 +262,8 @@ impl Model {
     }
 
     #[inline(always)]
-    pub(crate) fn law_shared(&self, node: usize) -> &Prepared {
-        &self.prepared[self.material_index(node)]
+    pub(crate) fn law_shared(&self, node: usize) -> &Coefficients {
+        &self.coefficients[self.material_index(node)]
     }
 
     /// Heap bytes that only bodies hold whose stiffness is watched.
@@ -277,7 +277,7 @@ impl Model {
             + of(&self.volumes)
             + of(&self.elastic_volumes)
             + of(&self.materials)
-            + of(&self.prepared)
+            + of(&self.coefficients)
             + of(&self.material_of)
             + of(&self.fiber_directions)
             + of(&self.control_scales)
@@ -285,7 +285,7 @@ impl Model {
             + of(&self.spans)
             + of(&self.ranks)
             + self.pairs.bytes()
-            + self.still.bytes()
+            + self.inactive.bytes()
             + self.means.as_ref().map_or(0, Means::bytes)
     }
 }
@@ -323,12 +323,12 @@ fn of<T>(v: &Vec<T>) -> usize {
 
 /// A node's law: the list's, or one with the node's own fiber direction.
 enum LawAt<'a> {
-    Shared(&'a Prepared),
-    Turned(Prepared),
+    Shared(&'a Coefficients),
+    Turned(Coefficients),
 }
 
 impl LawAt<'_> {
-    fn get(&self) -> &Prepared {
+    fn get(&self) -> &Coefficients {
         match self {
             Self::Shared(law) => law,
             Self::Turned(law) => law,

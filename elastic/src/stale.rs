@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use crate::forces::{self, CHUNK, Stage, displacement};
 use crate::gather::Move;
+use crate::inactive::Asleep;
 use crate::model::{Elastic, with_table};
 use crate::nodes::Model;
 use crate::part::Part;
-use crate::still::Asleep;
 use crate::storage::Storage;
 
 /// What is not as the last evaluation of forces left it.

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use crate::fixed::{Fixed, Lane};
 use crate::forces::{CHUNK, Received, Table, gather, parallel, receive, set_moves};
 use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
+use crate::inactive::Asleep;
 use crate::lanes::{Block, Laws, Planes};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
 use crate::part::Part;
-use crate::still::Asleep;
 use crate::storage::{BLOCK, Sixteen, Storage};
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].

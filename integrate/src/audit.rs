@@ -20,8 +20,8 @@ pub struct Audit {
     pub support_work: f64,
     /// Energy taken out by damping; never negative for mass-proportional damping.
     pub dissipated: f64,
-    /// Energy booked by the caller, such as the loss in a cut.
-    pub booked: f64,
+    /// Correction of the energy from outside the motion, such as the loss in a cut.
+    pub energy_correction: f64,
     /// Kinetic plus elastic energy at the start.
     pub initial: f64,
     /// What of the kinetic energy the steps themselves do not see: velocity Verlet's velocities stand
@@ -49,7 +49,7 @@ impl Audit {
     pub fn balance(&self) -> f64 {
         self.kinetic - self.staggered + self.elastic + self.dissipated
             - self.initial
-            - self.booked
+            - self.energy_correction
             - self.external_work()
     }
 
@@ -57,7 +57,7 @@ impl Audit {
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.initial.abs()
-            + self.booked.abs()
+            + self.energy_correction.abs()
             + self.load_work.abs()
             + self.applied_work.abs()
             + self.support_work.abs()

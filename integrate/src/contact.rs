@@ -1,15 +1,15 @@
 //! Contact of a body's surface with one rigid tool: penalty and augmented Lagrangian.
 
-mod ahead;
 mod friction;
 mod pressed;
 mod scratch;
+mod semi_implicit;
 mod surface;
 #[cfg(test)]
 mod tests;
 
 pub use pressed::Pressed;
-use scratch::Ahead;
+use scratch::SemiImplicit;
 pub use surface::{ContactSurface, SurfaceError};
 
 use crate::shape::{Pose, RigidShape, outer};
@@ -36,7 +36,7 @@ pub struct ContactSettings {
     /// Coulomb's coefficient of friction, 0 for none.
     pub friction: f64,
     /// In explicit steps, solve for the contact's forces at the middle of the coming step
-    /// ([`Contact::press_ahead`]): the penalty then leaves the critical step alone. `false`: forces
+    /// ([`Contact::press_semi_implicit`]): the penalty then leaves the critical step alone. `false`: forces
     /// from where the nodes are, which keep energy better and limit the step.
     pub implicit: bool,
 }
@@ -120,7 +120,7 @@ pub struct Contact {
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) active: Vec<ContactPoint>,
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub(crate) ahead: Ahead,
+    pub(crate) semi_implicit: SemiImplicit,
 }
 
 impl Contact {
@@ -148,7 +148,7 @@ impl Contact {
             limits: Vec::new(),
             sticking: Vec::new(),
             active: Vec::new(),
-            ahead: Ahead::default(),
+            semi_implicit: SemiImplicit::default(),
         }
     }
 
@@ -236,14 +236,14 @@ impl Contact {
         friction: Option<Limit>,
     ) -> ContactForce {
         assert_eq!(positions.len(), forces.len(), "one force per node");
-        let mut ahead = std::mem::take(&mut self.ahead);
-        ahead.gather(&self.surface, |node| positions[node]);
-        ahead.choose_near(&self.surface, shape, pose, !self.multipliers.is_empty());
-        let sum = self.evaluate(shape, pose, &mut ahead, friction);
-        for (member, force) in self.surface.members.iter().zip(&ahead.forces) {
+        let mut semi_implicit = std::mem::take(&mut self.semi_implicit);
+        semi_implicit.gather(&self.surface, |node| positions[node]);
+        semi_implicit.choose_near(&self.surface, shape, pose, !self.multipliers.is_empty());
+        let sum = self.evaluate(shape, pose, &mut semi_implicit, friction);
+        for (member, force) in self.surface.members.iter().zip(&semi_implicit.forces) {
             forces[*member as usize] += *force;
         }
-        self.ahead = ahead;
+        self.semi_implicit = semi_implicit;
         sum
     }
 
@@ -253,19 +253,22 @@ impl Contact {
         &mut self,
         shape: &RigidShape,
         pose: &Pose,
-        ahead: &mut Ahead,
+        semi_implicit: &mut SemiImplicit,
         friction: Option<Limit>,
     ) -> ContactForce {
         self.active.clear();
-        ahead.forces.fill(DVec3::ZERO);
+        semi_implicit.forces.fill(DVec3::ZERO);
         let mut sum = ContactForce::default();
         let stiffness = self.settings.penalty;
         let surface = &self.surface;
         let placed = shape.placed(pose);
-        for &group in &ahead.near {
+        for &group in &semi_implicit.near {
             for point in surface.points(group) {
                 let bound = surface.weights_of(group, point);
-                let position: DVec3 = bound.clone().map(|(n, w)| ahead.positions[n] * w).sum();
+                let position: DVec3 = bound
+                    .clone()
+                    .map(|(n, w)| semi_implicit.positions[n] * w)
+                    .sum();
                 let multiplier = self.multipliers.get(point as usize).copied().unwrap_or(0.0);
                 let value = placed.value(position);
                 if multiplier - stiffness * value <= 0.0 {
@@ -276,7 +279,7 @@ impl Contact {
                 let area = surface.areas[point as usize];
                 let force = at.normal * (area * pressure);
                 for (n, w) in bound {
-                    ahead.forces[n] += force * w;
+                    semi_implicit.forces[n] += force * w;
                 }
                 sum.force -= force;
                 sum.torque -= (position - pose.position).cross(force);
@@ -298,7 +301,7 @@ impl Contact {
             }
         }
         if let Some(limit) = friction {
-            self.rub(pose, limit, &mut ahead.forces, &mut sum);
+            self.rub(pose, limit, &mut semi_implicit.forces, &mut sum);
         }
         sum
     }

@@ -174,7 +174,7 @@ impl Motion {
         std::mem::swap(&mut self.state.forces, &mut self.next_forces);
         let jump = energy - self.state.audit.elastic;
         self.state.audit.elastic = energy;
-        self.book_energy(jump);
+        self.correct_energy(jump);
         self.state.lag = self.lag();
         Ok(jump)
     }

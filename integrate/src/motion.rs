@@ -439,12 +439,12 @@ impl Motion {
         let before = self.state.audit.kinetic;
         self.nodes.supports.project(&mut self.state.velocities);
         self.state.audit.kinetic = self.kinetic_energy();
-        self.book_energy(self.state.audit.kinetic - before);
+        self.correct_energy(self.state.audit.kinetic - before);
     }
 
     /// Books an energy (J) that came from outside the equations of motion, positive if added.
-    pub fn book_energy(&mut self, energy: f64) {
-        self.state.audit.booked += energy;
+    pub fn correct_energy(&mut self, energy: f64) {
+        self.state.audit.energy_correction += energy;
     }
 
     /// The whole state, to be kept.
@@ -480,7 +480,7 @@ impl Motion {
             audit.applied_work,
             audit.support_work,
             audit.dissipated,
-            audit.booked,
+            audit.energy_correction,
             audit.initial,
         ];
         let frame = state.frame.is_none_or(|frame| {

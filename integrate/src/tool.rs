@@ -139,7 +139,7 @@ impl Tool {
                 Drive::Path { .. } => (self.pose_at(time + half), None),
             };
             let middle = middle.unwrap_or(self.pose);
-            contact.press_ahead(&self.shape, &middle, mass, view, forces)
+            contact.press_semi_implicit(&self.shape, &middle, mass, view, forces)
         } else {
             let mut sum = contact.add_forces(&self.shape, &self.pose, view.positions, forces);
             contact.add_friction(&self.pose, forces, &mut sum);

@@ -58,7 +58,7 @@ pub(crate) fn sample(solid: &Solid, count: usize) -> Result<Sampling, SampleErro
     sample_tetrahedra(solid, &settings)
 }
 
-/// The count of nodes is within 5 % of the wish.
+/// The count of nodes is within 5 % of what was asked for.
 pub(crate) fn check_count(name: &str, nodes: usize, wanted: usize) {
     assert!(
         nodes.abs_diff(wanted) * 20 <= wanted,

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 /// Vectors over the members of a surface; scratch, no state.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Ahead {
+pub(crate) struct SemiImplicit {
     pub(super) positions: Vec<DVec3>,
     pub(super) forces: Vec<DVec3>,
     /// Groups that may touch.
@@ -31,13 +31,13 @@ pub(crate) struct Ahead {
     pub(super) loose: Vec<u32>,
 }
 
-impl PartialEq for Ahead {
+impl PartialEq for SemiImplicit {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Ahead {
+impl SemiImplicit {
     /// Takes the positions of members.
     pub(super) fn gather(&mut self, surface: &ContactSurface, position: impl Fn(usize) -> DVec3) {
         let members = surface.members.iter();

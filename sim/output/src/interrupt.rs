@@ -1,4 +1,4 @@
-//! Ctrl-C, or the system's wish to end, as a wish that the run loop grants between two steps.
+//! Ctrl-C, or the system's request to end, which the run loop follows between two steps.
 
 use std::sync::Arc;
 use std::sync::OnceLock;
@@ -16,7 +16,7 @@ impl Interrupt {
         self.asked.store(true, Ordering::SeqCst);
     }
 
-    /// Starts to listen to Ctrl-C and to the system's wish that the program end (SIGTERM, SIGHUP): the
+    /// Starts to listen to Ctrl-C and to the system's request that the program end (SIGTERM, SIGHUP): the
     /// first sets the flag, so that the run can write a checkpoint and end; the second ends the program
     /// at once. Every call shares one flag. Where the system does not let the program listen, either
     /// ends it at once, as without this.

@@ -168,12 +168,12 @@ fn parts(world: &mut World) -> Result<Vec<PartCosts>, WorldError> {
         bytes: 0,
         milliseconds: Some(0.0),
     };
-    if let Some(wish) = &world.scene().pictures {
-        let mut painter = Painter::new(world, wish)?;
+    if let Some(spec) = &world.scene().pictures {
+        let mut painter = Painter::new(world, spec)?;
         let start = Instant::now();
         painter.carry(world);
         painter.draw(world);
-        let frames_per_step = wish.rate * world.step_size();
+        let frames_per_step = spec.rate * world.step_size();
         pictures.bytes = painter.bytes();
         pictures.milliseconds = Some(1e3 * start.elapsed().as_secs_f64() * frames_per_step);
     }

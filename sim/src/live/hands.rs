@@ -92,14 +92,14 @@ pub struct BladeLead {
 pub enum Led {
     /// Nothing yet.
     Nothing,
-    /// The edge is to be taken up.
+    /// The edge is to be captured.
     Capture(Vec<DVec3>),
-    /// The edge is to be taken up, and the stroke ends.
+    /// The edge is to be captured, and the stroke ends.
     End(Vec<DVec3>),
 }
 
 impl BladeLead {
-    /// A stroke that starts at an edge of two points or more and is taken up every `capture` (m).
+    /// A stroke that starts at an edge of two points or more and is captured every `capture` (m).
     #[must_use]
     pub fn new(edge: Vec<DVec3>, capture: f64) -> Self {
         Self {

@@ -43,11 +43,11 @@ pub enum SessionError {
 #[derive(Debug)]
 struct Stroke {
     lead: BladeLead,
-    /// The first edge, until it is taken up: a blade that never moves leaves nothing behind.
+    /// The first edge, until it is captured: a blade that never moves leaves nothing behind.
     first: Option<Vec<DVec3>>,
     /// The state before the stroke.
     before: Option<Checkpoint>,
-    /// An edge that is to be taken up in the next step.
+    /// An edge that is to be captured in the next step.
     due: Option<(StrokePhase, Vec<DVec3>)>,
 }
 
@@ -354,7 +354,7 @@ impl Session {
         actions
     }
 
-    /// Leads the blade for a step (s); the edge that is to be taken up in it, one at most.
+    /// Leads the blade for a step (s); the edge that is to be captured in it, one at most.
     fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
         if self.stroke.front()?.before.is_none() {
             let before = Some(self.checkpoint());

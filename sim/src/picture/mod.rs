@@ -348,11 +348,11 @@ fn skin_of(
     share: f64,
     style: TissueSettings,
 ) -> Result<DrawnTissue, BodyProblem> {
-    let wish = &description.surfels;
+    let spec = &description.surfels;
     let body = &member.body;
-    let surfels = match &wish.points {
+    let surfels = match &spec.points {
         Some(points) => surfels::scanned(points, description, body)?,
-        None => surfels::spread(wish.target, wish.spacing, share, body)?,
+        None => surfels::spread(spec.target, spec.spacing, share, body)?,
     };
     let tissue = Tissue::new(
         &surfels.positions,
@@ -360,21 +360,21 @@ fn skin_of(
         &surfels.areas,
         &body.rest,
         &TissueSettings {
-            skin_density: wish.cut_density,
+            skin_density: spec.cut_density,
             ..style
         },
     )?;
     let texture = TissueTexture::in_colors(
-        linear_color(wish.color),
-        linear_color(wish.cut_color),
+        linear_color(spec.color),
+        linear_color(spec.cut_color),
         body.solid.bounds().size().max_element(),
     );
     let mut surfaces = texture.surfaces();
-    for (surface, image) in surfaces.iter_mut().zip([&wish.image, &wish.cut_image]) {
+    for (surface, image) in surfaces.iter_mut().zip([&spec.image, &spec.cut_image]) {
         surface.coat = image.as_ref().map(coat_of).transpose()?;
     }
     let mut skin = DrawnTissue::new(tissue, texture, surfaces);
-    if wish.textured {
+    if spec.textured {
         textured::lay(description, &mut skin)?;
     }
     Ok(skin)

@@ -9,11 +9,11 @@ use crate::scene::{Pose, RigidMesh};
 const SPECULAR: f32 = 0.35;
 
 /// The mesh of a file, placed and coloured.
-pub(super) fn read(wish: &RigidMesh) -> Result<DrawnMesh, ReadError> {
-    let mut mesh = read_mesh(&wish.file)?.mesh;
-    wish.placement().place(&mut mesh.vertices);
+pub(super) fn read(spec: &RigidMesh) -> Result<DrawnMesh, ReadError> {
+    let mut mesh = read_mesh(&spec.file)?.mesh;
+    spec.placement().place(&mut mesh.vertices);
     Ok(DrawnMesh {
-        color: linear_color(wish.color),
+        color: linear_color(spec.color),
         specular: SPECULAR,
         smooth: true,
         ..DrawnMesh::metal(mesh.vertices, mesh.triangles)

@@ -5,25 +5,25 @@ use phyxel_splat::{Background, BindSettings, TissueSettings, linear_color};
 use crate::scene::{Backdrop, Surfels};
 
 /// Radii, clipping and binding of a body's surfels.
-pub(super) fn tissue_of(wish: &Surfels) -> TissueSettings {
+pub(super) fn tissue_of(spec: &Surfels) -> TissueSettings {
     let usual = TissueSettings::default();
     TissueSettings {
         bind: BindSettings {
-            neighbors: wish.nodes as usize,
-            law: wish.weights,
+            neighbors: spec.nodes as usize,
+            law: spec.weights,
             ..usual.bind
         },
-        radius: wish.radius,
-        opening: wish.opening,
-        clip: wish.clip,
-        inside: wish.inside,
+        radius: spec.radius,
+        opening: spec.opening,
+        clip: spec.clip,
+        inside: spec.inside,
         ..usual
     }
 }
 
-pub(super) fn background_of(wish: Option<Backdrop>) -> Background {
-    wish.map_or_else(Background::default, |wish| Background {
-        top: linear_color(wish.top),
-        bottom: linear_color(wish.bottom),
+pub(super) fn background_of(spec: Option<Backdrop>) -> Background {
+    spec.map_or_else(Background::default, |spec| Background {
+        top: linear_color(spec.top),
+        bottom: linear_color(spec.bottom),
     })
 }

@@ -20,7 +20,7 @@ const MEAN_OVER_ROOT: f64 = 1.44;
 pub(super) fn shares(world: &World) -> Vec<f64> {
     let squares = world.members().iter().zip(&world.scene().bodies);
     let squares: Vec<f64> = squares
-        .map(|(member, wish)| match wish.surfels.target {
+        .map(|(member, spec)| match spec.surfels.target {
             SurfelTarget::Shared(_) => member.body.initial.volume.cbrt().powi(2),
             SurfelTarget::Count(_) | SurfelTarget::Density(_) => 0.0,
         })

@@ -43,12 +43,12 @@ pub(super) fn of(
         tools: tool_summaries(world, records),
         warnings: warnings(world, records),
         cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
-        pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, wish)| {
+        pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, spec)| {
             let (surfels, skin_surfels) = painter.surfel_counts();
             PictureSummary {
                 frames: painter.frames(),
-                width: wish.width,
-                height: wish.height,
+                width: spec.width,
+                height: spec.height,
                 surfels,
                 skin_surfels,
             }
@@ -100,7 +100,9 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
         spacing: body.spacing,
         volume,
         volume_error: body.volume_error,
-        moved_mass: body.leveled.map_or(0.0, |leveled| leveled.moved),
+        moved_mass: body
+            .mass_scaling
+            .map_or(0.0, |mass_scaling| mass_scaling.moved),
         mass_before: body.initial.mass,
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.initial.volume,
@@ -115,7 +117,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
             dissipated: audit.dissipated,
             relaxed: body.relaxed,
             // Not -0 where there was nothing.
-            released_by_cuts: 0.0 - audit.booked - body.relaxed,
+            released_by_cuts: 0.0 - audit.energy_correction - body.relaxed,
             added_by_cuts: cuts.added + cuts.decay.max(0.0),
             largest_cut_addition: cuts.largest_addition,
             moved,

@@ -139,7 +139,7 @@ pub struct SteppingSummary {
 /// What the blades did.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CutSummary {
-    /// Blade edges taken up.
+    /// Blade edges captured.
     pub captures: usize,
     /// Updates that changed the connectivity.
     pub updates: usize,
@@ -173,7 +173,7 @@ pub struct StrokeSummary {
     pub cut: String,
     /// Name of the body.
     pub body: String,
-    /// Blade edges taken up.
+    /// Blade edges captured.
     pub captures: usize,
     /// Updates that changed the connectivity.
     pub updates: usize,

@@ -7,8 +7,8 @@ use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
-    ContactSurface, Eigenvalue, EigenvalueSettings, Grip, Leveled, Motion, MotionSettings,
-    StepError, Supports, critical_step, largest_eigenvalue, level_masses,
+    ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion, MotionSettings,
+    StepError, Supports, critical_step, largest_eigenvalue, scale_masses,
 };
 use phyxel_mls::Neighborhoods;
 
@@ -69,7 +69,7 @@ pub struct Body {
     /// Nodes in motion.
     pub motion: Motion,
     /// Mass that was moved between neighbouring nodes, if the scene allows any.
-    pub leveled: Option<Leveled>,
+    pub mass_scaling: Option<MassScaling>,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
     /// Largest eigenvalue (1/s²) as last estimated, of the whole and round the stiffest nodes.
@@ -188,9 +188,9 @@ impl Body {
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         let mut forces = vec![DVec3::ZERO; rest.len()];
         elastic.forces_into(&rest, &mut forces);
-        let leveled = (description.moved_mass > 0.0)
+        let mass_scaling = (description.moved_mass > 0.0)
             .then(|| {
-                level_masses(
+                scale_masses(
                     &mut masses,
                     (&rest, &parts),
                     &supports,
@@ -243,7 +243,7 @@ impl Body {
             indicators: Vec::new(),
             smallest_ratio: 1.0,
             doubt: None,
-            leveled,
+            mass_scaling,
             eigenvalue: Eigenvalue {
                 value: 0.0,
                 rayleigh: 0.0,

@@ -1,4 +1,4 @@
-//! What hands grip and pull, and what they change of what acts on a body.
+//! What users grip and pull, and what they change of what acts on a body.
 
 use glam::DVec3;
 use phyxel_integrate::Grip;
@@ -19,12 +19,12 @@ pub(super) struct Adjusted {
 }
 
 impl World {
-    /// Takes up what hands grip, pull and change in a step.
+    /// Applies what users grip, pull and change in a step.
     pub(super) fn hold(&mut self, step: u64) -> Result<(), WorldError> {
-        for action in self.hands.holds(step) {
+        for action in self.input.holds(step) {
             match action {
                 Action::Grip { point, radius } => {
-                    self.hands.begin_grip();
+                    self.input.begin_grip();
                     self.grip(point, radius);
                 }
                 Action::LetGo => {
@@ -91,6 +91,6 @@ impl World {
     /// If the scene has no such tool.
     #[must_use]
     pub fn tool_pose(&self, tool: usize) -> &Pose {
-        &self.hands.poses()[tool]
+        &self.input.poses()[tool]
     }
 }

@@ -104,7 +104,7 @@ impl World {
     /// Takes one step (s) from where tools are to `poses`, and does it again from the last kept state if
     /// it fails.
     pub(super) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
-        let from = self.hands.poses().to_vec();
+        let from = self.input.poses().to_vec();
         let number = self.steps();
         if !self.is_explicit() {
             return self.advance(step, &from, poses);
@@ -182,7 +182,7 @@ impl World {
             rigid: self.members.iter_mut().map(rigid).collect(),
             bodies: self.members.iter_mut().map(Member::keep).collect(),
             gravity: self.gravity,
-            poses: self.hands.poses().to_vec(),
+            poses: self.input.poses().to_vec(),
             taken: Vec::new(),
         });
     }
@@ -386,7 +386,7 @@ impl Body {
     fn book_decay(&mut self, half: f64) -> f64 {
         let [offsets, bonds] = self.decay_works();
         let work = half + offsets + bonds;
-        self.motion.book_energy(work);
+        self.motion.correct_energy(work);
         work
     }
 }

@@ -1,4 +1,4 @@
-//! What hands do to the world, step by step: tools and blades as a scene's paths move them, as a
+//! The input of the world, step by step: tools and blades as a scene's paths move them, as a
 //! recording has it, or as a program gives it.
 
 use std::collections::VecDeque;
@@ -165,9 +165,9 @@ enum Source {
     Given(VecDeque<Input>),
 }
 
-/// Hands, and a record of what they did if one is asked for.
+/// Where tools and blades are told what to do from: the scene or whoever pushes inputs, with a record if one is asked for.
 #[derive(Debug, Clone)]
-pub(super) struct Hands {
+pub(super) struct InputSource {
     source: Source,
     /// Where each tool is that a path or someone leads.
     poses: Vec<Pose>,
@@ -176,15 +176,15 @@ pub(super) struct Hands {
 
 /// All of it that a scene does not say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct HandsState {
+pub(super) struct InputSourceState {
     next: usize,
     given: Option<VecDeque<Input>>,
     poses: Vec<Pose>,
     record: Option<Vec<Input>>,
 }
 
-impl Hands {
-    /// Hands that do what the scene says.
+impl InputSource {
+    /// Of what the scene says.
     pub(super) fn of(scene: &Scene) -> Self {
         let mut due: Vec<Due> = Vec::new();
         for (index, cut) in scene.cuts.iter().enumerate() {
@@ -327,7 +327,7 @@ impl Hands {
     }
 
     /// The step is taken: the tools are there.
-    pub(super) fn arrive(&mut self, poses: Vec<Pose>) {
+    pub(super) fn set_poses(&mut self, poses: Vec<Pose>) {
         self.poses = poses;
     }
 
@@ -336,12 +336,12 @@ impl Hands {
         self.record.as_deref()
     }
 
-    pub(super) fn state(&self) -> HandsState {
+    pub(super) fn state(&self) -> InputSourceState {
         let (next, given) = match &self.source {
             Source::Scene { next, .. } => (*next, None),
             Source::Given(given) => (0, Some(given.clone())),
         };
-        HandsState {
+        InputSourceState {
             next,
             given,
             poses: self.poses.clone(),
@@ -350,7 +350,7 @@ impl Hands {
     }
 
     /// Whether a kept state has as many poses as there are tools, and inputs that the scene knows.
-    pub(super) fn fits(&self, state: &HandsState, scene: &Scene) -> bool {
+    pub(super) fn fits(&self, state: &InputSourceState, scene: &Scene) -> bool {
         let given = state.given.iter().flatten();
         let inputs = given.chain(state.record.iter().flatten());
         state.poses.len() == self.poses.len()
@@ -360,7 +360,7 @@ impl Hands {
                 .all(|(k, input)| input.check(scene, k).is_ok())
     }
 
-    pub(super) fn restore(&mut self, state: HandsState) {
+    pub(super) fn restore(&mut self, state: InputSourceState) {
         match (&mut self.source, state.given) {
             (_, Some(given)) => self.source = Source::Given(given),
             (Source::Scene { next, .. }, None) => *next = state.next,

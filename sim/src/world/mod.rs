@@ -49,7 +49,7 @@ use crate::phases::{Phase, Phases};
 use crate::scene::{self, Rest, Scene};
 use grip::Adjusted;
 use guard::Kept;
-use input::Hands;
+use input::InputSource;
 
 /// Products with the stiffness for the step where an equilibrium was found.
 const EQUILIBRIUM_PRODUCTS: usize = 16;
@@ -73,7 +73,7 @@ pub struct World {
     /// Motion time at which scene time is 0; `None` while settling.
     origin: Option<f64>,
     gravity: Option<DVec3>,
-    hands: Hands,
+    input: InputSource,
     phases: Phases,
     /// When the newest blade update began, until the step that follows it is done.
     waiting: Option<Instant>,
@@ -90,7 +90,7 @@ pub struct World {
     cut_through: Vec<bool>,
     /// Whether a capture failed: some rows may have the cut and others not.
     torn: bool,
-    /// What hands changed of what the scene says.
+    /// What users changed of what the scene says.
     adjusted: Adjusted,
 }
 
@@ -147,7 +147,7 @@ impl World {
         })?;
         let mut world = Self {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
-            hands: Hands::of(&scene),
+            input: InputSource::of(&scene),
             cut_through: vec![false; scene.cuts.len()],
             scene,
             members,
@@ -382,13 +382,13 @@ impl World {
     /// # Errors
     /// [`InputError`]; nothing is taken over then.
     pub fn give(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
-        self.hands.give(&self.scene, inputs)
+        self.input.give(&self.scene, inputs)
     }
 
     /// What tools and blades did so far; `None` unless the scene's `observe.input` asks for a record.
     #[must_use]
     pub fn record(&self) -> Option<&[Input]> {
-        self.hands.record()
+        self.input.record()
     }
 
     /// Forces on the tools at the end of the last step, in the scene's order.
@@ -396,7 +396,7 @@ impl World {
     pub fn tool_forces(&self) -> Vec<ToolForce> {
         let tools = self.scene.tools.iter().enumerate();
         let forces = tools.map(|(index, tool)| {
-            let mut sum = ToolForce::free(self.hands.poses()[index]);
+            let mut sum = ToolForce::free(self.input.poses()[index]);
             for touch in self.members.iter().flat_map(|member| &member.touches) {
                 if touch.tool == index {
                     touch.add_to(&tool.solid(), &mut sum);
@@ -428,9 +428,9 @@ impl World {
         self.hold(number)?;
         let step = self.step;
         let end = self.scene_time().map(|now| now + step);
-        let poses = self.hands.tools(&self.scene, number, end);
+        let poses = self.input.tools(&self.scene, number, end);
         self.advance_safely(step, &poses)?;
-        self.hands.arrive(poses);
+        self.input.set_poses(poses);
         if let Some(since) = self.waiting.take() {
             self.latencies.push(1e3 * since.elapsed().as_secs_f64());
         }
@@ -499,7 +499,7 @@ impl World {
     /// Captures the edges of all blades that are due.
     fn capture_blades(&mut self, step: u64) -> Result<(), WorldError> {
         let time = self.scene_time();
-        for (index, phase, edge) in self.hands.blades(&self.scene, step, time) {
+        for (index, phase, edge) in self.input.blades(&self.scene, step, time) {
             let begun = Instant::now();
             let cut = &self.scene.cuts[index];
             let mut changed = false;

@@ -47,11 +47,11 @@ pub(super) struct Built {
 pub(super) fn build(
     scene: &Scene,
     solid: &Solid,
-    wish: &scene::Body,
+    spec: &scene::Body,
 ) -> Result<Built, BodyProblem> {
-    let sampling = sample(solid, wish)?;
-    let holders = holders(scene, wish, &sampling.positions);
-    let part_of = parts_of(wish, &sampling.positions);
+    let sampling = sample(solid, spec)?;
+    let holders = holders(scene, spec, &sampling.positions);
+    let part_of = parts_of(spec, &sampling.positions);
     let Coupled {
         neighborhoods,
         stencils,
@@ -59,18 +59,18 @@ pub(super) fn build(
         volumes,
         mut masses,
         inert,
-    } = couple(&sampling, &holders, wish)?;
-    let parts = wish
+    } = couple(&sampling, &holders, spec)?;
+    let parts = spec
         .inclusions
         .iter()
-        .map(|part| part.within(&wish.material));
-    let all: Vec<MaterialSettings> = std::iter::once(wish.material.clone())
+        .map(|part| part.within(&spec.material));
+    let all: Vec<MaterialSettings> = std::iter::once(spec.material.clone())
         .chain(parts)
         .collect();
     for (mass, &part) in masses.iter_mut().zip(&part_of) {
         let density = all[part as usize].density;
         if part > 0 {
-            *mass *= density / wish.material.density;
+            *mass *= density / spec.material.density;
         }
     }
     let list: Vec<Material> = all.iter().map(MaterialSettings::law).collect();
@@ -90,9 +90,9 @@ pub(super) fn build(
         },
         &materials,
         &Settings {
-            zero_energy_control: wish.material.stabilization,
-            precision: wish.precision,
-            dilatation: wish.material.dilatation,
+            zero_energy_control: spec.material.stabilization,
+            precision: spec.precision,
+            dilatation: spec.material.dilatation,
             ..Settings::default()
         },
     )?;
@@ -138,12 +138,12 @@ struct Coupled {
     inert: Vec<u32>,
 }
 
-fn couple(sampling: &Sampled, holders: &[u32], wish: &scene::Body) -> Result<Coupled, BodyProblem> {
+fn couple(sampling: &Sampled, holders: &[u32], spec: &scene::Body) -> Result<Coupled, BodyProblem> {
     let rest = &sampling.positions;
-    let density = wish.material.density;
-    match wish.method {
+    let density = spec.material.density;
+    match spec.method {
         Method::Conservative => {
-            let edges = match wish.sampling.form {
+            let edges = match spec.sampling.form {
                 Form::Tetrahedra => {
                     let (offsets, indices) = tetrahedra_edges(rest.len(), &sampling.tetrahedra);
                     Neighborhoods::from_graph(offsets, indices)?
@@ -287,12 +287,12 @@ impl Deforming {
 }
 
 /// Number of each node's part, 0 for the body itself; empty without inclusions.
-fn parts_of(wish: &scene::Body, rest: &[DVec3]) -> Vec<u32> {
-    if wish.inclusions.is_empty() {
+fn parts_of(spec: &scene::Body, rest: &[DVec3]) -> Vec<u32> {
+    if spec.inclusions.is_empty() {
         return Vec::new();
     }
     let mut part_of = vec![0; rest.len()];
-    for (number, part) in (1..).zip(&wish.inclusions) {
+    for (number, part) in (1..).zip(&spec.inclusions) {
         for (of, &x) in part_of.iter_mut().zip(rest) {
             if part.region.contains(x) {
                 *of = number;

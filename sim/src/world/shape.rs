@@ -53,8 +53,8 @@ impl Sampled {
 }
 
 pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyProblem> {
-    let wish = &body.sampling;
-    let target = match wish.target {
+    let spec = &body.sampling;
+    let target = match spec.target {
         scene::Target::Lattice(x, y, z) => {
             return Ok(Sampled::of(sample_lattice(solid.bounds(), [x, y, z])?));
         }
@@ -67,13 +67,13 @@ pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
     let settings = SampleSettings {
         target,
         grading: Grading {
-            coarsest: wish.coarsest,
-            refinements: wish.refine.clone(),
+            coarsest: spec.coarsest,
+            refinements: spec.refine.clone(),
             ..Grading::default()
         },
         ..SampleSettings::default()
     };
-    Ok(match wish.form {
+    Ok(match spec.form {
         Form::Tetrahedra => Sampled::of(sample_tetrahedra(solid, &settings)?),
         Form::Points => {
             let found = sample_points(solid, &settings, true)?;
@@ -93,17 +93,17 @@ pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
 
 /// Refuses a spacing that would make more nodes than the limit, before memory is taken.
 fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), BodyProblem> {
-    let wish = &body.sampling;
+    let spec = &body.sampling;
     let volume = solid
         .mesh()
         .map(phyxel_discretize::Mesh::volume)
         .or_else(|| body.rough_volume())
         .unwrap_or(0.0);
-    let estimate = match wish.form {
+    let estimate = match spec.form {
         Form::Tetrahedra => estimate_tetrahedra_nodes(volume, spacing),
         Form::Points => estimate_point_nodes(volume, spacing),
     };
-    let limit = wish.limit;
+    let limit = spec.limit;
     if estimate > f64::from(limit) {
         return Err(BodyProblem::TooManyNodes {
             spacing,

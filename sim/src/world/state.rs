@@ -14,7 +14,7 @@ use super::cutting::CapturedEdge;
 use super::error::{BodyProblem, WorldError};
 use super::grip::Adjusted;
 use super::guard::{Kept, Retaken};
-use super::input::HandsState;
+use super::input::InputSourceState;
 use super::{CutPiece, Member, World, take_note};
 use crate::phases::Phases;
 
@@ -23,7 +23,7 @@ use crate::phases::Phases;
 pub struct WorldState {
     origin: Option<f64>,
     gravity: Option<DVec3>,
-    hands: HandsState,
+    input: InputSourceState,
     phases: Phases,
     latencies: Vec<f64>,
     bodies: Vec<BodyState>,
@@ -50,7 +50,7 @@ impl World {
         WorldState {
             origin: self.origin,
             gravity: self.gravity,
-            hands: self.hands.state(),
+            input: self.input.state(),
             phases: self.phases.clone(),
             latencies: self.latencies.clone(),
             bodies: self.members.iter().map(Member::state).collect(),
@@ -97,7 +97,7 @@ impl World {
         self.caution = state.caution;
         self.retaken = state.retaken;
         self.step = self.smallest_step_size();
-        self.hands.restore(state.hands);
+        self.input.restore(state.input);
         self.phases = state.phases;
         self.latencies = state.latencies;
         self.captured = state.captured;
@@ -131,7 +131,7 @@ impl World {
                 "its shortened steps",
             ),
             (
-                self.hands.fits(&state.hands, &self.scene),
+                self.input.fits(&state.input, &self.scene),
                 "its tools and inputs",
             ),
         ];
@@ -164,7 +164,7 @@ impl World {
                 return Err(self.damaged(index, "numbers of its nodes"));
             }
         }
-        let tools = self.hands.poses().len();
+        let tools = self.input.poses().len();
         let kept = state.kept.as_ref();
         if kept.is_some_and(|kept| !kept.is_sound(&self.members, tools)) {
             return Err(self.damaged(0, "numbers of the state to return to"));

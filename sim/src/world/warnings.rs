@@ -40,10 +40,10 @@ impl World {
             }
         }
         let bodies = self.bounds();
-        for (index, wish) in self.scene.supports.iter().enumerate() {
+        for (index, spec) in self.scene.supports.iter().enumerate() {
             let pairs = self.members.iter().zip(&self.scene.bodies);
             let held: usize = pairs
-                .map(|(member, body)| support::held_count(wish, body, &member.body.rest))
+                .map(|(member, body)| support::held_count(spec, body, &member.body.rest))
                 .sum();
             if held == 0 {
                 warnings.push(format!(

@@ -139,10 +139,10 @@ pub(crate) fn bins(x: &[f64]) -> Vec<Vec<usize>> {
     let mut bin = usize::MAX;
     for (rank, &case) in order.iter().enumerate() {
         let new = rank == 0 || x[order[rank - 1]] != x[case];
-        let wish = rank * wanted / x.len();
-        if new && (values <= wanted || wish != bin) {
+        let asked = rank * wanted / x.len();
+        if new && (values <= wanted || asked != bin) {
             bins.push(Vec::new());
-            bin = wish;
+            bin = asked;
         }
         if let Some(bin) = bins.last_mut() {
             bin.push(case);

@@ -316,7 +316,7 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
                 square += block.gradients[p].length_squared() / masses[block.indices[p] as usize];
             }
             // The bound is one: no direction of dF is resisted more.
-            let bound = Prepared::new(&Material {
+            let bound = Coefficients::new(&Material {
                 fiber: None,
                 ..material
             });

@@ -19,7 +19,7 @@ const KEPT: f64 = 0.8;
 
 /// What was moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Leveled {
+pub struct MassScaling {
     /// Mass moved over mass of the body.
     pub moved: f64,
     /// Nodes that took mass.
@@ -56,7 +56,7 @@ pub struct Leveled {
 ///
 /// # Panics
 /// If the slices do not fit each other.
-pub fn level_masses(
+pub fn scale_masses(
     masses: &mut [f64],
     (positions, groups): (&[DVec3], &[u32]),
     supports: &Supports,
@@ -64,7 +64,7 @@ pub fn level_masses(
     indices: &[u32],
     mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
     most: f64,
-) -> Result<Leveled, EigenvalueError> {
+) -> Result<MassScaling, EigenvalueError> {
     let n = masses.len();
     assert_eq!(offsets.len(), n + 1, "one row of neighbours per node");
     assert_eq!(positions.len(), n, "one position per node");
@@ -84,7 +84,7 @@ pub fn level_masses(
     let first = find(masses, &mut mode, EigenvalueSettings::default().iterations)?.rayleigh;
     let before = masses.to_vec();
     let total: f64 = before.iter().sum();
-    let mut leveled = Leveled {
+    let mut mass_scaling = MassScaling {
         moved: 0.0,
         nodes: 0,
         eigenvalues: [first; 2],
@@ -102,20 +102,20 @@ pub fn level_masses(
         if moved > most || next == now {
             break;
         }
-        leveled.moved = moved;
+        mass_scaling.moved = moved;
         now = next;
         find(&now, &mut mode, PRODUCTS)?;
     }
     let last = find(&now, &mut mode, LAST_PRODUCTS)?.rayleigh;
     if last < first {
         let pairs = now.iter().zip(&before);
-        leveled.nodes = pairs.filter(|(now, then)| now > then).count();
-        leveled.eigenvalues[1] = last;
+        mass_scaling.nodes = pairs.filter(|(now, then)| now > then).count();
+        mass_scaling.eigenvalues[1] = last;
         masses.copy_from_slice(&now);
     } else {
-        leveled.moved = 0.0;
+        mass_scaling.moved = 0.0;
     }
-    Ok(leveled)
+    Ok(mass_scaling)
 }
 
 /// One round: nodes take mass by their share in the mode.
@@ -218,7 +218,7 @@ mod tests {
         chain.eigenvalue(&settings, &mut Vec::new()).rayleigh
     }
 
-    fn level(chain: &mut Chain, most: f64) -> Leveled {
+    fn level(chain: &mut Chain, most: f64) -> MassScaling {
         let n = chain.masses.len();
         let (offsets, indices) = row(u32::try_from(n).unwrap());
         let mut masses = chain.masses.clone();
@@ -227,7 +227,7 @@ mod tests {
         #[allow(clippy::cast_precision_loss, reason = "small")]
         let places: Vec<DVec3> = (0..n).map(|i| DVec3::X * i as f64).collect();
         let cloud = (&places[..], &[][..]);
-        let leveled = level_masses(
+        let mass_scaling = scale_masses(
             &mut masses,
             cloud,
             &supports,
@@ -237,7 +237,7 @@ mod tests {
             most,
         );
         chain.masses = masses;
-        leveled.unwrap()
+        mass_scaling.unwrap()
     }
 
     #[test]
@@ -245,13 +245,16 @@ mod tests {
         let mut chain = Chain::new(60, 100.0, 0.01);
         chain.masses[23] = 0.002;
         let (before, total) = (eigenvalue(&chain), chain.masses.iter().sum::<f64>());
-        let leveled = level(&mut chain, 0.01);
+        let mass_scaling = level(&mut chain, 0.01);
         let after = eigenvalue(&chain);
         assert!(after < 0.6 * before, "{after} of {before}");
-        assert!(leveled.moved > 0.0 && leveled.moved <= 0.01, "{leveled:?}");
         assert!(
-            (leveled.eigenvalues[1] / after - 1.0).abs() < 0.02,
-            "{leveled:?}, {after}"
+            mass_scaling.moved > 0.0 && mass_scaling.moved <= 0.01,
+            "{mass_scaling:?}"
+        );
+        assert!(
+            (mass_scaling.eigenvalues[1] / after - 1.0).abs() < 0.02,
+            "{mass_scaling:?}, {after}"
         );
         let sum: f64 = chain.masses.iter().sum();
         assert!((sum / total - 1.0).abs() < 1e-14, "{sum} of {total}");
@@ -300,15 +303,15 @@ mod tests {
             let mut chain = Chain::new(masses.len(), 10.0, 1.0);
             chain.masses.clone_from(&masses);
             let (before, total) = (eigenvalue(&chain), masses.iter().sum::<f64>());
-            let leveled = level(&mut chain, most);
-            prop_assert!(leveled.moved <= most, "{leveled:?}");
+            let mass_scaling = level(&mut chain, most);
+            prop_assert!(mass_scaling.moved <= most, "{mass_scaling:?}");
             let moved: f64 = chain.masses.iter().zip(&masses).map(|(a, b)| (a - b).abs()).sum();
-            prop_assert!((0.5 * moved / total - leveled.moved).abs() < 1e-12, "{leveled:?}");
+            prop_assert!((0.5 * moved / total - mass_scaling.moved).abs() < 1e-12, "{mass_scaling:?}");
             prop_assert!((chain.masses.iter().sum::<f64>() / total - 1.0).abs() < 1e-13);
             // The factor that keeps the centre is within a percent here.
             prop_assert!(chain.masses.iter().zip(&masses).all(|(a, b)| *a >= 0.79 * b));
             let after = eigenvalue(&chain);
-            prop_assert!(after <= 1.05 * before, "{after} from {before}, {leveled:?}");
+            prop_assert!(after <= 1.05 * before, "{after} from {before}, {mass_scaling:?}");
         }
     }
 }

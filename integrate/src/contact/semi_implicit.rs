@@ -1,6 +1,6 @@
 //! Contact forces at the middle of the coming step: explicit motion that a penalty does not limit.
 
-use super::scratch::Ahead;
+use super::scratch::SemiImplicit;
 use super::{Contact, ContactForce, Limit};
 use crate::shape::{Pose, RigidShape};
 use crate::view::StepView;
@@ -43,7 +43,7 @@ impl Contact {
     ///
     /// # Panics
     /// If slices are shorter than the surface's nodes require.
-    pub fn press_ahead(
+    pub fn press_semi_implicit(
         &mut self,
         shape: &RigidShape,
         pose: &Pose,
@@ -51,70 +51,78 @@ impl Contact {
         view: &StepView<'_>,
         forces: &mut [DVec3],
     ) -> ContactForce {
-        let mut ahead = std::mem::take(&mut self.ahead);
+        let mut semi_implicit = std::mem::take(&mut self.semi_implicit);
         let half = 0.5 * view.step;
-        ahead.gather(&self.surface, |node| {
+        semi_implicit.gather(&self.surface, |node| {
             let moved = view.velocities[node] + view.acceleration(node) * view.step;
             view.positions[node] + moved * half
         });
-        ahead.choose_near(&self.surface, shape, pose, false);
+        semi_implicit.choose_near(&self.surface, shape, pose, false);
         let mut sum = ContactForce::default();
         let mut at = *pose;
-        if ahead.near.is_empty() {
+        if semi_implicit.near.is_empty() {
             self.active.clear();
         } else {
-            ahead.choose_local(&self.surface, view);
+            semi_implicit.choose_local(&self.surface, view);
             let tool = mass.map(|mass| mass * 2.0 / (view.step * view.step));
-            (sum, at) = self.solve_ahead(shape, pose, tool, &mut ahead);
-            for &member in &ahead.local {
+            (sum, at) = self.solve_semi_implicit(shape, pose, tool, &mut semi_implicit);
+            for &member in &semi_implicit.local {
                 let node = self.surface.members[member as usize] as usize;
-                forces[node] += ahead.forces[member as usize];
+                forces[node] += semi_implicit.forces[member as usize];
             }
         }
         self.settle_friction(&at);
-        self.ahead = ahead;
+        self.semi_implicit = semi_implicit;
         sum
     }
 
     /// Newton from the predicted positions; `tool` is its mass over `step²/2` (N/m).
-    fn solve_ahead(
+    fn solve_semi_implicit(
         &mut self,
         shape: &RigidShape,
         pose: &Pose,
         tool: Option<f64>,
-        ahead: &mut Ahead,
+        semi_implicit: &mut SemiImplicit,
     ) -> (ContactForce, Pose) {
         let mut shift = DVec3::ZERO;
         let mut at = *pose;
-        let mut sum = self.evaluate(shape, &at, ahead, Some(Limit::Lagged));
+        let mut sum = self.evaluate(shape, &at, semi_implicit, Some(Limit::Lagged));
         let mut potential = sum.energy;
-        ahead.keep_touching(self.active.iter().map(|active| active.group));
+        semi_implicit.keep_touching(self.active.iter().map(|active| active.group));
         for _ in 0..NEWTON {
-            for &i in &ahead.local {
+            for &i in &semi_implicit.local {
                 let i = i as usize;
-                let pull = (ahead.positions[i] - ahead.predicted[i]) * ahead.inertia[i];
-                ahead.residual[i] = ahead.free[i] * (ahead.forces[i] - pull);
+                let pull = (semi_implicit.positions[i] - semi_implicit.predicted[i])
+                    * semi_implicit.inertia[i];
+                semi_implicit.residual[i] =
+                    semi_implicit.free[i] * (semi_implicit.forces[i] - pull);
             }
             let on_tool = tool.map_or(DVec3::ZERO, |inertia| sum.force - shift * inertia);
-            let size = dot(&ahead.local, &ahead.residual, &ahead.residual, [on_tool; 2]).sqrt();
+            let size = dot(
+                &semi_implicit.local,
+                &semi_implicit.residual,
+                &semi_implicit.residual,
+                [on_tool; 2],
+            )
+            .sqrt();
             if size <= TOLERANCE * sum.force.length() {
                 break;
             }
-            let (moved, slope) = self.linear_ahead(tool, on_tool, ahead);
+            let (moved, slope) = self.linear_semi_implicit(tool, on_tool, semi_implicit);
             let begin = shift;
             // Back until the potential falls; `done` is the share of the change taken so far.
             let mut done = 0.0;
             let mut length = 1.0;
             for _ in 0..HALVINGS {
-                for &i in &ahead.local {
+                for &i in &semi_implicit.local {
                     let i = i as usize;
-                    ahead.positions[i] += ahead.change[i] * (length - done);
+                    semi_implicit.positions[i] += semi_implicit.change[i] * (length - done);
                 }
                 done = length;
                 shift = begin + moved * length;
                 at.position = pose.position + shift;
-                sum = self.evaluate(shape, &at, ahead, Some(Limit::Lagged));
-                let there = sum.energy + ahead.inertial_energy(tool, shift);
+                sum = self.evaluate(shape, &at, semi_implicit, Some(Limit::Lagged));
+                let there = sum.energy + semi_implicit.inertial_energy(tool, shift);
                 if there <= potential - 1e-4 * length * slope {
                     potential = there;
                     break;
@@ -127,7 +135,7 @@ impl Contact {
 
     /// Stiffness of the active points, group by group where that is less work than point by point, and
     /// its diagonal blocks.
-    fn assemble(&self, a: &mut Ahead) {
+    fn assemble(&self, a: &mut SemiImplicit) {
         a.coupling.clear();
         a.assembled.clear();
         a.loose.clear();
@@ -166,7 +174,7 @@ impl Contact {
     }
 
     /// Adds that stiffness times `a.direction`, less the tool's, to `a.image`; returns the sum.
-    fn couple(&self, a: &mut Ahead, tool_direction: DVec3) -> DVec3 {
+    fn couple(&self, a: &mut SemiImplicit, tool_direction: DVec3) -> DVec3 {
         let mut sum = DVec3::ZERO;
         let mut blocks = a.coupling.iter();
         for &group in &a.assembled {
@@ -193,10 +201,15 @@ impl Contact {
         sum
     }
 
-    /// Conjugate gradients for the change of members (`ahead.change`) and of the tool, preconditioned
+    /// Conjugate gradients for the change of members (`semi_implicit.change`) and of the tool, preconditioned
     /// by blocks; returns the latter, and how fast the potential falls along it.
-    fn linear_ahead(&self, tool: Option<f64>, on_tool: DVec3, ahead: &mut Ahead) -> (DVec3, f64) {
-        let a = ahead;
+    fn linear_semi_implicit(
+        &self,
+        tool: Option<f64>,
+        on_tool: DVec3,
+        semi_implicit: &mut SemiImplicit,
+    ) -> (DVec3, f64) {
+        let a = semi_implicit;
         for &i in &a.local {
             let i = i as usize;
             a.blocks[i] = DMat3::from_diagonal(DVec3::splat(a.inertia[i]));
@@ -215,7 +228,7 @@ impl Contact {
         let mut slope = 0.0;
         let mut left = on_tool;
         // The image array holds the preconditioned residual between products.
-        let precondition = |a: &mut Ahead, left: DVec3| -> (f64, DVec3) {
+        let precondition = |a: &mut SemiImplicit, left: DVec3| -> (f64, DVec3) {
             for &i in &a.local {
                 let i = i as usize;
                 a.image[i] = a.free[i] * (a.blocks[i] * a.residual[i]);
@@ -279,5 +292,5 @@ impl Contact {
 }
 
 #[cfg(test)]
-#[path = "ahead_tests.rs"]
+#[path = "semi_implicit_tests.rs"]
 mod tests;

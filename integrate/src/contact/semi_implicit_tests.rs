@@ -105,7 +105,7 @@ fn check_defining_equation(contact: &mut Contact, shape: &RigidShape, pose: &Pos
         },
     };
     let mut f = vec![DVec3::ZERO; 9];
-    let sum = contact.press_ahead(shape, pose, None, &view, &mut f);
+    let sum = contact.press_semi_implicit(shape, pose, None, &view, &mut f);
     let z: Vec<DVec3> = (0..9)
         .map(|i| {
             let a = view.acceleration(i) + view.free(i) * (f[i] / masses[i]);
@@ -267,7 +267,7 @@ fn restored_between_steps_to_the_same_bits() {
     );
     // A contact as serialisation gives it back: without scratch.
     let mut bare = kept.2.clone();
-    bare.ahead = Ahead::default();
+    bare.semi_implicit = SemiImplicit::default();
     bare.active.clear();
     net.advance(2.5, step).unwrap();
     let (x, force) = (net.motion.positions().to_vec(), net.tool.contact);

@@ -9,7 +9,7 @@ use crate::watch::Watch;
 
 /// What is left to compute for each node; empty where nothing is held.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Still(Vec<Rest>);
+pub(crate) struct Inactive(Vec<Rest>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Rest {
@@ -21,7 +21,7 @@ enum Rest {
     Unloaded,
 }
 
-impl Still {
+impl Inactive {
     pub(crate) fn new(pairs: &Pairs, held: &[u32]) -> Self {
         if held.is_empty() {
             return Self::default();
