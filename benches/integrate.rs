@@ -3,7 +3,8 @@
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 #![allow(clippy::unwrap_used, reason = "a bench stops where a test would fail")]
 
-use benches::problems::model::{ElasticBody, Solid};
+use benches::problems::model::ElasticBody;
+use benches::problems::solid::Solid;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_integrate::{

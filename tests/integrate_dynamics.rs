@@ -9,7 +9,8 @@
 )]
 
 use benches::problems::block::lattice;
-use benches::problems::model::{ElasticBody as Body, Solid};
+use benches::problems::model::ElasticBody as Body;
+use benches::problems::solid::Solid;
 use glam::DVec3;
 use phyxel_integrate::{
     Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ExplicitScheme,

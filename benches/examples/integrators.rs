@@ -17,8 +17,9 @@ use benches::problems::indentation::{
     HERTZ, Press, SMALL, SOFT, SPHERES, cube, graded, hertz_force, hertz_pressure, hertz_radius,
     moment_radius, quarter,
 };
-use benches::problems::model::{ElasticBody as Body, Solid};
+use benches::problems::model::ElasticBody as Body;
 use benches::problems::reference::Reference;
+use benches::problems::solid::Solid;
 use benches::report::{Plot, Scale, Series};
 use glam::DVec3;
 use phyxel_integrate::{

@@ -5,7 +5,8 @@
 //! incompressible variant in plane strain is another one, with another value.
 
 use crate::problems::block::lattice;
-use crate::problems::model::{ElasticBody, Solid, small_displacements};
+use crate::problems::model::{ElasticBody, small_displacements};
+use crate::problems::solid::Solid;
 use glam::DVec3;
 use serde::Serialize;
 

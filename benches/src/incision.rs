@@ -12,7 +12,7 @@ use crate::batch::Case;
 use crate::error::StudyError;
 use crate::matrix::plain;
 use crate::row::Row;
-use crate::watch::{Options, run_with};
+use crate::watch::{DIVISIONS, Options, run_with, within};
 
 /// Most that the area of a cut inside the body may be over the length of its area vector.
 pub const FLATNESS: f64 = 1.02;
@@ -31,9 +31,6 @@ const READING: f64 = 0.1;
 const BETWEEN: f64 = 1.75;
 /// Scene time (s) at which the tip is off.
 const END: f64 = 2.85;
-/// How often a triangle is divided into four to tell what of it lies in the body: the parts are a tenth
-/// of a spacing.
-pub(crate) const DIVISIONS: u32 = 3;
 /// Pairs that still link and are stretched this much are ties that a piece hangs on.
 const TIE: f64 = 3.0;
 
@@ -256,25 +253,6 @@ fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
         }
     }
     (pairs, opening)
-}
-
-/// Area vectors of the parts of a triangle that lie in the body.
-pub(crate) fn within(
-    [p, q, r]: [DVec3; 3],
-    divisions: u32,
-    inside: &dyn Fn(DVec3) -> bool,
-    out: &mut Vec<DVec3>,
-) {
-    if divisions == 0 {
-        if inside((p + q + r) / 3.0) {
-            out.push(0.5 * (q - p).cross(r - p));
-        }
-        return;
-    }
-    let (a, b, c) = (p.midpoint(q), q.midpoint(r), r.midpoint(p));
-    for part in [[p, a, c], [a, q, b], [c, b, r], [a, b, c]] {
-        within(part, divisions - 1, inside, out);
-    }
 }
 
 /// What breaks a bar, in words.

@@ -9,8 +9,11 @@ use phyxel::world::{Body, CutEnergy, Cutting, Member, World, WorldError};
 use phyxel_enrich::connected_pieces;
 
 use crate::eigenvalue::largest_eigenvalue;
-use crate::incision::{DIVISIONS, within};
 use crate::row::{Place, Row};
+
+/// How often a triangle is divided into four to tell what of it lies in the body: the parts are a tenth
+/// of a spacing.
+pub(crate) const DIVISIONS: u32 = 3;
 
 /// Pieces of fewer nodes are debris, as in the cutting code.
 const SMALLEST_PIECE: u32 = 12;
@@ -549,5 +552,24 @@ impl Row {
             load: 0.0,
             wall: 0.0,
         }
+    }
+}
+
+/// Area vectors of the parts of a triangle that lie in the body.
+pub(crate) fn within(
+    [p, q, r]: [DVec3; 3],
+    divisions: u32,
+    inside: &dyn Fn(DVec3) -> bool,
+    out: &mut Vec<DVec3>,
+) {
+    if divisions == 0 {
+        if inside((p + q + r) / 3.0) {
+            out.push(0.5 * (q - p).cross(r - p));
+        }
+        return;
+    }
+    let (a, b, c) = (p.midpoint(q), q.midpoint(r), r.midpoint(p));
+    for part in [[p, a, c], [a, q, b], [c, b, r], [a, b, c]] {
+        within(part, divisions - 1, inside, out);
     }
 }

@@ -11,7 +11,7 @@ use phyxel_mls::{
     inverse_square_weights, k_nearest,
 };
 
-use super::model::Solid;
+use super::solid::Solid;
 use crate::StudyError;
 
 /// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), with the tetrahedra of

@@ -10,7 +10,7 @@ use phyxel_integrate::{
 use rayon::prelude::*;
 
 use super::block::lattice;
-use super::model::Solid;
+use super::solid::Solid;
 use crate::StudyError;
 
 /// Degree of an element's shape functions along each axis.

@@ -10,8 +10,8 @@ use phyxel_integrate::{
 
 use super::block::lattice;
 use super::elements::{Elements, Order};
-use super::model::{ElasticBody, Solid};
-use super::reference::{held, on_top};
+use super::model::ElasticBody;
+use super::solid::Solid;
 use crate::StudyError;
 
 /// Tissue of unit stiffness: forces scale with Young's modulus.
@@ -284,6 +284,21 @@ pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
         DVec3::new(across(s.x), across(s.y), -2.0 * grade(1.0 - s.z))
     })
 }
+
+/// Whether a point of the cube is on a held side.
+#[must_use]
+pub fn held(x: DVec3) -> bool {
+    x.x.abs().max(x.y.abs()) > 1.0 - EDGE || x.z < EDGE - 2.0
+}
+
+/// Whether a point of the cube is on its top.
+#[must_use]
+pub fn on_top(x: DVec3) -> bool {
+    x.z > -EDGE
+}
+
+/// Nodes this near (m) a side are on it.
+pub(super) const EDGE: f64 = 1e-9;
 
 /// Draws 0 nearer, from -1..=1 to -1..=1.
 pub(super) fn grade(s: f64) -> f64 {

@@ -10,3 +10,4 @@ pub mod indentation;
 pub mod model;
 pub(crate) mod noise;
 pub mod reference;
+pub mod solid;

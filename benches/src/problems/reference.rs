@@ -4,7 +4,7 @@ use glam::{BVec2, DVec2, DVec3};
 use phyxel_integrate::{ForceLaw, Preconditioner, Supports};
 
 use super::elements::{Elements, Order};
-use super::indentation::{Press, SMALL, SOFT, grade};
+use super::indentation::{EDGE, Press, SMALL, SOFT, grade, held, on_top};
 use crate::StudyError;
 
 /// Unbalanced forces relative to the tool's at which the elements count as at rest.
@@ -112,21 +112,6 @@ impl Reference {
         Ok(move |at| mirrored(&body, &moved, at))
     }
 }
-
-/// Whether a point of the cube is on a held side.
-#[must_use]
-pub fn held(x: DVec3) -> bool {
-    x.x.abs().max(x.y.abs()) > 1.0 - EDGE || x.z < EDGE - 2.0
-}
-
-/// Whether a point of the cube is on its top.
-#[must_use]
-pub fn on_top(x: DVec3) -> bool {
-    x.z > -EDGE
-}
-
-/// Nodes this near (m) a side are on it.
-const EDGE: f64 = 1e-9;
 
 /// Forces (N) on a body's nodes at rest that stand in for `moved` (m) of some of them.
 pub(crate) fn pulled(body: &mut impl ForceLaw, rest: &[DVec3], moved: &[DVec3]) -> Vec<DVec3> {

@@ -5,33 +5,14 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::chapter6::{BODIES, MODELS, STATES, overrides};
 use super::cut::{columns, middle};
 use super::sag::{self, Sag};
 use crate::report::{Axis, Cell, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
 use phyxel::picture::Painter;
-use phyxel::scene::{Override, Scene};
+use phyxel::scene::Scene;
 use phyxel::world::{Cutting, World};
-
-/// Bodies of chapter 6: their scenes, and the frames per second that Aras 2014 reports.
-pub(crate) const BODIES: [(&str, f64); 3] = [
-    ("block-1408", 80.0),
-    ("block-436", 125.0),
-    ("liver-181", 120.0),
-];
-
-/// Models: what is added to a scene's name.
-pub(crate) const MODELS: [(&str, &str); 2] = [("", "default"), ("-dissertation", "dissertation")];
-
-/// States, and the scene times (s) at which the scenes' blades are between two strokes.
-pub(crate) const STATES: [(&str, f64); 3] =
-    [("hanging", 0.1), ("cut once", 1.0), ("cut through", 1.9)];
-
-/// Changes of scenes from their text.
-pub(crate) fn overrides(changes: &[&str]) -> Result<Vec<Override>, StudyError> {
-    let parsed = changes.iter().map(|change| Override::parse(change));
-    Ok(parsed.collect::<Result<_, _>>()?)
-}
 
 /// A body in one state.
 #[derive(Debug, Clone)]

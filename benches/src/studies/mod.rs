@@ -4,6 +4,7 @@
 //! plot as SVG, and one HTML page with all of them and the machine.
 
 mod beam;
+mod chapter6;
 mod crack;
 mod cut;
 mod figures;

@@ -7,10 +7,11 @@ use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
 use phyxel_integrate::{ForceLaw, Supports};
 
-use super::hanging::{BODIES, MODELS, overrides};
+use super::chapter6::{BODIES, MODELS, overrides};
 use crate::problems::cantilever::Tetrahedra;
 use crate::problems::elements::{Elements, Order};
-use crate::problems::model::{Law, Solid, small_displacements};
+use crate::problems::model::{Law, small_displacements};
+use crate::problems::solid::Solid;
 use crate::report::{Cell, Table};
 use crate::{Effort, StudyError};
 

@@ -5,17 +5,16 @@ use std::time::Instant;
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use phyxel_elastic::{Elastic, Material, Settings};
 use phyxel_enrich::{
-    CutSettings, Cuts, EnrichmentGrid, FactorSettings, Graph, GridForm, GridSettings, PairFactors,
-    Rule, grid_pair_factors, triangle_enrichment,
+    Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
+    grid_pair_factors, triangle_enrichment,
 };
 use phyxel_mls::{ConservativeStencils, StrokeReport, normal_projector};
 
 use super::intrinsic::{Mechanics, Rows};
+use super::plate::Plate;
 use super::{POISSON, YOUNG};
 use crate::StudyError;
-use crate::problems::block::{Block, lattice};
 use crate::problems::model::{Law, small_displacements};
-use crate::problems::noise::noisy;
 
 /// How a cut weakens pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,90 +65,6 @@ impl Form {
             Self::Pieces => "product over pieces",
             Self::Intrinsic => "intrinsic basis",
         }
-    }
-}
-
-/// A box of tetrahedra that is to be cut.
-#[derive(Debug, Clone)]
-pub struct Plate {
-    /// Nodes and stencils.
-    pub block: Block,
-    /// Size of a cell (m).
-    pub spacing: f64,
-    /// Lowest corner (m).
-    pub low: DVec3,
-    /// Highest corner (m).
-    pub high: DVec3,
-}
-
-impl Plate {
-    /// `cells` cells from `low` to `high` (m); nodes moved by up to `jitter` of a cell, those on the
-    /// sides not at all, those on top and bottom within them, the same in both layers of a slab of
-    /// one cell.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there are no stencils on these nodes.
-    pub fn new(cells: [u32; 3], low: DVec3, high: DVec3, jitter: f64) -> Result<Self, StudyError> {
-        let size = (high - low) / DVec3::from_array(cells.map(f64::from));
-        let (mut nodes, tetrahedra) = lattice(cells, |s| low + (high - low) * s);
-        let n = cells.map(|c| c + 1);
-        let mut state = 0;
-        for (index, x) in (0_u32..).zip(&mut nodes) {
-            let at = [index % n[0], index / n[0] % n[1], index / (n[0] * n[1])];
-            if index % (n[0] * n[1]) == 0 {
-                state = if cells[2] == 1 {
-                    5
-                } else {
-                    5 + u64::from(at[2])
-                };
-            }
-            let inside = |axis: usize| at[axis] > 0 && at[axis] < cells[axis];
-            let mut shift = noisy(&mut state, jitter);
-            shift.z *= f64::from(u8::from(inside(2)));
-            if inside(0) && inside(1) {
-                *x += shift * size;
-            }
-        }
-        Ok(Self {
-            block: Block::new(nodes, tetrahedra)?,
-            spacing: size.max_element(),
-            low,
-            high,
-        })
-    }
-
-    /// Whether a point is in the box.
-    #[must_use]
-    pub fn inside(&self, p: DVec3) -> bool {
-        p.cmpge(self.low).all() && p.cmple(self.high).all()
-    }
-
-    /// Its nodes and pairs, as factors read them.
-    fn coupled(&self) -> Graph<'_> {
-        Graph::trusted(
-            &self.block.rest,
-            self.block.graph.offsets(),
-            self.block.graph.indices(),
-        )
-    }
-
-    /// No cut yet, for cuts of this box.
-    #[must_use]
-    pub fn cuts(&self) -> Cuts {
-        Cuts::new(&CutSettings::for_spacing(self.spacing))
-    }
-
-    /// Nodal forces (N) of a tension of 1 Pa on the two sides of the box across an axis.
-    #[must_use]
-    pub fn tension(&self, axis: DVec3) -> Vec<DVec3> {
-        let edge = 1e-9 * self.spacing;
-        let (top, bottom) = (self.high.dot(axis) - edge, self.low.dot(axis) + edge);
-        let mut forces = self.block.traction(|p| p.dot(axis) > top, axis);
-        let below = self.block.traction(|p| p.dot(axis) < bottom, -axis);
-        for (f, g) in forces.iter_mut().zip(below) {
-            *f += g;
-        }
-        forces
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::cut_body::CutBody;
-use super::{POISSON, YOUNG};
+use super::{POISSON, YOUNG, stress};
 
 /// Plane strain modulus (Pa).
 pub(crate) fn plane_modulus() -> f64 {
@@ -30,16 +30,6 @@ fn near_field(mode: usize, p: [f64; 2]) -> [f64; 2] {
             -scale * c * (kappa - 1.0 - 2.0 * s * s),
         ]
     }
-}
-
-/// Stress (Pa) of linear elasticity with [`YOUNG`] and [`POISSON`] at a displacement gradient.
-#[must_use]
-pub fn stress(gradient: DMat3) -> DMat3 {
-    let strain = 0.5 * (gradient + gradient.transpose());
-    let mu = YOUNG / (2.0 * (1.0 + POISSON));
-    let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
-    let trace = strain.x_axis.x + strain.y_axis.y + strain.z_axis.z;
-    2.0 * mu * strain + lame * trace * DMat3::IDENTITY
 }
 
 fn contract(a: DMat3, b: DMat3) -> f64 {

@@ -7,9 +7,8 @@ use phyxel_enrich::Cuts;
 use phyxel_integrate::ForceLaw;
 use phyxel_mls::{Approximation, Basis, ConservativeStencils, Kernel, ShapeScratch};
 
-use super::cut_body::Plate;
-use super::field::stress;
-use super::{POISSON, YOUNG};
+use super::plate::Plate;
+use super::{POISSON, YOUNG, stress};
 use crate::problems::elements::{displacements, linear_forces};
 
 /// Nodes nearer than this to a tip, in spacings, have the basis.

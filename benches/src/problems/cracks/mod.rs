@@ -4,17 +4,30 @@ mod cut_body;
 mod field;
 mod intrinsic;
 mod penny;
+mod plate;
 mod problems;
 
-pub use cut_body::{CutBody, Form, Plate};
-pub use field::stress;
+use glam::DMat3;
+
+pub use cut_body::{CutBody, Form};
 pub use penny::{Penny, READINGS, penny};
+pub use plate::Plate;
 pub use problems::{Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, upright};
 
 /// Young's modulus (Pa) and Poisson's ratio of all cracks.
 pub const YOUNG: f64 = 1000.0;
 /// See [`YOUNG`].
 pub const POISSON: f64 = 0.3;
+
+/// Stress (Pa) of linear elasticity with [`YOUNG`] and [`POISSON`] at a displacement gradient.
+#[must_use]
+pub fn stress(gradient: DMat3) -> DMat3 {
+    let strain = 0.5 * (gradient + gradient.transpose());
+    let mu = YOUNG / (2.0 * (1.0 + POISSON));
+    let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
+    let trace = strain.x_axis.x + strain.y_axis.y + strain.z_axis.z;
+    2.0 * mu * strain + lame * trace * DMat3::IDENTITY
+}
 
 /// Eight places of the tip along the line and of the line across it, relative to the nodes, in
 /// spacings: what a method does must not hang on them.

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::cut_body::{CutBody, Form, Plate};
+use super::cut_body::{CutBody, Form};
+use super::plate::Plate;
 use super::problems::Ratios;
 use super::{POISSON, YOUNG};
 use crate::StudyError;

@@ -5,8 +5,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use glam::DVec3;
 use phyxel_enrich::Cuts;
 
-use super::cut_body::{CutBody, Form, Plate};
+use super::cut_body::{CutBody, Form};
 use super::field::{plane_modulus, stress_intensities};
+use super::plate::Plate;
 use crate::StudyError;
 
 /// Results relative to their references, and the times (s) of set-up, factors and rows.

@@ -9,7 +9,7 @@ use phyxel_splat::{
 };
 
 use super::Drawn;
-use crate::studies::hanging::{MODELS, STATES, overrides};
+use crate::studies::chapter6::{MODELS, STATES, overrides};
 use crate::studies::splat::stills::middle;
 use crate::{Effort, StudyError};
 

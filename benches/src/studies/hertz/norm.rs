@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::{columns, log, series};
 use crate::problems::elements::Order;
-use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice};
+use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
-use crate::problems::reference::{Reference, held, on_top, pulled};
+use crate::problems::reference::{Reference, pulled};
 use crate::report::{Cell, Plot, Table};
 use crate::{Effort, StudyError};
 
