@@ -10,7 +10,8 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::motion::Motion;
-use crate::sweep::{CHUNK, PARALLEL_FROM};
+use crate::sweep::PARALLEL_FROM;
+use crate::vector::CHUNK;
 
 /// Connected pieces, as far as they were named.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -7,7 +7,8 @@
 //! it, the bits are those of the body in one piece.
 
 use crate::motion::{Motion, State};
-use crate::sweep::{CHUNK, Kick, Sums};
+use crate::sweep::{Kick, Sums};
+use crate::vector::CHUNK;
 use glam::DVec3;
 
 /// Shares begin at multiples of this many nodes, so that sums keep their order.

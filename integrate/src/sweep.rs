@@ -12,10 +12,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::supports::Supports;
-use crate::vector::{dot_in_order, sum_in_order, weighted_squares};
-
-/// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
-pub(crate) const CHUNK: usize = 1024;
+use crate::vector::{CHUNK, dot_in_order, sum_in_order, weighted_squares};
 
 /// Nodes per block, whose vectors stay in the first cache. Divides the chunk.
 const BLOCK: usize = 128;

@@ -8,7 +8,9 @@ use bytemuck::{cast_slice, cast_slice_mut};
 use glam::DVec3;
 use rayon::prelude::*;
 
-const CHUNK: usize = crate::sweep::CHUNK;
+/// Nodes per chunk; partial sums are per chunk, so this fixes the order of summation.
+pub(crate) const CHUNK: usize = 1024;
+
 const PARALLEL_FROM: usize = 32 * CHUNK;
 
 /// Partial sums at a time; as a sum waits for the one before it, one alone takes four times as long.
