@@ -14,13 +14,12 @@
 use glam::{DMat3, DVec3};
 
 use crate::control::refresh_control;
-use crate::forces::{gradient, set_gradient};
 use crate::lanes::Planes;
 use crate::law::outer;
 use crate::model::{Elastic, with_table};
 use crate::nodes::State;
 use crate::part::Part;
-use crate::storage::Number;
+use crate::storage::{BLOCK, Number};
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
@@ -34,6 +33,9 @@ const LEAST_SHARE: f64 = 0.1;
 const SOFTENING: f64 = 0.2;
 /// Share of a bond's rest length below which what is left of `d` is dropped.
 const SMALLEST_OFFSET: f64 = 1e-4;
+
+/// Components of the identity.
+const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// A bond of a weak node.
 #[derive(Debug, Clone, Copy)]
@@ -169,15 +171,24 @@ impl Bonds {
         for (node, hosts) in &self.hosts {
             #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
             let share = (hosts.len() as f64).recip();
-            let gradients = hosts
-                .iter()
-                .map(|&host| gradient(deformation, host as usize));
-            let mean = if hosts.is_empty() {
-                DMat3::IDENTITY
-            } else {
-                gradients.fold(DMat3::ZERO, |sum, f| sum + f * share)
-            };
-            set_gradient(deformation, *node as usize, mean);
+            // By components, as they are stored.
+            let mut mean = [0.0; 9];
+            for &host in hosts {
+                let (planes, lane) = (&deformation[host as usize / BLOCK], host as usize % BLOCK);
+                for (mean, plane) in mean.iter_mut().zip(planes) {
+                    *mean += plane[lane].wide() * share;
+                }
+            }
+            if hosts.is_empty() {
+                mean = IDENTITY;
+            }
+            let (planes, lane) = (
+                &mut deformation[*node as usize / BLOCK],
+                *node as usize % BLOCK,
+            );
+            for (plane, mean) in planes.iter_mut().zip(mean) {
+                plane[lane] = T::of(mean);
+            }
         }
     }
 

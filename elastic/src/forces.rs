@@ -132,13 +132,13 @@ pub(crate) fn chunks<A: Send, B: Send>(
     }
 }
 
-/// Sets displacements (or any vectors).
-pub(crate) fn set_moves(parallel: bool, moves: &mut [Move], of: impl Fn(usize) -> DVec3 + Sync) {
-    let set = |(chunk, moves): (usize, &mut [Move])| {
-        for (node, to) in (chunk * COPY_CHUNK..).zip(moves) {
-            *to = of(node).to_array();
-        }
-    };
+/// Sets displacements (or any vectors): `fill` is given the number of the first of some of them.
+pub(crate) fn set_moves(
+    parallel: bool,
+    moves: &mut [Move],
+    fill: impl Fn(usize, &mut [Move]) + Sync,
+) {
+    let set = |(chunk, moves): (usize, &mut [Move])| fill(chunk * COPY_CHUNK, moves);
     if parallel {
         let chunks = moves.par_chunks_mut(COPY_CHUNK).enumerate();
         chunks.with_max_len(1).for_each(set);
@@ -150,9 +150,20 @@ pub(crate) fn set_moves(parallel: bool, moves: &mut [Move], of: impl Fn(usize) -
 /// Displacement (m) of a node as passes read it.
 #[inline(always)]
 pub(crate) fn displacement<S: Storage>(model: &Model, positions: &[DVec3], node: usize) -> DVec3 {
-    let least = S::LEAST_DISPLACEMENT;
-    let u = (positions[node] - model.rest[node]).to_array();
-    DVec3::from_array(u.map(|u| if u.abs() < least { 0.0 } else { u }))
+    DVec3::from_array(moved::<S>(positions[node], model.rest[node]))
+}
+
+#[inline(always)]
+fn moved<S: Storage>(position: DVec3, rest: DVec3) -> Move {
+    let seen = |u: f64| {
+        if u.abs() < S::LEAST_DISPLACEMENT {
+            0.0
+        } else {
+            u
+        }
+    };
+    let u = position - rest;
+    [seen(u.x), seen(u.y), seen(u.z)]
 }
 
 /// What an evaluation takes of the chunks.
@@ -223,9 +234,12 @@ pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
 ) -> f64 {
     let parallel = parallel(model);
     for nodes in stage.places(model.node_count()) {
-        let first = nodes.start;
-        set_moves(parallel, &mut scratch.moves[nodes], |node| {
-            displacement::<S>(model, positions, first + node)
+        let (positions, rest) = (&positions[nodes.clone()], &model.rest[nodes.clone()]);
+        set_moves(parallel, &mut scratch.moves[nodes], |first, moves| {
+            let places = positions[first..].iter().zip(&rest[first..]);
+            for (to, (position, rest)) in moves.iter_mut().zip(places) {
+                *to = moved::<S>(*position, *rest);
+            }
         });
     }
     if !matches!(stage, Stage::Finish(_)) {

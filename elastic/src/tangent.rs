@@ -21,7 +21,11 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
     product: &mut [DVec3],
 ) {
     let parallel = parallel(model);
-    set_moves(parallel, &mut scratch.moves, |node| vector[node]);
+    set_moves(parallel, &mut scratch.moves, |first, moves| {
+        for (to, vector) in moves.iter_mut().zip(&vector[first..]) {
+            *to = vector.to_array();
+        }
+    });
     if model.means.is_some() {
         mean::changes((model, state, scratch), table, product);
     }
