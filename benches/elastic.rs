@@ -244,7 +244,7 @@ fn passes(c: &mut Criterion) {
                 one.install(|| b.iter(|| body.pass_one(&x, &mut f)));
             });
             group.bench_function(BenchmarkId::new(format!("two, {name}"), n), |b| {
-                one.install(|| b.iter(|| body.pass_two(&x, &mut f)));
+                one.install(|| b.iter(|| body.pass_two(&mut f)));
             });
             body.forces_into(&x, &mut f);
             group.bench_function(BenchmarkId::new(format!("product, {name}"), n), |b| {

@@ -238,13 +238,18 @@ impl Bonds {
         }
     }
 
-    /// Nodes at the ends of a part's bonds, rising.
-    fn ends_of(&self, part: &[PartBond]) -> Vec<u32> {
+    /// Nodes at the ends of a part's bonds.
+    pub(crate) fn ends_of(&self, part: &[PartBond]) -> Vec<u32> {
         let bonds = part.iter().map(|(bond, ..)| &self.list[*bond as usize]);
-        let mut ends: Vec<u32> = bonds.flat_map(|bond| [bond.node, bond.other]).collect();
-        ends.sort_unstable();
-        ends.dedup();
-        ends
+        bonds.flat_map(|bond| [bond.node, bond.other]).collect()
+    }
+
+    /// Takes over the places (m) of the ends of a part's bonds.
+    pub(crate) fn set_part(&mut self, part: &[PartBond], place: impl Fn(u32) -> DVec3) {
+        for (bond, ..) in part {
+            let bond = &mut self.list[*bond as usize];
+            bond.set_x(place(bond.other) - place(bond.node));
+        }
     }
 
     /// Orders weak nodes by their distance in bonds from sound ones.
@@ -469,21 +474,6 @@ fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
 impl Part {
     pub(crate) fn with_bonds(mut self, state: &State) -> Self {
         self.bonds = state.bonds.of_part(&self.nodes);
-        self.bond_ends = state.bonds.ends_of(&self.bonds);
         self
-    }
-}
-
-impl State {
-    /// Takes the places (m) of the ends of a part's bonds, in the part's order.
-    pub(crate) fn set_bond_ends(&mut self, part: &Part, places: &[DVec3]) {
-        let place = |node: u32| {
-            let at = part.bond_ends.binary_search(&node);
-            at.map_or(DVec3::ZERO, |at| places[at])
-        };
-        for (bond, ..) in &part.bonds {
-            let bond = &mut self.bonds.list[*bond as usize];
-            bond.set_x(place(bond.other) - place(bond.node));
-        }
     }
 }

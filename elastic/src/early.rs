@@ -118,8 +118,8 @@ impl Elastic {
 
     /// The second, which adds to `forces`.
     #[doc(hidden)]
-    pub fn pass_two(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+    pub fn pass_two(&mut self, forces: &mut [DVec3]) -> f64 {
         let parts = (&self.model, &mut self.state, &mut self.scratch);
-        with_table!(&mut self.tables, table => forces::pass_two(parts, table, positions, forces, Stage::ALL))
+        with_table!(&mut self.tables, table => forces::pass_two(parts, table, forces, Stage::ALL))
     }
 }

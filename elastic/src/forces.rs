@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::bond::Bonds;
 use crate::early::Early;
 use crate::fixed::Fixed;
+use crate::front::Fronts;
 use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
 use crate::inactive::Asleep;
 use crate::lanes::{Block, Laws, Planes};
@@ -221,7 +222,7 @@ pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
         forces,
         stage,
     );
-    of_bonds + pass_two((model, state, scratch), table, positions, forces, stage)
+    of_bonds + pass_two((model, state, scratch), table, forces, stage)
 }
 
 /// Deformation gradients, stresses, records and what a node's own row gives it; the energy (J) of bonds.
@@ -257,20 +258,21 @@ pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
         continuation,
         watches,
         bonds,
+        fronts,
         ..
     } = &mut *state;
     // What threads share out is all that there is in a step between two of the caller's passes: one that waits for
     // longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
-    let of_bonds = |bonds: &mut Bonds| {
+    let of_bonds = |bonds: &mut Bonds, fronts: &mut Fronts| {
         if begins {
-            0.0
-        } else {
-            bonds.evaluate(positions)
+            return 0.0;
         }
+        fronts.evaluate(&model.rest, positions);
+        bonds.evaluate(positions)
     };
     let energy_of_bonds;
     if model.means.is_some() {
-        energy_of_bonds = of_bonds(bonds);
+        energy_of_bonds = of_bonds(bonds, fronts);
         mean::stresses((model, state, scratch), table, forces);
     } else {
         let moves = &scratch.moves[..];
@@ -313,9 +315,10 @@ pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
                 )
                 .enumerate()
                 .with_max_len(1);
-            (energy_of_bonds, ()) = rayon::join(|| of_bonds(bonds), || outputs.for_each(work));
+            (energy_of_bonds, ()) =
+                rayon::join(|| of_bonds(bonds, fronts), || outputs.for_each(work));
         } else {
-            energy_of_bonds = of_bonds(bonds);
+            energy_of_bonds = of_bonds(bonds, fronts);
             let outputs = table
                 .records
                 .chunks_mut(CHUNK / BLOCK)
@@ -339,7 +342,6 @@ pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
 pub(crate) fn pass_two<S: Storage, const L: usize, const R: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
     table: &mut Table<S, L, R>,
-    positions: &[DVec3],
     forces: &mut [DVec3],
     stage: Stage<'_>,
 ) -> f64 {
@@ -383,7 +385,7 @@ pub(crate) fn pass_two<S: Storage, const L: usize, const R: usize>(
     }
     scratch.stale = Stale::default();
     let runs = (&mut scratch.partial[..], CHUNK);
-    fronts.add_forces(model, &table.fixed, positions, forces, runs);
+    fronts.add_forces(forces, runs);
     bonds.add_forces(forces);
     scratch.partial.iter().sum()
 }

@@ -22,6 +22,16 @@ use crate::storage::Storage;
 /// 0.893 and 0.906, 0.892 and 0.904, 0.890 and 0.903; mode III does not change.
 const STIFFNESS: f64 = 2.5;
 
+/// A pair of a front's node.
+#[derive(Debug, Clone, Copy)]
+struct Neighbor {
+    to: u32,
+    /// `w_ij`.
+    weight: f64,
+    /// `X_ij` (m).
+    x: DVec3,
+}
+
 /// The control of one node.
 #[derive(Debug, Clone)]
 struct Front {
@@ -30,9 +40,17 @@ struct Front {
     matrix: DMat3,
     /// `c_i`.
     stiffness: f64,
-    /// `G_i` and `e_ij` (m) of the state last evaluated.
+    /// Inverse of the row's moment matrix.
+    inverse: DMat3,
+    row: Vec<Neighbor>,
+    /// `G_i`, `e_ij` (m) and `sum_j w_ij e_ij ⊗ e_ij` of the state last evaluated.
     gradient: DMat3,
     left: Vec<DVec3>,
+    spread: DMat3,
+    /// Energy (J) there.
+    energy: f64,
+    /// What each pair pulls with (N): on the node, and the other way on the neighbour.
+    pulls: Vec<DVec3>,
 }
 
 /// Nodes with such a control, rising; empty before the first.
@@ -41,30 +59,6 @@ pub(crate) struct Fronts(Vec<Front>);
 
 /// A front of a part: its place in the list, and the places of its node and neighbours in the part.
 pub(crate) type PartFront = (u32, Option<u32>, Vec<Option<u32>>);
-
-/// What a row leaves over of a field: its gradient, and the rest along each pair.
-fn leftovers<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &Fixed<S, L>,
-    node: usize,
-    field: impl Fn(usize, u32) -> DVec3,
-    own: DVec3,
-) -> (DMat3, Vec<DVec3>) {
-    let row = || fixed.row(node, model.pairs.row(node)).enumerate();
-    let mut moved = DMat3::ZERO;
-    for (at, (to, w, x, _)) in row() {
-        moved += outer((field(at, to) - own) * w, x);
-    }
-    let gradient = moved * fixed.moment_inverse(node);
-    let left = row().map(|(at, (to, _, x, _))| field(at, to) - own - gradient * x);
-    (gradient, left.collect())
-}
-
-/// `sum_j w_ij a_ij ⊗ b_ij`.
-fn moment(weights: impl Iterator<Item = f64>, a: &[DVec3], b: &[DVec3]) -> DMat3 {
-    let terms = weights.zip(a).zip(b);
-    terms.fold(DMat3::ZERO, |sum, ((w, a), b)| sum + outer(*a * w, *b))
-}
 
 fn trace(m: DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
@@ -115,88 +109,110 @@ impl Front {
         }
     }
 
-    fn weights<'a, S: Storage, const L: usize>(
-        &self,
-        model: &'a Model,
-        fixed: &'a Fixed<S, L>,
-    ) -> impl Iterator<Item = f64> + use<'a, S, L> {
-        let node = self.node as usize;
-        fixed.row(node, model.pairs.row(node)).map(|(_, w, ..)| w)
+    /// None yet: its constants follow.
+    fn new(node: u32, matrix: DMat3) -> Self {
+        Self {
+            node,
+            matrix,
+            stiffness: 0.0,
+            inverse: DMat3::ZERO,
+            row: Vec::new(),
+            gradient: DMat3::IDENTITY,
+            left: Vec::new(),
+            spread: DMat3::ZERO,
+            energy: 0.0,
+            pulls: Vec::new(),
+        }
     }
 
-    /// Energy (J), and gradient and leftovers behind it.
-    fn energy<S: Storage, const L: usize>(
-        &self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
-        displacement: impl Fn(usize) -> DVec3,
-    ) -> (f64, DMat3, Vec<DVec3>) {
-        let node = self.node as usize;
-        let field = |_, to: u32| displacement(to as usize);
-        let (h, left) = leftovers(model, fixed, node, field, displacement(node));
-        let gradient = DMat3::IDENTITY + h;
-        let metric = self.metric(gradient);
-        let weighed = self.weights(model, fixed).zip(&left);
-        let sum = weighed
-            .map(|(w, e)| w * e.dot(metric.matrix * *e))
-            .sum::<f64>();
-        (0.5 * self.stiffness * metric.scale * sum, gradient, left)
+    /// Gradient of a field that `along` gives as its difference from the node along each pair.
+    fn gradient_of(&self, along: impl Fn(usize, &Neighbor) -> DVec3) -> DMat3 {
+        let mut moved = DMat3::ZERO;
+        for (at, pair) in self.row.iter().enumerate() {
+            moved += outer(along(at, pair) * pair.weight, pair.x);
+        }
+        moved * self.inverse
     }
 
-    /// What each pair pulls with (N): on the node, and the other way on the neighbour.
-    fn pulls<S: Storage, const L: usize>(
-        &self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
-    ) -> Vec<(u32, DVec3)> {
-        let (node, g) = (self.node as usize, self.gradient);
-        let metric = self.metric(g);
-        let spread = moment(self.weights(model, fixed), &self.left, &self.left);
-        let turning = (spread - metric.pressure(spread)) * g * self.matrix;
-        let (along, turned) = (
-            metric.matrix * metric.scale,
-            turning * fixed.moment_inverse(node) * metric.scale,
-        );
+    /// Takes over a state.
+    fn evaluate(&mut self, displacement: impl Fn(u32) -> DVec3) {
+        let own = displacement(self.node);
+        let along = |_, pair: &Neighbor| displacement(pair.to) - own;
+        let h = self.gradient_of(along);
+        let mut spread = DMat3::ZERO;
+        for (at, pair) in self.row.iter().enumerate() {
+            let left = along(at, pair) - h * pair.x;
+            spread += outer(left * pair.weight, left);
+            self.left[at] = left;
+        }
+        (self.gradient, self.spread) = (DMat3::IDENTITY + h, spread);
+        let metric = self.metric(self.gradient);
         let c = self.stiffness;
-        let row = fixed.row(node, model.pairs.row(node)).zip(&self.left);
-        row.map(|((to, w, x, _), e)| (to, (along * *e + turned * x) * (c * w)))
-            .collect()
+        self.energy = 0.5 * c * metric.scale * trace(metric.matrix * spread);
+        let turning = (spread - metric.pressure(spread)) * self.gradient * self.matrix;
+        let turned = turning * self.inverse * (metric.scale * c);
+        let along = metric.matrix * (metric.scale * c);
+        for (at, pair) in self.row.iter().enumerate() {
+            self.pulls[at] = (along * self.left[at] + turned * pair.x) * pair.weight;
+        }
     }
 
-    /// Their changes with a field.
-    fn changes<S: Storage, const L: usize>(
+    /// Calls `add` with the place of each pair in the row, its neighbour and how its pull (N) changes with a field that `field`
+    /// gives at the neighbours.
+    fn change(
         &self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
-        field: impl Fn(usize, u32) -> DVec3,
+        field: impl Fn(usize, &Neighbor) -> DVec3,
         own: DVec3,
-    ) -> Vec<(u32, DVec3)> {
-        let (node, g, m) = (self.node as usize, self.gradient, self.matrix);
-        let (dg, de) = leftovers(model, fixed, node, field, own);
-        let weights = || self.weights(model, fixed);
-        let spread = moment(weights(), &self.left, &self.left);
-        let half = moment(weights(), &de, &self.left);
+        mut add: impl FnMut(usize, &Neighbor, DVec3),
+    ) {
+        let (g, m, spread) = (self.gradient, self.matrix, self.spread);
+        let along = |at: usize, pair: &Neighbor| field(at, pair) - own;
+        let dg = self.gradient_of(along);
+        let left_of = |at: usize, pair: &Neighbor| along(at, pair) - dg * pair.x;
+        let mut half = DMat3::ZERO;
+        for (at, pair) in self.row.iter().enumerate() {
+            half += outer(left_of(at, pair) * pair.weight, self.left[at]);
+        }
         let (metric, mixed) = (self.metric(g), dg * m * g.transpose());
         let (mixed, spreading) = (mixed + mixed.transpose(), half + half.transpose());
         let trace_change = trace(mixed);
         let sum_change = trace(spreading * metric.matrix) + trace(spread * mixed);
         let pressure = metric.pressure(spread);
         let pressing = metric.pressure_change(spread, sum_change, trace_change);
-        let inverse = fixed.moment_inverse(node);
         let held = (spread - pressure) * g * m;
         let changed = (spreading - pressing) * g * m + (spread - pressure) * dg * m;
         let scaling = metric.scale_change(trace_change);
-        let (k, along) = (metric.scale, metric.matrix);
-        let turned = (changed * k + held * scaling) * inverse;
-        let turning = mixed * k + along * scaling;
-        let c = self.stiffness;
-        let row = fixed.row(node, model.pairs.row(node));
-        let row = row.zip(self.left.iter().zip(&de));
-        row.map(|((to, w, x, _), (e, de))| {
-            let pull = turning * *e + along * *de * k + turned * x;
-            (to, pull * (c * w))
-        })
-        .collect()
+        let (k, along_left) = (metric.scale, metric.matrix);
+        let turned = (changed * k + held * scaling) * self.inverse;
+        let turning = mixed * k + along_left * scaling;
+        for (at, pair) in self.row.iter().enumerate() {
+            let (left, change) = (self.left[at], left_of(at, pair));
+            let pull = turning * left + along_left * change * k + turned * pair.x;
+            add(at, pair, pull * (self.stiffness * pair.weight));
+        }
+    }
+
+    /// Takes over its row and its node's volume.
+    fn refresh<S: Storage, const L: usize>(&mut self, model: &Model, fixed: &Fixed<S, L>) {
+        let node = self.node as usize;
+        let pairs = model.pairs.row(node);
+        let spread = fixed.moments(node, pairs).spread();
+        let volume = model.elastic_volumes[node];
+        let full = model.ranks[node] == 3 && spread > 0.0;
+        let stiffness = STIFFNESS * model.material(node).lame_mu() * volume;
+        self.stiffness = if full { stiffness / spread } else { 0.0 };
+        self.inverse = fixed.moment_inverse(node);
+        self.row.clear();
+        let row = fixed.row(node, pairs);
+        self.row
+            .extend(row.map(|(to, weight, x, _)| Neighbor { to, weight, x }));
+        self.left.resize(self.row.len(), DVec3::ZERO);
+        self.pulls.resize(self.row.len(), DVec3::ZERO);
+    }
+
+    fn bytes(&self) -> usize {
+        let vectors = self.left.capacity() + self.pulls.capacity();
+        self.row.capacity() * size_of::<Neighbor>() + vectors * size_of::<DVec3>()
     }
 }
 
@@ -205,69 +221,58 @@ impl Fronts {
         self.0.binary_search_by(|front| front.node.cmp(&node))
     }
 
-    /// Adds forces, and energies to those of runs of nodes.
-    pub(crate) fn add_forces<S: Storage, const L: usize>(
-        &mut self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
-        positions: &[DVec3],
-        forces: &mut [DVec3],
-        (energies, run): (&mut [f64], usize),
-    ) {
-        let displacement = |i: usize| positions[i] - model.rest[i];
+    /// Takes over a state.
+    pub(crate) fn evaluate(&mut self, rest: &[DVec3], positions: &[DVec3]) {
         for front in &mut self.0 {
+            front.evaluate(|node| positions[node as usize] - rest[node as usize]);
+        }
+    }
+
+    /// Adds the forces last evaluated, and the energies to those of runs of nodes.
+    pub(crate) fn add_forces(&self, forces: &mut [DVec3], (energies, run): (&mut [f64], usize)) {
+        for front in &self.0 {
             let node = front.node as usize;
-            let (energy, gradient, left) = front.energy(model, fixed, displacement);
-            (front.gradient, front.left) = (gradient, left);
-            energies[node / run] += energy;
-            for (to, pull) in front.pulls(model, fixed) {
+            energies[node / run] += front.energy;
+            for (pair, &pull) in front.row.iter().zip(&front.pulls) {
                 forces[node] += pull;
-                forces[to as usize] -= pull;
+                forces[pair.to as usize] -= pull;
             }
         }
     }
 
-    pub(crate) fn add_product<S: Storage, const L: usize>(
+    pub(crate) fn add_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
+        for front in &self.0 {
+            let node = front.node as usize;
+            let field = |_, pair: &Neighbor| vector[pair.to as usize];
+            front.change(field, vector[node], |_, pair, pull| {
+                product[node] -= pull;
+                product[pair.to as usize] += pull;
+            });
+        }
+    }
+
+    pub(crate) fn add_product_within(
         &self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
+        part: &[PartFront],
         vector: &[DVec3],
         product: &mut [DVec3],
     ) {
-        for front in &self.0 {
-            let node = front.node as usize;
-            let field = |_, to: u32| vector[to as usize];
-            for (to, pull) in front.changes(model, fixed, field, vector[node]) {
-                product[node] -= pull;
-                product[to as usize] += pull;
-            }
-        }
-    }
-
-    pub(crate) fn add_product_within<S: Storage, const L: usize>(
-        &self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
-        part: &[PartFront],
-        (vector, product): (&[DVec3], &mut [DVec3]),
-    ) {
         let at = |place: Option<u32>| place.map_or(DVec3::ZERO, |at| vector[at as usize]);
         for (front, own, row) in part {
-            let field = |pair: usize, _| at(row[pair]);
-            let pulls = self.0[*front as usize].changes(model, fixed, field, at(*own));
-            for ((_, pull), place) in pulls.iter().zip(row) {
-                if let Some(place) = place {
-                    product[*place as usize] += *pull;
+            let field = |pair: usize, _: &Neighbor| at(row[pair]);
+            self.0[*front as usize].change(field, at(*own), |pair, _, pull| {
+                if let Some(place) = row[pair] {
+                    product[place as usize] += pull;
                 }
                 if let Some(own) = own {
-                    product[*own as usize] -= *pull;
+                    product[*own as usize] -= pull;
                 }
-            }
+            });
         }
     }
 
     /// The fronts that a part's nodes are in.
-    pub(crate) fn of_part(&self, model: &Model, nodes: &[u32]) -> Vec<PartFront> {
+    pub(crate) fn of_part(&self, nodes: &[u32]) -> Vec<PartFront> {
         let place = |node: u32| {
             let found = nodes.binary_search(&node).ok();
             found.and_then(|at| u32::try_from(at).ok())
@@ -275,12 +280,26 @@ impl Fronts {
         let fronts = (0_u32..).zip(&self.0);
         fronts
             .map(|(at, front)| {
-                let row = model.pairs.row(front.node as usize).iter();
-                let row: Vec<_> = row.map(|pair| place(pair.to)).collect();
+                let row: Vec<_> = front.row.iter().map(|pair| place(pair.to)).collect();
                 (at, place(front.node), row)
             })
             .filter(|(_, own, row)| own.is_some() || row.iter().any(Option::is_some))
             .collect()
+    }
+
+    /// Nodes whose places a part's fronts follow from.
+    pub(crate) fn ends_of<'a>(&'a self, part: &'a [PartFront]) -> impl Iterator<Item = u32> + 'a {
+        part.iter().flat_map(|(front, ..)| {
+            let front = &self.0[*front as usize];
+            std::iter::once(front.node).chain(front.row.iter().map(|pair| pair.to))
+        })
+    }
+
+    /// Takes over the state of a part's fronts, of which `displacement` (m) knows the ends.
+    pub(crate) fn set_part(&mut self, part: &[PartFront], displacement: impl Fn(u32) -> DVec3) {
+        for (front, ..) in part {
+            self.0[*front as usize].evaluate(&displacement);
+        }
     }
 
     /// Nodes whose pairs they pull at.
@@ -305,18 +324,13 @@ impl Fronts {
         fixed: &Fixed<S, L>,
     ) {
         for front in &mut self.0 {
-            let node = front.node as usize;
-            let spread = fixed.moments(node, model.pairs.row(node)).spread();
-            let volume = model.elastic_volumes[node];
-            let full = model.ranks[node] == 3 && spread > 0.0;
-            let stiffness = STIFFNESS * model.material(node).lame_mu() * volume;
-            front.stiffness = if full { stiffness / spread } else { 0.0 };
+            front.refresh(model, fixed);
         }
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        let left = self.0.iter().map(|front| front.left.capacity());
-        self.0.capacity() * size_of::<Front>() + left.sum::<usize>() * size_of::<DVec3>()
+        let rows = self.0.iter().map(Front::bytes);
+        self.0.capacity() * size_of::<Front>() + rows.sum::<usize>()
     }
 }
 
@@ -341,14 +355,7 @@ impl Elastic {
                 (node as usize) < self.model.node_count(),
                 "node {node} exists"
             );
-            let left = vec![DVec3::ZERO; self.model.pairs.row(node as usize).len()];
-            let front = Front {
-                node,
-                matrix,
-                stiffness: 0.0,
-                gradient: DMat3::IDENTITY,
-                left,
-            };
+            let front = Front::new(node, matrix);
             match (fronts.find(node), matrix == DMat3::ZERO) {
                 (Ok(at), true) => {
                     fronts.0.remove(at);
@@ -363,10 +370,47 @@ impl Elastic {
         self.refresh_fronts();
     }
 
+    /// As [`Elastic::set_fronts`], with the matrices times the same share, at most 1, as far as their control then holds at
+    /// most `most` (J) at `positions` (m). With `most` what a cut took, a cut of a strained body adds no energy, and one of
+    /// a body at rest gets the whole control.
+    ///
+    /// # Panics
+    /// As [`Elastic::set_fronts`], or if `positions` is not one per node.
+    pub fn set_fronts_within(
+        &mut self,
+        nodes: &[u32],
+        matrices: &[DMat3],
+        most: f64,
+        positions: &[DVec3],
+    ) {
+        self.set_fronts(nodes, matrices);
+        let whole = self.front_energy(nodes, positions);
+        if whole > most.max(0.0) {
+            // The energy is in proportion.
+            let share = (most / whole).clamp(0.0, 1.0);
+            let matrices: Vec<DMat3> = matrices.iter().map(|matrix| *matrix * share).collect();
+            self.set_fronts(nodes, &matrices);
+        }
+    }
+
     /// Brings them up to date with rows and volumes.
     pub(crate) fn refresh_fronts(&mut self) {
         let (model, fronts) = (&self.model, &mut self.state.fronts);
         with_table!(&self.tables, table => fronts.refresh(model, &table.fixed));
+    }
+
+    /// Restores what [`Elastic::fronts`] gave: all other nodes have no such control.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    pub fn restore_fronts(&mut self, fronts: &[(u32, DMat3)]) {
+        let mut nodes: Vec<u32> = self.state.fronts.nodes().collect();
+        let mut matrices = vec![DMat3::ZERO; nodes.len()];
+        for &(node, matrix) in fronts {
+            nodes.push(node);
+            matrices.push(matrix);
+        }
+        self.set_fronts(&nodes, &matrices);
     }
 
     /// Nodes with a control of a cut's front, rising, and its matrices.
@@ -383,19 +427,21 @@ impl Elastic {
     #[must_use]
     pub fn front_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let (model, fronts) = (&self.model, &self.state.fronts);
-        let displacement = |i: usize| positions[i] - model.rest[i];
+        let (rest, fronts) = (&self.model.rest, &self.state.fronts);
+        let displacement = |node: u32| positions[node as usize] - rest[node as usize];
         let found = nodes.iter().filter_map(|&node| fronts.find(node).ok());
-        found
-            .map(|at| &fronts.0[at])
-            .map(|front| with_table!(&self.tables, table => front.energy(model, &table.fixed, displacement).0))
-            .sum()
+        let energies = found.map(|at| {
+            let mut front = fronts.0[at].clone();
+            front.evaluate(displacement);
+            front.energy
+        });
+        energies.sum()
     }
 }
 
 impl Part {
-    pub(crate) fn with_fronts(mut self, model: &Model, fronts: &Fronts) -> Self {
-        self.fronts = fronts.of_part(model, &self.nodes);
+    pub(crate) fn with_fronts(mut self, fronts: &Fronts) -> Self {
+        self.fronts = fronts.of_part(&self.nodes);
         self
     }
 }

@@ -347,7 +347,7 @@ impl Elastic {
         let parts = (&self.model, &self.state, &mut self.scratch);
         with_table!(&mut self.tables, table => {
             tangent::product(parts, table, vector, product);
-            self.state.fronts.add_product(&self.model, &table.fixed, vector, product);
+            self.state.fronts.add_product(vector, product);
         });
         self.scratch.stale = Stale::everything();
         self.state.bonds.add_product(vector, product);

@@ -6,6 +6,7 @@ use crate::bond::PartBond;
 use crate::forces::set_gradient;
 use crate::front::PartFront;
 use crate::model::{Elastic, with_table};
+use crate::nodes::State;
 use crate::pairs::{Pair, Pairs};
 use crate::stale::Stale;
 use crate::tangent;
@@ -21,10 +22,10 @@ pub struct Part {
     pub(crate) seen: Vec<u32>,
     /// Bonds that its nodes are in.
     pub(crate) bonds: Vec<PartBond>,
-    /// The ends of those, rising.
-    pub(crate) bond_ends: Vec<u32>,
     /// Fronts that its nodes are in.
     pub(crate) fronts: Vec<PartFront>,
+    /// Where both end, rising.
+    pub(crate) ends: Vec<u32>,
 }
 
 impl Part {
@@ -40,10 +41,24 @@ impl Part {
         &self.rows
     }
 
-    /// Nodes whose positions they read, rising: where bonds of weak nodes end.
+    /// Nodes whose positions they read, rising: where bonds of weak nodes end, and pairs of nodes beside a cut's front.
     #[must_use]
-    pub fn bond_ends(&self) -> &[u32] {
-        &self.bond_ends
+    pub fn ends(&self) -> &[u32] {
+        &self.ends
+    }
+
+    fn with_ends(mut self, state: &State) -> Self {
+        let mut ends = state.bonds.ends_of(&self.bonds);
+        ends.extend(state.fronts.ends_of(&self.fronts));
+        ends.sort_unstable();
+        ends.dedup();
+        self.ends = ends;
+        self
+    }
+
+    /// A place in the order of [`Part::ends`], by its node.
+    fn end(&self, node: u32) -> Option<usize> {
+        self.ends.binary_search(&node).ok()
     }
 
     fn new(pairs: &Pairs, nodes: &[u32]) -> Self {
@@ -65,8 +80,8 @@ impl Part {
             rows: reading,
             seen,
             bonds: Vec::new(),
-            bond_ends: Vec::new(),
             fronts: Vec::new(),
+            ends: Vec::new(),
         }
     }
 }
@@ -120,11 +135,12 @@ impl Elastic {
     pub fn part(&self, nodes: &[u32]) -> Part {
         Part::new(&self.model.pairs, nodes)
             .with_bonds(&self.state)
-            .with_fronts(&self.model, &self.state.fronts)
+            .with_fronts(&self.state.fronts)
+            .with_ends(&self.state)
     }
 
     /// Takes over what products within a part read, as another model of the same nodes evaluated it:
-    /// deformation gradients of [`Part::rows`] and positions (m) of [`Part::bond_ends`]. What was evaluated here
+    /// deformation gradients of [`Part::rows`] and positions (m) of [`Part::ends`]. What was evaluated here
     /// before is no longer of one state, until the next [`Elastic::forces_into`]. What mean dilatation and
     /// viscous materials need besides is not told.
     ///
@@ -132,13 +148,17 @@ impl Elastic {
     /// If a slice is not as long as there are such nodes, or the part is another model's.
     pub fn set_part_state(&mut self, part: &Part, gradients: &[DMat3], positions: &[DVec3]) {
         assert_eq!(gradients.len(), part.rows.len(), "one gradient per row");
-        assert_eq!(positions.len(), part.bond_ends.len(), "one place per end");
+        assert_eq!(positions.len(), part.ends.len(), "one place per end");
         with_table!(&mut self.tables, table => {
             for (&node, &gradient) in part.rows.iter().zip(gradients) {
                 set_gradient(&mut table.deformation, node as usize, gradient);
             }
         });
-        self.state.set_bond_ends(part, positions);
+        let place = |node: u32| part.end(node).map_or(DVec3::ZERO, |at| positions[at]);
+        self.state.bonds.set_part(&part.bonds, place);
+        let rest = &self.model.rest;
+        let displacement = |node: u32| place(node) - rest[node as usize];
+        self.state.fronts.set_part(&part.fronts, displacement);
         self.scratch.stale = Stale::everything();
     }
 
@@ -155,8 +175,7 @@ impl Elastic {
         let parts = (&self.model, &self.state, &mut self.scratch);
         with_table!(&mut self.tables, table => {
             tangent::product_within(parts, table, part, vector, product);
-            let (model, fronts) = (&self.model, &self.state.fronts);
-            fronts.add_product_within(model, &table.fixed, &part.fronts, (vector, product));
+            self.state.fronts.add_product_within(&part.fronts, vector, product);
         });
         self.scratch
             .stale

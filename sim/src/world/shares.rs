@@ -372,7 +372,7 @@ impl Body {
         if let Some(shared) = &mut self.shared
             && !shared.evaluated
         {
-            let (gradients, positions) = shared.lock().read(part.rows(), part.bond_ends());
+            let (gradients, positions) = shared.lock().read(part.rows(), part.ends());
             self.elastic.set_part_state(part, &gradients, &positions);
         }
     }

@@ -203,7 +203,7 @@ fn a_part_is_told_of_its_state_to_the_bit() {
         let gradients: Vec<DMat3> = (part.rows().iter())
             .map(|&node| body.deformation_gradient(node as usize))
             .collect();
-        let ends = part.bond_ends().iter();
+        let ends = part.ends().iter();
         let ends: Vec<DVec3> = ends.map(|&node| y[node as usize]).collect();
         assert!(!ends.is_empty(), "bonds of weak nodes");
         let mut found = vec![DVec3::ZERO; v.len()];

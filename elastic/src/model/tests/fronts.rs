@@ -211,3 +211,81 @@ fn the_bound_on_the_eigenvalue_holds_with_fronts() {
     );
     assert!(without.eigenvalue_bound(&masses) < 0.98 * bound);
 }
+
+#[test]
+fn a_front_of_a_strained_body_holds_no_more_than_it_may() {
+    let block = block();
+    let (mut body, nodes) = with_fronts(&block, &Settings::default());
+    let x = shaken(&block, 0.03, 7);
+    let (_, matrices) = fronts(&mut Random::new(5));
+    let whole = body.front_energy(&nodes, &x);
+    for share in [0.0, 0.3, 1.0, 2.0] {
+        body.set_fronts_within(&nodes, &matrices, share * whole, &x);
+        let held = body.front_energy(&nodes, &x);
+        assert_within("share", held / whole, f64::min(share, 1.0), 1e-12);
+        assert_eq!(body.fronts().is_empty(), share == 0.0);
+    }
+    // Nothing to pay with, or at rest, where nothing is to be paid.
+    body.set_fronts_within(&nodes, &matrices, -1.0, &x);
+    assert!(body.fronts().is_empty());
+    body.set_fronts_within(&nodes, &matrices, 0.0, &block.positions);
+    assert_eq!(body.fronts().len(), nodes.len());
+}
+
+#[test]
+fn kept_fronts_come_back_alone() {
+    let block = block();
+    let (mut body, nodes) = with_fronts(&block, &Settings::default());
+    let x = shaken(&block, 0.03, 2);
+    let (kept, expected) = (body.fronts(), evaluated(&mut body, &x));
+    body.set_fronts(&[3, nodes[1]], &[DMat3::IDENTITY, DMat3::ZERO]);
+    assert_ne!(evaluated(&mut body, &x), expected);
+    body.restore_fronts(&kept);
+    assert_eq!(body.fronts(), kept);
+    assert_eq!(evaluated(&mut body, &x), expected);
+}
+
+#[test]
+fn fronts_know_rows_that_have_changed() {
+    let mut block = Block::new([6, 5, 5], DVec3::splat(0.1), 0.2, 2);
+    let law = Material::neo_hookean(1000.0, 0.4);
+    let (mut body, nodes) = with_fronts(&block, &Settings::default());
+    let at = block.positions.clone();
+    // Between the nodes of the fronts and others.
+    let low = (at[20].x + at[29].x) / 2.0;
+    let touched = cut(&mut block, |i, j| {
+        (at[i].x > low && at[i].y > 0.04) == (at[j].x > low && at[j].y > 0.04)
+    });
+    assert!(nodes.iter().any(|node| touched.contains(node)));
+    body.update_rows(&touched, &stencils(&block))
+        .expect("sound");
+    // As if it had been built with these rows.
+    let (mut anew, _) = with_fronts(&block, &Settings::default());
+    let x = shaken(&block, 0.003, 6);
+    let (found, expected) = (evaluated(&mut body, &x), evaluated(&mut anew, &x));
+    let without = evaluated(&mut built(&block, law, &Settings::default()), &x);
+    assert!(expected.0 > 1.001 * without.0);
+    assert_within("energy", found.0, expected.0, 1e-12 * expected.0);
+}
+
+/// A model that was never evaluated, told of what another one found round a part beside a front.
+#[test]
+fn a_part_is_told_of_its_fronts_to_the_bit() {
+    let block = block();
+    let (mut body, nodes) = with_fronts(&block, &Settings::default());
+    let mut told = body.clone();
+    let x = shaken(&block, 0.03, 8);
+    evaluated(&mut body, &x);
+    let part = body.part(&nodes[2..5]);
+    let mut random = Random::new(3);
+    let v: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+    let (mut expected, mut found) = (v.clone(), v.clone());
+    body.tangent_product_within(&part, &v, &mut expected);
+    let gradients: Vec<DMat3> = (part.rows().iter())
+        .map(|&node| body.deformation_gradient(node as usize))
+        .collect();
+    let ends: Vec<DVec3> = part.ends().iter().map(|&node| x[node as usize]).collect();
+    told.set_part_state(&part, &gradients, &ends);
+    told.tangent_product_within(&part, &v, &mut found);
+    assert_eq!(found, expected);
+}
