@@ -62,9 +62,9 @@ enum Verdict {
         /// Only families with one of these comma-separated parts in their names.
         #[arg(long, value_name = "PARTS")]
         filter: Option<String>,
-        /// With the control of the cut's front, which scenes do not have.
+        /// Without the control of the cut's front.
         #[arg(long)]
-        fronts: bool,
+        without_fronts: bool,
         #[command(flatten)]
         one: One,
     },
@@ -186,9 +186,9 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Cook(one) => run_cook(one),
         Verdict::Cracks {
             filter,
-            fronts,
+            without_fronts,
             one,
-        } => run_cracks(filter.as_deref(), *fronts, one),
+        } => run_cracks(filter.as_deref(), *without_fronts, one),
     }
 }
 
@@ -499,7 +499,12 @@ fn run_cook(one: &One) -> Result<bool, StudyError> {
     verdict(&found)
 }
 
-fn run_cracks(filter: Option<&str>, fronts: bool, one: &One) -> Result<bool, StudyError> {
+fn run_cracks(filter: Option<&str>, without_fronts: bool, one: &One) -> Result<bool, StudyError> {
+    let fronts = if without_fronts {
+        Fronts::Without
+    } else {
+        Fronts::OfScenes
+    };
     let count = if one.quick {
         cracks::QUICK
     } else {
@@ -521,11 +526,7 @@ fn run_cracks(filter: Option<&str>, fronts: bool, one: &One) -> Result<bool, Stu
     let mut sheet = Sheet::create(&one.out, "cracks.csv")?;
     let mut all = Vec::new();
     for (_, family) in families.iter().filter(|(name, _)| wanted(name)) {
-        for finding in family(if fronts {
-            Fronts::Controlled
-        } else {
-            Fronts::OfScenes
-        })? {
+        for finding in family(fronts)? {
             writeln!(
                 io::stdout(),
                 "{:<44} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",

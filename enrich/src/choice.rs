@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::checks::{BadSetting, Checks};
 use crate::comparators::{GridFactors, GridSettings};
@@ -179,6 +179,19 @@ impl Factors {
         match self {
             Self::Pairs(factors) => factors.factor(pair),
             Self::Grids(grids) => grids.factor(pair),
+        }
+    }
+
+    /// How a cut ends beside a node, see [`PairFactors::front_matrix`]; zero with the dissertation's grids, which know no
+    /// ways.
+    ///
+    /// # Panics
+    /// If there is no such node, or the graph has other numbers of nodes and pairs than that of the start.
+    #[must_use]
+    pub fn front_matrix(&self, graph: &Graph<'_>, node: usize) -> DMat3 {
+        match self {
+            Self::Pairs(factors) => factors.front_matrix(graph, node),
+            Self::Grids(_) => DMat3::ZERO,
         }
     }
 

@@ -46,7 +46,8 @@ pub struct Touched {
 /// rises. See the crate's page for the rule.
 ///
 /// Only pairs that a cut crosses are held: memory is [`PairFactors::BYTES_PER_PAIR`] or less for each
-/// of them, and some boxes whose number grows with the square root of the body's nodes.
+/// of them, [`PairFactors::BYTES_PER_CONORMAL`] besides for those that are bent round its front, and some boxes whose number
+/// grows with the square root of the body's nodes.
 ///
 /// # Examples
 /// ```
@@ -72,6 +73,8 @@ pub struct PairFactors {
     pair_count: usize,
     /// Factors below 1 by directed pair.
     crossed: BTreeMap<u32, f64>,
+    /// Directions out of the cut of the ways of those that are bent round its front, by directed pair.
+    conormals: BTreeMap<u32, DVec3>,
 }
 
 /// Candidates from which an update is spread over threads, and how many one thread takes at least: a detour
@@ -83,6 +86,10 @@ impl PairFactors {
     /// At most what one directed pair that a cut crosses takes (bytes): 12 in leaves of 144 for 5 to
     /// 11 of them, and the search tree above, 240 for every 5 or more leaves.
     pub const BYTES_PER_PAIR: usize = 41;
+
+    /// The same of what a directed pair that is bent round a cut's front takes besides: 28 in leaves of 320 for 5 to
+    /// 11 of them, and the search tree above, 416 for every 5 or more leaves.
+    pub const BYTES_PER_CONORMAL: usize = 81;
 
     /// All factors 1.
     ///
@@ -101,6 +108,7 @@ impl PairFactors {
             runs: Runs::new(graph, settings.reach),
             pair_count: graph.indices.len(),
             crossed: BTreeMap::new(),
+            conormals: BTreeMap::new(),
         }
     }
 
@@ -139,9 +147,9 @@ impl PairFactors {
             let (i, j) = (i as usize, graph.indices[pair as usize] as usize);
             let (a, b) = (graph.positions[i], graph.positions[j]);
             let reach = reach.of_pair(graph, i, j);
-            rule.crossed_factor(cut, a, b, reach, inside, scratch).0
+            rule.crossed_factor(cut, a, b, reach, inside, scratch)
         };
-        let values: Vec<f64> = if candidates.len() < PARALLEL {
+        let values: Vec<(f64, DVec3)> = if candidates.len() < PARALLEL {
             let mut scratch = Scratch::default();
             candidates
                 .iter()
@@ -155,14 +163,20 @@ impl PairFactors {
                 .collect()
         };
         let mut touched = Touched::default();
-        for (&(i, pair), value) in candidates.iter().zip(values) {
+        for (&(i, pair), (value, outward)) in candidates.iter().zip(values) {
             if value >= self.factor(pair as usize) {
                 continue;
             }
             let j = graph.indices[pair as usize];
             let back = index32(graph.pair(j, i));
-            self.crossed.insert(pair, value);
-            self.crossed.insert(back, value);
+            for pair in [pair, back] {
+                self.crossed.insert(pair, value);
+                if outward == DVec3::ZERO {
+                    self.conormals.remove(&pair);
+                } else {
+                    self.conormals.insert(pair, outward);
+                }
+            }
             touched.pairs.extend([pair, back]);
             touched.nodes.extend([i, j]);
         }
@@ -192,32 +206,19 @@ impl PairFactors {
     /// the unit directions `ν` out of the cut of their ways, the front's outward conormals. Zero at nodes without such
     /// pairs, and with [`Rule::Visibility`] and [`Rule::Transparency`], which know no ways.
     ///
-    /// `cut` and `inside` are those of [`PairFactors::update`]; the ways are found anew, 10 to 20 µs a pair.
+    /// It changes in an update at nodes that the update touched alone.
     ///
     /// # Panics
     /// If there is no such node, or the graph has other numbers of nodes and pairs than that of the start.
     #[must_use]
-    pub fn front_matrix<C: Obstacle>(
-        &self,
-        graph: &Graph<'_>,
-        cut: &C,
-        node: usize,
-        inside: &(dyn Fn(DVec3) -> bool + Sync),
-    ) -> DMat3 {
+    pub fn front_matrix(&self, graph: &Graph<'_>, node: usize) -> DMat3 {
         self.check_same(graph);
-        let FactorSettings { reach, rule } = self.settings;
-        let mut scratch = Scratch::default();
         let (mut sum, mut count) = (DMat3::ZERO, 0.0);
-        for (pair, _) in self.crossed_in(graph, node).filter(|(_, f)| *f > 0.0) {
-            let other = graph.indices[pair] as usize;
-            let (a, b) = (graph.positions[node], graph.positions[other]);
-            let reach = reach.of_pair(graph, node, other);
-            let (_, outward) = rule.crossed_factor(cut, a, b, reach, inside, &mut scratch);
-            if outward != DVec3::ZERO {
-                let [x, y, z] = outward.to_array().map(|axis| outward * axis);
-                sum += DMat3::from_cols(x, y, z);
-                count += 1.0;
-            }
+        let row = graph.offsets[node]..graph.offsets[node + 1];
+        for (_, &outward) in self.conormals.range(row) {
+            let [x, y, z] = outward.to_array().map(|axis| outward * axis);
+            sum += DMat3::from_cols(x, y, z);
+            count += 1.0;
         }
         if count > 0.0 {
             sum * f64::recip(count)
@@ -294,7 +295,9 @@ impl PairFactors {
     /// Bytes held on the heap, at most.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.runs.bytes() + self.crossed.len() * Self::BYTES_PER_PAIR
+        self.runs.bytes()
+            + self.crossed.len() * Self::BYTES_PER_PAIR
+            + self.conormals.len() * Self::BYTES_PER_CONORMAL
     }
 
     fn check_same(&self, graph: &Graph<'_>) {

@@ -74,10 +74,10 @@ pub fn breaches(findings: &[Finding]) -> Vec<String> {
 /// What is done about what slides along a cut's front.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fronts {
-    /// What scenes do: nothing.
+    /// What scenes do: [`phyxel_elastic::Elastic::set_fronts_within`].
     OfScenes,
-    /// [`phyxel_elastic::Elastic::set_fronts`].
-    Controlled,
+    /// Nothing.
+    Without,
 }
 
 /// A family of cracks: its name, and what computes it.
@@ -165,8 +165,8 @@ struct Case {
 
 impl Case {
     fn new(mut name: String, cut: &Specimen) -> Self {
-        if cut.controlled {
-            name += ", fronts";
+        if cut.fronts == Fronts::Without {
+            name += ", no fronts";
         }
         Self {
             name,

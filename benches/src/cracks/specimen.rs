@@ -2,11 +2,10 @@
 
 use glam::{DMat3, DVec3};
 use phyxel::scene::{Body, Cut, Sampling, Scene, Shape, Target};
-use phyxel::world::{self, Cutting, World};
+use phyxel::world::World;
 use phyxel_discretize::boundary_triangles;
 use phyxel_elastic::Elastic;
-use phyxel_enrich::Factors;
-use phyxel_enrich::{Cuts, Graph};
+use phyxel_enrich::Cuts;
 
 use super::Fronts;
 use crate::error::StudyError;
@@ -100,29 +99,6 @@ impl Plate {
     }
 }
 
-/// Nodes beside which a cut ends, and how.
-fn fronts_of(body: &world::Body, cutting: &Cutting) -> (Vec<u32>, Vec<DMat3>) {
-    let Factors::Pairs(factors) = cutting.factors() else {
-        return (Vec::new(), Vec::new());
-    };
-    let graph = Graph::trusted(
-        &body.rest,
-        body.neighborhoods.offsets(),
-        body.neighborhoods.indices(),
-    );
-    // As cuts in scenes take it: bends in faces lie outside by round-off.
-    let round_off = 1e-9 * body.solid.bounds().size().max_element();
-    let inside = |point| body.solid.contains_within(point, round_off);
-    let nodes = (0_u32..).zip(0..body.rest.len());
-    nodes
-        .map(|(node, at)| {
-            let matrix = factors.front_matrix(&graph, cutting.cuts(), at, &inside);
-            (node, matrix)
-        })
-        .filter(|(_, matrix)| *matrix != DMat3::ZERO)
-        .unzip()
-}
-
 /// A cut box; places, displacements and stresses are in its own frame.
 #[derive(Debug)]
 pub(super) struct Specimen {
@@ -134,8 +110,8 @@ pub(super) struct Specimen {
     volumes: Vec<f64>,
     elastic: Elastic,
     cuts: Cuts,
-    /// Whether the cut's front is controlled, as in scenes it is not.
-    pub(super) controlled: bool,
+    /// What is done about the cut's front.
+    pub(super) fronts: Fronts,
     turn: DMat3,
 }
 
@@ -152,10 +128,8 @@ impl Specimen {
         let cutting = member.cutting.as_ref().ok_or(StudyError::Uncut)?;
         let (body, turn) = (&member.body, plate.turn());
         let mut elastic = body.elastic.clone();
-        let controlled = fronts == Fronts::Controlled;
-        if controlled {
-            let (nodes, matrices) = fronts_of(body, cutting);
-            elastic.set_fronts(&nodes, &matrices);
+        if fronts == Fronts::Without {
+            elastic.restore_fronts(&[]);
         }
         let back = turn.transpose();
         Ok(Self {
@@ -165,7 +139,7 @@ impl Specimen {
             volumes: body.volumes.clone(),
             elastic,
             cuts: cutting.cuts().clone(),
-            controlled,
+            fronts,
             turn,
         })
     }

@@ -12,11 +12,10 @@ fn updated(cloud: &Cloud, factors: &mut PairFactors, cuts: &Cuts, first: usize) 
     factors.update(&graph, cuts, first..cuts.triangle_count(), &|_| true);
 }
 
-fn matrices(cloud: &Cloud, factors: &PairFactors, cuts: &Cuts) -> Vec<DMat3> {
+fn matrices(cloud: &Cloud, factors: &PairFactors) -> Vec<DMat3> {
     let graph = cloud.graph();
     let all = 0..cloud.x.len();
-    all.map(|node| factors.front_matrix(&graph, cuts, node, &|_| true))
-        .collect()
+    all.map(|node| factors.front_matrix(&graph, node)).collect()
 }
 
 fn off(a: DMat3, b: DMat3) -> f64 {
@@ -47,7 +46,7 @@ fn beside_a_straight_front_it_is_its_conormal_at_nodes_with_bent_pairs_alone() {
         let graph = cloud.graph();
         let expected = DMat3::from_cols(along * along.x, along * along.y, along * along.z);
         let mut seen = 0;
-        for (node, found) in matrices(&cloud, &factors, &cuts).into_iter().enumerate() {
+        for (node, found) in matrices(&cloud, &factors).into_iter().enumerate() {
             let bent = graph.pairs(node).any(|pair| {
                 let factor = factors.factor(pair);
                 factor > 0.0 && factor < 1.0
@@ -64,6 +63,38 @@ fn beside_a_straight_front_it_is_its_conormal_at_nodes_with_bent_pairs_alone() {
 }
 
 #[test]
+fn it_is_that_of_the_front_after_each_update_of_a_cut_that_grows() {
+    let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
+    let graph = cloud.graph();
+    let along = DVec3::new(0.8, 0.6, 0.0);
+    let expected = DMat3::from_cols(along * along.x, along * along.y, along * along.z);
+    let middle = DVec3::new(0.5, 0.5, 0.0);
+    let blade = |at: f64| [-4.0, 4.0].map(|z| middle + along * at + z * DVec3::Z);
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(0.1));
+    let stroke = cuts.start(&blade(-3.0)).unwrap();
+    let mut factors = cloud.factors();
+    let mut left = 0;
+    for at in [-0.4, -0.23, -0.2, 0.0, 0.11, 0.3] {
+        let new = cuts.append(stroke, &blade(at)).unwrap();
+        let before = matrices(&cloud, &factors);
+        let touched = factors.update(&graph, &cuts, new, &|_| true);
+        let found = matrices(&cloud, &factors);
+        for (node, (found, before)) in found.iter().zip(&before).enumerate() {
+            let known = touched.nodes.binary_search(&(node as u32)).is_ok();
+            assert!(known || found == before, "{node}");
+            let bent = graph.pairs(node).any(|pair| {
+                let factor = factors.factor(pair);
+                factor > 0.0 && factor < 1.0
+            });
+            let expected = if bent { expected } else { DMat3::ZERO };
+            assert!(off(*found, expected) < 1e-9, "{node}: {found}");
+            left += usize::from(!bent && *before != DMat3::ZERO);
+        }
+    }
+    assert!(left > 10, "{left} nodes that the front has left");
+}
+
+#[test]
 fn what_a_cut_parts_has_no_front_any_more() {
     let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
     let through = strip(DVec3::X, 3.0);
@@ -74,7 +105,7 @@ fn what_a_cut_parts_has_no_front_any_more() {
         0..through.triangle_count(),
         &inside,
     );
-    let left = matrices(&cloud, &factors, &through);
+    let left = matrices(&cloud, &factors);
     assert!(left.iter().all(|m| *m == DMat3::ZERO));
     assert!(factors.severed_count() > 20);
 }
@@ -97,7 +128,7 @@ fn a_rule_without_ways_has_no_front() {
         let mut factors = PairFactors::new(&cloud.graph(), &wanted);
         updated(&cloud, &mut factors, &cuts, 0);
         assert!(factors.crossed_count() > 10);
-        let found = matrices(&cloud, &factors, &cuts);
+        let found = matrices(&cloud, &factors);
         assert!(found.iter().all(|m| *m == DMat3::ZERO));
     }
 }
@@ -121,7 +152,7 @@ fn round_a_disc_it_points_outwards() {
     let mut factors = cloud.factors();
     updated(&cloud, &mut factors, &cuts, 0);
     let mut seen = 0;
-    for (x, found) in cloud.x.iter().zip(matrices(&cloud, &factors, &cuts)) {
+    for (x, found) in cloud.x.iter().zip(matrices(&cloud, &factors)) {
         let trace = found.x_axis.x + found.y_axis.y + found.z_axis.z;
         if found == DMat3::ZERO {
             continue;

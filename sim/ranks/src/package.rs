@@ -43,6 +43,7 @@ pub(crate) struct Package {
     motion: MotionSettings,
     supports: Supports,
     control_scales: Vec<(u32, f64)>,
+    fronts: Vec<(u32, DMat3)>,
     weak: Vec<Weak>,
     /// Nodes with an offset of their deformation gradient, rising, and these.
     offsets_of_gradients: Vec<(u32, [f64; 9])>,
@@ -224,6 +225,7 @@ fn package(
         motion: *body.motion.settings(),
         supports: body.motion.supports().part(range.clone()),
         control_scales: control_scales(member, locals, |_| true),
+        fronts: fronts(member, locals, |_| true),
         weak: Vec::new(),
         offsets_of_gradients: gradient_offsets(member, locals, |_| true),
         carries: carries(member),
@@ -287,6 +289,15 @@ fn control_scales(member: &Member, locals: &Locals, some: impl Fn(u32) -> bool) 
     let scales = scales.filter(|(node, _)| some(*node));
     scales
         .filter_map(|(node, scale)| Some((locals.whole(node)?, scale)))
+        .collect()
+}
+
+/// The control of cuts' fronts at a rank's nodes, at some.
+fn fronts(member: &Member, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<(u32, DMat3)> {
+    let fronts = member.body.elastic.fronts().into_iter();
+    let fronts = fronts.filter(|(node, _)| some(*node));
+    fronts
+        .filter_map(|(node, matrix)| Some((locals.whole(node)?, matrix)))
         .collect()
 }
 
@@ -381,6 +392,7 @@ pub(crate) struct Change {
     multipliers: Vec<(u32, DVec3)>,
     /// What those nodes have, if anything; others of the rank stay as they are.
     control_scales: Vec<(u32, f64)>,
+    fronts: Vec<(u32, DMat3)>,
     weak: Vec<Weak>,
     offsets_of_gradients: Vec<(u32, [f64; 9])>,
     carries: bool,
@@ -407,6 +419,7 @@ impl Change {
             scales: Vec::new(),
             multipliers: Vec::new(),
             control_scales: control_scales(member, locals, is_changed),
+            fronts: fronts(member, locals, is_changed),
             weak: weak_nodes(member, locals, is_changed),
             offsets_of_gradients: gradient_offsets(member, locals, is_changed),
             carries: carries(member),
@@ -488,6 +501,8 @@ impl Change {
         set_offsets(elastic, &offsets);
         let scales = elastic.control_scales();
         elastic.set_control_scales(&replaced(scales, &self.nodes, self.control_scales));
+        let fronts = elastic.fronts();
+        elastic.restore_fronts(&replaced(fronts, &self.nodes, self.fronts));
         Ok(())
     }
 }
@@ -524,6 +539,7 @@ impl Package {
         weaken(&mut elastic, &self.rest, &self.weak);
         set_offsets(&mut elastic, &self.offsets_of_gradients);
         elastic.set_control_scales(&self.control_scales);
+        elastic.restore_fronts(&self.fronts);
         elastic.watch_stiffness(&self.masses);
         Ok(elastic)
     }
@@ -577,6 +593,7 @@ impl Package {
         self.material_of = Vec::new();
         self.held = Vec::new();
         self.control_scales = Vec::new();
+        self.fronts = Vec::new();
         self.weak = Vec::new();
         self.offsets_of_gradients = Vec::new();
     }

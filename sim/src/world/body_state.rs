@@ -1,6 +1,6 @@
 //! What moves in a body, to be kept and gone on from.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use phyxel_elastic::Offsets;
 use phyxel_integrate::Grip;
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,8 @@ pub(super) struct BodyState {
     pub(super) bond_offsets: Vec<f64>,
     /// Scales of the zero-energy control, where they are not 1.
     pub(super) control_scales: Vec<(u32, f64)>,
+    /// The control of cuts' fronts.
+    pub(super) fronts: Vec<(u32, DMat3)>,
     pub(super) touches: Vec<Touch>,
     pub(super) grip: Option<Grip>,
 }
@@ -72,11 +74,18 @@ impl BodyState {
             && self.bond_offsets.len() == body.elastic.bond_offsets().len()
             && (self.control_scales.iter())
                 .all(|&(node, scale)| (node as usize) < n && scale.is_finite() && scale >= 1.0)
+            && (self.fronts.iter()).all(|(node, matrix)| (*node as usize) < n && is_share(matrix))
             && self.touches.len() == member.touches.len()
             && (self.touches.iter().zip(&member.touches))
                 .all(|(kept, built)| kept.is_sound(n, built))
             && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
     }
+}
+
+/// Whether this can be the matrix of a front: a mean of squares of unit vectors, or a share of it.
+fn is_share(matrix: &DMat3) -> bool {
+    let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
+    matrix.is_finite() && trace > 0.0 && trace < 1.0 + 1e-9
 }
 
 impl Member {
@@ -111,6 +120,7 @@ impl Member {
             offsets: offsets.values,
             bond_offsets: body.elastic.bond_offsets(),
             control_scales: body.elastic.control_scales(),
+            fronts: body.elastic.fronts(),
             touches: touches.clone(),
             grip: body.grip.clone(),
         }
@@ -125,6 +135,7 @@ impl Member {
         });
         body.elastic.set_bond_offsets(&state.bond_offsets);
         body.elastic.set_control_scales(&state.control_scales);
+        body.elastic.restore_fronts(&state.fronts);
         body.indicators = state.indicators;
         body.smallest_ratio = state.smallest_ratio;
         body.doubt = state.doubt;

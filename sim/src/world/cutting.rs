@@ -240,7 +240,7 @@ impl Cutting {
 
     /// Applies an update to the body, the one place where a cut changes it: rows of stencils, map and model.
     /// Deformation gradients go on from what they were; nodes that are left without a strain of their own get bonds;
-    /// control rises by what both lost.
+    /// control, and that of the cut's front, rise by what both lost.
     pub(super) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
         let touched = &update.touched;
         self.updates += 1;
@@ -248,7 +248,8 @@ impl Cutting {
         let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
         let before: Vec<DMat3> = touched.iter().map(before).collect();
         let positions = body.motion.positions();
-        let held = body.elastic.control_energy(touched, positions);
+        let held = body.elastic.control_energy(touched, positions)
+            + body.elastic.front_energy(touched, positions);
         let factor = |pair| self.factors.factor(pair);
         body.stencils
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
@@ -262,6 +263,12 @@ impl Cutting {
             .continue_deformation(touched, &before, positions);
         body.elastic
             .raise_control(touched, TOUCHED_CONTROL, held + lost, positions);
+        let left = held + lost - body.elastic.control_energy(touched, positions);
+        let graph = graph_of(body);
+        let front = |&node: &u32| self.factors.front_matrix(&graph, node as usize);
+        let fronts: Vec<DMat3> = touched.iter().map(front).collect();
+        body.elastic
+            .set_fronts_within(touched, &fronts, left, positions);
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
         let (offsets, indices) = (graph.offsets(), graph.indices());
         if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {

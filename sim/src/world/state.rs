@@ -232,7 +232,7 @@ mod tests {
         let places = |world: &World| world.members[0].body.motion.positions().to_vec();
         assert_eq!(places(&whole), places(&again));
 
-        let damages: [(&str, Damage); 15] = [
+        let damages: [(&str, Damage); 16] = [
             ("a position", |s| {
                 s.bodies[0].motion.positions[3].x = f64::NAN;
             }),
@@ -248,6 +248,9 @@ mod tests {
             ("offsets", |s| s.bodies[0].offset_nodes.push(1 << 30)),
             ("bonds", |s| s.bodies[0].bond_offsets.push(0.0)),
             ("control", |s| s.bodies[0].control_scales.push((0, 0.5))),
+            ("a front", |s| {
+                s.bodies[0].fronts.push((0, 2.0 * DMat3::IDENTITY));
+            }),
             ("touches", |s| s.bodies[0].touches.clear()),
             ("bodies", |s| s.bodies.clear()),
             ("steps", |s| s.caution = 0.0),
