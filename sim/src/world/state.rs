@@ -249,7 +249,7 @@ mod tests {
             ("bonds", |s| s.bodies[0].bond_offsets.push(0.0)),
             ("control", |s| s.bodies[0].control_scales.push((0, 0.5))),
             ("a front", |s| {
-                s.bodies[0].fronts.push((0, 2.0 * DMat3::IDENTITY));
+                s.bodies[0].fronts.push((0, glam::DMat3::IDENTITY));
             }),
             ("touches", |s| s.bodies[0].touches.clear()),
             ("bodies", |s| s.bodies.clear()),
