@@ -121,6 +121,10 @@ impl Default for CutRule {
     }
 }
 
+/// Parts of fewer nodes are not taken for one that a cut parts from the rest: nodes right at a front, all of whose pairs it
+/// bends.
+const SMALLEST_PART: usize = 12;
+
 /// Factors of either kind.
 #[derive(Debug, Clone)]
 pub enum Factors {
@@ -250,7 +254,11 @@ impl Factors {
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Vec<u32> {
         match self {
-            Self::Pairs(factors) => factors.update(graph, cuts, new, inside).nodes,
+            Self::Pairs(factors) => {
+                let mut touched = factors.update(graph, cuts, new, inside);
+                factors.sever_ligaments(graph, &mut touched, SMALLEST_PART);
+                touched.nodes
+            }
             Self::Grids(grids) => grids.update(graph, cuts, new, front, inside),
         }
     }

@@ -300,7 +300,7 @@ impl PairFactors {
             + self.conormals.len() * Self::BYTES_PER_CONORMAL
     }
 
-    fn check_same(&self, graph: &Graph<'_>) {
+    pub(crate) fn check_same(&self, graph: &Graph<'_>) {
         assert_eq!(
             (graph.positions.len(), graph.offsets.len()),
             (self.runs.node_count(), self.runs.node_count() + 1),
@@ -313,8 +313,14 @@ impl PairFactors {
         );
     }
 
+    /// Lets nothing pass along a directed pair.
+    pub(crate) fn sever(&mut self, pair: usize) {
+        self.crossed.insert(index32(pair), 0.0);
+        self.conormals.remove(&index32(pair));
+    }
+
     /// Pairs of a node that a cut crosses, rising, with their factors.
-    fn crossed_in(
+    pub(crate) fn crossed_in(
         &self,
         graph: &Graph<'_>,
         node: usize,

@@ -15,6 +15,7 @@ mod front;
 mod graph;
 mod index;
 mod joint;
+mod ligament;
 mod obstacle;
 mod pieces;
 mod polyline;

@@ -86,13 +86,19 @@ pub fn is_parted(
         match walks.standing() {
             Standing::Parted => return true,
             Standing::Whole => return false,
-            Standing::Open => walks.advance(offsets, indices, factors),
+            Standing::Open => walks.advance(|node, reach| {
+                for pair in offsets[node as usize] as usize..offsets[node as usize + 1] as usize {
+                    if factors[pair] > 0.0 {
+                        reach(indices[pair]);
+                    }
+                }
+            }),
         }
     }
 }
 
 /// Walks from nodes, which become one where they meet.
-struct Walks {
+pub(crate) struct Walks {
     /// Walk that reached a node, counted from one; 0 for none.
     of_node: Vec<u32>,
     /// The walk that each became part of, itself if none.
@@ -110,7 +116,7 @@ enum Standing {
 }
 
 impl Walks {
-    fn new(touched: &[u32], piece: &[u32]) -> Self {
+    pub(crate) fn new(touched: &[u32], piece: &[u32]) -> Self {
         let mut walks = Self {
             of_node: vec![0; piece.len()],
             into: vec![0],
@@ -118,15 +124,62 @@ impl Walks {
             piece: vec![u32::MAX],
         };
         for &node in touched {
-            let at = node as usize;
-            if walks.of_node[at] == 0 {
-                walks.of_node[at] = crate::obstacle::index32(walks.into.len());
-                walks.into.push(walks.of_node[at]);
-                walks.ends.push(vec![node]);
-                walks.piece.push(piece[at]);
-            }
+            walks.begin_at(node, piece[node as usize]);
         }
         walks
+    }
+
+    /// Begins a walk at a node that none has reached; whether it did.
+    fn begin_at(&mut self, node: u32, piece: u32) -> bool {
+        let at = node as usize;
+        let begins = self.of_node[at] == 0;
+        if begins {
+            self.of_node[at] = crate::obstacle::index32(self.into.len());
+            self.into.push(self.of_node[at]);
+            self.ends.push(vec![node]);
+            self.piece.push(piece);
+        }
+        begins
+    }
+
+    /// Begins walks at those of some nodes that none has reached; whether any are left to go.
+    pub(crate) fn begin(&mut self, nodes: &[u32]) -> bool {
+        let mut begins = false;
+        for &node in nodes {
+            begins |= self.begin_at(node, 0);
+        }
+        begins
+    }
+
+    /// Nodes that walks have reached, rising.
+    pub(crate) fn reached(&self) -> impl Iterator<Item = u32> + '_ {
+        let nodes = (0_u32..).zip(&self.of_node);
+        nodes.filter(|(_, walk)| **walk != 0).map(|(node, _)| node)
+    }
+
+    /// The walk that reached a node, 0 for none.
+    pub(crate) fn walk_of(&self, node: u32) -> u32 {
+        let mut walk = self.of_node[node as usize];
+        while self.into[walk as usize] != walk {
+            walk = self.into[walk as usize];
+        }
+        walk
+    }
+
+    /// Whether the walk that reached a node has not seen all there is.
+    pub(crate) fn is_open(&self, node: u32) -> bool {
+        !self.ends[self.walk_of(node) as usize].is_empty()
+    }
+
+    /// How many there are that have not met.
+    pub(crate) fn count(&self) -> usize {
+        let walks = (1..self.into.len()).filter(|&walk| self.into[walk] as usize == walk);
+        walks.count()
+    }
+
+    /// How many of them have not seen all there is.
+    pub(crate) fn open_count(&self) -> usize {
+        self.ends.iter().filter(|ends| !ends.is_empty()).count()
     }
 
     fn root(&mut self, mut walk: u32) -> u32 {
@@ -156,17 +209,11 @@ impl Walks {
         }
     }
 
-    /// Every walk goes one neighbour farther.
-    fn advance(&mut self, offsets: &[u32], indices: &[u32], factors: &[f64]) {
+    /// Every walk goes one neighbour farther; `neighbors` calls back with each that a node is joined to.
+    pub(crate) fn advance(&mut self, neighbors: impl Fn(u32, &mut dyn FnMut(u32))) {
         for walk in 1..self.into.len() {
-            let from = std::mem::take(&mut self.ends[walk]);
-            for node in from {
-                let row = offsets[node as usize] as usize..offsets[node as usize + 1] as usize;
-                for pair in row {
-                    if factors[pair] > 0.0 {
-                        self.reach(walk, indices[pair]);
-                    }
-                }
+            for node in std::mem::take(&mut self.ends[walk]) {
+                neighbors(node, &mut |other| self.reach(walk, other));
             }
         }
     }

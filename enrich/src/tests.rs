@@ -12,6 +12,7 @@ mod geodesic;
 mod growth;
 mod hard;
 mod joints;
+mod ligaments;
 mod memory;
 mod pieces;
 mod planar_cases;
