@@ -74,6 +74,26 @@ struct Stroke {
     ended: bool,
 }
 
+/// How far a cut had grown, to go back to ([`Cuts::go_back`]).
+#[derive(Debug, Clone)]
+pub struct CutsMark {
+    vertices: usize,
+    triangles: usize,
+    strokes: usize,
+    /// Strokes that were open, whose blades may have moved since.
+    open: Vec<(usize, Stroke)>,
+    settings: CutSettings,
+    dropped: Dropped,
+}
+
+impl CutsMark {
+    /// Number of triangles there were.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+}
+
 /// All cuts of one body, as one set of triangles in material coordinates.
 ///
 /// Several strokes may be open at once; they may cross, branch, close, fold and leave the body. See
@@ -287,6 +307,59 @@ impl Cuts {
         Ok((first..self.triangles.len(), places.collect()))
     }
 
+    /// How far the cut has grown so far.
+    #[must_use]
+    pub fn mark(&self) -> CutsMark {
+        let strokes = self.strokes.iter().enumerate();
+        let open = strokes.filter(|(_, stroke)| !stroke.ended);
+        CutsMark {
+            vertices: self.vertices.len(),
+            triangles: self.triangles.len(),
+            strokes: self.strokes.len(),
+            open: open.map(|(k, stroke)| (k, stroke.clone())).collect(),
+            settings: self.settings,
+            dropped: self.dropped,
+        }
+    }
+
+    /// Goes back to a mark of this cut, as if nothing had been added since. What finds triangles by place is built
+    /// anew, which takes as long as adding what stays; a mark itself takes no time.
+    ///
+    /// # Panics
+    /// If the mark is one of a longer cut.
+    pub fn go_back(&mut self, mark: &CutsMark) {
+        assert!(
+            mark.vertices <= self.vertices.len()
+                && mark.triangles <= self.triangles.len()
+                && mark.strokes <= self.strokes.len(),
+            "a mark of this cut"
+        );
+        if (mark.vertices, mark.triangles) != (self.vertices.len(), self.triangles.len()) {
+            let points = std::mem::take(&mut self.vertices);
+            let triangles = std::mem::take(&mut self.triangles);
+            let strokes = std::mem::take(&mut self.stroke_of);
+            let mut kept = Self {
+                strokes: std::mem::take(&mut self.strokes),
+                vertex_index: self.vertex_index.emptied(),
+                ..Self::new(&mark.settings)
+            };
+            for &point in &points[..mark.vertices] {
+                kept.new_vertex(point);
+            }
+            let whole = triangles.iter().zip(&strokes).take(mark.triangles);
+            for (&corners, &stroke) in whole {
+                kept.push(stroke, corners);
+            }
+            *self = kept;
+        }
+        self.strokes.truncate(mark.strokes);
+        for (k, stroke) in &mark.open {
+            self.strokes[*k] = stroke.clone();
+        }
+        self.settings = mark.settings;
+        self.dropped = mark.dropped;
+    }
+
     /// Number of triangles.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
@@ -455,10 +528,15 @@ impl Cuts {
             self.dropped.duplicate += 1;
             return;
         }
+        self.push(index32(stroke), corners);
+    }
+
+    fn push(&mut self, stroke: u32, corners: [u32; 3]) {
         let triangle = index32(self.triangles.len());
         self.triangles.push(corners);
-        self.stroke_of.push(index32(stroke));
-        self.forest.insert(triangle, [p, q, r]);
+        self.stroke_of.push(stroke);
+        let places = corners.map(|v| self.vertices[v as usize]);
+        self.forest.insert(triangle, places);
         self.edges
             .add(&self.vertices, corners, self.settings.index_cell);
     }

@@ -141,6 +141,11 @@ impl BoxIndex {
         }
     }
 
+    /// An empty one with cells of the same sizes.
+    pub(crate) fn emptied(&self) -> Self {
+        Self::new(self.cell)
+    }
+
     fn level_of(&self, bounds: &Bounds) -> i32 {
         let extent = (bounds.high - bounds.low).max_element();
         let mut exponent = 0;

@@ -31,7 +31,7 @@ pub use comparators::{
     PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
     triangle_enrichment, triangle_solid_angle,
 };
-pub use cuts::{CutSettings, Cuts, Dropped};
+pub use cuts::{CutSettings, Cuts, CutsMark, Dropped};
 pub use error::{CutError, GraphError};
 pub use face::NearestCut;
 pub use factors::{FactorSettings, PairFactors, Touched};

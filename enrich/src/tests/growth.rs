@@ -251,3 +251,60 @@ fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
     }
     assert!(early > 500 && late * 100 <= early * 101, "{early} {late}");
 }
+
+/// A cut that goes back to a mark is the one of then, in all that it tells and in how it grows on.
+#[test]
+fn a_cut_that_goes_back_is_as_it_was() {
+    let settings = CutSettings::for_spacing(0.1);
+    let mut random = Random::new(7);
+    let mut edge = |x: f64| -> Vec<DVec3> {
+        let place = |k: u32| DVec3::new(x, f64::from(k) * 0.1, 0.1);
+        let places = (0..12).map(place);
+        places.map(|at| at + random.vector(0.02)).collect()
+    };
+    let edges: Vec<Vec<DVec3>> = (0..20).map(|k| edge(0.1 * f64::from(k))).collect();
+    let strip = |cuts: &mut Cuts, from: &[DVec3], to: &[DVec3]| {
+        let points: Vec<DVec3> = from.iter().chain(to).copied().collect();
+        let triangles: Vec<[u32; 3]> = (0..11).map(|k| [k, k + 1, k + 12]).collect();
+        cuts.add_surface(&points, &triangles).unwrap();
+    };
+    let told = |cuts: &Cuts| {
+        let free: Vec<[DVec3; 2]> = cuts.free_edges().collect();
+        let (vertices, triangles) = cuts.surface();
+        let surface = (vertices.to_vec(), triangles.to_vec());
+        let strokes: Vec<usize> = (0..triangles.len()).map(|t| cuts.stroke(t)).collect();
+        (surface, free, strokes, cuts.strokes(), cuts.dropped())
+    };
+    let mut cuts = Cuts::new(&settings);
+    let stroke = cuts.start(&edges[0]).unwrap();
+    for k in 1..8 {
+        cuts.append(stroke, &edges[k]).unwrap();
+        strip(&mut cuts, &edges[k - 1], &edges[k]);
+    }
+    let mut before = cuts.clone();
+    let mark = cuts.mark();
+    assert_eq!(mark.triangle_count(), cuts.triangle_count());
+    cuts.set_weld_tolerance(0.05);
+    for k in 8..16 {
+        cuts.append(stroke, &edges[k]).unwrap();
+        strip(&mut cuts, &edges[k - 1], &edges[k]);
+    }
+    cuts.end(stroke).unwrap();
+    assert!(cuts.triangle_count() > mark.triangle_count() + 100);
+    cuts.go_back(&mark);
+    assert_eq!(told(&cuts), told(&before));
+    for cuts in [&mut cuts, &mut before] {
+        for k in 12..20 {
+            cuts.append(stroke, &edges[k]).unwrap();
+            strip(cuts, &edges[k - 1], &edges[k]);
+        }
+        cuts.end(stroke).unwrap();
+    }
+    assert_eq!(told(&cuts), told(&before));
+    for k in 0..200 {
+        let [a, b] = [0.01, 0.009].map(|step| DVec3::new(step * f64::from(k), 0.55, 0.0));
+        let (a, b) = (a, b + 0.3 * DVec3::Z);
+        assert_eq!(cuts.crosses(a, b), before.crosses(a, b), "{a} to {b}");
+        assert_eq!(cuts.nearest(a, 0.4), before.nearest(a, 0.4), "{a}");
+    }
+}
