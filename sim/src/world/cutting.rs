@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_enrich::{
-    Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, Sweep, connected_pieces, is_parted,
-    nodes_in_small_pieces,
+    Blade, CutSettings, Cuts, CutsMark, DeformedBody, Factors, Graph, Sweep, connected_pieces,
+    is_parted, nodes_in_small_pieces,
 };
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
@@ -92,6 +92,17 @@ pub(super) struct CapturedEdge {
     pub(super) phase: StrokePhase,
     /// What it added to the cut.
     pub(super) sweep: Sweep,
+}
+
+/// What a blade's edge added to the surface of its cut; no pair, row or force knows of it yet.
+#[derive(Debug)]
+pub(super) struct Swept {
+    /// The surface before.
+    before: CutsMark,
+    /// The blade where its edge is now.
+    blade: Blade,
+    sweep: Sweep,
+    missed: usize,
 }
 
 /// What a captured edge adds to a cut and weakens, computed from a body as it is; no row of the body has it yet.
@@ -208,19 +219,23 @@ impl Cutting {
         }
     }
 
-    /// Computes what a blade's edge in the world (m) does: the front of its cut moves to where it is in the tissue,
-    /// and the pairs that it passed are weakened.
+    /// Takes what [`Cutting::sweep`] computed: the blade is where its edge is now, and the pairs that it passed are
+    /// weakened.
     pub(super) fn advance(
         &mut self,
         body: &Body,
-        (cut, weld_tolerance): (usize, Option<f64>),
-        edge: &[DVec3],
+        cut: usize,
+        swept: Swept,
         phase: StrokePhase,
-    ) -> Result<(CutUpdate, Sweep), BodyProblem> {
-        let (first, stroke) = self.begin(body, cut, weld_tolerance, phase);
-        let sweep = self.sweep(body, cut, edge, phase)?;
-        let update = self.weaken(body, (cut, stroke), first, &sweep, phase);
-        Ok((update, sweep))
+    ) -> (CutUpdate, Sweep) {
+        let stroke = self.begin(cut, phase);
+        if let Some(open) = self.strokes.iter_mut().find(|open| open.cut == cut) {
+            open.blade = Some(swept.blade);
+        }
+        self.missed += swept.missed;
+        let first = swept.before.triangle_count();
+        let update = self.weaken(body, (cut, stroke), first, &swept.sweep, phase);
+        (update, swept.sweep)
     }
 
     /// Computes again what [`Cutting::advance`] did with an edge.
@@ -231,7 +246,9 @@ impl Cutting {
         kept: &CapturedEdge,
     ) -> Result<CutUpdate, BodyProblem> {
         let (cut, phase) = (kept.cut, kept.phase);
-        let (first, stroke) = self.begin(body, cut, weld_tolerance, phase);
+        self.cuts
+            .set_weld_tolerance(weld_tolerance_of(body, weld_tolerance));
+        let (first, stroke) = (self.cuts.triangle_count(), self.begin(cut, phase));
         for patch in &kept.sweep.patches {
             self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
         }
@@ -280,6 +297,9 @@ impl Cutting {
 
     /// What an update that was applied does to a body in motion: forces and the jump of the energy; then the largest
     /// eigenvalue of the part that the cut touched, for the step. Elsewhere nothing changed.
+    ///
+    /// Nothing that is given to a capture makes this fail, nor [`Cutting::apply`]: with factors between 0 and 1 and
+    /// finite places of nodes only a bug does, and it leaves some rows with the cut and others without.
     pub(super) fn follow(
         &mut self,
         body: &mut Body,
@@ -329,19 +349,9 @@ impl Cutting {
         self.growth = growth;
     }
 
-    /// Begins a stroke if it is a new one; the number of the first triangle that follows, and the
-    /// stroke's.
-    fn begin(
-        &mut self,
-        body: &Body,
-        cut: usize,
-        weld_tolerance: Option<f64>,
-        phase: StrokePhase,
-    ) -> (usize, usize) {
+    /// Begins a stroke if it is a new one; its number.
+    fn begin(&mut self, cut: usize, phase: StrokePhase) -> usize {
         self.captures += 1;
-        let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
-        self.cuts
-            .set_weld_tolerance(weld_tolerance.unwrap_or(usual));
         if phase == StrokePhase::Start {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
@@ -357,24 +367,23 @@ impl Cutting {
             });
         }
         self.by_stroke[number].captures += 1;
-        (self.cuts.triangle_count(), number)
+        number
     }
 
-    /// Moves the front of a stroke to where the blade's edge is now.
-    fn sweep(
+    /// Computes how a blade's edge in the world (m) moves the front of its cut to where it is in the tissue: all of a
+    /// capture that can fail. On an error nothing has changed, and [`Cutting::take_back`] undoes it.
+    pub(super) fn sweep(
         &mut self,
         body: &Body,
-        cut: usize,
+        (cut, weld_tolerance): (usize, Option<f64>),
         edge: &[DVec3],
         phase: StrokePhase,
-    ) -> Result<Sweep, BodyProblem> {
-        let Some(stroke) = self.strokes.iter_mut().find(|stroke| stroke.cut == cut) else {
-            return Ok(Sweep::default());
-        };
+    ) -> Result<Swept, BodyProblem> {
         let positions = body.motion.positions();
-        let blade = stroke
-            .blade
-            .get_or_insert_with(|| Blade::new(edge, body.spacing, positions));
+        let open = self.strokes.iter().find(|open| open.cut == cut);
+        let going_on = open.filter(|_| phase != StrokePhase::Start);
+        let blade = going_on.and_then(|open| open.blade.clone());
+        let mut blade = blade.unwrap_or_else(|| Blade::new(edge, body.spacing, positions));
         let gradients = body.elastic.deformation_gradients();
         let frame = self.map.frame(positions, &gradients)?;
         let graph = &body.neighborhoods;
@@ -391,9 +400,26 @@ impl Cutting {
             known: &|pair| self.factors.factor(pair) < 1.0,
         };
         let ends = phase == StrokePhase::End;
-        let (sweep, missed) = blade.sweep(edge, &mut self.cuts, &deformed, ends)?;
-        self.missed += missed;
-        Ok(sweep)
+        let before = self.cuts.mark();
+        self.cuts
+            .set_weld_tolerance(weld_tolerance_of(body, weld_tolerance));
+        match blade.sweep(edge, &mut self.cuts, &deformed, ends) {
+            Ok((sweep, missed)) => Ok(Swept {
+                before,
+                blade,
+                sweep,
+                missed,
+            }),
+            Err(error) => {
+                self.cuts.go_back(&before);
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Undoes [`Cutting::sweep`].
+    pub(super) fn take_back(&mut self, swept: &Swept) {
+        self.cuts.go_back(&swept.before);
     }
 
     /// Weakens the pairs that the new part of a cut crosses, and ends the stroke with its last edge.
@@ -456,6 +482,11 @@ impl Cutting {
         };
         touched.iter().copied().filter(is_weak).collect()
     }
+}
+
+/// A stroke's weld tolerance (m), or the usual one of a body.
+fn weld_tolerance_of(body: &Body, tolerance: Option<f64>) -> f64 {
+    tolerance.unwrap_or_else(|| CutSettings::for_spacing(body.spacing).weld_tolerance)
 }
 
 /// Pairs of a row that still link.

@@ -183,9 +183,6 @@ pub enum WorldError {
     /// The file of a rigid surface cannot be read.
     #[error(transparent)]
     Mesh(#[from] ReadError),
-    /// A capture failed, and a step was asked for nevertheless.
-    #[error("a cut could not be carried through; go back to a state or a copy from before it")]
-    HalfCut,
     /// The bodies have settled as long as they may, and nobody started the scene.
     #[error(
         "the bodies have settled for {limit} s (integration.settle.limit) and the scene was never \

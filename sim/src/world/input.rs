@@ -227,42 +227,51 @@ impl InputSource {
         &self.poses
     }
 
-    /// Blades' edges that are due in a step that begins at a scene time (s), which is `None` while
-    /// bodies settle.
-    pub(super) fn blades(
-        &mut self,
+    /// The next blade's edge that is due in a step that begins at a scene time (s), which is `None` while bodies
+    /// settle. It stays due until [`InputSource::end_blade`].
+    pub(super) fn next_blade(
+        &self,
         scene: &Scene,
         step: u64,
         time: Option<f64>,
-    ) -> Vec<(usize, StrokePhase, Vec<DVec3>)> {
-        let mut blades = Vec::new();
-        match &mut self.source {
+    ) -> Option<(usize, StrokePhase, Vec<DVec3>)> {
+        match &self.source {
             Source::Scene { due, next } => {
                 let now = time.unwrap_or(f64::NEG_INFINITY);
-                while let Some(at) = due.get(*next).filter(|due| due.time <= now) {
-                    *next += 1;
-                    blades.push((at.cut, at.moment, scene.cuts[at.cut].edge_at(at.time)));
-                }
+                let at = due.get(*next).filter(|due| due.time <= now)?;
+                Some((at.cut, at.moment, scene.cuts[at.cut].edge_at(at.time)))
             }
             Source::Given(given) => {
-                for input in given.iter().take_while(|input| input.step <= step) {
-                    if let Action::Blade { cut, moment, edge } = &input.action {
-                        blades.push((*cut, *moment, edge.clone()));
-                    }
+                let mut now = given.iter().take_while(|input| input.step <= step);
+                now.find_map(|input| match &input.action {
+                    Action::Blade { cut, moment, edge } => Some((*cut, *moment, edge.clone())),
+                    _ => None,
+                })
+            }
+        }
+    }
+
+    /// The blade's edge that was due next is captured.
+    pub(super) fn end_blade(
+        &mut self,
+        step: u64,
+        cut: usize,
+        moment: StrokePhase,
+        edge: Vec<DVec3>,
+    ) {
+        match &mut self.source {
+            Source::Scene { next, .. } => *next += 1,
+            Source::Given(given) => {
+                let is_blade = |input: &Input| matches!(input.action, Action::Blade { .. });
+                if let Some(at) = given.iter().position(is_blade) {
+                    given.remove(at);
                 }
             }
         }
         if let Some(record) = &mut self.record {
-            record.extend(blades.iter().map(|(cut, moment, edge)| Input {
-                step,
-                action: Action::Blade {
-                    cut: *cut,
-                    moment: *moment,
-                    edge: edge.clone(),
-                },
-            }));
+            let action = Action::Blade { cut, moment, edge };
+            record.push(Input { step, action });
         }
-        blades
     }
 
     /// What is gripped, pulled or changed in a step, in order.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use phyxel_enrich::{Pieces, Sweep, connected_pieces};
 
 use super::body::Body;
-use super::cutting::{CapturedEdge, CutUpdate, Cutting};
+use super::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
 use super::error::{BodyProblem, WorldError};
 use super::input::StrokePhase;
 use super::tool::Touch;
@@ -22,6 +22,22 @@ pub struct Member {
     pub cutting: Option<Cutting>,
     /// Tools that may touch it.
     pub(super) touches: Vec<Touch>,
+}
+
+/// What a blade's edge does to a body, computed but not applied.
+#[derive(Debug)]
+pub(super) struct Capture {
+    swept: Swept,
+    before: Before,
+}
+
+/// What computing a capture changed, as it was.
+#[derive(Debug)]
+struct Before {
+    /// Whether no blade had touched the body.
+    untouched: bool,
+    /// What moves, and the energy (J) that viscosity had taken up; `None` without viscosity.
+    relaxed: Option<(phyxel_integrate::State, f64)>,
 }
 
 impl Member {
@@ -65,20 +81,71 @@ impl Member {
         points + size_of_val(&*self.body.outside)
     }
 
-    /// Captures a blade's edge (m): what it does is computed from the body as it is, and then applied to the body
-    /// and what touches it; also what it added to the cut.
+    /// Computes what a blade's edge (m) does to the body as it is: all of a capture that can fail. On an error the
+    /// body is as before.
     pub(super) fn capture(
         &mut self,
         index: usize,
         cut: &crate::scene::Cut,
         edge: &[DVec3],
         phase: StrokePhase,
-    ) -> Result<(CutUpdate, Sweep), BodyProblem> {
-        let (body, cutting, touches) = self.with_cutting()?;
+    ) -> Result<Capture, BodyProblem> {
+        let body = &self.body;
+        let is_viscous = !body.elastic.viscous_history().is_empty();
+        let before = Before {
+            untouched: self.cutting.is_none(),
+            relaxed: is_viscous.then(|| (body.motion.state().clone(), body.relaxed)),
+        };
+        match self.sweep((index, cut.weld_tolerance), edge, phase) {
+            Ok(swept) => Ok(Capture { swept, before }),
+            Err(problem) => {
+                self.go_back(before);
+                Err(problem)
+            }
+        }
+    }
+
+    fn sweep(
+        &mut self,
+        cut: (usize, Option<f64>),
+        edge: &[DVec3],
+        phase: StrokePhase,
+    ) -> Result<Swept, BodyProblem> {
+        let (body, cutting, _) = self.with_cutting()?;
         body.fetch_all();
         // What viscosity has taken up since the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
-        let (update, sweep) = cutting.advance(body, (index, cut.weld_tolerance), edge, phase)?;
+        cutting.sweep(body, cut, edge, phase)
+    }
+
+    /// Undoes [`Member::capture`].
+    pub(super) fn take_back(&mut self, capture: Capture) {
+        if let Some(cutting) = &mut self.cutting {
+            cutting.take_back(&capture.swept);
+        }
+        self.go_back(capture.before);
+    }
+
+    fn go_back(&mut self, before: Before) {
+        if before.untouched {
+            self.cutting = None;
+        }
+        if let Some((state, relaxed)) = before.relaxed {
+            self.body.motion.restore(state);
+            self.body.relaxed = relaxed;
+        }
+    }
+
+    /// Applies a capture to the body and what touches it; also what it added to the cut. Only a bug makes it fail, see
+    /// [`Cutting::follow`].
+    pub(super) fn apply(
+        &mut self,
+        index: usize,
+        capture: Capture,
+        phase: StrokePhase,
+    ) -> Result<(CutUpdate, Sweep), BodyProblem> {
+        let (body, cutting, touches) = self.with_cutting()?;
+        let (update, sweep) = cutting.advance(body, index, capture.swept, phase);
         if !update.touched.is_empty() {
             cutting.apply(body, &update)?;
             body.cut_here(&update.touched);
@@ -92,7 +159,7 @@ impl Member {
         Ok((update, sweep))
     }
 
-    /// Does again what [`Member::capture`] did, but for what depends on the motion.
+    /// Does again what [`Member::capture`] and [`Member::apply`] did, but for what depends on the motion.
     pub(super) fn replay(
         &mut self,
         kept: &CapturedEdge,

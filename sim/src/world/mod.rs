@@ -37,6 +37,7 @@ pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
+use member::Capture;
 pub use member::Member;
 pub use parts::PartCost;
 pub use shape::extent;
@@ -88,8 +89,6 @@ pub struct World {
     retaken: Retaken,
     /// Whether each of the scene's cuts has changed any body.
     cut_through: Vec<bool>,
-    /// Whether a capture failed: some rows may have the cut and others not.
-    torn: bool,
     /// What users changed of what the scene says.
     adjusted: Adjusted,
 }
@@ -163,7 +162,6 @@ impl World {
             caution: 1.0,
             retaken: Retaken::default(),
             adjusted: Adjusted::default(),
-            torn: false,
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -411,12 +409,9 @@ impl World {
     ///
     /// # Errors
     /// [`WorldError`] if a blade's edge cannot be captured, a motion diverges, or the bodies have
-    /// settled for as long as they may and nobody started the scene. After a capture that failed there are no
-    /// further steps: [`WorldError::HalfCut`].
+    /// settled for as long as they may and nobody started the scene. A capture that fails changes nothing: the world is
+    /// as it was before it, and the next step tries it again.
     pub fn step(&mut self) -> Result<(), WorldError> {
-        if self.torn {
-            return Err(WorldError::HalfCut);
-        }
         if let (None, Some(settle)) = (self.origin, self.scene.integration.settle)
             && self.time() >= settle.limit
         {
@@ -496,23 +491,18 @@ impl World {
         Ok(())
     }
 
-    /// Captures the edges of all blades that are due.
+    /// Captures the edges of all blades that are due, each in all bodies or in none.
     fn capture_blades(&mut self, step: u64) -> Result<(), WorldError> {
         let time = self.scene_time();
-        for (index, phase, edge) in self.input.blades(&self.scene, step, time) {
+        while let Some((index, phase, edge)) = self.input.next_blade(&self.scene, step, time) {
             let begun = Instant::now();
-            let cut = &self.scene.cuts[index];
+            let captures = self.capture(index, phase, &edge)?;
+            self.input.end_blade(step, index, phase, edge);
             let mut changed = false;
-            for (place, member) in self.members.iter_mut().enumerate() {
-                let name = &member.body.name;
-                if cut.body.as_ref().is_some_and(|body| body != name) {
-                    continue;
-                }
-                let captured = member.capture(index, cut, &edge, phase);
-                let (update, sweep) = captured.map_err(|problem| {
-                    self.torn = true;
-                    problem.of(&member.body)
-                })?;
+            for (place, capture) in captures {
+                let member = &mut self.members[place];
+                let applied = member.apply(index, capture, phase);
+                let (update, sweep) = applied.map_err(|problem| problem.of(&member.body))?;
                 changed |= !update.touched.is_empty();
                 self.captured.push(Arc::new(CapturedEdge {
                     steps: member.body.motion.steps(),
@@ -536,6 +526,35 @@ impl World {
             }
         }
         Ok(())
+    }
+
+    /// Computes what a blade's edge does to each body that its cut is of. If that fails in one, all are as before.
+    fn capture(
+        &mut self,
+        index: usize,
+        phase: StrokePhase,
+        edge: &[DVec3],
+    ) -> Result<Vec<(usize, Capture)>, WorldError> {
+        let cut = &self.scene.cuts[index];
+        let mut captures = Vec::new();
+        for place in 0..self.members.len() {
+            let member = &mut self.members[place];
+            let name = &member.body.name;
+            if cut.body.as_ref().is_some_and(|body| body != name) {
+                continue;
+            }
+            match member.capture(index, cut, edge, phase) {
+                Ok(capture) => captures.push((place, capture)),
+                Err(problem) => {
+                    let error = problem.of(&member.body);
+                    for (place, capture) in captures {
+                        self.members[place].take_back(capture);
+                    }
+                    return Err(error);
+                }
+            }
+        }
+        Ok(captures)
     }
 }
 
