@@ -14,8 +14,8 @@ use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::machine_threads;
 use crate::scene::Scene;
 use crate::sweep::{
-    Case, CaseError, Outcome, Plan, PoolOptions, Tally, collect, place_of, run_case, run_cases,
-    write_cases,
+    Case, CaseError, Outcome, Plan, PoolOptions, Tally, all_cases, collect, one_case, place_of,
+    run_case, run_cases, write_cases,
 };
 
 #[derive(Debug, Args)]
@@ -64,7 +64,7 @@ pub(super) fn sweep(arguments: &SweepArguments) -> Result<(), CliError> {
     if let Some(number) = arguments.case {
         return one(arguments, &plan, &scene, &out, number);
     }
-    let cases = Case::all(&plan, &scene)?;
+    let cases = all_cases(&plan, &scene)?;
     let folder = OutputFolder::claim(&out)?;
     write_cases(&plan, &cases, &folder)?;
     if arguments.list {
@@ -124,9 +124,9 @@ fn one(
         number,
         cases: plan.case_count(),
     };
-    let case = Case::one(plan, scene, number)?.ok_or_else(missing)?;
+    let (case, resolved) = one_case(plan, scene, number)?.ok_or_else(missing)?;
     if !case.is_listed(plan, out) {
-        write_cases(plan, &Case::all(plan, scene)?, &OutputFolder::create(out)?)?;
+        write_cases(plan, &all_cases(plan, scene)?, &OutputFolder::create(out)?)?;
     }
     let outcome = match case.outcome(out) {
         Some(outcome) if !(arguments.retry && outcome.error.is_some()) => outcome,
@@ -134,7 +134,7 @@ fn one(
             if arguments.tied {
                 end_with_stdin();
             }
-            patient(arguments, &case, out)?
+            patient(arguments, &case, &resolved, out)?
         }
     };
     match outcome.error {
@@ -144,12 +144,17 @@ fn one(
 }
 
 /// Runs a case, once its folder is free.
-fn patient(arguments: &SweepArguments, case: &Case, out: &Path) -> Result<Outcome, CaseError> {
+fn patient(
+    arguments: &SweepArguments,
+    case: &Case,
+    scene: &Scene,
+    out: &Path,
+) -> Result<Outcome, CaseError> {
     let interrupt = Interrupt::listen();
     let begun = Instant::now();
     loop {
         let threads = arguments.threads.map(usize::from);
-        match run_case(case, out, threads, &interrupt) {
+        match run_case(case, scene, out, threads, &interrupt) {
             Err(CaseError::Output(OutputError::InUse { .. }))
                 if arguments.tied && begun.elapsed() < PATIENCE =>
             {

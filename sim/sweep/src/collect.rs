@@ -1,9 +1,10 @@
 //! From the folders of cases to tables and drawings in that of the sweep.
 
-use phyxel_sweep::{FinishedCase, Plan, PlanError, tables};
+use phyxel_output::{OutputError, OutputFolder};
 
-use super::case::Case;
-use crate::output::{OutputError, OutputFolder};
+use crate::case::Case;
+use crate::plan::{Plan, PlanError};
+use crate::tables::{FinishedCase, tables};
 
 /// What was collected.
 #[derive(Debug, Clone, PartialEq, Eq)]

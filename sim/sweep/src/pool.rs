@@ -8,9 +8,9 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-use super::case::Case;
-use super::outcome::Outcome;
-use crate::output::{Interrupt, OutputError};
+use phyxel_output::{Interrupt, OutputError};
+
+use crate::case::{Case, Outcome};
 
 /// Between two looks at a process.
 const NAP: Duration = Duration::from_millis(20);
