@@ -4,17 +4,13 @@
 //! (`phyxel-live`) send what hands do and are sent what moves. What reaches [`crate::world::World::give`] is
 //! recorded, so that a session can be repeated to the bit.
 
-mod hands;
-mod record;
 mod serve;
 mod session;
 mod setting;
 mod skin;
 mod sources;
 mod told;
-mod undo;
 
-pub use hands::{BladeLead, PoseLead};
 pub use serve::{LiveOptions, serve};
 pub use session::{Session, SessionError};
 pub use setting::prepare;

@@ -3,13 +3,12 @@
 use std::collections::VecDeque;
 
 use glam::DVec3;
+use phyxel_enrich::resampled;
+use phyxel_live::{BladeLead, Forces, Led, Placement, PoseLead, Ring, Score};
 
-use super::hands::{BladeLead, Led, PoseLead};
-use super::record::{Forces, Score};
 use super::setting::{PARKED, prepare};
-use super::undo::{Checkpoint, Ring};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
-use crate::picture::Painter;
+use crate::picture::{Painter, Surfaces};
 use crate::run::RunState;
 use crate::scene::{Pose, Scene, SceneError};
 use crate::world::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
@@ -37,6 +36,27 @@ pub enum SessionError {
     /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+}
+
+/// A session between two steps: copies, so that going back gives the same bits.
+#[derive(Debug, Clone)]
+struct Checkpoint {
+    world: World,
+    surfaces: Surfaces,
+    /// Pieces of cuts that surfaces lag behind by.
+    lagging: VecDeque<CutPiece>,
+    /// Inputs recorded before.
+    recorded: usize,
+    leads: Vec<PoseLead>,
+    strokes: usize,
+}
+
+impl Checkpoint {
+    fn bytes(&self) -> usize {
+        let parts = self.world.parts();
+        let model: usize = parts.iter().map(|part| part.bytes).sum();
+        model + self.surfaces.bytes()
+    }
 }
 
 /// A stroke on its way, or one that waits for the one before.
@@ -74,7 +94,7 @@ pub struct Session {
     /// What is given with the next step beside tools and blades.
     pending: Vec<Action>,
     record: Vec<Input>,
-    ring: Ring,
+    ring: Ring<Checkpoint>,
     strokes: usize,
     score: Score,
     forces: Forces,
@@ -90,7 +110,8 @@ impl Session {
     pub fn new(scene: &Scene) -> Result<Self, SessionError> {
         let scene = prepare(scene, extent(scene)?)?;
         let (world, painter) = Self::build(&scene)?;
-        let leads = (0..scene.tools.len()).map(|tool| PoseLead::new(*world.tool_pose(tool)));
+        let leads =
+            (0..scene.tools.len()).map(|tool| PoseLead::new(placement(world.tool_pose(tool))));
         let mut session = Self {
             leads: leads.collect(),
             world,
@@ -191,11 +212,9 @@ impl Session {
             ..Pose::IDENTITY
         };
         if let Some(lead) = self.leads.get_mut(tool) {
-            lead.put(pose.unwrap_or(parked));
-            let action = Action::Tool {
-                tool,
-                pose: *lead.pose(),
-            };
+            let pose = pose.unwrap_or(parked);
+            lead.put(placement(&pose));
+            let action = Action::Tool { tool, pose };
             self.pending.push(action);
         }
     }
@@ -203,7 +222,7 @@ impl Session {
     /// Sets where a tool shall go.
     pub fn lead_tool(&mut self, tool: usize, pose: Pose) {
         if let Some(lead) = self.leads.get_mut(tool) {
-            lead.aim(pose);
+            lead.aim(placement(&pose));
         }
     }
 
@@ -222,6 +241,12 @@ impl Session {
     /// Leads the blade of the newest stroke on.
     pub fn lead_stroke(&mut self, edge: &[DVec3]) {
         if let Some(stroke) = self.stroke.back_mut() {
+            let count = stroke.lead.edge().len();
+            let edge = if edge.len() == count {
+                edge.to_vec()
+            } else {
+                resampled(edge, count)
+            };
             stroke.lead.pass(edge);
         }
     }
@@ -319,9 +344,10 @@ impl Session {
         self.moved = [0.0; 3];
         let mut actions = std::mem::take(&mut self.pending);
         for (tool, lead) in self.leads.iter_mut().enumerate() {
-            let before = lead.pose().position;
-            if let Some(pose) = lead.lead(step) {
-                self.moved[1] = self.moved[1].max(before.distance(pose.position));
+            let (before, _) = lead.now();
+            if let Some((position, rotation)) = lead.lead(step) {
+                self.moved[1] = self.moved[1].max(before.distance(position));
+                let pose = Pose { rotation, position };
                 actions.push(Action::Tool { tool, pose });
             }
         }
@@ -340,11 +366,11 @@ impl Session {
                     radius: hand.radius,
                 });
             }
-            let before = hand.lead.pose().position;
-            if let Some(pose) = hand.lead.lead(step) {
-                self.moved[2] = before.distance(pose.position);
+            let (before, _) = hand.lead.now();
+            if let Some((position, _)) = hand.lead.lead(step) {
+                self.moved[2] = before.distance(position);
                 actions.push(Action::Pull {
-                    by: pose.position - hand.from,
+                    by: position - hand.from,
                 });
             } else if hand.open {
                 actions.push(Action::LetGo);
@@ -383,7 +409,8 @@ impl Session {
             Some(first) => {
                 stroke.due = Some(due);
                 if let Some(before) = stroke.before.clone() {
-                    self.ring.push(before);
+                    let bytes = before.bytes();
+                    self.ring.push(before, bytes);
                 }
                 self.strokes += 1;
                 Some((StrokePhase::Start, first))
@@ -416,13 +443,13 @@ impl Session {
     fn observe(&mut self, step: f64) {
         let tools = self.world.tool_forces();
         let grip = self.world.grip_force();
-        let mut forces: Vec<(DVec3, f64)> = tools
+        let mut forces: Vec<([f64; 3], f64)> = tools
             .iter()
-            .map(|tool| (tool.force, tool.penetration))
+            .map(|tool| (tool.force.to_array(), tool.penetration))
             .collect();
-        forces.push((grip.unwrap_or(DVec3::ZERO), 0.0));
-        for (force, _) in &forces[..tools.len()] {
-            self.score.peak[0] = self.score.peak[0].max(force.length());
+        forces.push((grip.unwrap_or(DVec3::ZERO).to_array(), 0.0));
+        for tool in &tools {
+            self.score.peak[0] = self.score.peak[0].max(tool.force.length());
         }
         self.score.peak[1] = self.score.peak[1].max(grip.map_or(0.0, DVec3::length));
         self.forces.take(self.world.time(), &forces);
@@ -521,9 +548,13 @@ impl Session {
     }
 }
 
-fn at(position: DVec3) -> Pose {
-    Pose {
+fn at(position: DVec3) -> Placement {
+    placement(&Pose {
         position,
         ..Pose::IDENTITY
-    }
+    })
+}
+
+fn placement(pose: &Pose) -> Placement {
+    (pose.position, pose.rotation)
 }

@@ -4,7 +4,6 @@ use glam::{DQuat, DVec3};
 use phyxel_live::{ClientId, Event, Hand, Phase, To};
 
 use super::Show;
-use crate::live::hands::resampled;
 use crate::scene::Pose;
 
 impl Show {
@@ -91,9 +90,7 @@ impl Show {
                 match phase {
                     Phase::Begin => {
                         self.owners.blade = Some(client);
-                        // A straight edge of two points may bend later.
-                        self.session
-                            .begin_stroke(resampled(&points, points.len().max(2)));
+                        self.session.begin_stroke(points);
                     }
                     _ if self.owners.blade.is_none() => {}
                     Phase::Move => self.session.lead_stroke(&points),

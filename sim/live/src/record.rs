@@ -1,32 +1,31 @@
 //! What is kept of a session: forces, ways, and the score sheet.
 
-use glam::DVec3;
-use phyxel_live::ForceSample;
+use crate::outgoing::ForceSample;
 
 /// Simulated time (s) between two samples of a force: what haptic devices are fed with.
 const SAMPLE: f64 = 1e-3;
 
 /// Ways and largest forces of a session.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Score {
+pub struct Score {
     /// Way (m) of the blade's middle, of tools that touch, of the hand that grips.
-    pub(super) path: [f64; 3],
+    pub path: [f64; 3],
     /// Largest force (N) on a tool and on the hand that grips.
-    pub(super) peak: [f64; 2],
+    pub peak: [f64; 2],
     /// Simulated time (s) in which a blade cut, a tool touched, a hand gripped.
-    pub(super) time: [f64; 3],
+    pub time: [f64; 3],
 }
 
 /// Samples that were not sent yet: of each tool, then of the hand that grips.
-#[derive(Debug, Default)]
-pub(super) struct Forces {
+#[derive(Debug, Clone, Default)]
+pub struct Forces {
     samples: Vec<Vec<ForceSample>>,
     next: f64,
 }
 
 impl Forces {
-    /// Takes a sample if one is due. `forces` has the tools' and the grip's.
-    pub(super) fn take(&mut self, time: f64, forces: &[(DVec3, f64)]) {
+    /// Takes a sample at a simulated time (s) if one is due: forces (N) and penetrations (m) of the tools and of the grip.
+    pub fn take(&mut self, time: f64, forces: &[([f64; 3], f64)]) {
         self.samples.resize_with(forces.len(), Vec::new);
         if time < self.next {
             return;
@@ -40,27 +39,29 @@ impl Forces {
             }
             samples.push(ForceSample {
                 time,
-                force: force.to_array(),
+                force,
                 penetration,
             });
         }
     }
 
-    /// Hands the samples out, in place of the tools' and the grip's.
-    pub(super) fn drain(&mut self) -> Vec<Vec<ForceSample>> {
+    /// Hands the samples out: those of each tool, then the grip's.
+    #[must_use]
+    pub fn drain(&mut self) -> Vec<Vec<ForceSample>> {
         self.samples.iter_mut().map(std::mem::take).collect()
     }
 
-    /// Time goes on from another place.
-    pub(super) fn restart(&mut self, time: f64) {
+    /// Time (s) goes on from here; what was not handed out is lost.
+    pub fn restart(&mut self, time: f64) {
         self.next = time;
         self.samples.clear();
     }
 }
 
 impl Score {
-    /// The sheet as CSV.
-    pub(super) fn csv(&self, rows: &[(&str, String)]) -> Vec<u8> {
+    /// The sheet as CSV, with `rows` before its own.
+    #[must_use]
+    pub fn csv(&self, rows: &[(&str, String)]) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let own = [
             ("blade_path_m", self.path[0]),

@@ -7,9 +7,6 @@
 use std::collections::VecDeque;
 
 use glam::{DQuat, DVec3};
-use phyxel_enrich::largest_distance;
-
-use crate::scene::Pose;
 
 /// Time (s) in which a tool makes up for most of its lag: half of a pointer's interval at 60 a second.
 const LAG: f64 = 0.008;
@@ -20,55 +17,59 @@ const LARGEST_TURN: f64 = 20.0;
 /// Distance (m) and angle (rad) at which a tool has arrived.
 const ARRIVED: f64 = 1e-7;
 
+/// Where a tool is (m), and how it is turned.
+pub type Placement = (DVec3, DQuat);
+
 /// A tool on its way to where a client wants it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseLead {
-    pose: Pose,
-    target: Pose,
+    now: Placement,
+    target: Placement,
 }
 
 impl PoseLead {
     /// A tool at rest.
     #[must_use]
-    pub const fn new(pose: Pose) -> Self {
-        Self { pose, target: pose }
+    pub const fn new(now: Placement) -> Self {
+        Self { now, target: now }
     }
 
     /// Where it is.
     #[must_use]
-    pub const fn pose(&self) -> &Pose {
-        &self.pose
+    pub const fn now(&self) -> Placement {
+        self.now
     }
 
     /// Sets where it shall go.
-    pub fn aim(&mut self, target: Pose) {
+    pub fn aim(&mut self, target: Placement) {
         self.target = target;
     }
 
     /// Puts it somewhere at once.
-    pub fn put(&mut self, pose: Pose) {
-        *self = Self::new(pose);
+    pub fn put(&mut self, now: Placement) {
+        *self = Self::new(now);
     }
 
-    /// Moves it for a step (s); the new pose where it moved.
-    pub fn lead(&mut self, step: f64) -> Option<Pose> {
-        if self.pose == self.target {
+    /// Moves it for a step (s); where it is then, if it moved.
+    pub fn lead(&mut self, step: f64) -> Option<Placement> {
+        if self.now == self.target {
             return None;
         }
-        let way = self.target.position - self.pose.position;
-        let turn = (self.target.rotation * self.pose.rotation.inverse()).normalize();
+        let ((from, turned), (to, turn)) = (self.now, self.target);
+        let way = to - from;
+        let turn = (turn * turned.inverse()).normalize();
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let (axis, angle) = turn.to_axis_angle();
         if way.length() < ARRIVED && angle < ARRIVED {
-            self.pose = self.target;
-            return Some(self.pose);
+            self.now = self.target;
+            return Some(self.now);
         }
         let share = 1.0 - (-step / LAG).exp();
-        let position = self.pose.position + (way * share).clamp_length_max(LARGEST_SPEED * step);
+        let position = from + (way * share).clamp_length_max(LARGEST_SPEED * step);
         let angle = (angle * share).min(LARGEST_TURN * step);
-        let rotation = (DQuat::from_axis_angle(axis, angle) * self.pose.rotation).normalize();
-        self.pose = Pose { rotation, position };
-        Some(self.pose)
+        let rotation = (DQuat::from_axis_angle(axis, angle) * turned).normalize();
+        self.now = (position, rotation);
+        Some(self.now)
     }
 }
 
@@ -117,15 +118,19 @@ impl BladeLead {
         &self.edge
     }
 
-    /// Adds an edge that it shall pass, of as many points as the first.
-    pub fn pass(&mut self, edge: &[DVec3]) {
+    /// Adds an edge that it shall pass.
+    ///
+    /// # Panics
+    /// If it has not as many points as the first.
+    pub fn pass(&mut self, edge: Vec<DVec3>) {
+        assert_eq!(edge.len(), self.edge.len(), "as many points as the first");
         if self.ending {
             return;
         }
         if self.waiting.len() == MOST_WAITING {
             self.waiting.pop_back();
         }
-        self.waiting.push_back(resampled(edge, self.edge.len()));
+        self.waiting.push_back(edge);
     }
 
     /// Ends the stroke where the last edge lies.
@@ -167,12 +172,10 @@ impl BladeLead {
     }
 }
 
-/// A polyline through `count` points, even along its length.
-pub(super) fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
-    if line.len() == count {
-        return line.to_vec();
-    }
-    phyxel_enrich::resampled(line, count)
+/// Largest distance (m) of two points in the same place of two lines.
+fn largest_distance(from: &[DVec3], to: &[DVec3]) -> f64 {
+    let moves = from.iter().zip(to).map(|(from, to)| from.distance(*to));
+    moves.fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -181,33 +184,27 @@ mod tests {
 
     #[test]
     fn a_tool_arrives_and_is_never_faster_than_allowed() {
-        let start = Pose {
-            rotation: DQuat::IDENTITY,
-            position: DVec3::ZERO,
-        };
-        let goal = Pose {
-            rotation: DQuat::from_rotation_x(2.0),
-            position: DVec3::new(0.03, -0.02, 0.01),
-        };
+        let start = (DVec3::ZERO, DQuat::IDENTITY);
+        let goal = (DVec3::new(0.03, -0.02, 0.01), DQuat::from_rotation_x(2.0));
         let mut lead = PoseLead::new(start);
         assert_eq!(lead.lead(1e-3), None, "nothing to do");
         lead.aim(goal);
         let (mut before, mut steps) = (start, 0);
-        while let Some(pose) = lead.lead(1e-3) {
-            let way = pose.position.distance(before.position);
+        while let Some(now) = lead.lead(1e-3) {
+            let way = now.0.distance(before.0);
             assert!(way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-12), "{way} m");
-            (before, steps) = (pose, steps + 1);
+            (before, steps) = (now, steps + 1);
             assert!(steps < 1000, "it must arrive");
         }
-        assert_eq!(*lead.pose(), goal);
+        assert_eq!(lead.now(), goal);
     }
 
     #[test]
     fn a_blade_passes_all_edges_in_captures_of_the_distance_asked() {
         let edge = |x: f64, y: f64| vec![DVec3::new(x, y, 0.0), DVec3::new(x, y, 0.05)];
         let mut lead = BladeLead::new(edge(0.0, 0.0), 0.004);
-        lead.pass(&edge(0.01, 0.0));
-        lead.pass(&edge(0.01, 0.01));
+        lead.pass(edge(0.01, 0.0));
+        lead.pass(edge(0.01, 0.01));
         lead.end();
         let (mut captures, mut last) = (Vec::new(), DVec3::ZERO);
         for _ in 0..1000 {
@@ -234,17 +231,5 @@ mod tests {
         }
         // 20 mm of way with a corner, which shortens a chord: five captures or six.
         assert!((5..=6).contains(&captures.len()), "{}", captures.len());
-    }
-
-    #[test]
-    fn a_line_is_resampled_evenly() {
-        let line = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
-        let points = resampled(&line, 5);
-        let told = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 0.5], [1.0, 1.0]];
-        for (point, told) in points.iter().zip(told) {
-            let told = DVec3::new(told[0], told[1], 0.0);
-            assert!(point.distance(told) < 1e-12, "{points:?}");
-        }
-        assert_eq!(resampled(&line, 3), line);
     }
 }

@@ -1,0 +1,104 @@
+//! Places to go back to.
+
+use std::collections::VecDeque;
+
+/// Strokes that can be undone, and what they may take together: a copy of a liver of 6,000 nodes and 30,000
+/// surfels has some 20 MB. The newest is kept whatever it takes.
+const MOST: usize = 16;
+const MOST_BYTES: usize = 256 << 20;
+
+/// Copies of the start, and of the state before each of the last strokes: going back takes as long after a hundred
+/// strokes as after one.
+#[derive(Debug)]
+pub struct Ring<T> {
+    start: Option<T>,
+    /// With the bytes of each.
+    strokes: VecDeque<(T, usize)>,
+}
+
+impl<T> Default for Ring<T> {
+    fn default() -> Self {
+        Self {
+            start: None,
+            strokes: VecDeque::new(),
+        }
+    }
+}
+
+impl<T: Clone> Ring<T> {
+    /// Sets the state that a reset brings back.
+    pub fn set_start(&mut self, start: T) {
+        self.start = Some(start);
+    }
+
+    /// Adds the state before a stroke, which takes so many bytes; the oldest give way.
+    pub fn push(&mut self, before: T, bytes: usize) {
+        self.strokes.push_back((before, bytes));
+        let mut sum: usize = self.strokes.iter().map(|(_, bytes)| bytes).sum();
+        while self.strokes.len() > MOST || (self.strokes.len() > 1 && sum > MOST_BYTES) {
+            let oldest = self.strokes.pop_front();
+            sum -= oldest.map_or(0, |(_, bytes)| bytes);
+        }
+    }
+
+    /// How many strokes can be undone.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.strokes.len()
+    }
+
+    /// Whether no stroke can be undone.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.strokes.is_empty()
+    }
+
+    /// Takes the newest state before a stroke.
+    pub fn pop(&mut self) -> Option<T> {
+        self.strokes.pop_back().map(|(before, _)| before)
+    }
+
+    /// The start; no stroke can be undone from there.
+    pub fn reset(&mut self) -> Option<T> {
+        self.strokes.clear();
+        self.start.clone()
+    }
+
+    /// The newest state that was good: before the last stroke, or the start.
+    pub fn last_good(&mut self) -> Option<T> {
+        self.pop().or_else(|| self.start.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_stay() {
+        let mut ring = Ring::default();
+        assert_eq!(
+            (ring.pop(), ring.reset(), ring.last_good()),
+            (None::<u32>, None, None)
+        );
+        ring.set_start(0);
+        for k in 1..=20 {
+            ring.push(k, 1 << 20);
+        }
+        assert_eq!(
+            (ring.len(), ring.pop(), ring.last_good()),
+            (MOST, Some(20), Some(19))
+        );
+        ring.push(21, MOST_BYTES);
+        assert_eq!(
+            (ring.len(), ring.last_good()),
+            (1, Some(21)),
+            "those before are too large"
+        );
+        ring.push(22, MOST_BYTES + 1);
+        assert_eq!(
+            (ring.len(), ring.reset(), ring.is_empty()),
+            (1, Some(0), true)
+        );
+    }
+}
