@@ -176,7 +176,7 @@ fn hard(c: &mut Criterion) {
     for side in SIDES {
         // Without jitter: nodes lie on cuts, and cuts run through edges and corners of the lattice.
         let block = Block::new(side, 0.0);
-        let whole = block.factors(Rule::Detour);
+        let whole = block.factors(Rule::Diffraction);
         for case in hard_cases((side / 2) as f64) {
             group.bench_function(BenchmarkId::new(case.name, block.x.len()), |b| {
                 b.iter_batched_ref(
@@ -194,7 +194,10 @@ fn update(c: &mut Criterion) {
     let mut group = c.benchmark_group("enrich/update_two_triangles");
     for side in SIDES {
         let block = Block::new(side, 0.1);
-        for (name, rule) in [("detour", Rule::Detour), ("visibility", Rule::Visibility)] {
+        for (name, rule) in [
+            ("diffraction", Rule::Diffraction),
+            ("visibility", Rule::Visibility),
+        ] {
             let (mut cuts, stroke) = block.half_cut();
             let mut before = block.factors(rule);
             before.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
@@ -227,9 +230,9 @@ fn whole_cut(c: &mut Criterion) {
         let block = Block::new(side, 0.1);
         let (cuts, _) = block.half_cut();
         group.throughput(Throughput::Elements(cuts.triangle_count() as u64));
-        group.bench_function(BenchmarkId::new("detour", block.x.len()), |b| {
+        group.bench_function(BenchmarkId::new("diffraction", block.x.len()), |b| {
             b.iter_batched_ref(
-                || block.factors(Rule::Detour),
+                || block.factors(Rule::Diffraction),
                 |f| {
                     black_box(
                         f.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
@@ -283,7 +286,7 @@ fn queries(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("solid_angle", block.x.len()), |b| {
             b.iter(|| pairs.iter().map(|(p, _)| cuts.solid_angle(*p)).sum::<f64>());
         });
-        let mut factors = block.factors(Rule::Detour);
+        let mut factors = block.factors(Rule::Diffraction);
         factors.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
             block.inside(p)
         });

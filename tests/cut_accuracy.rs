@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3};
 use phyxel_enrich::Rule;
 use testkit::tol::{assert_below, assert_within};
 
-const DETOUR: Form = Form::DETOUR;
+const DIFFRACTION: Form = Form::DIFFRACTION;
 
 fn mean(runs: &[Ratios], of: fn(&Ratios) -> f64) -> f64 {
     runs.iter().map(of).sum::<f64>() / runs.len() as f64
@@ -29,7 +29,7 @@ fn tada_paris_irwin_edge_crack() {
         let runs: Vec<Ratios> = PLACES
             .iter()
             .map(|&s| {
-                cracks::edge_crack(cells, jitter, s, DETOUR)
+                cracks::edge_crack(cells, jitter, s, DIFFRACTION)
                     .unwrap()
                     .unwrap()
             })
@@ -46,7 +46,7 @@ fn tada_paris_irwin_edge_crack() {
 
 #[test]
 fn tada_paris_irwin_centre_crack() {
-    let found = cracks::centre_crack(30, [0.25, 0.2], DETOUR)
+    let found = cracks::centre_crack(30, [0.25, 0.2], DIFFRACTION)
         .unwrap()
         .unwrap();
     assert_within("K_I", found.first, 1.0, 0.02);
@@ -55,7 +55,9 @@ fn tada_paris_irwin_centre_crack() {
 
 #[test]
 fn inclined_crack() {
-    let found = cracks::inclined_crack(50, 0.0, DETOUR).unwrap().unwrap();
+    let found = cracks::inclined_crack(50, 0.0, DIFFRACTION)
+        .unwrap()
+        .unwrap();
     assert_within("K_I", found.first, 1.0, 0.07);
     assert_within("K_II", found.second, 1.0, 0.07);
 }
@@ -72,7 +74,11 @@ fn sneddon_1946_penny_crack_in_a_cube() {
     let mut runs = Vec::new();
     for jitter in [0.0, 0.2] {
         for shift in shifts.map(DVec3::from) {
-            runs.push(cracks::penny(20, jitter, shift, DETOUR).unwrap().unwrap());
+            runs.push(
+                cracks::penny(20, jitter, shift, DIFFRACTION)
+                    .unwrap()
+                    .unwrap(),
+            );
         }
     }
     if testkit::tol::print_residuals() {
@@ -103,7 +109,7 @@ fn sneddon_1946_penny_crack_in_a_cube() {
 
 #[test]
 fn beam_with_a_slit_under_its_weight() {
-    let found = cracks::gravity_slit(64, DETOUR).unwrap().unwrap();
+    let found = cracks::gravity_slit(64, DIFFRACTION).unwrap().unwrap();
     assert_within("growth of the sag", found.first, 1.0, 0.01);
     assert_within("mouth", found.second, 1.0, 0.03);
 }

@@ -104,7 +104,7 @@ fn splat_study() -> &'static Findings {
 fn crack_study_finds_the_default_nearest_to_the_handbook() {
     let findings = study("crack");
     let off = |form| column(&findings, "both, RMS", form);
-    let default = off("detour");
+    let default = off("diffraction");
     assert!(default.iter().all(|error| *error < 8.0), "{default:?}");
     // Comparators: a crack that acts too long, and forms that were never meant to weaken pairs.
     for (form, least) in [

@@ -8,7 +8,7 @@ use crate::checks::{BadSetting, Checks};
 use crate::comparators::{GridFactors, GridSettings};
 use crate::cuts::Cuts;
 use crate::factors::{FactorSettings, PairFactors};
-use crate::graph::{Graph, Reach};
+use crate::graph::{Graph, InfluenceRadius};
 use crate::rule::Rule;
 
 /// How a cut weakens the pairs that it crosses.
@@ -20,9 +20,9 @@ use crate::rule::Rule;
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum CutRule {
-    /// By the shortest way round the cut.
+    /// By the shortest way round the cut: the diffraction criterion.
     Detour {
-        /// Distance over which nodes are coupled, in mean lengths of a node's pairs.
+        /// Influence radius of a node, in mean lengths of its pairs.
         #[cfg_attr(feature = "serde", serde(default = "CutRule::default_reach"))]
         reach: f64,
     },
@@ -31,7 +31,7 @@ pub enum CutRule {
     /// By the distance of the crossing from the cut's nearest edge; for comparison, made for straight
     /// cuts.
     Transparency {
-        /// Depth from which nothing passes, as a share of the coupling distance.
+        /// Depth from which nothing passes, as a share of the influence radius.
         #[cfg_attr(feature = "serde", serde(default = "CutRule::default_depth"))]
         depth: f64,
         /// Exponent, 2 or more.
@@ -144,8 +144,8 @@ impl Factors {
         let usual = FactorSettings::default();
         let settings = match rule {
             CutRule::Detour { reach } => FactorSettings {
-                reach: Reach::Neighbors(reach),
-                rule: Rule::Detour,
+                reach: InfluenceRadius::Neighbors(reach),
+                rule: Rule::Diffraction,
             },
             CutRule::Visibility => FactorSettings {
                 rule: Rule::Visibility,

@@ -8,7 +8,7 @@ use crate::edges::Edges;
 use crate::error::CutError;
 use crate::forest::Forest;
 use crate::index::{Bounds, BoxIndex};
-use crate::obstacle::{Bend, Obstacle, index32, share_to_zero};
+use crate::obstacle::{DiffractionPoint, Obstacle, index32, share_to_zero};
 use crate::predicate::{normal_signs, segment_crosses_triangle};
 
 /// Lengths that a cut needs to know.
@@ -580,12 +580,12 @@ impl Obstacle for Cuts {
         count
     }
 
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
-        self.edges.bends_into(near, out)
+    fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+        self.edges.diffraction_edges_into(near, out)
     }
 
-    fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
-        self.edges.bend(&self.vertices, bend, a, b)
+    fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
+        self.edges.diffraction_point(&self.vertices, edge, a, b)
     }
 
     fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
@@ -601,7 +601,7 @@ impl Obstacle for Cuts {
         a.lerp(b, share_to_zero(to_a, to_b))
     }
 
-    fn bend_distance(&self, bend: u32, point: DVec3) -> f64 {
-        self.edges.distance(&self.vertices, bend, point)
+    fn edge_distance(&self, edge: u32, point: DVec3) -> f64 {
+        self.edges.distance(&self.vertices, edge, point)
     }
 }

@@ -1,10 +1,10 @@
-//! Edges of a cut's triangles: where it ends, and round which ways bend.
+//! Edges of a cut's triangles: where it ends, and round which ways pass.
 
 use glam::DVec3;
 
 use crate::forest::Forest;
 use crate::index::{Bounds, CellMap};
-use crate::obstacle::{Bend, before, index32, outward};
+use crate::obstacle::{DiffractionPoint, before, index32, outward};
 
 #[derive(Debug, Clone)]
 struct Edge {
@@ -121,8 +121,8 @@ impl Edges {
         ))
     }
 
-    /// Edges round which ways can bend near a box, sorted; whether the cut ends there.
-    pub(crate) fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+    /// Edges round which ways can pass near a box, sorted; whether the cut ends there.
+    pub(crate) fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         out.clear();
         let mut ends = false;
         self.index.in_box(near, |number| {
@@ -139,7 +139,13 @@ impl Edges {
     /// The best point of an edge is where the way, unfolded into a plane, is straight:
     /// `t = (t_a d_b + t_b d_a) / (d_a + d_b)` with the coordinates t along the edge and the
     /// distances d to its line; clamped to the edge.
-    pub(crate) fn bend(&self, vertices: &[DVec3], edge: u32, a: DVec3, b: DVec3) -> Bend {
+    pub(crate) fn diffraction_point(
+        &self,
+        vertices: &[DVec3],
+        edge: u32,
+        a: DVec3,
+        b: DVec3,
+    ) -> DiffractionPoint {
         let [p, q] = self.ends(vertices, edge);
         let length = p.distance(q);
         let along = (q - p) / length;
@@ -151,7 +157,7 @@ impl Edges {
         } else {
             0.5 * (t_a + t_b)
         };
-        Bend {
+        DiffractionPoint {
             point: p + t.clamp(0.0, length) * along,
             outward: self.edges[edge as usize].outward,
         }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::graph::{Graph, Reach, Runs};
+use crate::graph::{Graph, InfluenceRadius, Runs};
 use crate::index::Bounds;
 use crate::obstacle::{Obstacle, index32};
 use crate::rule::{Rule, Scratch};
@@ -17,7 +17,7 @@ use crate::rule::{Rule, Scratch};
 pub struct FactorSettings {
     /// Coupling distance. Twice the mean length of a node's pairs was found best for edges of
     /// tetrahedra and of triangles (1.8 and 2.2 move the opening of an edge crack by about 1 %).
-    pub reach: Reach,
+    pub reach: InfluenceRadius,
     /// The rule.
     pub rule: Rule,
 }
@@ -25,8 +25,8 @@ pub struct FactorSettings {
 impl Default for FactorSettings {
     fn default() -> Self {
         Self {
-            reach: Reach::Neighbors(2.0),
-            rule: Rule::Detour,
+            reach: InfluenceRadius::Neighbors(2.0),
+            rule: Rule::Diffraction,
         }
     }
 }
@@ -77,7 +77,7 @@ pub struct PairFactors {
     conormals: BTreeMap<u32, DVec3>,
 }
 
-/// Candidates from which an update is spread over threads, and how many one thread takes at least: a detour
+/// Candidates from which an update is spread over threads, and how many one thread takes at least: a way
 /// takes 10 to 20 µs, as long as handing over a few of them.
 const PARALLEL: usize = 16;
 const TOGETHER: usize = 4;
@@ -94,13 +94,13 @@ impl PairFactors {
     /// All factors 1.
     ///
     /// # Panics
-    /// If the coupling distance is not positive.
+    /// If the influence radius is not positive.
     #[must_use]
     pub fn new(graph: &Graph<'_>, settings: &FactorSettings) -> Self {
-        let (Reach::Neighbors(size) | Reach::Length(size)) = settings.reach;
+        let (InfluenceRadius::Neighbors(size) | InfluenceRadius::Length(size)) = settings.reach;
         assert!(
             size > 0.0 && size.is_finite(),
-            "coupling distance {:?} is not positive",
+            "influence radius {:?} is not positive",
             settings.reach
         );
         Self {
@@ -115,14 +115,14 @@ impl PairFactors {
     /// Brings the factors up to date with new pieces of a cut.
     ///
     /// Only pairs near the new pieces are looked at: those that a new piece crosses, and those
-    /// already crossed whose detour may pass there. The work does not depend on the length of the
+    /// already crossed whose way may pass there. The work does not depend on the length of the
     /// cut so far.
     ///
     /// # Arguments
     /// * `graph` -- what the factors were made for.
     /// * `cut` -- all pieces, the new ones among them.
     /// * `new` -- numbers of the pieces that came since the last update.
-    /// * `inside` -- whether a point of material coordinates lies in the uncut body: a detour must.
+    /// * `inside` -- whether a point of material coordinates lies in the uncut body: a way must.
     ///
     /// # Panics
     /// If `new` names pieces that are not there, or the graph has other numbers of nodes and pairs

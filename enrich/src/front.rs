@@ -26,7 +26,7 @@ const SKIN: f64 = 0.1;
 /// severs none of the pairs that lie in it.
 const OVERSHOOT: f64 = 0.5;
 /// How far a branch, and a front that meets an older sheet, reach through it, in spacings: more than
-/// the bend's offset in the rule of detours, 0.05 of a coupling distance of 2.
+/// the offset of diffraction points, 0.05 of an influence radius of 2.
 const THROUGH: f64 = 0.15;
 /// A blade this near to its sheet (in spacings) without being ahead of the front is in its gap: the
 /// map between two flanks is good to half a spacing.

@@ -216,18 +216,18 @@ impl Rows {
     }
 }
 
-/// Coupling distance of a node; that of a pair is the mean of its two nodes'.
+/// Influence radius of a node; that of a pair is the mean of its two nodes'.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Reach {
+pub enum InfluenceRadius {
     /// This multiple of the mean length of the node's pairs.
     Neighbors(f64),
     /// The same length (m) for all nodes.
     Length(f64),
 }
 
-impl Reach {
-    /// Coupling distance (m) of one node.
+impl InfluenceRadius {
+    /// Influence radius (m) of one node.
     ///
     /// # Panics
     /// If there is no such node.
@@ -247,7 +247,7 @@ impl Reach {
         scale * total / count
     }
 
-    /// Coupling distance (m) of the pair between two nodes.
+    /// Influence radius (m) of the pair between two nodes.
     pub(crate) fn of_pair(self, graph: &Graph<'_>, i: usize, j: usize) -> f64 {
         0.5 * (self.of(graph, i) + self.of(graph, j))
     }
@@ -275,9 +275,9 @@ struct Run {
 }
 
 impl Runs {
-    pub(crate) fn new(graph: &Graph<'_>, reach: Reach) -> Self {
+    pub(crate) fn new(graph: &Graph<'_>, radius: InfluenceRadius) -> Self {
         let nodes = graph.positions.len();
-        let reaches: Vec<f64> = (0..nodes).map(|node| reach.of(graph, node)).collect();
+        let radii: Vec<f64> = (0..nodes).map(|node| radius.of(graph, node)).collect();
         let length = (nodes.isqrt() / 4).max(8);
         let runs = (0..nodes)
             .step_by(length)
@@ -288,7 +288,7 @@ impl Runs {
                     for &j in graph.row(i) {
                         let j = j as usize;
                         let length = graph.positions[i].distance(graph.positions[j]);
-                        let around = 0.5 * length + Rule::MARGIN * 0.5 * (reaches[i] + reaches[j]);
+                        let around = 0.5 * length + Rule::MARGIN * 0.5 * (radii[i] + radii[j]);
                         span = span.max(around).max(length);
                     }
                 }

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use crate::index::Bounds;
 
-/// Where a detour passes an edge of a cut.
+/// Where the shortest way between two points passes an edge of a cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bend {
+pub struct DiffractionPoint {
     /// Point of the edge with the shortest way from `a` over it to `b` (m).
     pub point: DVec3,
     /// Unit vector away from the cut.
@@ -39,19 +39,19 @@ pub trait Obstacle: Sync {
     /// Number of pieces that the segment `ab` crosses.
     fn crossings(&self, a: DVec3, b: DVec3) -> usize;
 
-    /// Numbers of the edges (in the plane: points) that a detour may bend round and that may meet
+    /// Numbers of the edges (in the plane: points) that a way may pass round and that may meet
     /// the box, sorted, each once; replaces what `out` held.
     ///
     /// # Returns
     /// Whether the cut may end in the box: false only if an even number of pieces meets at each of its
     /// edges there.
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool;
+    fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool;
 
     /// The shortest way over one of these edges.
     ///
     /// # Panics
     /// If there is no such edge.
-    fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend;
+    fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint;
 
     /// Numbers of the pieces that may meet the box, sorted, each once; replaces what `out` held.
     fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>);
@@ -62,11 +62,11 @@ pub trait Obstacle: Sync {
     /// If there is no such piece.
     fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3;
 
-    /// Distance of a point to one of the edges that a detour may bend round (m).
+    /// Distance of a point to one of the edges that a way may pass round (m).
     ///
     /// # Panics
     /// If there is no such edge.
-    fn bend_distance(&self, bend: u32, point: DVec3) -> f64;
+    fn edge_distance(&self, edge: u32, point: DVec3) -> f64;
 }
 
 /// Orders points by x, then y, then z; what depends on it does not depend on the order of arrival.
@@ -79,10 +79,10 @@ pub(crate) fn before(a: DVec3, b: DVec3) -> bool {
 /// Two faces that meet at less than 2.9 degrees from straight.
 const FLAT: f64 = 0.05;
 
-/// The faces at a flat edge reach so far from it (in cells of the index, so about in coupling distances);
+/// The faces at a flat edge reach so far from it (in cells of the index, so about in influence radii);
 /// where they reach less far, the edge must be straighter in the same proportion. A smooth sheet that
-/// comes in small pieces has bends this way, if its radius is below `FACE / FLAT`, 2.5 cells: round a
-/// larger one, ways that leave the bends out are too short by less than 0.7 % of the coupling distance.
+/// comes in small pieces has such edges this way, if its radius is below `FACE / FLAT`, 2.5 cells: round a
+/// larger one, ways that leave them out are too short by less than 0.7 % of the influence radius.
 const FACE: f64 = 0.125;
 
 /// Unit vector out of the cut from the directions into it, zero if the edge is flat.

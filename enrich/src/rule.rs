@@ -4,18 +4,18 @@ use glam::DVec3;
 
 use crate::index::Bounds;
 use crate::obstacle::Obstacle;
-use crate::way::{OFFSET, WayScratch, detour};
+use crate::way::{OFFSET, WayScratch, shortest_way};
 
 /// How the factor of a crossed pair is found. A pair that is not crossed has the factor 1 in all of
 /// them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Rule {
-    /// Shortest way round the cut with one bend, `f = W(L/h) / W(r/h)`; the diffraction method
+    /// Shortest way round the cut, `f = W(L/h) / W(r/h)`; the diffraction criterion
     /// (Organ, Fleming, Terry, Belytschko 1996) with exponent 1, for any shape in the plane and in
     /// space.
     #[default]
-    Detour,
+    Diffraction,
     /// Nothing passes a cut, `f = 0` (Belytschko, Lu, Gu 1994). Comparator: the crack acts up to
     /// half a spacing too long.
     Visibility,
@@ -24,7 +24,7 @@ pub enum Rule {
     /// crossing from the nearest edge (Organ et al. 1996). Comparator, made for straight cuts; it
     /// never severs pairs within `kappa h` of an edge.
     Transparency {
-        /// Depth from which nothing passes, as a share of the coupling distance.
+        /// Depth from which nothing passes, as a share of the influence radius.
         kappa: f64,
         /// Exponent, 2 or more.
         exponent: f64,
@@ -38,7 +38,7 @@ pub struct Scratch {
     ways: WayScratch,
 }
 
-/// Weight over the distance relative to the coupling distance, `W(q) = (1 − q²)³` (Aras 2014,
+/// Weight over the distance relative to the influence radius, `W(q) = (1 − q²)³` (Aras 2014,
 /// eq. (15), without its constant).
 fn kernel(q: f64) -> f64 {
     let s = (1.0 - q * q).max(0.0);
@@ -46,8 +46,8 @@ fn kernel(q: f64) -> f64 {
 }
 
 impl Rule {
-    /// Nothing farther than this share of the coupling distance from a pair's middle can change its
-    /// factor: half for the way itself, and the bend's offset.
+    /// Nothing farther than this share of the influence radius from a pair's middle can change its
+    /// factor: half for the way itself, and the offset of its diffraction points.
     pub(crate) const MARGIN: f64 = 0.5 + OFFSET + 0.01;
 
     /// Factor of the pair with nodes at `a` and `b`.
@@ -55,24 +55,24 @@ impl Rule {
     /// # Arguments
     /// * `cut` -- all pieces.
     /// * `a`, `b` -- rest positions (m).
-    /// * `reach` -- coupling distance of the pair (m).
+    /// * `radius` -- influence radius of the pair (m).
     /// * `inside` -- whether a point lies in the uncut body.
     /// * `scratch` -- work space, contents do not matter.
     ///
     /// # Numerics
-    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. Detours
-    /// have any number of bends.
+    /// Exactly 1 if the pair is not crossed, below 1 if it is, exactly 0 if it is severed. A way
+    /// has any number of diffraction points.
     pub fn factor<C: Obstacle>(
         &self,
         cut: &C,
         a: DVec3,
         b: DVec3,
-        reach: f64,
+        radius: f64,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         scratch: &mut Scratch,
     ) -> f64 {
         if cut.crosses(a, b) {
-            self.crossed_factor(cut, a, b, reach, inside, scratch).0
+            self.crossed_factor(cut, a, b, radius, inside, scratch).0
         } else {
             1.0
         }
@@ -85,24 +85,24 @@ impl Rule {
         cut: &C,
         a: DVec3,
         b: DVec3,
-        reach: f64,
+        radius: f64,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         scratch: &mut Scratch,
     ) -> (f64, DVec3) {
         let direct = a.distance(b);
         let way = match *self {
             Self::Visibility => None,
-            Self::Detour => detour(cut, a, b, reach, inside, &mut scratch.ways),
+            Self::Diffraction => shortest_way(cut, a, b, radius, inside, &mut scratch.ways),
             Self::Transparency { kappa, exponent } => {
-                transparency_depth(cut, a, b, kappa * reach, inside, scratch)
-                    .map(|depth| direct + reach * (depth / (kappa * reach)).powf(exponent))
+                transparency_depth(cut, a, b, kappa * radius, inside, scratch)
+                    .map(|depth| direct + radius * (depth / (kappa * radius)).powf(exponent))
                     .map(|length| (length, DVec3::ZERO))
             }
         };
         match way {
-            Some((length, outward)) if length < reach && direct < reach => {
+            Some((length, outward)) if length < radius && direct < radius => {
                 // Below 1 even where the way touches the pair's line: crossed pairs stay known.
-                let factor = kernel(length / reach) / kernel(direct / reach);
+                let factor = kernel(length / radius) / kernel(direct / radius);
                 (factor.min(1.0 - f64::EPSILON), outward)
             }
             _ => (0.0, DVec3::ZERO),
@@ -128,12 +128,12 @@ fn transparency_depth<C: Obstacle>(
             continue;
         }
         let at = cut.meeting_point(piece as usize, a, b);
-        cut.bends_into(&Bounds::of(&[at]).grown(limit), &mut scratch.near);
+        cut.diffraction_edges_into(&Bounds::of(&[at]).grown(limit), &mut scratch.near);
         let nearest = scratch
             .near
             .iter()
-            .filter(|&&bend| inside(cut.bend(bend, at, at).point))
-            .map(|&bend| cut.bend_distance(bend, at))
+            .filter(|&&edge| inside(cut.diffraction_point(edge, at, at).point))
+            .map(|&edge| cut.edge_distance(edge, at))
             .fold(f64::INFINITY, f64::min);
         depth = depth.max(nearest);
     }

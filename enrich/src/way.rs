@@ -3,24 +3,24 @@
 use glam::DVec3;
 
 use crate::index::Bounds;
-use crate::obstacle::{Bend, Obstacle};
+use crate::obstacle::{DiffractionPoint, Obstacle};
 
 /// Work space of a search; contents do not matter.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WayScratch {
     near: Vec<u32>,
     stops: Vec<Stop>,
-    path: Vec<(u32, Bend)>,
+    path: Vec<(u32, DiffractionPoint)>,
 }
 
-/// An edge that a way may bend round.
+/// An edge that a way may pass round.
 #[derive(Debug, Clone, Copy)]
 struct Stop {
     id: u32,
-    /// Length of the way with this bend alone: no way over the edge is shorter.
+    /// Length of the way round this edge alone: no way over the edge is shorter.
     least: f64,
     /// Where the shortest way found so far passes it.
-    bend: Bend,
+    diffraction: DiffractionPoint,
     /// Length of that way from its start; infinite while none is known.
     reached: f64,
     /// The stop before this one on it.
@@ -28,7 +28,7 @@ struct Stop {
     done: bool,
 }
 
-/// A bend must be free this far outside of its edge, relative to the coupling distance. It is what
+/// A diffraction point must be free this far outside of its edge, relative to the influence radius. It is what
 /// severs pairs at a joint that is not quite closed, and along a cut that overshoots the body by a little.
 pub(crate) const OFFSET: f64 = 0.05;
 
@@ -36,60 +36,60 @@ pub(crate) const OFFSET: f64 = 0.05;
 /// length is that of a way that is there: over the edge itself but for round-off, or farther outside.
 const TIGHTER: [f64; 2] = [1e-4, 0.125];
 
-/// Sweeps over the bends of a way, each moved to its best place between its neighbours: at most so many,
+/// Sweeps over the diffraction points of a way, each moved to its best place between its neighbours: at most so many,
 /// and no more once a sweep gains less than `GAIN` of the length.
 const SWEEPS: usize = 60;
 const GAIN: f64 = 1e-6;
-/// Sweeps over the whole, each after bends were moved to other edges. One is the rule.
+/// Sweeps over the whole, each after points were moved to other edges. One is the rule.
 const EXCHANGES: usize = 10;
 
 /// What a search asks again and again.
 struct Ways<'a, C> {
     cut: &'a C,
     inside: &'a (dyn Fn(DVec3) -> bool + Sync),
-    /// Distance (m) from an edge at which a bend must be free.
+    /// Distance (m) from an edge at which a diffraction point must be free.
     offset: f64,
     a: DVec3,
     b: DVec3,
 }
 
-/// Length of a way (m), and the mean direction of its bends out of the cut: of unit length, or zero where they
+/// Length of a way (m), and the mean direction at its diffraction points out of the cut: of unit length, or zero where they
 /// cancel.
 pub(crate) type Way = (f64, DVec3);
 
-/// The shortest free way from `a` to `b`, if its length is below `reach` (m).
+/// The shortest free way from `a` to `b`, if its length is below the influence `radius` (m).
 ///
-/// A way is free if, moved outward by the offset at each of its bends, it crosses nothing and each bend
-/// lies in the body. Its length is that over the edges themselves where such a way is free as well, and
+/// A way is free if, moved outward by the offset at each of its diffraction points, it crosses nothing and each of
+/// these lies in the body. Its length is that over the edges themselves where such a way is free as well, and
 /// that of a way a little outside of them where it is not.
 ///
-/// A way over an edge is never shorter than the one that bends there alone. The first free one of
+/// A way over an edge is never shorter than the one that passes there alone. The first free one of
 /// these in order of length is therefore the shortest of all but for ways over those before it, and
 /// only if there are such is there anything to search.
-pub(crate) fn detour<C: Obstacle>(
+pub(crate) fn shortest_way<C: Obstacle>(
     cut: &C,
     a: DVec3,
     b: DVec3,
-    reach: f64,
+    radius: f64,
     inside: &(dyn Fn(DVec3) -> bool + Sync),
     scratch: &mut WayScratch,
 ) -> Option<Way> {
     let WayScratch { near, stops, path } = scratch;
-    let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * reach);
-    let ends = cut.bends_into(&around, near);
+    let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * radius);
+    let ends = cut.diffraction_edges_into(&around, near);
     // Sheets that go on all round part the neighbourhood: an odd number of them is between a and b.
     if !ends && cut.crossings(a, b) % 2 == 1 {
         return None;
     }
     stops.clear();
     for &id in &*near {
-        let bend = cut.bend(id, a, b);
-        let least = a.distance(bend.point) + bend.point.distance(b);
-        if least < reach {
+        let diffraction = cut.diffraction_point(id, a, b);
+        let least = a.distance(diffraction.point) + diffraction.point.distance(b);
+        if least < radius {
             stops.push(Stop {
                 id,
                 least,
-                bend,
+                diffraction,
                 reached: f64::INFINITY,
                 from: None,
                 done: false,
@@ -100,46 +100,52 @@ pub(crate) fn detour<C: Obstacle>(
     let ways = Ways {
         cut,
         inside,
-        offset: OFFSET * reach,
+        offset: OFFSET * radius,
         a,
         b,
     };
-    let mut best = (reach, DVec3::ZERO);
+    let mut best = (radius, DVec3::ZERO);
     let mut shorter = 0;
     while shorter < stops.len() && stops[shorter].least < best.0 {
-        let Stop { id, bend, .. } = stops[shorter];
-        if let Some(length) = ways.length(&[(id, bend)])
+        let Stop {
+            id, diffraction, ..
+        } = stops[shorter];
+        if let Some(length) = ways.length(&[(id, diffraction)])
             && length < best.0
         {
-            best = (length, bend.outward);
+            best = (length, diffraction.outward);
         }
         shorter += 1;
     }
-    stops.retain(|stop| stop.least < best.0 && inside(bend_point(&stop.bend, ways.offset)));
+    stops.retain(|stop| {
+        stop.least < best.0 && inside(point_outside(&stop.diffraction, ways.offset))
+    });
     if stops.len() > 1 && ways.some_seen_from(a, stops) && ways.some_seen_from(b, stops) {
         best = ways.search(best, stops, path, true);
         best = ways.search(best, stops, path, false);
     }
-    (best.0 < reach).then_some(best)
+    (best.0 < radius).then_some(best)
 }
 
-/// The point so far outside of a bend.
-fn bend_point(bend: &Bend, offset: f64) -> DVec3 {
-    bend.point + offset * bend.outward
+/// The place so far outside of a diffraction point.
+fn point_outside(diffraction: &DiffractionPoint, offset: f64) -> DVec3 {
+    diffraction.point + offset * diffraction.outward
 }
 
 impl<C: Obstacle> Ways<'_, C> {
     fn some_seen_from(&self, end: DVec3, stops: &[Stop]) -> bool {
-        stops
-            .iter()
-            .any(|stop| !self.cut.crosses(end, bend_point(&stop.bend, self.offset)))
+        stops.iter().any(|stop| {
+            !self
+                .cut
+                .crosses(end, point_outside(&stop.diffraction, self.offset))
+        })
     }
 
-    /// Whether a way crosses nothing if its bends are moved outward by `offset`.
-    fn is_free(&self, path: &[(u32, Bend)], offset: f64) -> bool {
+    /// Whether a way crosses nothing if its diffraction points are moved outward by `offset`.
+    fn is_free(&self, path: &[(u32, DiffractionPoint)], offset: f64) -> bool {
         let mut last = self.a;
-        for (_, bend) in path {
-            let next = bend_point(bend, offset);
+        for (_, diffraction) in path {
+            let next = point_outside(diffraction, offset);
             if self.cut.crosses(last, next) {
                 return false;
             }
@@ -148,12 +154,12 @@ impl<C: Obstacle> Ways<'_, C> {
         !self.cut.crosses(last, self.b)
     }
 
-    /// Length of a way whose bends are moved outward by `offset`.
-    fn length_at(&self, path: &[(u32, Bend)], offset: f64) -> f64 {
+    /// Length of a way whose diffraction points are moved outward by `offset`.
+    fn length_at(&self, path: &[(u32, DiffractionPoint)], offset: f64) -> f64 {
         let mut last = self.a;
         let mut length = 0.0;
-        for (_, bend) in path {
-            let next = bend_point(bend, offset);
+        for (_, diffraction) in path {
+            let next = point_outside(diffraction, offset);
             length += last.distance(next);
             last = next;
         }
@@ -161,8 +167,10 @@ impl<C: Obstacle> Ways<'_, C> {
     }
 
     /// Length of a way, if it is free.
-    fn length(&self, path: &[(u32, Bend)]) -> Option<f64> {
-        let in_body = |(_, bend): &(u32, Bend)| (self.inside)(bend_point(bend, self.offset));
+    fn length(&self, path: &[(u32, DiffractionPoint)]) -> Option<f64> {
+        let in_body = |(_, diffraction): &(u32, DiffractionPoint)| {
+            (self.inside)(point_outside(diffraction, self.offset))
+        };
         if !path.iter().all(in_body) || !self.is_free(path, self.offset) {
             return None;
         }
@@ -176,11 +184,16 @@ impl<C: Obstacle> Ways<'_, C> {
         })
     }
 
-    /// Whether the way from one place to a bend, or from a bend to the other end, is free; a `tight` one
+    /// Whether the way from one place to a diffraction point, or from one to the other end, is free; a `tight` one
     /// also right beside the edges.
-    fn sees(&self, from: Option<&Bend>, to: Option<&Bend>, tight: bool) -> bool {
-        let place = |bend: Option<&Bend>, end: DVec3, offset: f64| {
-            bend.map_or(end, |bend| bend_point(bend, offset))
+    fn sees(
+        &self,
+        from: Option<&DiffractionPoint>,
+        to: Option<&DiffractionPoint>,
+        tight: bool,
+    ) -> bool {
+        let place = |diffraction: Option<&DiffractionPoint>, end: DVec3, offset: f64| {
+            diffraction.map_or(end, |diffraction| point_outside(diffraction, offset))
         };
         let free = |offset: f64| {
             let (from, to) = (place(from, self.a, offset), place(to, self.b, offset));
@@ -191,13 +204,13 @@ impl<C: Obstacle> Ways<'_, C> {
 
     /// The shortest way over any number of the stops, or `best` if none is shorter.
     ///
-    /// Hart, Nilsson, Raphael 1968 with the straight line to the end as the bound. The place of a bend
+    /// Hart, Nilsson, Raphael 1968 with the straight line to the end as the bound. The place of a point
     /// is the best between the stop before it and the end; all are moved to their best places at last.
     fn search(
         &self,
         best: Way,
         stops: &mut [Stop],
-        path: &mut Vec<(u32, Bend)>,
+        path: &mut Vec<(u32, DiffractionPoint)>,
         tight: bool,
     ) -> Way {
         for stop in &mut *stops {
@@ -206,7 +219,7 @@ impl<C: Obstacle> Ways<'_, C> {
         }
         self.extend(None, best.0, stops, tight);
         loop {
-            let whole = |stop: &Stop| stop.reached + stop.bend.point.distance(self.b);
+            let whole = |stop: &Stop| stop.reached + stop.diffraction.point.distance(self.b);
             let next = (0..stops.len())
                 .filter(|&k| !stops[k].done && whole(&stops[k]) < best.0)
                 .min_by(|&k, &m| whole(&stops[k]).total_cmp(&whole(&stops[m])));
@@ -214,17 +227,20 @@ impl<C: Obstacle> Ways<'_, C> {
                 return best;
             };
             stops[k].done = true;
-            if self.sees(Some(&stops[k].bend), None, tight) {
+            if self.sees(Some(&stops[k].diffraction), None, tight) {
                 path.clear();
                 let mut at = Some(k);
                 while let Some(k) = at {
-                    path.push((stops[k].id, stops[k].bend));
+                    path.push((stops[k].id, stops[k].diffraction));
                     at = stops[k].from;
                 }
                 path.reverse();
                 return match self.tightened(path, stops) {
                     Some(length) if length < best.0 => {
-                        let outward: DVec3 = path.iter().map(|(_, bend)| bend.outward).sum();
+                        let outward: DVec3 = path
+                            .iter()
+                            .map(|(_, diffraction)| diffraction.outward)
+                            .sum();
                         (length, outward.normalize_or_zero())
                     }
                     _ => best,
@@ -237,33 +253,33 @@ impl<C: Obstacle> Ways<'_, C> {
     /// Goes on from a stop, or from the start, to all stops that are seen from there.
     fn extend(&self, from: Option<usize>, best: f64, stops: &mut [Stop], tight: bool) {
         let (start, reached) = match from {
-            Some(k) => (Some(stops[k].bend), stops[k].reached),
+            Some(k) => (Some(stops[k].diffraction), stops[k].reached),
             None => (None, 0.0),
         };
-        let last = start.map_or(self.a, |bend| bend.point);
+        let last = start.map_or(self.a, |diffraction| diffraction.point);
         for stop in &mut *stops {
             if stop.done {
                 continue;
             }
-            let bend = match from {
-                Some(_) => self.cut.bend(stop.id, last, self.b),
-                None => stop.bend,
+            let diffraction = match from {
+                Some(_) => self.cut.diffraction_point(stop.id, last, self.b),
+                None => stop.diffraction,
             };
-            let length = reached + last.distance(bend.point);
+            let length = reached + last.distance(diffraction.point);
             if length < stop.reached
-                && length + bend.point.distance(self.b) < best
-                && self.sees(start.as_ref(), Some(&bend), tight)
+                && length + diffraction.point.distance(self.b) < best
+                && self.sees(start.as_ref(), Some(&diffraction), tight)
             {
-                stop.bend = bend;
+                stop.diffraction = diffraction;
                 stop.reached = length;
                 stop.from = from;
             }
         }
     }
 
-    /// Length of a way after its bends were moved to their best places, or of the way itself if it is
+    /// Length of a way after its diffraction points were moved to their best places, or of the way itself if it is
     /// free no more there.
-    fn tightened(&self, path: &mut [(u32, Bend)], stops: &[Stop]) -> Option<f64> {
+    fn tightened(&self, path: &mut [(u32, DiffractionPoint)], stops: &[Stop]) -> Option<f64> {
         let before = self.length(path);
         for _ in 0..EXCHANGES {
             self.sweep(path);
@@ -277,13 +293,13 @@ impl<C: Obstacle> Ways<'_, C> {
         }
     }
 
-    /// Moves each bend along its edge to the best place between those beside it, again and again.
-    fn sweep(&self, path: &mut [(u32, Bend)]) {
+    /// Moves each diffraction point along its edge to the best place between those beside it, again and again.
+    fn sweep(&self, path: &mut [(u32, DiffractionPoint)]) {
         let mut length = self.length_at(path, 0.0);
         for _ in 0..SWEEPS {
             for k in 0..path.len() {
                 let (last, next) = self.beside(path, k);
-                path[k].1 = self.cut.bend(path[k].0, last, next);
+                path[k].1 = self.cut.diffraction_point(path[k].0, last, next);
             }
             let swept = self.length_at(path, 0.0);
             if swept > (1.0 - GAIN) * length {
@@ -293,20 +309,28 @@ impl<C: Obstacle> Ways<'_, C> {
         }
     }
 
-    /// Moves bends to other edges where that makes the way shorter, as from one piece of a divided edge
+    /// Moves diffraction points to other edges where that makes the way shorter, as from one piece of a divided edge
     /// to the next; whether one was moved.
-    fn exchange(&self, path: &mut [(u32, Bend)], stops: &[Stop]) -> bool {
+    fn exchange(&self, path: &mut [(u32, DiffractionPoint)], stops: &[Stop]) -> bool {
         let mut exchanged = false;
         for k in 0..path.len() {
             let (last, next) = self.beside(path, k);
             let length = |point: DVec3| last.distance(point) + point.distance(next);
             for stop in stops {
-                let bend = self.cut.bend(stop.id, last, next);
-                if length(bend.point) < (1.0 - GAIN) * length(path[k].1.point)
-                    && self.sees(path[..k].last().map(|(_, bend)| bend), Some(&bend), true)
-                    && self.sees(Some(&bend), path.get(k + 1).map(|(_, bend)| bend), true)
+                let diffraction = self.cut.diffraction_point(stop.id, last, next);
+                if length(diffraction.point) < (1.0 - GAIN) * length(path[k].1.point)
+                    && self.sees(
+                        path[..k].last().map(|(_, diffraction)| diffraction),
+                        Some(&diffraction),
+                        true,
+                    )
+                    && self.sees(
+                        Some(&diffraction),
+                        path.get(k + 1).map(|(_, diffraction)| diffraction),
+                        true,
+                    )
                 {
-                    path[k] = (stop.id, bend);
+                    path[k] = (stop.id, diffraction);
                     exchanged = true;
                 }
             }
@@ -314,9 +338,9 @@ impl<C: Obstacle> Ways<'_, C> {
         exchanged
     }
 
-    /// Points of a way before and after one of its bends.
-    fn beside(&self, path: &[(u32, Bend)], k: usize) -> (DVec3, DVec3) {
-        let point = |&(_, bend): &(u32, Bend)| bend.point;
+    /// Points of a way before and after one of its diffraction points.
+    fn beside(&self, path: &[(u32, DiffractionPoint)], k: usize) -> (DVec3, DVec3) {
+        let point = |&(_, diffraction): &(u32, DiffractionPoint)| diffraction.point;
         let last = path[..k].last().map_or(self.a, point);
         (last, path.get(k + 1).map_or(self.b, point))
     }

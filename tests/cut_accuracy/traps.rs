@@ -8,7 +8,7 @@ const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
 
 /// A cut by the default rule.
 fn cut_by_default<'a>(body: &'a Plate, cuts: &phyxel_enrich::Cuts) -> CutBody<'a> {
-    CutBody::new(body, cuts, &[], Form::DETOUR)
+    CutBody::new(body, cuts, &[], Form::DIFFRACTION)
         .unwrap()
         .unwrap()
 }

@@ -183,7 +183,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 fn readings() -> Result<Table, StudyError> {
     let mut rows = Vec::new();
     for (cells, jitter) in [(20, 0.0), (20, 0.2), (21, 0.0), (31, 0.0)] {
-        let Some(found) = penny(cells, jitter, DVec3::ZERO, Form::DETOUR)? else {
+        let Some(found) = penny(cells, jitter, DVec3::ZERO, Form::DIFFRACTION)? else {
             continue;
         };
         for (reading, face) in READINGS.into_iter().zip(&found.faces) {
@@ -201,7 +201,7 @@ fn readings() -> Result<Table, StudyError> {
     Ok(Table {
         name: "readings",
         title:
-            "Penny-shaped crack by the detour: errors of the opening by the radius over which the \
+            "Penny-shaped crack by diffraction: errors of the opening by the radius over which the \
                 displacement field is read; by the work of the loads; and at the nodes"
                 .to_owned(),
         columns: columns(&[

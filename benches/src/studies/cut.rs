@@ -218,7 +218,7 @@ fn slits(effort: Effort) -> Result<(Table, Vec<Series>), StudyError> {
     let mut rows = Vec::new();
     let (mut sags, mut mouths) = (Vec::new(), Vec::new());
     for &cells in cells {
-        let Some(found) = gravity_slit(cells, Form::DETOUR)? else {
+        let Some(found) = gravity_slit(cells, Form::DIFFRACTION)? else {
             continue;
         };
         let [sag, mouth] = [found.first, found.second].map(|ratio| 100.0 * (ratio - 1.0));

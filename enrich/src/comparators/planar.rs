@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::cuts::{CutSettings, Dropped};
 use crate::error::CutError;
 use crate::index::{Bounds, BoxIndex, CellMap};
-use crate::obstacle::{Bend, Obstacle, index32, outward, share_to_zero};
+use crate::obstacle::{DiffractionPoint, Obstacle, index32, outward, share_to_zero};
 use crate::predicate::segments_cross;
 
 #[derive(Debug, Clone)]
@@ -264,7 +264,7 @@ impl Obstacle for PlanarCuts {
             .count()
     }
 
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+    fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         let flat = Bounds {
             low: near.low.with_z(0.0),
             high: near.high.with_z(0.0),
@@ -277,9 +277,9 @@ impl Obstacle for PlanarCuts {
         ends
     }
 
-    fn bend(&self, bend: u32, _a: DVec3, _b: DVec3) -> Bend {
-        let corner = &self.corners[bend as usize];
-        Bend {
+    fn diffraction_point(&self, edge: u32, _a: DVec3, _b: DVec3) -> DiffractionPoint {
+        let corner = &self.corners[edge as usize];
+        DiffractionPoint {
             point: corner.at.extend(0.0),
             outward: corner.outward,
         }
@@ -302,7 +302,7 @@ impl Obstacle for PlanarCuts {
         a.lerp(b, share_to_zero(to_a, to_b))
     }
 
-    fn bend_distance(&self, bend: u32, point: DVec3) -> f64 {
-        self.corners[bend as usize].at.distance(point.truncate())
+    fn edge_distance(&self, edge: u32, point: DVec3) -> f64 {
+        self.corners[edge as usize].at.distance(point.truncate())
     }
 }

@@ -231,7 +231,7 @@ fn grid_refuses_what_it_cannot_do() {
 #[test]
 fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
     let cloud = Cloud::lattice(24, 1, 0.25, 2.5);
-    let support = vec![cloud.reach; cloud.x.len()];
+    let support = vec![cloud.radius; cloud.x.len()];
     let settings = GridSettings {
         spacing: 1.0 / 96.0,
         inflate: 0.3,

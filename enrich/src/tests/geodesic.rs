@@ -9,7 +9,7 @@ use crate::face::nearest_on_triangle;
 
 /// Shortest ways in space round triangles over many points close to their edges.
 ///
-/// Each edge of each triangle, whether the cut ends there or not, has points every `STEP` of the reach
+/// Each edge of each triangle, whether the cut ends there or not, has points every `STEP` of the radius
 /// along it and seven at each place round it, so that no two are on opposite sides: nothing is said of where a way may bend, nor how often.
 struct SampledWays {
     triangles: Vec<[DVec3; 3]>,
@@ -27,11 +27,11 @@ struct Stop {
 }
 
 const STEP: f64 = 0.08;
-/// Distance of a stop from its edge, relative to the reach.
+/// Distance of a stop from its edge, relative to the radius.
 const BESIDE: f64 = 1e-5;
 
 impl SampledWays {
-    fn new(triangles: Vec<[DVec3; 3]>, reach: f64) -> Self {
+    fn new(triangles: Vec<[DVec3; 3]>, radius: f64) -> Self {
         let mut edges: Vec<[DVec3; 2]> = Vec::new();
         for t in &triangles {
             for k in 0..3 {
@@ -45,12 +45,12 @@ impl SampledWays {
         for (edge, &[p, q]) in edges.iter().enumerate() {
             let u = (q - p).normalize().any_orthonormal_vector();
             let v = (q - p).normalize().cross(u);
-            let count = (p.distance(q) / (STEP * reach)).ceil() as u32;
+            let count = (p.distance(q) / (STEP * radius)).ceil() as u32;
             for k in 0..=count {
                 let at = p.lerp(q, f64::from(k) / f64::from(count));
                 for turn in 0..7 {
                     let (s, c) = (f64::from(turn) * std::f64::consts::TAU / 7.0 + 0.1).sin_cos();
-                    let beside = BESIDE * reach * (c * u + s * v);
+                    let beside = BESIDE * radius * (c * u + s * v);
                     let at = at + beside;
                     if inside(at) {
                         stops.push(Stop { at, edge, beside });
@@ -179,15 +179,15 @@ impl SampledWays {
 }
 
 /// A strip that wanders: steps and blades turn at random, long enough to leave the body or not.
-fn strip(random: &mut Random, reach: f64) -> Vec<Vec<DVec3>> {
+fn strip(random: &mut Random, radius: f64) -> Vec<Vec<DVec3>> {
     let mut at = DVec3::splat(0.5) + random.vector(0.3);
     let mut along = random.vector(1.0).normalize();
     let mut blade = along.any_orthonormal_vector();
-    let width = reach * (0.8 + 3.0 * random.vector(0.5).x.abs());
+    let width = radius * (0.8 + 3.0 * random.vector(0.5).x.abs());
     let mut blades = Vec::new();
     for _ in 0..3 + random.bits() % 5 {
         blades.push(vec![at, at + width * blade]);
-        at += reach * (0.7 + random.vector(0.3).x) * along;
+        at += radius * (0.7 + random.vector(0.3).x) * along;
         along = (along + random.vector(0.5)).normalize();
         blade = (blade + random.vector(0.3)).normalize();
     }
@@ -196,7 +196,7 @@ fn strip(random: &mut Random, reach: f64) -> Vec<Vec<DVec3>> {
 
 #[test]
 fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
-    let reach = 0.22;
+    let radius = 0.22;
     let (mut count, mut severed) = (0_u32, 0);
     // Squares of errors of the weight: what is found, the best of one bend, and no way round at all.
     let mut squares = [0.0; 3];
@@ -206,15 +206,15 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
             .into_iter()
             .map(|p| p + DVec3::splat(0.5))
             .collect();
-        let cloud = Cloud::joined(x, reach);
+        let cloud = Cloud::joined(x, radius);
         // Two strips in every third case: they may cross, meet or miss each other.
         let strokes: Vec<_> = (0..1 + usize::from(seed % 3 == 0))
-            .map(|_| strip(&mut random, reach))
+            .map(|_| strip(&mut random, radius))
             .collect();
         let cuts = cut(&strokes, &settings(&cloud));
         let found = factors(&cloud, &cuts);
         let triangles = (0..cuts.triangle_count()).map(|t| cuts.triangle(t));
-        let ways = SampledWays::new(triangles.collect(), reach);
+        let ways = SampledWays::new(triangles.collect(), radius);
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
             if i > j {
                 continue;
@@ -226,14 +226,14 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
                 continue;
             }
             count += 1;
-            let [one, any] = ways.shortest(a, b, 1.02 * reach);
-            if any > 1.01 * reach {
+            let [one, any] = ways.shortest(a, b, 1.02 * radius);
+            if any > 1.01 * radius {
                 severed += 1;
                 assert!(pair == 0.0, "seed {seed}: {i} {j} leak {pair}");
             }
             // The weight itself, not its ratio to the uncut weight.
-            let weight = pair * kernel(a.distance(b) / reach);
-            let [one, any] = [one, any].map(|l| kernel((l / reach).min(1.0)));
+            let weight = pair * kernel(a.distance(b) / radius);
+            let [one, any] = [one, any].map(|l| kernel((l / radius).min(1.0)));
             // A way that is found is there; the sampled one may be a little longer.
             assert!(weight < any + 0.01, "seed {seed}: {i} {j} {weight} > {any}");
             squares[0] += (weight - any).powi(2);
@@ -246,7 +246,7 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
         println!("{count} crossed, {severed} severed: rms {rms:.5?}");
     }
     assert!(count > 1500 && severed > 200, "{count} {severed}");
-    // Crumpled strips, a kink at every step of 0.7 of the reach: ways of one bend are not enough.
+    // Crumpled strips, a kink at every step of 0.7 of the radius: ways of one bend are not enough.
     assert!(rms[0] <= 2e-3 && rms[1] > 5e-3, "{rms:?}");
 }
 
@@ -263,16 +263,16 @@ fn twisted(turn: f64, blades: u32, share: usize) -> ([f64; 2], f64, usize) {
     let cuts = cut(&vec![(0..=blades).map(blade).collect()], &settings(&cloud));
     let found = factors(&cloud, &cuts);
     let triangles = (0..cuts.triangle_count()).map(|t| cuts.triangle(t));
-    let ways = SampledWays::new(triangles.collect(), cloud.reach);
+    let ways = SampledWays::new(triangles.collect(), cloud.radius);
     let (mut squares, mut most, mut count) = ([0.0; 2], 0.0_f64, 0);
     for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
         if found[pair] >= 1.0 || i > j || pair % share != 0 {
             continue;
         }
         let (a, b) = (cloud.x[i], cloud.x[j]);
-        let lengths = ways.shortest(a, b, 1.01 * cloud.reach);
-        let [one, any] = lengths.map(|l| kernel((l / cloud.reach).min(1.0)));
-        let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
+        let lengths = ways.shortest(a, b, 1.01 * cloud.radius);
+        let [one, any] = lengths.map(|l| kernel((l / cloud.radius).min(1.0)));
+        let weight = found[pair] * kernel(a.distance(b) / cloud.radius);
         squares[0] += (weight - any).powi(2);
         squares[1] += (one - any).powi(2);
         if (weight - any).abs() > 5e-3 && testkit::tol::print_residuals() {
@@ -285,7 +285,7 @@ fn twisted(turn: f64, blades: u32, share: usize) -> ([f64; 2], f64, usize) {
 }
 
 #[test]
-fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_bends() {
+fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_points() {
     for (turn, blades) in [
         (90.0, 16),
         (180.0, 16),
@@ -304,7 +304,7 @@ fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_bends() {
 }
 
 #[test]
-fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
+fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_points() {
     let spiral = |turns: f64, low: f64, high: f64, count: u32| -> Vec<DVec2> {
         let place = |k: u32| {
             let t = f64::from(k) / f64::from(count);
@@ -351,7 +351,7 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
         let strokes = super::shapes::extruded(&lines, -0.3, 1.3);
         let cuts = cut(&strokes, &settings(&cloud));
         let found = factors(&cloud, &cuts);
-        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.reach);
+        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.radius);
         let segments: Vec<_> = (0..planar.segment_count())
             .map(|s| planar.segment(s))
             .collect();
@@ -362,9 +362,9 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_bends() {
                 continue;
             }
             let (a, b) = (cloud.x[i], cloud.x[j]);
-            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.reach);
-            let exact = kernel((flat.hypot(a.z - b.z) / cloud.reach).min(1.0));
-            let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
+            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.radius);
+            let exact = kernel((flat.hypot(a.z - b.z) / cloud.radius).min(1.0));
+            let weight = found[pair] * kernel(a.distance(b) / cloud.radius);
             squares += (weight - exact).powi(2);
             above = above.max(weight - exact);
             below = below.max(exact - weight);

@@ -8,7 +8,7 @@ use testkit::cloud::Random;
 use super::shapes::{plane, space};
 use super::slow::{Cloud, inside, kernel};
 use super::space_cases::{body, cut, factors, settings};
-use crate::{Bend, Bounds, CutSettings, Cuts, Obstacle};
+use crate::{Bounds, CutSettings, Cuts, DiffractionPoint, Obstacle};
 
 #[test]
 fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
@@ -54,7 +54,7 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
             );
             assert_eq!(grown < 1.0, once < 1.0, "{name}: pair {pair}");
             lower += usize::from(grown < once - 1e-6);
-            let uncut = kernel(cloud.x[i].distance(cloud.x[j]) / cloud.reach);
+            let uncut = kernel(cloud.x[i].distance(cloud.x[j]) / cloud.radius);
             most = most.max((once - grown) * uncut);
         }
         if testkit::tol::print_residuals() {
@@ -144,7 +144,7 @@ fn subdivision_of_plane_strips_moves_factors_by_round_off_only() {
             .collect();
         let found = factors(&cloud, &from_soup(&fine, &exact));
         for (pair, (a, b)) in reference.iter().zip(&found).enumerate() {
-            // Ways of several bends are tightened until a sweep gains no more than 1e-6.
+            // Ways of several diffraction points are tightened until a sweep gains no more than 1e-6.
             assert!((a - b).abs() <= 1e-6, "{name}: pair {pair}, {a} and {b}");
         }
     }
@@ -200,11 +200,11 @@ impl Obstacle for Counted<'_> {
     fn crossings(&self, a: DVec3, b: DVec3) -> usize {
         self.cut().crossings(a, b)
     }
-    fn bends_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
-        self.cut().bends_into(near, out)
+    fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+        self.cut().diffraction_edges_into(near, out)
     }
-    fn bend(&self, bend: u32, a: DVec3, b: DVec3) -> Bend {
-        self.cut().bend(bend, a, b)
+    fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
+        self.cut().diffraction_point(edge, a, b)
     }
     fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
         self.cut().pieces_into(near, out);
@@ -212,8 +212,8 @@ impl Obstacle for Counted<'_> {
     fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3 {
         self.cut().meeting_point(piece, a, b)
     }
-    fn bend_distance(&self, bend: u32, point: DVec3) -> f64 {
-        self.cut().bend_distance(bend, point)
+    fn edge_distance(&self, edge: u32, point: DVec3) -> f64 {
+        self.cut().edge_distance(edge, point)
     }
 }
 

@@ -8,7 +8,7 @@ use testkit::strategies::vector;
 use super::slow::{Cloud, inside};
 use super::space_cases::{cut, factors};
 use crate::{
-    CutError, CutSettings, Cuts, Dropped, FactorSettings, Graph, PairFactors, Reach,
+    CutError, CutSettings, Cuts, Dropped, FactorSettings, Graph, InfluenceRadius, PairFactors,
     connected_pieces,
 };
 
@@ -22,8 +22,8 @@ fn cloud() -> Cloud {
 
 fn settings(cloud: &Cloud) -> CutSettings {
     CutSettings {
-        weld_tolerance: 0.05 * cloud.reach,
-        index_cell: cloud.reach,
+        weld_tolerance: 0.05 * cloud.radius,
+        index_cell: cloud.radius,
     }
 }
 
@@ -74,7 +74,7 @@ fn pen_lifted_and_put_back() {
     let cloud = cloud();
     // Two coplanar strips with a gap between them: below the tolerance it closes, above it is open.
     for (gap, parts) in [(0.02, 2), (0.04, 2), (0.5, 1)] {
-        let gap = gap * cloud.reach;
+        let gap = gap * cloud.radius;
         let strokes = vec![
             vec![blade(0.503, -0.3), blade(0.503, 0.5)],
             vec![blade(0.503, 0.5 + gap), blade(0.503, 1.3)],
@@ -92,7 +92,7 @@ fn blade_that_stands_still_or_trembles_makes_nothing() {
     let mut random = Random::new(4);
     let stroke = cuts.start(&blade(0.5, 0.3)).unwrap();
     for _ in 0..1000 {
-        let tremor = random.vector(0.3 * 0.05 * cloud.reach);
+        let tremor = random.vector(0.3 * 0.05 * cloud.radius);
         let points: Vec<DVec3> = blade(0.5, 0.3).iter().map(|&p| p + tremor).collect();
         assert_eq!(cuts.append(stroke, &points).unwrap(), 0..0);
     }
@@ -108,7 +108,7 @@ fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
     let cloud = cloud();
     let mut fine = Cuts::new(&CutSettings {
         weld_tolerance: 0.0,
-        index_cell: cloud.reach,
+        index_cell: cloud.radius,
     });
     let stroke = fine.start(&blade(0.503, -0.3)).unwrap();
     let mut grown = cloud.factors();
@@ -260,10 +260,10 @@ proptest! {
         let moved_strokes: Vec<Vec<Vec<DVec3>>> = strokes.iter()
             .map(|s| s.iter().map(|b| b.iter().map(|&p| place(p)).collect()).collect()).collect();
         let cuts = cut(&moved_strokes, &CutSettings {
-            weld_tolerance: 0.05 * cloud.reach * scale, index_cell: cloud.reach * scale });
+            weld_tolerance: 0.05 * cloud.radius * scale, index_cell: cloud.radius * scale });
         let graph = Graph::new(&moved, cloud.graph().offsets(), cloud.graph().indices()).unwrap();
         let mut found = PairFactors::new(&graph, &FactorSettings {
-            reach: Reach::Length(cloud.reach * scale),
+            reach: InfluenceRadius::Length(cloud.radius * scale),
             ..FactorSettings::default()
         });
         found.update(&graph, &cuts, 0..cuts.triangle_count(), &|p| inside(back(p)));

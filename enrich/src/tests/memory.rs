@@ -75,7 +75,7 @@ fn nodes_in_any_order_have_the_same_factors() {
     for (old, &new) in place.iter().enumerate() {
         moved[new] = cloud.x[old];
     }
-    let shuffled = Cloud::joined(moved, cloud.reach);
+    let shuffled = Cloud::joined(moved, cloud.radius);
     let blade = |x: f64, y: f64| vec![DVec3::new(x, y, -0.3), DVec3::new(x, y + 0.1, 0.7)];
     let strokes = vec![vec![blade(-0.3, 0.45), blade(0.3, 0.55), blade(0.7, 0.4)]];
     let cuts = cut(&strokes, &super::space_cases::settings(&cloud));

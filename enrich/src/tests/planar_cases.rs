@@ -33,7 +33,7 @@ fn no_leak_and_no_over_cut_in_any_case() {
             0.25
         };
         let cloud = Cloud::lattice(24, 1, jitter, 2.5);
-        let cuts = cut(&lines, 0.05 * cloud.reach);
+        let cuts = cut(&lines, 0.05 * cloud.radius);
         let found = factors(&cloud, &cuts);
         let segments: Vec<[DVec2; 2]> =
             (0..cuts.segment_count()).map(|s| cuts.segment(s)).collect();
@@ -52,11 +52,11 @@ fn no_leak_and_no_over_cut_in_any_case() {
             // to the side that the tie rule gives.
             let off = DVec2::new(1e-11, 1e-12);
             let (a, b) = (cloud.x[i].truncate() + off, cloud.x[j].truncate() + off);
-            let length = oracle.shortest(a, b, 1.2 * cloud.reach);
+            let length = oracle.shortest(a, b, 1.2 * cloud.radius);
             let direct = cloud.x[i].distance(cloud.x[j]);
             let exact =
-                kernel(length.min(cloud.reach) / cloud.reach) / kernel(direct / cloud.reach);
-            if length >= cloud.reach * (1.0 + 1e-5) {
+                kernel(length.min(cloud.radius) / cloud.radius) / kernel(direct / cloud.radius);
+            if length >= cloud.radius * (1.0 + 1e-5) {
                 severed += 1;
                 if f != 0.0 {
                     failures.push(format!("{name}: {i} {j} leaks {f}, way {length}"));

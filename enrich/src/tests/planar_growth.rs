@@ -37,7 +37,7 @@ fn factors_never_rise_in_any_prefix() {
     for (name, lines, _) in plane() {
         let cloud = body(name);
         let mut cuts = PlanarCuts::new(&CutSettings {
-            weld_tolerance: 0.05 * cloud.reach,
+            weld_tolerance: 0.05 * cloud.radius,
             index_cell: 0.1,
         });
         let mut growing = cloud.factors();
@@ -73,7 +73,7 @@ fn order_direction_repetition_and_subdivision_of_segments_do_not_matter() {
     let mut random = Random::new(78);
     for (name, lines, _) in plane() {
         let cloud = body(name);
-        let mut all = segments(&cut(&lines, 0.05 * cloud.reach));
+        let mut all = segments(&cut(&lines, 0.05 * cloud.radius));
         let reference = factors(&cloud, &from_segments(&all, 0.0));
         // Halves, where no node is on the cut: rounding moves their middle off the line.
         if !name.contains("through nodes") {
@@ -180,7 +180,7 @@ impl<'a> Twin<'a> {
         let mut reached: Vec<f64> = (0..count)
             .map(|k| self.way(ends[0], self.bends[k]))
             .collect();
-        // Bellman 1958 and Ford 1956: as often as a way within the coupling distance has bends.
+        // Bellman 1958 and Ford 1956: as often as a way within the influence radius has diffraction points.
         for _ in 0..20 {
             for k in 0..count {
                 for m in 0..count {
@@ -201,10 +201,10 @@ fn equal_to_brute_force_in_any_plane_case() {
             continue; // plain floating point has no rule for ties
         }
         let cloud = body(name);
-        let cuts = cut(&lines, 0.05 * cloud.reach);
+        let cuts = cut(&lines, 0.05 * cloud.radius);
         let found = factors(&cloud, &cuts);
         let segments = segments(&cuts);
-        let twin = Twin::new(&segments, cloud.reach);
+        let twin = Twin::new(&segments, cloud.radius);
         let (mut crossed, mut borderline) = (0, 0);
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
             let (f, far) = (found[pair], pair % 7 != 0);

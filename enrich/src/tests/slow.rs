@@ -3,20 +3,20 @@
 use glam::{DVec2, DVec3};
 use testkit::cloud;
 
-use crate::{FactorSettings, Graph, PairFactors, Reach, Rule};
+use crate::{FactorSettings, Graph, InfluenceRadius, PairFactors, Rule};
 
-/// Nodes, rows and the coupling distance of a test cloud.
+/// Nodes, rows and the influence radius of a test cloud.
 pub(crate) struct Cloud {
     pub(crate) x: Vec<DVec3>,
     pub(crate) offsets: Vec<u32>,
     pub(crate) indices: Vec<u32>,
-    pub(crate) reach: f64,
+    pub(crate) radius: f64,
 }
 
 impl Cloud {
     /// Cell centres of a lattice of the unit square (`depth` 1) or cube, jittered, joined within
-    /// 0.98 of the reach.
-    pub(crate) fn lattice(n: usize, depth: usize, jitter: f64, reach: f64) -> Self {
+    /// 0.98 of the radius.
+    pub(crate) fn lattice(n: usize, depth: usize, jitter: f64, radius: f64) -> Self {
         let spacing = 1.0 / n as f64;
         let mut x = cloud::lattice([n, n, depth], 1.0, jitter, 11);
         for p in &mut x {
@@ -25,14 +25,14 @@ impl Cloud {
                 p.z = 0.0;
             }
         }
-        Self::joined(x, reach * spacing)
+        Self::joined(x, radius * spacing)
     }
 
-    pub(crate) fn joined(x: Vec<DVec3>, reach: f64) -> Self {
+    pub(crate) fn joined(x: Vec<DVec3>, radius: f64) -> Self {
         let (mut offsets, mut indices) = (vec![0], Vec::new());
         for (i, p) in x.iter().enumerate() {
             for (j, q) in x.iter().enumerate() {
-                if i != j && p.distance(*q) < 0.98 * reach {
+                if i != j && p.distance(*q) < 0.98 * radius {
                     indices.push(j as u32);
                 }
             }
@@ -42,7 +42,7 @@ impl Cloud {
             x,
             offsets,
             indices,
-            reach,
+            radius,
         }
     }
 
@@ -53,8 +53,8 @@ impl Cloud {
     /// Factors before any cut.
     pub(crate) fn factors(&self) -> PairFactors {
         let settings = FactorSettings {
-            reach: Reach::Length(self.reach),
-            rule: Rule::Detour,
+            reach: InfluenceRadius::Length(self.radius),
+            rule: Rule::Diffraction,
         };
         PairFactors::new(&self.graph(), &settings)
     }

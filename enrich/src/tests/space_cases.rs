@@ -8,8 +8,8 @@ use crate::{CutSettings, Cuts, connected_pieces, nodes_in_small_pieces};
 
 pub(crate) fn settings(cloud: &Cloud) -> CutSettings {
     CutSettings {
-        weld_tolerance: 0.02 * cloud.reach,
-        index_cell: cloud.reach,
+        weld_tolerance: 0.02 * cloud.radius,
+        index_cell: cloud.radius,
     }
 }
 
@@ -134,7 +134,7 @@ fn equal_to_brute_force_in_any_case() {
                 continue;
             }
             compared += 1;
-            let expected = twin.factor(cloud.x[i], cloud.x[j], cloud.reach);
+            let expected = twin.factor(cloud.x[i], cloud.x[j], cloud.radius);
             assert_eq!(
                 expected >= 1.0,
                 found[pair] >= 1.0,
@@ -185,7 +185,7 @@ fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
         let strokes = super::shapes::extruded(&lines, -0.3, 1.3);
         let cuts = cut(&strokes, &settings(&cloud));
         let found = factors(&cloud, &cuts);
-        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.reach);
+        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.radius);
         let segments: Vec<_> = (0..planar.segment_count())
             .map(|s| planar.segment(s))
             .collect();
@@ -196,10 +196,10 @@ fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
                 continue;
             }
             let (a, b) = (cloud.x[i], cloud.x[j]);
-            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.reach);
-            let exact = kernel((flat.hypot(a.z - b.z) / cloud.reach).min(1.0));
+            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.radius);
+            let exact = kernel((flat.hypot(a.z - b.z) / cloud.radius).min(1.0));
             // The weight itself, not its ratio to the uncut weight.
-            let weight = found[pair] * kernel(a.distance(b) / cloud.reach);
+            let weight = found[pair] * kernel(a.distance(b) / cloud.radius);
             squares += (weight - exact).powi(2);
             count += 1.0;
         }

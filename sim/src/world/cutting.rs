@@ -30,7 +30,7 @@ const ESTIMATE_PRODUCTS: usize = 16;
 const LEAST_VOLUME: f64 = 0.2;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
-/// Round-off of a bend's place, as a share of the body's size. A bend in a face of the body lies 1e-17
+/// Round-off of a diffraction point's place, as a share of the body's size. One in a face of the body lies 1e-17
 /// outside as often as inside; without this its way round the cut would be lost.
 const ROUND_OFF: f64 = 1e-9;
 

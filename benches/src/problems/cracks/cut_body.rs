@@ -19,9 +19,9 @@ use crate::problems::model::{Law, small_displacements};
 /// How a cut weakens pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
-    /// One of the rules of `phyxel-enrich`; the default is the detour.
+    /// One of the rules of `phyxel-enrich`; the default is diffraction.
     Rule(Rule),
-    /// The detour, and then the rows near the cut solved anew ([`CutBody::finish`]).
+    /// Diffraction, and then the rows near the cut solved anew ([`CutBody::finish`]).
     Finished,
     /// The dissertation's grid, Aras 2014, eqs (45)–(48).
     Grid(GridForm),
@@ -33,11 +33,11 @@ pub enum Form {
 
 impl Form {
     /// The default.
-    pub const DETOUR: Self = Self::Rule(Rule::Detour);
+    pub const DIFFRACTION: Self = Self::Rule(Rule::Diffraction);
 
     /// All forms that are compared.
     pub const ALL: [Self; 9] = [
-        Self::DETOUR,
+        Self::DIFFRACTION,
         Self::Finished,
         Self::Rule(Rule::Visibility),
         Self::Rule(Rule::Transparency {
@@ -55,8 +55,8 @@ impl Form {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Rule(Rule::Detour) => "detour (default)",
-            Self::Finished => "detour, finished",
+            Self::Rule(Rule::Diffraction) => "diffraction (default)",
+            Self::Finished => "diffraction, finished",
             Self::Rule(Rule::Visibility) => "visibility",
             Self::Rule(Rule::Transparency { .. }) => "transparency",
             Self::Grid(GridForm::Product) => "grid, product of phi",
@@ -103,7 +103,7 @@ impl<'a> CutBody<'a> {
         let rule = match form {
             Form::Rule(rule) => rule,
             Form::Intrinsic => Rule::Visibility,
-            _ => Rule::Detour,
+            _ => Rule::Diffraction,
         };
         let settings = FactorSettings {
             rule,
@@ -171,7 +171,7 @@ impl<'a> CutBody<'a> {
         if form == Form::Finished {
             cut.finish(cuts);
         }
-        // Of the set-up, the forms other than rules use the coupling distances only.
+        // Of the set-up, the forms other than rules use the influence radii only.
         cut.seconds = [
             (start - begin).as_secs_f64(),
             (middle - start).as_secs_f64(),
@@ -319,7 +319,7 @@ impl<'a> CutBody<'a> {
     }
 }
 
-/// Product over the strip's pieces, each with its own frame, within the coupling distance.
+/// Product over the strip's pieces, each with its own frame, within the influence radius.
 fn piece_products(body: &Plate, cuts: &Cuts, reach: &[f64]) -> Vec<f64> {
     let (x, graph) = (&body.block.rest, &body.block.graph);
     let mut factors = vec![1.0; graph.pair_count()];

@@ -178,7 +178,7 @@ pub fn gravity_slit(cells: u32, form: Form) -> Result<Option<Ratios>, StudyError
     let x = 1.0 - 0.5 * dx;
     let from = DVec3::new(x, -2.0 * dx, 0.5 * dx);
     let (cuts, blades) = upright(&body, from, DVec3::new(x, 0.25, 0.5 * dx))?;
-    let whole = CutBody::new(&body, &body.cuts(), &[], Form::DETOUR)?;
+    let whole = CutBody::new(&body, &body.cuts(), &[], Form::DIFFRACTION)?;
     let cut = CutBody::new(&body, &cuts, &blades, form)?;
     let (Some(whole), Some(cut)) = (whole, cut) else {
         return Ok(None);

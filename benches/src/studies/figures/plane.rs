@@ -119,7 +119,7 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
             cuts.add_polyline(line)?;
             let probe = DVec2::new(0.5, 0.65);
             let image = picture(
-                |p| factor(Rule::Detour, &cuts, p, probe),
+                |p| factor(Rule::Diffraction, &cuts, p, probe),
                 [0.0, 1.0],
                 10,
                 line,
@@ -141,7 +141,7 @@ fn influences() -> Result<Vec<Drawn>, StudyError> {
     let (node, radius) = (DVec2::new(0.4, 0.38), 0.45);
     let rules = [
         (Rule::Visibility, "(a) visibility"),
-        (Rule::Detour, "(b) detour, as diffraction"),
+        (Rule::Diffraction, "(b) diffraction"),
     ];
     let drawn = rules.into_iter().map(|(rule, caption)| {
         let weight = |p: DVec2| {

@@ -26,7 +26,7 @@ pub enum GridError {
     /// The mean direction or normal vanishes: the cut is closed, folded or twisted.
     #[error(
         "mean direction of the pieces has length {length:.3}: the cut closes, folds or twists and \
-         has no common frame; use the detour rule"
+         has no common frame; use the diffraction rule"
     )]
     NoCommonFrame {
         /// Length of the weighted mean of unit vectors, 1 for a flat cut.
@@ -35,7 +35,7 @@ pub enum GridError {
     /// Two pieces cover each other in the common frame.
     #[error(
         "pieces {first} and {second} overlap in the common frame, so a point there has two regions; \
-         use the detour rule"
+         use the diffraction rule"
     )]
     OverlappingProjection {
         /// One of them.
@@ -44,7 +44,7 @@ pub enum GridError {
         second: usize,
     },
     /// The separators give a piece's own middle to another piece.
-    #[error("the middle of piece {piece} falls into region {region}; use the detour rule")]
+    #[error("the middle of piece {piece} falls into region {region}; use the diffraction rule")]
     AmbiguousRegion {
         /// The piece.
         piece: usize,
