@@ -18,8 +18,9 @@
 
 use std::time::Instant;
 
+use benches::problems::block::view;
 use glam::DVec3;
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
@@ -127,14 +128,7 @@ fn body(cells: [usize; 3], peak: f64) {
     let material = Material::neo_hookean(MATERIAL.0, MATERIAL.1);
     let lame = (material.lame_mu(), material.lame_lambda());
     let new = |precision: Precision| {
-        let stencils = Stencils {
-            offsets: graph.offsets(),
-            indices: graph.indices(),
-            weights: &rows.weights,
-            matrices: &rows.matrices,
-            scales: &rows.scales,
-            multipliers: &rows.multipliers,
-        };
+        let stencils = view(&rows, &graph);
         let nodes = Nodes {
             rest_positions: &block.positions,
             volumes: &block.volumes,

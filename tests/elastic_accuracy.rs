@@ -5,8 +5,9 @@ mod bending;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Primitive, SampleSettings, Solid, Target, sample_tetrahedra};
-use phyxel_elastic::{Dilatation, Law, Material, Precision, Settings, Stencils};
+use phyxel_elastic::{Dilatation, Law, Material, Precision, Settings};
 
+use benches::problems::block::view;
 use benches::problems::cantilever as beam;
 use benches::problems::cantilever::{
     Tetrahedra, ask, beam, body, cantilever, dissertation, on, tip_error,
@@ -308,14 +309,7 @@ fn rows_rebuilt_by_mls_are_objective() {
     }
     rows.update_rows(&block.positions, &graph, |pair| factors[pair], &touched)
         .expect("factors in range");
-    let stencils = Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &rows.weights,
-        matrices: &rows.matrices,
-        scales: &rows.scales,
-        multipliers: &rows.multipliers,
-    };
+    let stencils = view(&rows, &graph);
     elastic
         .update_rows(&touched, &stencils)
         .expect("rows of lower rank are projectors");

@@ -9,9 +9,10 @@
 
 use std::time::Instant;
 
+use benches::problems::block::view;
 use glam::DVec3;
 use phyxel_discretize::{NodeOrder, layered_order, space_filling_order};
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings};
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
@@ -136,14 +137,7 @@ fn ordered(name: &'static str, order: &NodeOrder, block: &Block, precision: Prec
     let settings = ConservativeSettings::default();
     let rows = ConservativeStencils::new(&rest, &volumes, &boundary, &graph, weights, &settings);
     let rows = rows.unwrap();
-    let stencils = Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &rows.weights,
-        matrices: &rows.matrices,
-        scales: &rows.scales,
-        multipliers: &rows.multipliers,
-    };
+    let stencils = view(&rows, &graph);
     let nodes = Nodes {
         rest_positions: &rest,
         volumes: &volumes,

@@ -140,14 +140,7 @@ impl Block {
         material: Material,
         settings: &Settings,
     ) -> Result<Elastic, StudyError> {
-        let stencils = Stencils {
-            offsets: self.graph.offsets(),
-            indices: self.graph.indices(),
-            weights: &stencils.weights,
-            matrices: &stencils.matrices,
-            scales: &stencils.scales,
-            multipliers: &stencils.multipliers,
-        };
+        let stencils = view(stencils, &self.graph);
         let nodes = Nodes {
             rest_positions: &self.rest,
             volumes: &self.volumes,
@@ -216,6 +209,19 @@ pub fn jittered_stencils(
     let boundary = &block.boundary_vectors;
     let made = ConservativeStencils::new(positions, volumes, boundary, graph, weights, settings)?;
     Ok(made)
+}
+
+/// Rows on a graph as the elastic model reads them.
+#[must_use]
+pub fn view<'a>(rows: &'a ConservativeStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
+    Stencils {
+        offsets: graph.offsets(),
+        indices: graph.indices(),
+        weights: &rows.weights,
+        matrices: &rows.matrices,
+        scales: &rows.scales,
+        multipliers: &rows.multipliers,
+    }
 }
 
 pub(crate) fn nodes_where(rest: &[DVec3], chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {

@@ -2,13 +2,15 @@
 //! tetrahedra; and the error of the beam's tip, against quadratic finite elements.
 
 use glam::{DMat3, DVec3};
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_integrate::ForceLaw;
 use phyxel_mls::{
     ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
 };
 use testkit::block::Block;
 use testkit::statics::{Equilibrium, Request, solve};
+
+use super::block::view;
 
 /// Whether a coordinate lies on a face of the box.
 #[must_use]
@@ -67,14 +69,7 @@ pub fn on_graph(
     settings: &Settings,
 ) -> Elastic {
     let rows = rows(block, graph);
-    let stencils = Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &rows.weights,
-        matrices: &rows.matrices,
-        scales: &rows.scales,
-        multipliers: &rows.multipliers,
-    };
+    let stencils = view(&rows, graph);
     let nodes = Nodes {
         rest_positions: &block.positions,
         volumes: &block.volumes,

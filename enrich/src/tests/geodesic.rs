@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use testkit::cloud::{self, Random};
 
 use super::slow::{Cloud, cross3, inside, kernel};
-use super::space_cases::{cut, factors, settings};
+use super::space_cases::{cut, errors_of_extruded, factors, settings};
 use crate::face::nearest_on_triangle;
 
 /// Shortest ways in space round triangles over many points close to their edges.
@@ -348,29 +348,15 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_points() 
     let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
     let mut worst = 0.0_f64;
     for (name, lines) in cases {
-        let strokes = super::shapes::extruded(&lines, -0.3, 1.3);
-        let cuts = cut(&strokes, &settings(&cloud));
-        let found = factors(&cloud, &cuts);
-        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.radius);
-        let segments: Vec<_> = (0..planar.segment_count())
-            .map(|s| planar.segment(s))
-            .collect();
-        let oracle = super::slow::VisibilityGraph::new(&segments);
-        let (mut squares, mut count, mut above, mut below) = (0.0, 0.0, 0.0_f64, 0.0_f64);
-        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
-            if found[pair] >= 1.0 || i > j || pair % 3 != 0 {
-                continue;
-            }
-            let (a, b) = (cloud.x[i], cloud.x[j]);
-            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.radius);
-            let exact = kernel((flat.hypot(a.z - b.z) / cloud.radius).min(1.0));
-            let weight = found[pair] * kernel(a.distance(b) / cloud.radius);
-            squares += (weight - exact).powi(2);
-            above = above.max(weight - exact);
-            below = below.max(exact - weight);
-            count += 1.0;
+        let errors = errors_of_extruded(&cloud, &lines);
+        let (mut squares, mut above, mut below) = (0.0, 0.0_f64, 0.0_f64);
+        for error in &errors {
+            squares += error.powi(2);
+            above = above.max(*error);
+            below = below.max(-error);
         }
-        let rms = (squares / f64::max(count, 1.0)).sqrt();
+        let count = errors.len();
+        let rms = (squares / count.max(1) as f64).sqrt();
         if testkit::tol::print_residuals() {
             println!(
                 "{name}: rms of the weight {rms:.1e} over {count}, above {above:.1e}, below {below:.1e}"

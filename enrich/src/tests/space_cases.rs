@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::shapes::{Expect, Strokes, space};
+use super::shapes::{Expect, Lines, Strokes, space};
 use super::slow::{Cloud, cross3, inside, kernel};
 use crate::{CutSettings, Cuts, connected_pieces, nodes_in_small_pieces};
 
@@ -182,31 +182,37 @@ fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
             continue;
         }
         let cloud = body(name);
-        let strokes = super::shapes::extruded(&lines, -0.3, 1.3);
-        let cuts = cut(&strokes, &settings(&cloud));
-        let found = factors(&cloud, &cuts);
-        let planar = super::planar_cases::cut(&lines, 0.02 * cloud.radius);
-        let segments: Vec<_> = (0..planar.segment_count())
-            .map(|s| planar.segment(s))
-            .collect();
-        let oracle = super::slow::VisibilityGraph::new(&segments);
-        let (mut squares, mut count) = (0.0, 0.0);
-        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
-            if found[pair] >= 1.0 || i > j || pair % 3 != 0 {
-                continue;
-            }
-            let (a, b) = (cloud.x[i], cloud.x[j]);
-            let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.radius);
-            let exact = kernel((flat.hypot(a.z - b.z) / cloud.radius).min(1.0));
-            // The weight itself, not its ratio to the uncut weight.
-            let weight = found[pair] * kernel(a.distance(b) / cloud.radius);
-            squares += (weight - exact).powi(2);
-            count += 1.0;
-        }
-        let rms = (squares / f64::max(count, 1.0)).sqrt();
+        let errors = errors_of_extruded(&cloud, &lines);
+        let squares: f64 = errors.iter().map(|error| error.powi(2)).sum();
+        let count = errors.len();
+        let rms = (squares / count.max(1) as f64).sqrt();
         if testkit::tol::print_residuals() {
             println!("{name}: rms of the weight {rms:.1e} over {count}");
         }
         assert!(rms <= 1e-4, "{name}: rms {rms}");
     }
+}
+
+/// Errors of the weights of every third pair that a cut crosses which goes straight up through the plane, against the
+/// shortest way in the plane: of the weight itself, not of its ratio to the uncut weight.
+pub(super) fn errors_of_extruded(cloud: &Cloud, lines: &Lines) -> Vec<f64> {
+    let strokes = super::shapes::extruded(lines, -0.3, 1.3);
+    let cuts = cut(&strokes, &settings(cloud));
+    let found = factors(cloud, &cuts);
+    let planar = super::planar_cases::cut(lines, 0.02 * cloud.radius);
+    let segments: Vec<_> = (0..planar.segment_count())
+        .map(|s| planar.segment(s))
+        .collect();
+    let oracle = super::slow::VisibilityGraph::new(&segments);
+    let mut errors = Vec::new();
+    for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
+        if found[pair] >= 1.0 || i > j || pair % 3 != 0 {
+            continue;
+        }
+        let (a, b) = (cloud.x[i], cloud.x[j]);
+        let flat = oracle.shortest(a.truncate(), b.truncate(), cloud.radius);
+        let exact = kernel((flat.hypot(a.z - b.z) / cloud.radius).min(1.0));
+        errors.push(found[pair] * kernel(a.distance(b) / cloud.radius) - exact);
+    }
+    errors
 }
