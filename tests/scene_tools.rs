@@ -174,7 +174,7 @@ fn a_program_leads_a_tool_by_hand() {
             pose: at(0.0255 - depth),
         };
         world
-            .give(vec![Input { step, action }])
+            .push(vec![Input { step, action }])
             .expect("it is sound");
         world.step().expect("it steps");
         let force = world.tool_forces()[0];
@@ -185,7 +185,7 @@ fn a_program_leads_a_tool_by_hand() {
     let mut bad = |step, tool, z| {
         let pose = at(z);
         let action = Action::Tool { tool, pose };
-        world.give(vec![Input { step, action }])
+        world.push(vec![Input { step, action }])
     };
     assert_eq!(
         bad(300, 1, 0.0),
@@ -207,7 +207,7 @@ fn a_program_leads_a_tool_by_hand() {
             pose: at(0.1),
         },
     };
-    let order = world.give(vec![late(300), late(250)]);
+    let order = world.push(vec![late(300), late(250)]);
     assert_eq!(
         order,
         Err(InputError::Order {

@@ -21,7 +21,7 @@ pub use frame::{MapFrame, MapKind, MaterialPoint, Preimage};
 
 /// Connection to the start node is followed through nodes whose support, enlarged by this factor,
 /// holds the point: paths round a notch count if they stay this near.
-const REACH: f64 = 1.5;
+const ENLARGED: f64 = 1.5;
 
 /// How [`MapFrame::to_material`] searches.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +59,7 @@ pub struct MaterialMap {
     support_radii: Vec<f64>,
     neighborhoods: Neighborhoods,
     severed: Vec<bool>,
-    /// Supports enlarged by [`REACH`].
+    /// Supports enlarged by [`ENLARGED`].
     supports: BallTree,
     settings: MapSettings,
 }
@@ -122,7 +122,7 @@ impl MaterialMap {
             support_radii: support_radii.to_vec(),
             neighborhoods: neighborhoods.clone(),
             severed: vec![false; neighborhoods.pair_count()],
-            supports: BallTree::new(rest_positions, support_radii.iter().map(|h| h * REACH)),
+            supports: BallTree::new(rest_positions, support_radii.iter().map(|h| h * ENLARGED)),
             settings: *settings,
         })
     }

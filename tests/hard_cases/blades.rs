@@ -60,15 +60,15 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
 
 /// Edges of a cut that has no path of its own.
 fn lead(world: &mut World, edges: &[(StrokePhase, f64, f64)]) {
-    let inputs = edges.iter().zip(0..).map(|(&(moment, x, z), step)| Input {
+    let inputs = edges.iter().zip(0..).map(|(&(phase, x, z), step)| Input {
         step,
         action: Action::Blade {
             cut: 0,
-            moment,
+            phase,
             edge: vec![DVec3::new(x, -0.04, z), DVec3::new(x, 0.04, z)],
         },
     });
-    world.give(inputs.collect()).expect("the inputs are sound");
+    world.push(inputs.collect()).expect("the inputs are sound");
     for _ in edges {
         world.step().expect("it runs");
     }

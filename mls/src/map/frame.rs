@@ -173,8 +173,8 @@ impl MapFrame<'_> {
         self.runs
             .nearest_into(self.positions, world, STARTS, &mut near);
         let starts = near.iter().filter(|&&(squared, node)| {
-            let reach = self.map.support_radii[node as usize];
-            squared <= reach * reach && self.gradients[node as usize].determinant() >= least
+            let radius = self.map.support_radii[node as usize];
+            squared <= radius * radius && self.gradients[node as usize].determinant() >= least
         });
         let mut hidden: Vec<DVec3> = Vec::with_capacity(STARTS);
         for &(_, start_node) in starts {
@@ -220,8 +220,8 @@ impl MapFrame<'_> {
         let mut near: Vec<u32> = map.supports.near(material, slack).collect();
         near.sort_unstable();
         let covers = |node: u32| {
-            let reach = map.support_radii[node as usize] + slack;
-            (material - map.rest_positions[node as usize]).length_squared() < reach * reach
+            let radius = map.support_radii[node as usize] + slack;
+            (material - map.rest_positions[node as usize]).length_squared() < radius * radius
         };
         let wanted: Vec<bool> = near.iter().map(|&node| covers(node)).collect();
         let mut missing = wanted.iter().filter(|&&w| w).count();

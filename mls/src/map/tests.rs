@@ -276,7 +276,7 @@ fn connected_nodes_equal_the_plain_search() {
             next += 1;
             for pair in body.graph.pairs(node) {
                 let other = body.graph.indices()[pair];
-                if factors[pair] > 0.0 && holds(other, REACH) && !reached.contains(&other) {
+                if factors[pair] > 0.0 && holds(other, ENLARGED) && !reached.contains(&other) {
                     reached.push(other);
                 }
             }

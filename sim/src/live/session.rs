@@ -135,7 +135,7 @@ impl Session {
     fn build(scene: &Scene) -> Result<(World, Painter), SessionError> {
         let mut world = World::new(scene.clone())?;
         // Paths are left to hands from here on.
-        world.give(Vec::new())?;
+        world.push(Vec::new())?;
         let pictures = scene.pictures.clone().unwrap_or_default();
         let painter = Painter::new(&world, &pictures)?;
         Ok((world, painter))
@@ -306,7 +306,7 @@ impl Session {
             action,
         });
         let inputs: Vec<Input> = inputs.collect();
-        self.world.give(inputs.clone())?;
+        self.world.push(inputs.clone())?;
         self.record.extend(inputs);
         self.world.step()?;
         self.settle()?;
@@ -351,10 +351,10 @@ impl Session {
                 actions.push(Action::Tool { tool, pose });
             }
         }
-        if let Some((moment, edge)) = self.lead_blade(step) {
+        if let Some((phase, edge)) = self.lead_blade(step) {
             actions.push(Action::Blade {
                 cut: 0,
-                moment,
+                phase,
                 edge,
             });
         }

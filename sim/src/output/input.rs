@@ -106,11 +106,11 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
                 ..row(Kind::Tool, &scene.tools[*tool].name, 0, pose.position)
             }]
         }
-        Action::Blade { cut, moment, edge } => {
+        Action::Blade { cut, phase, edge } => {
             let name = &scene.cuts[*cut].name;
             let points = edge.iter().enumerate();
             let rows = points.map(|(point, &place)| Row {
-                moment: Some(*moment),
+                moment: Some(*phase),
                 ..row(Kind::Blade, name, point, place)
             });
             rows.collect()
@@ -190,7 +190,7 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
         }
         Kind::Blade => {
             let cut = index_of("cut", &row.name, scene.cuts.iter().map(|c| &*c.name))?;
-            let Some(moment) = row.moment else {
+            let Some(phase) = row.moment else {
                 return Err("a blade needs a moment: Start, Update or End".to_owned());
             };
             let last = inputs.last_mut().filter(|last| last.step == step);
@@ -200,7 +200,7 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
                 }) if *same == cut && edge.len() == row.point => edge.push(place),
                 _ if row.point == 0 => {
                     let edge = vec![place];
-                    let action = Action::Blade { cut, moment, edge };
+                    let action = Action::Blade { cut, phase, edge };
                     inputs.push(Input { step, action });
                 }
                 _ => {

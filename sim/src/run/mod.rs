@@ -311,7 +311,7 @@ impl Run {
             From::State(state) => state.restore(&mut world, painter.as_mut())?,
             From::Start => (Records::new(&world), None, Course::new(&world)),
             From::Input(inputs) => {
-                world.give(inputs)?;
+                world.push(inputs)?;
                 (Records::new(&world), None, Course::new(&world))
             }
         };

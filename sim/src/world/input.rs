@@ -34,7 +34,7 @@ pub enum Action {
         /// Index of the scene's cut.
         cut: usize,
         /// When in the stroke.
-        moment: StrokePhase,
+        phase: StrokePhase,
         /// Points of the edge in the world (m).
         edge: Vec<DVec3>,
     },
@@ -149,7 +149,7 @@ impl Input {
 struct Due {
     time: f64,
     cut: usize,
-    moment: StrokePhase,
+    phase: StrokePhase,
 }
 
 /// Where actions come from.
@@ -202,7 +202,7 @@ impl InputSource {
     }
 
     /// From now on only what is given is done.
-    pub(super) fn give(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
+    pub(super) fn push(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
         let mut last = 0;
         if let Source::Given(given) = &self.source {
             last = given.back().map_or(0, |input| input.step);
@@ -239,12 +239,12 @@ impl InputSource {
             Source::Scene { due, next } => {
                 let now = time.unwrap_or(f64::NEG_INFINITY);
                 let at = due.get(*next).filter(|due| due.time <= now)?;
-                Some((at.cut, at.moment, scene.cuts[at.cut].edge_at(at.time)))
+                Some((at.cut, at.phase, scene.cuts[at.cut].edge_at(at.time)))
             }
             Source::Given(given) => {
                 let mut now = given.iter().take_while(|input| input.step <= step);
                 now.find_map(|input| match &input.action {
-                    Action::Blade { cut, moment, edge } => Some((*cut, *moment, edge.clone())),
+                    Action::Blade { cut, phase, edge } => Some((*cut, *phase, edge.clone())),
                     _ => None,
                 })
             }
@@ -256,7 +256,7 @@ impl InputSource {
         &mut self,
         step: u64,
         cut: usize,
-        moment: StrokePhase,
+        phase: StrokePhase,
         edge: Vec<DVec3>,
     ) {
         match &mut self.source {
@@ -269,7 +269,7 @@ impl InputSource {
             }
         }
         if let Some(record) = &mut self.record {
-            let action = Action::Blade { cut, moment, edge };
+            let action = Action::Blade { cut, phase, edge };
             record.push(Input { step, action });
         }
     }
@@ -386,7 +386,7 @@ fn captures_of(index: usize, cut: &Cut) -> impl Iterator<Item = Due> {
     times.into_iter().enumerate().map(move |(k, time)| Due {
         time,
         cut: index,
-        moment: match k {
+        phase: match k {
             0 => StrokePhase::Start,
             k if k == last => StrokePhase::End,
             _ => StrokePhase::Update,

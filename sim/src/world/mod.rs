@@ -379,8 +379,8 @@ impl World {
     ///
     /// # Errors
     /// [`InputError`]; nothing is taken over then.
-    pub fn give(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
-        self.input.give(&self.scene, inputs)
+    pub fn push(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
+        self.input.push(&self.scene, inputs)
     }
 
     /// What tools and blades did so far; `None` unless the scene's `observe.input` asks for a record.

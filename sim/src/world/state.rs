@@ -327,7 +327,7 @@ mod captures {
     fn edges(start: u64) -> Vec<Input> {
         let edge = |x: f64| vec![DVec3::new(x, -0.06, 0.0), DVec3::new(x, 0.06, 0.0)];
         let inputs = (0..10).map(|k| {
-            let moment = match k {
+            let phase = match k {
                 0 => StrokePhase::Start,
                 9 => StrokePhase::End,
                 _ => StrokePhase::Update,
@@ -335,7 +335,7 @@ mod captures {
             let edge = edge(-0.06 + 0.008 * k as f64);
             let action = Action::Blade {
                 cut: 0,
-                moment,
+                phase,
                 edge,
             };
             let step = start + k;
@@ -352,7 +352,7 @@ mod captures {
         for _ in 0..3 {
             sound.step().unwrap();
         }
-        sound.give(edges(3)).unwrap();
+        sound.push(edges(3)).unwrap();
         let mut world = sound.clone();
         for step in 0..12 {
             if [0, 1, 6, 9].contains(&step) {
