@@ -12,14 +12,14 @@ use phyxel_integrate::{
 };
 use phyxel_mls::Neighborhoods;
 
+use super::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles_of};
 use super::error::{BodyProblem, WorldError};
 use super::model::{Built, build};
-use super::outside::{Cover, outside_of, surface_of};
 use super::scheme::{Stepper, equilibrium, step_shared};
 use super::shares::Shared;
 use super::stencils::BodyStencils;
 use super::support::supports_of;
-use super::tool::Touch;
+use super::tool::ToolContact;
 use crate::scene::{self, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
@@ -96,9 +96,9 @@ pub struct Body {
     /// How a cut weakens pairs.
     pub(super) cut_rule: CutRule,
     /// Triangles of the outside, which tools touch; none in a scene without tools.
-    pub(super) outside: Vec<[u32; 3]>,
+    pub(super) surface_triangles: Vec<[u32; 3]>,
     /// What tools touch where there are no tetrahedra, in a scene with tools.
-    pub(super) cover: Option<Cover>,
+    pub(super) surface_nodes: Option<SurfaceNodes>,
     /// The patch that a hand holds.
     pub(super) grip: Option<Grip>,
     /// What takes the steps.
@@ -212,14 +212,14 @@ impl Body {
             },
         )?;
         let spacing = mean_edge(&rest, &neighborhoods);
-        let outside = if scene.tools.is_empty() {
+        let surface_triangles = if scene.tools.is_empty() {
             Vec::new()
         } else {
-            outside_of(&tetrahedra)
+            surface_triangles_of(&tetrahedra)
         };
         let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
-        let cover = covered
-            .then(|| Cover::new(&solid, &rest, &outer, spacing))
+        let surface_nodes = covered
+            .then(|| SurfaceNodes::new(&solid, &rest, &outer, spacing))
             .transpose()?;
         Ok(Self {
             fingerprint: fingerprint(&rest),
@@ -256,8 +256,8 @@ impl Body {
             initial,
             relaxed: 0.0,
             cut_rule: description.cut_rule,
-            outside,
-            cover,
+            surface_triangles,
+            surface_nodes,
             grip: None,
             stepper: Stepper::new(scene.integration.scheme)?,
             shared: None,
@@ -293,7 +293,7 @@ impl Body {
     pub(super) fn advance(
         &mut self,
         step: f64,
-        touches: &mut [Touch],
+        contacts: &mut [ToolContact],
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
@@ -304,7 +304,7 @@ impl Body {
             self.motion.set_critical_step(critical);
         }
         let shares = self.shares();
-        let acting = (touches, self.grip.as_mut());
+        let acting = (contacts, self.grip.as_mut());
         match shares {
             None => self.stepper.step_with(
                 step,
@@ -400,14 +400,19 @@ impl Body {
         factors: Option<&Factors>,
     ) -> Result<ContactSurface, BodyProblem> {
         let holds = |a: u32, b: u32| self.holds(factors, a, b);
-        surface_of(self.cover.as_ref(), &self.outside, &self.rest, holds)
+        contact_surface_of(
+            self.surface_nodes.as_ref(),
+            &self.surface_triangles,
+            &self.rest,
+            holds,
+        )
     }
 
     /// How many triangles of its outside cuts have torn; what is torn stays so.
     pub(super) fn torn_count(&self, factors: Option<&Factors>) -> usize {
         let holds = |a: u32, b: u32| self.holds(factors, a, b);
         let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
-        self.outside.len() - self.outside.iter().filter(whole).count()
+        self.surface_triangles.len() - self.surface_triangles.iter().filter(whole).count()
     }
 
     /// Whether no cut has severed two nodes that were neighbours.

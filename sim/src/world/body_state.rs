@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Member;
 use super::cutting::{Cutting, OpenStroke};
 use super::energy::CutEnergy;
-use super::tool::Touch;
+use super::tool::ToolContact;
 
 /// What moves in a body, and what watches over it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub(super) struct BodyState {
     pub(super) control_scales: Vec<(u32, f64)>,
     /// The control of cuts' fronts.
     pub(super) fronts: Vec<(u32, DMat3)>,
-    pub(super) touches: Vec<Touch>,
+    pub(super) contacts: Vec<ToolContact>,
     pub(super) grip: Option<Grip>,
 }
 
@@ -75,8 +75,8 @@ impl BodyState {
             && (self.control_scales.iter())
                 .all(|&(node, scale)| (node as usize) < n && scale.is_finite() && scale >= 1.0)
             && (self.fronts.iter()).all(|(node, matrix)| (*node as usize) < n && is_share(matrix))
-            && self.touches.len() == member.touches.len()
-            && (self.touches.iter().zip(&member.touches))
+            && self.contacts.len() == member.contacts.len()
+            && (self.contacts.iter().zip(&member.contacts))
                 .all(|(kept, built)| kept.is_sound(n, built))
             && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
     }
@@ -94,7 +94,7 @@ impl Member {
         let Self {
             body,
             cutting,
-            touches,
+            contacts,
         } = self;
         let offsets = body.elastic.offsets();
         BodyState {
@@ -121,7 +121,7 @@ impl Member {
             bond_offsets: body.elastic.bond_offsets(),
             control_scales: body.elastic.control_scales(),
             fronts: body.elastic.fronts(),
-            touches: touches.clone(),
+            contacts: contacts.clone(),
             grip: body.grip.clone(),
         }
     }
@@ -142,7 +142,7 @@ impl Member {
         let viscous = (&*state.history, state.relaxed);
         body.grip = state.grip;
         body.restore(state.motion, state.estimates, state.eigenvector, viscous);
-        self.touches = state.touches;
+        self.contacts = state.contacts;
         if let Some(cutting) = &mut self.cutting {
             if let Some(growth) = state.growth {
                 cutting.set_growth(growth);

@@ -262,13 +262,13 @@ impl World {
             let Member {
                 body,
                 cutting,
-                touches,
+                contacts,
             } = member;
-            for touch in touches.iter_mut() {
-                let shape = self.scene.tools[touch.tool].solid();
-                touch
+            for contact in contacts.iter_mut() {
+                let shape = self.scene.tools[contact.tool].solid();
+                contact
                     .led
-                    .lead(&shape, &from[touch.tool], &to[touch.tool], time, step);
+                    .lead(&shape, &from[contact.tool], &to[contact.tool], time, step);
             }
             if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
                 grip.lead(from.position, to.position, step);
@@ -276,14 +276,14 @@ impl World {
             let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
             let start = Instant::now();
             let decayed = body.decay(step);
-            let result = body.advance(step, touches, &mut in_forces, &mut in_contact);
+            let result = body.advance(step, contacts, &mut in_forces, &mut in_contact);
             if let (Some(cutting), Some(half)) = (cutting, decayed) {
                 cutting.add_decay(body.book_decay(half));
             }
             let rest = start.elapsed().saturating_sub(in_forces + in_contact);
             self.phases.add(Phase::Forces, in_forces);
             self.phases.add(Phase::Integration, rest);
-            if !touches.is_empty() {
+            if !contacts.is_empty() {
                 self.phases.add(Phase::Contact, in_contact);
             }
             result.map_err(|problem| problem.of(body))?;

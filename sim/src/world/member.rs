@@ -10,7 +10,7 @@ use super::body::Body;
 use super::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
 use super::error::{BodyProblem, WorldError};
 use super::input::StrokePhase;
-use super::tool::Touch;
+use super::tool::ToolContact;
 use crate::scene::Scene;
 
 /// A body with the blades that have touched it.
@@ -21,7 +21,7 @@ pub struct Member {
     /// Present from the first capture of a blade.
     pub cutting: Option<Cutting>,
     /// Tools that may touch it.
-    pub(super) touches: Vec<Touch>,
+    pub(super) contacts: Vec<ToolContact>,
 }
 
 /// What a blade's edge does to a body, computed but not applied.
@@ -47,9 +47,9 @@ impl Member {
         description: &crate::scene::Body,
         body: Body,
     ) -> Result<Self, WorldError> {
-        let touches = touches_of(scene, description, &body);
+        let contacts = touches_of(scene, description, &body);
         Ok(Self {
-            touches: touches.map_err(|problem| problem.named(&description.name))?,
+            contacts: contacts.map_err(|problem| problem.named(&description.name))?,
             body,
             cutting: None,
         })
@@ -77,8 +77,8 @@ impl Member {
 
     /// Heap bytes of the contacts of tools.
     pub(super) fn contact_bytes(&self) -> usize {
-        let points: usize = self.touches.iter().map(Touch::bytes).sum();
-        points + size_of_val(&*self.body.outside)
+        let points: usize = self.contacts.iter().map(ToolContact::bytes).sum();
+        points + size_of_val(&*self.body.surface_triangles)
     }
 
     /// Computes what a blade's edge (m) does to the body as it is: all of a capture that can fail. On an error the
@@ -144,7 +144,7 @@ impl Member {
         capture: Capture,
         phase: StrokePhase,
     ) -> Result<(CutUpdate, Sweep), BodyProblem> {
-        let (body, cutting, touches) = self.with_cutting()?;
+        let (body, cutting, contacts) = self.with_cutting()?;
         let (update, sweep) = cutting.advance(body, index, capture.swept, phase);
         if !update.touched.is_empty() {
             cutting.apply(body, &update)?;
@@ -152,8 +152,8 @@ impl Member {
             cutting.follow(body, &update)?;
             let factors = Some(cutting.factors());
             let torn = body.torn_count(factors);
-            for touch in touches {
-                touch.led.tear(torn, || body.contact_surface(factors))?;
+            for contact in contacts {
+                contact.led.tear(torn, || body.contact_surface(factors))?;
             }
         }
         Ok((update, sweep))
@@ -173,13 +173,15 @@ impl Member {
         Ok(update)
     }
 
-    fn with_cutting(&mut self) -> Result<(&mut Body, &mut Cutting, &mut [Touch]), BodyProblem> {
+    fn with_cutting(
+        &mut self,
+    ) -> Result<(&mut Body, &mut Cutting, &mut [ToolContact]), BodyProblem> {
         let fresh = match self.cutting.take() {
             Some(cutting) => cutting,
             None => Cutting::new(&self.body)?,
         };
         let cutting = self.cutting.insert(fresh);
-        Ok((&mut self.body, cutting, &mut self.touches))
+        Ok((&mut self.body, cutting, &mut self.contacts))
     }
 }
 
@@ -188,7 +190,7 @@ fn touches_of(
     scene: &Scene,
     description: &crate::scene::Body,
     body: &Body,
-) -> Result<Vec<Touch>, BodyProblem> {
+) -> Result<Vec<ToolContact>, BodyProblem> {
     let tools = scene.tools.iter().enumerate();
     tools
         .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == body.name))
@@ -196,7 +198,7 @@ fn touches_of(
             let pose = tool.pose_at(0.0);
             let modulus = description.material.youngs_modulus;
             let surface = body.contact_surface(None)?;
-            Ok(Touch::new(
+            Ok(ToolContact::new(
                 index,
                 tool,
                 &pose,

@@ -5,6 +5,7 @@
 
 mod body;
 mod body_state;
+mod contact_surface;
 mod cutting;
 mod energy;
 mod error;
@@ -13,7 +14,6 @@ mod guard;
 mod input;
 mod member;
 mod model;
-mod outside;
 mod parts;
 mod scheme;
 mod shape;
@@ -363,10 +363,10 @@ impl World {
                 body.motion.set_pieces(&vec![0; body.rest.len()]);
             }
             let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
-            for touch in &mut member.touches {
-                if let Some(release) = &self.scene.tools[touch.tool].release {
+            for contact in &mut member.contacts {
+                if let Some(release) = &self.scene.tools[contact.tool].release {
                     let force = release.force + gravity * release.mass;
-                    touch.led.release(release.mass, force, release.damping);
+                    contact.led.release(release.mass, force, release.damping);
                 }
             }
         }
@@ -395,9 +395,9 @@ impl World {
         let tools = self.scene.tools.iter().enumerate();
         let forces = tools.map(|(index, tool)| {
             let mut sum = ToolForce::free(self.input.poses()[index]);
-            for touch in self.members.iter().flat_map(|member| &member.touches) {
-                if touch.tool == index {
-                    touch.add_to(&tool.solid(), &mut sum);
+            for contact in self.members.iter().flat_map(|member| &member.contacts) {
+                if contact.tool == index {
+                    contact.add_to(&tool.solid(), &mut sum);
                 }
             }
             sum

@@ -12,7 +12,7 @@ use phyxel_integrate::{
 
 use super::error::BodyProblem;
 use super::shares::BodyShares;
-use super::tool::Touch;
+use super::tool::ToolContact;
 
 /// Unbalanced force, relative, at which an equilibrium is found.
 const AT_REST: f64 = 1e-6;
@@ -51,23 +51,26 @@ impl Stepper {
         step: f64,
         motion: &mut Motion,
         elastic: &mut Elastic,
-        (touches, mut grip): (&mut [Touch], Option<&mut Grip>),
+        (contacts, mut grip): (&mut [ToolContact], Option<&mut Grip>),
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
         let mut law = Timed { elastic, in_forces };
         match self {
             Self::Implicit { solver, .. } => {
-                let mut tools: Vec<_> = touches.iter_mut().map(|touch| touch.led.parts()).collect();
+                let mut tools: Vec<_> = contacts
+                    .iter_mut()
+                    .map(|contact| contact.led.parts())
+                    .collect();
                 solver.step_with(motion, step, &mut law, &mut tools)?;
             }
-            Self::Explicit if touches.is_empty() && grip.is_none() => {
+            Self::Explicit if contacts.is_empty() && grip.is_none() => {
                 motion.step(step, |x, f| law.forces_into(x, f))?;
             }
             Self::Explicit => {
                 motion.step_with(step, |x, f| law.forces_into(x, f), &mut |view, forces| {
-                    for touch in touches.iter_mut() {
-                        touch.press(view, forces, in_contact);
+                    for contact in contacts.iter_mut() {
+                        contact.press(view, forces, in_contact);
                     }
                     if let Some(grip) = &mut grip {
                         grip.pull(view, forces);
@@ -84,17 +87,17 @@ pub(super) fn step_shared(
     step: f64,
     motion: &mut Motion,
     shares: &Mutex<dyn BodyShares>,
-    (touches, mut grip): (&mut [Touch], Option<&mut Grip>),
+    (contacts, mut grip): (&mut [ToolContact], Option<&mut Grip>),
     in_contact: &mut Duration,
 ) -> Result<(), BodyProblem> {
     let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
-    if touches.is_empty() && grip.is_none() {
+    if contacts.is_empty() && grip.is_none() {
         motion.step_shared(step, &mut *shares, None)?;
         return Ok(());
     }
     let press = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
-        for touch in touches.iter_mut() {
-            touch.press(view, forces, in_contact);
+        for contact in contacts.iter_mut() {
+            contact.press(view, forces, in_contact);
         }
         if let Some(grip) = &mut grip {
             grip.pull(view, forces);

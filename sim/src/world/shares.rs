@@ -294,8 +294,8 @@ impl Member {
         let supports = self.body.motion.supports().entries().iter();
         let driven = supports.filter(|support| support.path.is_some());
         let mut nodes: Vec<u32> = driven.map(|support| support.node).collect();
-        for touch in &self.touches {
-            nodes.extend_from_slice(touch.nodes());
+        for contact in &self.contacts {
+            nodes.extend_from_slice(contact.nodes());
         }
         nodes.extend(
             self.body

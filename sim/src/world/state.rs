@@ -250,7 +250,7 @@ mod tests {
             ("a front", |s| {
                 s.bodies[0].fronts.push((0, glam::DMat3::IDENTITY));
             }),
-            ("touches", |s| s.bodies[0].touches.clear()),
+            ("contacts", |s| s.bodies[0].contacts.clear()),
             ("bodies", |s| s.bodies.clear()),
             ("steps", |s| s.caution = 0.0),
             ("gravity", |s| s.gravity = Some(DVec3::NAN)),

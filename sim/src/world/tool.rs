@@ -12,7 +12,7 @@ use crate::scene;
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Touch {
+pub(super) struct ToolContact {
     /// Index of the scene's tool.
     pub(super) tool: usize,
     /// The tool as this body has it.
@@ -49,7 +49,7 @@ impl ToolForce {
     }
 }
 
-impl Touch {
+impl ToolContact {
     /// Whether it can be one of a body of so many nodes in the place of another.
     pub(super) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
         self.tool == built.tool && self.led.is_sound(node_count)

@@ -11,12 +11,12 @@ const DIVISIONS: u32 = 4;
 
 /// Nodes on the surface of a body without tetrahedra, each with the area (m²) nearest to it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Cover {
+pub(super) struct SurfaceNodes {
     nodes: Vec<u32>,
     areas: Vec<f64>,
 }
 
-impl Cover {
+impl SurfaceNodes {
     /// Covers `solid`, whose nodes on the surface are `outer`.
     pub(super) fn new(
         solid: &Solid,
@@ -33,21 +33,23 @@ impl Cover {
 }
 
 /// Triangles of the outside of a body of tetrahedra.
-pub(super) fn outside_of(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
+pub(super) fn surface_triangles_of(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
     boundary_triangles(tetrahedra, |_| true)
 }
 
 /// Contact points on the outside of a body, of which a triangle is torn if two of its corners no longer hold
 /// together.
-pub(super) fn surface_of(
-    cover: Option<&Cover>,
+pub(super) fn contact_surface_of(
+    surface_nodes: Option<&SurfaceNodes>,
     outside: &[[u32; 3]],
     rest: &[DVec3],
     holds: impl Fn(u32, u32) -> bool,
 ) -> Result<ContactSurface, BodyProblem> {
-    let surface = match cover {
+    let surface = match surface_nodes {
         // No node's area spans a gap.
-        Some(cover) => ContactSurface::from_nodes(&cover.nodes, &cover.areas, rest.len())?,
+        Some(surface_nodes) => {
+            ContactSurface::from_nodes(&surface_nodes.nodes, &surface_nodes.areas, rest.len())?
+        }
         None => ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, holds)?,
     };
     Ok(surface)
