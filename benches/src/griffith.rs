@@ -49,7 +49,7 @@ pub struct Finding {
     /// The same over the energy release rate of the closed form, which also has the load.
     pub ratio_of_closed_form: f64,
     /// Share of that loss that the updates themselves took; the rest went into motion and was damped.
-    pub booked: f64,
+    pub by_updates: f64,
     /// The run's figures.
     #[serde(skip)]
     pub row: Row,
@@ -154,7 +154,7 @@ pub fn measure(spacings: f64) -> Result<Finding, StudyError> {
         stored: before.0 / first,
         ratio: lost / of_load,
         ratio_of_closed_form: lost / (first - last),
-        booked: (row.released + before.1) / lost,
+        by_updates: (row.released + before.1) / lost,
         row,
     })
 }

@@ -346,7 +346,7 @@ fn run_griffith(one: &One) -> Result<bool, StudyError> {
             finding.stored,
             finding.ratio,
             finding.ratio_of_closed_form,
-            finding.booked,
+            finding.by_updates,
             finding.row.added
         )?;
         sheet.add(&finding)?;

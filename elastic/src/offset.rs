@@ -23,7 +23,7 @@ use crate::stale::Stale;
 use crate::storage::Storage;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
-/// modulus, and what dropping it adds to the energy is booked like the decay.
+/// modulus, and what dropping it adds to the energy is counted like the decay.
 const SMALLEST_OFFSET: f64 = 1e-5;
 /// Largest `|I + A|` (Frobenius). It multiplies what a node adds to the stiffness by its square, so a row
 /// that sees the body all but flat where it was not cannot keep its gradient. Of 2, 3, 5 and 8 (no

@@ -155,7 +155,7 @@ impl Motion {
         Ok(!finished)
     }
 
-    /// Evaluates the forces again where the nodes are, after the force law changed (a cut), books the
+    /// Evaluates the forces again where the nodes are, after the force law changed (a cut), records the
     /// jump of its energy and returns it (J). The slice that `forces` writes holds the forces of before.
     ///
     /// # Errors
@@ -417,7 +417,7 @@ impl Motion {
         }
     }
 
-    /// Gives driven nodes their path's velocity and books the work of their drive.
+    /// Gives driven nodes their path's velocity and adds up the work of their drive.
     fn finish_driven(&mut self, time: f64) {
         for driven in &self.driven {
             let support = &driven.support;

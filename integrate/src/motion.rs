@@ -424,7 +424,7 @@ impl Motion {
     }
 
     /// Replaces the supports, as when a clamp opens. Velocities lose their held parts; what that takes
-    /// is booked.
+    /// is counted.
     ///
     /// # Panics
     /// If `supports` is for another number of nodes.

@@ -110,7 +110,7 @@ pub(crate) struct Kick {
     pub(crate) step: f64,
 }
 
-/// Forces of the step before, against which work is booked.
+/// Forces of the step before, against which work is counted.
 #[derive(Clone, Copy)]
 pub(crate) struct Before<'a> {
     pub(crate) forces: &'a [DVec3],

@@ -69,7 +69,7 @@ pub struct Phases {
 }
 
 impl Phases {
-    /// Runs `work` and books its time under `phase`.
+    /// Runs `work` and adds its time to `phase`.
     pub fn time<T>(&mut self, phase: Phase, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();

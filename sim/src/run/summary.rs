@@ -184,7 +184,7 @@ pub struct StrokeSummary {
     /// Largest addition of one update, relative to the elastic energy before it.
     pub largest_addition: f64,
     /// Work (J) of the decay of what rebuilt rows carried over, positive if it added energy; while it
-    /// lasts it is booked to the stroke that changed something last. The body's `released_by_cuts` is
+    /// lasts it is counted with the stroke that changed something last. The body's `released_by_cuts` is
     /// the sum of `released` less those of `added` and of this.
     pub decay: f64,
 }

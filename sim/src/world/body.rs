@@ -388,7 +388,7 @@ impl Body {
         self.turned_here();
     }
 
-    /// Evaluates the forces anew after rows of the model changed; the energy's jump (J) is booked.
+    /// Evaluates the forces anew after rows of the model changed; the energy's jump (J) is recorded.
     pub(super) fn reload(&mut self) -> Result<f64, StepError> {
         let elastic = &mut self.elastic;
         self.motion.refresh(|x, f| elastic.forces_again(x, f))

@@ -308,9 +308,9 @@ impl Cutting {
         let stored = body.motion.audit().elastic;
         let jump = body.reload()?;
         let round_off = body.elastic.energy_round_off();
-        self.energy.book(jump, stored, round_off);
+        self.energy.record(jump, stored, round_off);
         let stroke = &mut self.by_stroke[update.stroke];
-        stroke.energy.book(jump, stored, round_off);
+        stroke.energy.record(jump, stored, round_off);
         if body.is_explicit() {
             let part = body.elastic.part(&with_neighbors(body, &update.touched));
             let found = body.part_eigenvalue(&part, Vec::new(), ESTIMATE_PRODUCTS)?;

@@ -18,7 +18,7 @@ pub struct CutEnergy {
 impl CutEnergy {
     /// Books what an update changed (J) where `stored` (J) was elastic energy before; below `round_off` (J) nothing
     /// is told from nothing.
-    pub(super) fn book(&mut self, jump: f64, stored: f64, round_off: f64) {
+    pub(super) fn record(&mut self, jump: f64, stored: f64, round_off: f64) {
         if jump <= 0.0 {
             self.released -= jump;
             return;
@@ -40,7 +40,7 @@ pub struct StrokeEnergy {
     pub captures: usize,
     /// Those of them that changed the connectivity.
     pub updates: usize,
-    /// What it did to the energy. What rebuilt rows carried over decays as a whole: it is booked to the
+    /// What it did to the energy. What rebuilt rows carried over decays as a whole: it is counted with the
     /// stroke that changed something last.
     pub energy: CutEnergy,
 }
@@ -64,13 +64,13 @@ mod tests {
     fn jumps_are_booked_by_their_sign() {
         let mut energy = CutEnergy::default();
         for (jump, stored) in [(-2.0, 8.0), (1.0, 4.0), (0.5, 4.0), (-0.25, 0.0)] {
-            energy.book(jump, stored, 1e-12);
+            energy.record(jump, stored, 1e-12);
         }
         assert_eq!((energy.released, energy.added), (2.25, 1.5));
         assert!((energy.largest_addition - 0.25).abs() < 1e-15, "{energy:?}");
-        energy.book(1e-13, 0.0, 1e-12);
+        energy.record(1e-13, 0.0, 1e-12);
         assert!(energy.largest_addition < 1.0, "round-off");
-        energy.book(1e-9, 0.0, 1e-12);
+        energy.record(1e-9, 0.0, 1e-12);
         assert!(energy.largest_addition > 999.0, "out of nothing");
         assert!(energy.largest_addition.is_finite(), "a number");
     }

@@ -218,7 +218,7 @@ impl World {
             .map_or(0, |member| member.body.motion.steps())
     }
 
-    /// Stopwatches; the run loop books its own phases here too.
+    /// Stopwatches; the run loop adds its own phases here too.
     pub fn phases(&mut self) -> &mut Phases {
         &mut self.phases
     }
