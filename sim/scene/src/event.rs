@@ -81,7 +81,8 @@ impl Default for Gravity {
 
 /// A stroke of a blade: the surface that its edge sweeps through the world is cut open.
 ///
-/// The stroke starts at the path's first key and ends at its last.
+/// The stroke starts at the path's first key and ends at its last. Where cuts leave less between two parts of a body than a
+/// distance of nodes, it is severed, too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
