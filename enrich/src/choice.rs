@@ -122,7 +122,7 @@ impl Default for CutRule {
 }
 
 /// Parts of fewer nodes are not taken for one that a cut parts from the rest: nodes right at a front, all of whose pairs it
-/// bends.
+/// bends. What worlds count as debris has the same bound; others were not tried.
 const SMALLEST_PART: usize = 12;
 
 /// Factors of either kind.

@@ -199,6 +199,7 @@ fn package(
     let corrected = !view.multipliers.is_empty();
     let pad = |value: f64| vec![value; padding];
     let spot = body.rest.get(range.start).copied().unwrap_or(DVec3::ZERO);
+    let elastic = &body.elastic;
     let mut package = Package {
         start: range.start,
         chunks: layout.chunks(),
@@ -224,10 +225,10 @@ fn package(
         held: Vec::new(),
         motion: *body.motion.settings(),
         supports: body.motion.supports().part(range.clone()),
-        control_scales: control_scales(member, locals, |_| true),
-        fronts: fronts(member, locals, |_| true),
+        control_scales: of_rank(elastic.control_scales(), locals, |_| true),
+        fronts: of_rank(elastic.fronts(), locals, |_| true),
         weak: Vec::new(),
-        offsets_of_gradients: gradient_offsets(member, locals, |_| true),
+        offsets_of_gradients: of_rank(gradient_offsets(elastic), locals, |_| true),
         carries: carries(member),
         sends: Vec::new(),
         receives: Vec::new(),
@@ -283,36 +284,21 @@ fn carries(member: &Member) -> bool {
     elastic.has_offsets() || !elastic.weak_nodes().is_empty()
 }
 
-/// Scales of the control of a rank's nodes, of some.
-fn control_scales(member: &Member, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<(u32, f64)> {
-    let scales = member.body.elastic.control_scales().into_iter();
-    let scales = scales.filter(|(node, _)| some(*node));
-    scales
-        .filter_map(|(node, scale)| Some((locals.whole(node)?, scale)))
-        .collect()
-}
-
-/// The control of cuts' fronts at a rank's nodes, at some.
-fn fronts(member: &Member, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<(u32, DMat3)> {
-    let fronts = member.body.elastic.fronts().into_iter();
-    let fronts = fronts.filter(|(node, _)| some(*node));
-    fronts
-        .filter_map(|(node, matrix)| Some((locals.whole(node)?, matrix)))
-        .collect()
-}
-
-/// Offsets of the deformation gradients of a rank's nodes, of some.
-fn gradient_offsets(
-    member: &Member,
+/// What a list by nodes of the body says of those nodes of a rank whose rows are whole there, of some.
+fn of_rank<T>(
+    list: impl IntoIterator<Item = (u32, T)>,
     locals: &Locals,
     some: impl Fn(u32) -> bool,
-) -> Vec<(u32, [f64; 9])> {
-    let Offsets { nodes, values } = member.body.elastic.offsets();
-    let offsets = nodes.into_iter().zip(values);
-    let offsets = offsets.filter(|(node, _)| some(*node));
-    offsets
-        .filter_map(|(node, value)| Some((locals.whole(node)?, value)))
+) -> Vec<(u32, T)> {
+    let list = list.into_iter().filter(|(node, _)| some(*node));
+    list.filter_map(|(node, value)| Some((locals.whole(node)?, value)))
         .collect()
+}
+
+/// Offsets of deformation gradients by nodes.
+fn gradient_offsets(elastic: &Elastic) -> impl Iterator<Item = (u32, [f64; 9])> {
+    let Offsets { nodes, values } = elastic.offsets();
+    nodes.into_iter().zip(values)
 }
 
 /// Weak ones of a rank's nodes, of some.
@@ -411,6 +397,7 @@ impl Change {
         let view = member.body.stencils.view(&member.body.neighborhoods);
         let corrected = !view.multipliers.is_empty();
         let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
+        let elastic = &member.body.elastic;
         let mut change = Self {
             nodes: Vec::new(),
             whole: Vec::new(),
@@ -418,10 +405,10 @@ impl Change {
             matrices: Vec::new(),
             scales: Vec::new(),
             multipliers: Vec::new(),
-            control_scales: control_scales(member, locals, is_changed),
-            fronts: fronts(member, locals, is_changed),
+            control_scales: of_rank(elastic.control_scales(), locals, is_changed),
+            fronts: of_rank(elastic.fronts(), locals, is_changed),
             weak: weak_nodes(member, locals, is_changed),
-            offsets_of_gradients: gradient_offsets(member, locals, is_changed),
+            offsets_of_gradients: of_rank(gradient_offsets(elastic), locals, is_changed),
             carries: carries(member),
             watched: watched.map(|watched| (locals.watched(watched), watched.len())),
         };
