@@ -47,7 +47,7 @@ impl Member {
         description: &crate::scene::Body,
         body: Body,
     ) -> Result<Self, WorldError> {
-        let contacts = touches_of(scene, description, &body);
+        let contacts = contacts_of(scene, description, &body);
         Ok(Self {
             contacts: contacts.map_err(|problem| problem.named(&description.name))?,
             body,
@@ -186,7 +186,7 @@ impl Member {
 }
 
 /// The contacts of all tools that may touch a body.
-fn touches_of(
+fn contacts_of(
     scene: &Scene,
     description: &crate::scene::Body,
     body: &Body,

@@ -409,8 +409,9 @@ impl World {
     ///
     /// # Errors
     /// [`WorldError`] if a blade's edge cannot be captured, a motion diverges, or the bodies have
-    /// settled for as long as they may and nobody started the scene. A capture that fails changes nothing: the world is
-    /// as it was before it, and the next step tries it again.
+    /// settled for as long as they may and nobody started the scene. A capture that cannot be computed changes
+    /// nothing: the world is as it was before it, and the next step tries it again. Only a bug makes it fail where it is applied,
+    /// and leaves the body half cut.
     pub fn step(&mut self) -> Result<(), WorldError> {
         if let (None, Some(settle)) = (self.origin, self.scene.integration.settle)
             && self.time() >= settle.limit
