@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel::scene::{Rest, Scene};
 use phyxel::world::{Body, CutEnergy, Cutting, Member, World, WorldError};
-use phyxel_enrich::connected_pieces;
+use phyxel_enrich::{SMALLEST_PART, connected_pieces};
 
 use crate::eigenvalue::largest_eigenvalue;
 use crate::row::{Place, Row};
@@ -15,8 +15,6 @@ use crate::row::{Place, Row};
 /// of a spacing.
 pub(crate) const DIVISIONS: u32 = 3;
 
-/// Pieces of fewer nodes are debris, as in the cutting code.
-const SMALLEST_PIECE: u32 = 12;
 /// Steps between two independent estimates of the largest eigenvalue.
 const STEPS_PER_ESTIMATE: u64 = 50;
 /// Products of one such estimate.
@@ -149,7 +147,7 @@ impl Links {
         };
         let pieces = connected_pieces(graph.offsets(), graph.indices(), &factors);
         let piece = pieces.piece.iter();
-        let debris = piece.map(|&piece| pieces.sizes[piece as usize] < SMALLEST_PIECE);
+        let debris = piece.map(|&piece| (pieces.sizes[piece as usize] as usize) < SMALLEST_PART);
         let (mut offsets, mut links) = (vec![0], Vec::new());
         for node in 0..body.rest.len() {
             for pair in graph.pairs(node) {

@@ -121,9 +121,9 @@ impl Default for CutRule {
     }
 }
 
-/// Parts of fewer nodes are not taken for one that a cut parts from the rest: nodes right at a front, all of whose pairs it
-/// bends. What worlds count as debris has the same bound; others were not tried.
-const SMALLEST_PART: usize = 12;
+/// Parts of fewer nodes are debris. They are not taken for a part that a cut parts from the rest: right at a front are nodes all
+/// of whose pairs it bends. Other bounds were not tried.
+pub const SMALLEST_PART: usize = 12;
 
 /// Factors of either kind.
 #[derive(Debug, Clone)]

@@ -25,7 +25,7 @@ mod way;
 
 pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
 pub use checks::BadSetting;
-pub use choice::{CutRule, Factors};
+pub use choice::{CutRule, Factors, SMALLEST_PART};
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
     PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_enrich::{
-    Blade, CutSettings, Cuts, CutsMark, DeformedBody, Factors, Graph, Sweep, connected_pieces,
-    is_parted, nodes_in_small_pieces,
+    Blade, CutSettings, Cuts, CutsMark, DeformedBody, Factors, Graph, SMALLEST_PART, Sweep,
+    connected_pieces, is_parted, nodes_in_small_pieces,
 };
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
@@ -22,8 +22,6 @@ const CONDITION_GROWTH: f64 = 1.2;
 /// Scale of the zero-energy control of nodes that a cut touched, whose rows see less, as far as what the cut
 /// takes from that control pays for it.
 const TOUCHED_CONTROL: f64 = 3.0;
-/// Pieces of fewer nodes are debris and count as weak.
-const SMALLEST_PIECE: usize = 12;
 /// Products with the stiffness of the part round a cut per estimate.
 const ESTIMATE_PRODUCTS: usize = 16;
 /// Tissue that is pressed to a smaller share of its volume is not mapped: its gradients are none.
@@ -463,7 +461,7 @@ impl Cutting {
         let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
         let ranks = body.stencils.ranks();
         let (offsets, indices) = (graph.offsets(), graph.indices());
-        let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PIECE);
+        let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PART);
         let is_weak = |node: &u32| {
             let at = *node as usize;
             let (neighbors, condition) = self.uncut[at];
