@@ -43,7 +43,7 @@ struct Row {
     step: u64,
     kind: Kind,
     name: String,
-    moment: Option<StrokePhase>,
+    phase: Option<StrokePhase>,
     point: usize,
     x_m: f64,
     y_m: f64,
@@ -84,7 +84,7 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
         step: *step,
         kind,
         name: name.to_owned(),
-        moment: None,
+        phase: None,
         point,
         x_m: place.x,
         y_m: place.y,
@@ -110,7 +110,7 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
             let name = &scene.cuts[*cut].name;
             let points = edge.iter().enumerate();
             let rows = points.map(|(point, &place)| Row {
-                moment: Some(*phase),
+                phase: Some(*phase),
                 ..row(Kind::Blade, name, point, place)
             });
             rows.collect()
@@ -190,8 +190,8 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
         }
         Kind::Blade => {
             let cut = index_of("cut", &row.name, scene.cuts.iter().map(|c| &*c.name))?;
-            let Some(phase) = row.moment else {
-                return Err("a blade needs a moment: Start, Update or End".to_owned());
+            let Some(phase) = row.phase else {
+                return Err("a blade needs a phase: Start, Update or End".to_owned());
             };
             let last = inputs.last_mut().filter(|last| last.step == step);
             match last.map(|last| &mut last.action) {

@@ -137,7 +137,7 @@ fn many_cases() -> Vec<Case> {
 
 /// Recordings that do not fit, for the embedded block.
 fn replay_cases() -> Vec<Case> {
-    const HEADER: &str = "step,kind,name,moment,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
+    const HEADER: &str = "step,kind,name,phase,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
     let replay = |name: &str, rows: &str| {
         let content = format!("{HEADER}{rows}");
         let arguments = [
@@ -162,7 +162,7 @@ fn replay_cases() -> Vec<Case> {
             "1,blade,from the leftt,Start,0,0,0,0,,,,\n",
         ),
         replay(
-            "recording without a moment",
+            "recording without a phase",
             "1,blade,from the left,,0,0,0,0,,,,\n",
         ),
         replay("recording of a tool", "1,tool,probe,,0,0,0,0,0,0,0,1\n"),
