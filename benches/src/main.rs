@@ -321,7 +321,7 @@ fn run_grids(batch: &Batch) -> Result<bool, StudyError> {
         if let Some((lattices, without)) = row.lattices.zip(row.without_lattice) {
             writeln!(
                 io::stdout(),
-                "{}: {lattices} lattices, {} pairs severed, {without} pairs left to Detour",
+                "{}: {lattices} lattices, {} pairs severed, {without} pairs left to Diffraction",
                 row.scene,
                 row.severed
             )?;

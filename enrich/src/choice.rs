@@ -21,10 +21,15 @@ use crate::rule::Rule;
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum CutRule {
     /// By the shortest way round the cut: the diffraction criterion.
-    Detour {
+    #[cfg_attr(feature = "schemars", schemars(extend("x-former" = "Detour")))]
+    Diffraction {
         /// Influence radius of a node, in mean lengths of its pairs.
-        #[cfg_attr(feature = "serde", serde(default = "CutRule::default_reach"))]
-        reach: f64,
+        #[cfg_attr(
+            feature = "serde",
+            serde(default = "CutRule::default_influence_radius")
+        )]
+        #[cfg_attr(feature = "schemars", schemars(extend("x-former" = "reach")))]
+        influence_radius: f64,
     },
     /// Nothing passes a cut; for comparison, the crack acts up to half a spacing too long.
     Visibility,
@@ -40,7 +45,7 @@ pub enum CutRule {
     },
     /// The dissertation's enrichment grid, one for each cut, built anew at each capture (Aras 2014,
     /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends in the body. Where
-    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Detour()` decides the
+    /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Diffraction()` decides the
     /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
     Grid {
         /// Distance (m) of its points; half the distance of nodes where not given.
@@ -63,8 +68,9 @@ impl CutRule {
     pub fn check(&self) -> Vec<BadSetting> {
         let mut checks = Checks::default();
         match *self {
-            Self::Detour { reach } => {
-                checks.positive("reach", reach, ", in mean lengths of pairs, such as 2");
+            Self::Diffraction { influence_radius } => {
+                let hint = ", in mean lengths of pairs, such as 2";
+                checks.positive("influence_radius", influence_radius, hint);
             }
             Self::Visibility => {}
             Self::Transparency { depth, exponent } => {
@@ -98,7 +104,7 @@ impl CutRule {
         checks.0
     }
 
-    const fn default_reach() -> f64 {
+    const fn default_influence_radius() -> f64 {
         2.0
     }
 
@@ -115,8 +121,8 @@ impl CutRule {
 
 impl Default for CutRule {
     fn default() -> Self {
-        Self::Detour {
-            reach: Self::default_reach(),
+        Self::Diffraction {
+            influence_radius: Self::default_influence_radius(),
         }
     }
 }
@@ -143,8 +149,8 @@ impl Factors {
     pub fn new(rule: CutRule, graph: &Graph<'_>, radii: Vec<f64>, spacing: f64) -> Self {
         let usual = FactorSettings::default();
         let settings = match rule {
-            CutRule::Detour { reach } => FactorSettings {
-                reach: InfluenceRadius::Neighbors(reach),
+            CutRule::Diffraction { influence_radius } => FactorSettings {
+                influence_radius: InfluenceRadius::Neighbors(influence_radius),
                 rule: Rule::Diffraction,
             },
             CutRule::Visibility => FactorSettings {

@@ -15,9 +15,9 @@ use crate::rule::{Rule, Scratch};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorSettings {
-    /// Coupling distance. Twice the mean length of a node's pairs was found best for edges of
+    /// How far a node is coupled. Twice the mean length of a node's pairs was found best for edges of
     /// tetrahedra and of triangles (1.8 and 2.2 move the opening of an edge crack by about 1 %).
-    pub reach: InfluenceRadius,
+    pub influence_radius: InfluenceRadius,
     /// The rule.
     pub rule: Rule,
 }
@@ -25,7 +25,7 @@ pub struct FactorSettings {
 impl Default for FactorSettings {
     fn default() -> Self {
         Self {
-            reach: InfluenceRadius::Neighbors(2.0),
+            influence_radius: InfluenceRadius::Neighbors(2.0),
             rule: Rule::Diffraction,
         }
     }
@@ -97,15 +97,16 @@ impl PairFactors {
     /// If the influence radius is not positive.
     #[must_use]
     pub fn new(graph: &Graph<'_>, settings: &FactorSettings) -> Self {
-        let (InfluenceRadius::Neighbors(size) | InfluenceRadius::Length(size)) = settings.reach;
+        let (InfluenceRadius::Neighbors(size) | InfluenceRadius::Length(size)) =
+            settings.influence_radius;
         assert!(
             size > 0.0 && size.is_finite(),
             "influence radius {:?} is not positive",
-            settings.reach
+            settings.influence_radius
         );
         Self {
             settings: *settings,
-            runs: Runs::new(graph, settings.reach),
+            runs: Runs::new(graph, settings.influence_radius),
             pair_count: graph.indices.len(),
             crossed: BTreeMap::new(),
             conormals: BTreeMap::new(),
@@ -142,12 +143,15 @@ impl PairFactors {
             cut.piece_count()
         );
         let candidates = self.candidates(graph, cut, new);
-        let FactorSettings { reach, rule } = self.settings;
+        let FactorSettings {
+            influence_radius,
+            rule,
+        } = self.settings;
         let evaluate = |scratch: &mut Scratch, &(i, pair): &(u32, u32)| {
             let (i, j) = (i as usize, graph.indices[pair as usize] as usize);
             let (a, b) = (graph.positions[i], graph.positions[j]);
-            let reach = reach.of_pair(graph, i, j);
-            rule.crossed_factor(cut, a, b, reach, inside, scratch)
+            let radius = influence_radius.of_pair(graph, i, j);
+            rule.crossed_factor(cut, a, b, radius, inside, scratch)
         };
         let values: Vec<(f64, DVec3)> = if candidates.len() < PARALLEL {
             let mut scratch = Scratch::default();
@@ -337,7 +341,7 @@ impl PairFactors {
         cut: &C,
         new: Range<usize>,
     ) -> Vec<(u32, u32)> {
-        let reach = self.settings.reach;
+        let reach = self.settings.influence_radius;
         let mut candidates = Vec::new();
         let all = new.clone().map(|piece| cut.piece_bounds(piece));
         let Some(all) = all.reduce(Bounds::union) else {

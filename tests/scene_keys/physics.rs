@@ -287,7 +287,7 @@ fn the_dissertations_method_is_as_it_says() {
 #[test]
 fn every_rule_parts_a_body_that_is_cut_through() {
     for rule in [
-        "Detour()",
+        "Diffraction()",
         "Visibility",
         "Transparency(depth: 0.5)",
         "Grid()",

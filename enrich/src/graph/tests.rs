@@ -158,7 +158,7 @@ fn crossed_pairs_are_those_below_one() {
 #[test]
 fn settings_survive_being_written() {
     let settings = FactorSettings {
-        reach: InfluenceRadius::Length(0.01),
+        influence_radius: InfluenceRadius::Length(0.01),
         rule: Rule::Transparency {
             kappa: 1.0,
             exponent: 2.0,

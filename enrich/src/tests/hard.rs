@@ -263,7 +263,7 @@ proptest! {
             weld_tolerance: 0.05 * cloud.radius * scale, index_cell: cloud.radius * scale });
         let graph = Graph::new(&moved, cloud.graph().offsets(), cloud.graph().indices()).unwrap();
         let mut found = PairFactors::new(&graph, &FactorSettings {
-            reach: InfluenceRadius::Length(cloud.radius * scale),
+            influence_radius: InfluenceRadius::Length(cloud.radius * scale),
             ..FactorSettings::default()
         });
         found.update(&graph, &cuts, 0..cuts.triangle_count(), &|p| inside(back(p)));

@@ -53,7 +53,7 @@ impl Cloud {
     /// Factors before any cut.
     pub(crate) fn factors(&self) -> PairFactors {
         let settings = FactorSettings {
-            reach: InfluenceRadius::Length(self.radius),
+            influence_radius: InfluenceRadius::Length(self.radius),
             rule: Rule::Diffraction,
         };
         PairFactors::new(&self.graph(), &settings)

@@ -171,7 +171,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
         row(
             text,
             "grids",
-            format_args!("{lattices} lattices; {pairs} pairs without one, by Detour"),
+            format_args!("{lattices} lattices; {pairs} pairs without one, by Diffraction"),
         )?;
     }
     for tool in &summary.tools {

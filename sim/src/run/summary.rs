@@ -158,7 +158,7 @@ pub struct CutSummary {
     /// Lattices of the dissertation's grids; absent without `cut_rule: Grid`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattices: Option<usize>,
-    /// Undirected pairs that no lattice could decide and that `Detour` weakened or severed; absent without
+    /// Undirected pairs that no lattice could decide and that `Diffraction` weakened or severed; absent without
     /// `cut_rule: Grid`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pairs_without_lattice: Option<usize>,

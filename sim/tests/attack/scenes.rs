@@ -16,7 +16,7 @@ const BLOCK: &str = r#"(
         ]),
         material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000, stabilization: 0.1),
         damping_ratio: 0.1,
-        cut_rule: Detour(reach: 2.0),
+        cut_rule: Diffraction(influence_radius: 2.0),
         surfels: (target: Count(2000), cut_density: 1e6, opening: 1e-5),
     )],
     supports: [

@@ -435,8 +435,19 @@ fn model_cases() -> Vec<Case> {
             "support of nothing",
             "bodies[0].method=Dissertation(support_scale: 0)",
         ),
-        set("no reach", "bodies[0].cut_rule=Detour(reach: 0)"),
-        set("misspelt rule", "bodies[0].cut_rule=Detuor()"),
+        set(
+            "no influence radius",
+            "bodies[0].cut_rule=Diffraction(influence_radius: 0)",
+        ),
+        set(
+            "former name of a rule",
+            "bodies[0].cut_rule=Detour(reach: 2)",
+        ),
+        set(
+            "former name of a rule's key",
+            "bodies[0].cut_rule=Diffraction(reach: 2)",
+        ),
+        set("misspelt rule", "bodies[0].cut_rule=Difraction()"),
         set(
             "grid without spacing",
             "bodies[0].cut_rule=Grid(spacing: 0)",

@@ -140,6 +140,15 @@ pub(crate) fn names_of(choices: &'static [Value]) -> Vec<&'static str> {
     choices.iter().map(name_of).collect()
 }
 
+/// The key or choice, each with its schema, that had this name before: `x-former` says so.
+pub(crate) fn renamed<'a>(
+    found: &str,
+    mut known: impl Iterator<Item = (&'a str, &'static Value)>,
+) -> Option<&'a str> {
+    let now = known.find(|(_, schema)| schema["x-former"] == found);
+    now.map(|(name, _)| name)
+}
+
 /// Keys that a group must have.
 pub(crate) fn required(group: &'static Value) -> impl Iterator<Item = &'static str> {
     let keys = group.get("required").and_then(Value::as_array);

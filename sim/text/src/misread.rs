@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::error::FormatProblem;
 use crate::format::{Syntax, options};
 use crate::key_path::{KeyPath, Segment};
-use crate::kind::{Kind, name_of, names_of, required};
+use crate::kind::{Kind, name_of, names_of, renamed, required};
 use crate::locate::{Content, Node};
 use crate::suggest::nearest;
 
@@ -227,7 +227,10 @@ impl<'a> Reader<'a> {
             let known = properties.get_key_value(name);
             let alike = match known {
                 Some(_) => None,
-                None => nearest(name, properties.keys().map(String::as_str)),
+                None => {
+                    let keys = properties.iter().map(|(key, kind)| (key.as_str(), kind));
+                    renamed(name, keys.clone()).or_else(|| nearest(name, keys.map(|(key, _)| key)))
+                }
             };
             let problem = if known.is_none() {
                 Some(FormatProblem::UnknownKey {
@@ -286,7 +289,8 @@ impl<'a> Reader<'a> {
             return self.wrong_type(node, &kind);
         };
         let known = |name: &str| choices.iter().find(|choice| name_of(choice) == name);
-        let nearest = nearest(name, names_of(choices));
+        let renamed = renamed(name, choices.iter().map(|choice| (name_of(choice), choice)));
+        let nearest = renamed.or_else(|| nearest(name, names_of(choices)));
         if known(name).is_none() {
             let problem = FormatProblem::UnknownChoice {
                 nearest,

@@ -114,7 +114,7 @@ impl<'a> CutBody<'a> {
         let reach: Vec<f64> = match form {
             Form::Rule(_) | Form::Finished | Form::Intrinsic => Vec::new(),
             _ => (0..x.len())
-                .map(|node| settings.reach.of(&coupled, node))
+                .map(|node| settings.influence_radius.of(&coupled, node))
                 .collect(),
         };
         let start = Instant::now();
