@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel::phases::Phase;
 use phyxel::picture::Painter;
 use phyxel::scene::Scene;
+use phyxel::world::Phase;
 use phyxel::world::World;
 
 const BARE: &str =

@@ -15,6 +15,9 @@ pub enum StudyError {
     /// A body of a study cannot be built or moved.
     #[error("{0}")]
     World(Box<phyxel::world::WorldError>),
+    /// A body of a study cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] phyxel::picture::PictureError),
     /// A kept state does not read as it was written.
     #[error("a kept state: {0}")]
     State(#[source] serde_json::Error),

@@ -35,6 +35,6 @@ pub(crate) fn with_velocities(
         }
     }
     let state: WorldState = serde_json::from_value(kept).map_err(StudyError::State)?;
-    world.restore(state, |_, _| Ok(()))?;
+    world.restore(state, |_, _| ())?;
     Ok(())
 }

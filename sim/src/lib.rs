@@ -6,6 +6,7 @@
 #![doc = include_str!("../README.md")]
 
 pub use phyxel_scene as scene;
+pub use phyxel_world as world;
 
 // The leaves and the vectors that the public types speak of.
 pub use glam;
@@ -20,10 +21,8 @@ pub mod cli;
 pub mod live;
 #[cfg(feature = "cli")]
 pub mod output;
-pub mod phases;
 pub mod picture;
 #[cfg(feature = "cli")]
 pub mod run;
 #[cfg(feature = "cli")]
 pub mod sweep;
-pub mod world;

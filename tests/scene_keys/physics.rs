@@ -333,7 +333,7 @@ fn a_kept_state_of_any_model_goes_on_to_the_bit() {
         let kept = whole.state();
         play(&mut whole, 0.1);
         second
-            .restore(kept, |_, _| Ok(()))
+            .restore(kept, |_, _| ())
             .expect("it is the same body");
         assert!(second.time() > 0.0495 && second.time() < 0.06);
         play(&mut second, 0.1);

@@ -3,8 +3,8 @@
 use crate::problems::cracks::{Form, gravity_slit};
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
-use phyxel::phases::Phase;
 use phyxel::scene::{Override, Scene};
+use phyxel::world::Phase;
 use phyxel::world::World;
 
 /// Time (s) in which the timed blade passes: short, so that few steps are taken besides.

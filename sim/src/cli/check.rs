@@ -11,8 +11,9 @@ use serde::Serialize;
 use super::source::Source;
 use super::{CliError, Overrides, printable};
 use crate::picture::Painter;
+use crate::run::RunError;
 use crate::scene::Scene;
-use crate::world::{Member, World, WorldError};
+use crate::world::{Member, World};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArguments {
@@ -96,7 +97,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn costs(scene: &Scene) -> Result<Costs, WorldError> {
+fn costs(scene: &Scene) -> Result<Costs, RunError> {
     let integration = scene.integration;
     let captures = scene.cuts.iter().map(|cut| cut.capture_times().len()).sum();
     let strokes = scene.cuts.len();
@@ -144,7 +145,7 @@ fn body_costs(member: &Member) -> BodyCosts {
 }
 
 /// Takes the first steps of the scene, and draws a frame if it has pictures.
-fn parts(world: &mut World) -> Result<Vec<PartCosts>, WorldError> {
+fn parts(world: &mut World) -> Result<Vec<PartCosts>, RunError> {
     for _ in 0..TIMED_STEPS {
         world.step()?;
     }

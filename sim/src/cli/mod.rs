@@ -18,7 +18,6 @@ use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::scene::{Place, SceneError};
 use crate::sweep::{CaseError, CollectError, PlanError, PoolError, RefusedCase};
-use crate::world::WorldError;
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
 #[derive(Debug, Parser)]
@@ -75,10 +74,7 @@ enum CliError {
     #[error(transparent)]
     Source(#[from] source::SourceError),
     #[error("{place}: {error}")]
-    Body {
-        place: Place,
-        error: Box<WorldError>,
-    },
+    Body { place: Place, error: Box<RunError> },
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]

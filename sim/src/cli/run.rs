@@ -84,7 +84,9 @@ pub(super) fn run(argument: Option<&OsStr>, flags: &RunFlags) -> Result<(), CliE
             None => run_scene(&scene, &options),
         };
         outcome.map_err(|error| match error {
-            RunError::World(error) => source.locate(&scene, &overrides, error),
+            error @ (RunError::World(_) | RunError::Picture(_)) => {
+                source.locate(&scene, &overrides, error)
+            }
             error => error.into(),
         })?
     };

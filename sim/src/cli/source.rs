@@ -7,6 +7,8 @@ use phyxel_discretize::{ReadError, RepairError, RepairSettings, Solid, read_mesh
 
 use phyxel_text::{Override, Syntax, read_text};
 
+use crate::picture::PictureError;
+use crate::run::RunError;
 use crate::scene::{EMBEDDED, Scene, UnitGuess, place_of_body};
 use crate::world::WorldError;
 
@@ -70,10 +72,11 @@ impl Source {
         &self,
         scene: &Scene,
         overrides: &[Override],
-        error: WorldError,
+        error: RunError,
     ) -> CliError {
         let at_fault = |name: &String| match &error {
-            WorldError::Body { body, .. } => body == name,
+            RunError::World(WorldError::Body { body, .. })
+            | RunError::Picture(PictureError::Body { body, .. }) => body == name,
             _ => false,
         };
         let index = scene.bodies.iter().position(|body| at_fault(&body.name));

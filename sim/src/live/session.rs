@@ -8,7 +8,7 @@ use phyxel_live::{BladeLead, Forces, Led, Placement, PoseLead, Ring, Score};
 
 use super::setting::{PARKED, prepare};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
-use crate::picture::{Painter, Surfaces};
+use crate::picture::{Painter, PictureError, Surfaces};
 use crate::run::RunState;
 use crate::scene::{Pose, Scene, SceneError};
 use crate::world::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
@@ -30,6 +30,9 @@ pub enum SessionError {
     /// The world cannot be built, or a step failed.
     #[error(transparent)]
     World(#[from] WorldError),
+    /// The world cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// An input does not belong to the scene.
     #[error(transparent)]
     Input(#[from] InputError),

@@ -1,6 +1,7 @@
 //! Pictures of the world: surfels on the bodies, new skin in cuts, tools and blades.
 
 mod coloring;
+mod error;
 mod rigid;
 mod sampling;
 mod style;
@@ -9,6 +10,7 @@ mod textured;
 mod tool;
 mod views;
 
+pub use error::{PictureError, SkinProblem};
 pub use sampling::surfels_on_solid;
 
 use std::io::Cursor;
@@ -25,7 +27,7 @@ use phyxel_splat::{
 use phyxel_text::read_file;
 
 use crate::scene::{self, Coloring, Pictures, Show};
-use crate::world::{BodyProblem, CutPiece, Member, World, WorldError};
+use crate::world::{CutPiece, Member, World};
 
 /// The surfaces of all bodies as cuts have left them, to be gone back to.
 #[derive(Debug, Clone)]
@@ -70,8 +72,8 @@ impl Painter {
     /// Covers the bodies with surfels and sets the camera up.
     ///
     /// # Errors
-    /// [`WorldError`] if a surface cannot be sampled or bound to its nodes, or an image or a mesh cannot be read.
-    pub fn new(world: &World, pictures: &Pictures) -> Result<Self, WorldError> {
+    /// [`PictureError`] if a surface cannot be sampled or bound to its nodes, or an image or a mesh cannot be read.
+    pub fn new(world: &World, pictures: &Pictures) -> Result<Self, PictureError> {
         Self::build(world, pictures, None)
     }
 
@@ -79,7 +81,7 @@ impl Painter {
     ///
     /// # Errors
     /// As [`Painter::new`].
-    pub fn styled(world: &World, pictures: &Pictures, style: &Style) -> Result<Self, WorldError> {
+    pub fn styled(world: &World, pictures: &Pictures, style: &Style) -> Result<Self, PictureError> {
         Self::build(world, pictures, Some(style))
     }
 
@@ -87,7 +89,7 @@ impl Painter {
         world: &World,
         pictures: &Pictures,
         style: Option<&Style>,
-    ) -> Result<Self, WorldError> {
+    ) -> Result<Self, PictureError> {
         let scene = world.scene();
         let skins = world
             .members()
@@ -119,7 +121,7 @@ impl Painter {
             let looks = tool.looks.as_ref().map(rigid::read).transpose()?;
             Ok(looks.map(|mesh| rigid::scaled(mesh, tool.scale)))
         });
-        let looks = looks.collect::<Result<Vec<_>, WorldError>>()?;
+        let looks = looks.collect::<Result<Vec<_>, PictureError>>()?;
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
@@ -251,12 +253,12 @@ impl Painter {
     /// Grows new skin on new pieces of cuts; the surfels of each body that may be other than before.
     ///
     /// # Errors
-    /// [`WorldError`] if a piece is not finite.
+    /// [`PictureError`] if a piece is not finite.
     pub fn grow(
         &mut self,
         world: &World,
         pieces: &[CutPiece],
-    ) -> Result<Vec<Vec<u32>>, WorldError> {
+    ) -> Result<Vec<Vec<u32>>, PictureError> {
         let mut changed = vec![Vec::new(); self.skins.len()];
         for piece in pieces {
             let Member { body, cutting, .. } = &world.members()[piece.member];
@@ -281,7 +283,7 @@ impl Painter {
                 .cut(&near, &|point| body.solid.contains(point), &|a, b| {
                     cuts.crosses(a, b)
                 })
-                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
+                .map_err(|problem| SkinProblem::from(problem).named(&body.name))?;
             changed[piece.member].extend(change.surfels);
         }
         Ok(changed)
@@ -347,7 +349,7 @@ fn skin_of(
     description: &scene::Body,
     share: f64,
     style: TissueSettings,
-) -> Result<DrawnTissue, BodyProblem> {
+) -> Result<DrawnTissue, SkinProblem> {
     let spec = &description.surfels;
     let body = &member.body;
     let surfels = match &spec.points {
@@ -393,7 +395,7 @@ fn camera_of(world: &World, pictures: &Pictures) -> Camera {
 }
 
 /// The image that a scene lays on a surface.
-fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, BodyProblem> {
+fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, SkinProblem> {
     Ok(ImageCoat {
         image: Arc::new(image_of(&image.file)?),
         size: image.size,
@@ -401,8 +403,8 @@ fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, BodyProblem> {
 }
 
 /// The image of a file.
-fn image_of(file: &Path) -> Result<Image, BodyProblem> {
-    let problem = |source| BodyProblem::Image {
+fn image_of(file: &Path) -> Result<Image, SkinProblem> {
+    let problem = |source| SkinProblem::Image {
         file: file.to_owned(),
         source,
     };

@@ -3,9 +3,10 @@
 use phyxel_discretize::{SurfaceSamples, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
 
+use super::SkinProblem;
 use super::sampling::surfels_on_solid;
 use crate::scene::{PointFile, SurfelSpacing, SurfelTarget};
-use crate::world::{Body, BodyProblem, World};
+use crate::world::{Body, World};
 
 /// Fewest surfels of a body that shares their number: a ball's outline is still round.
 const FEWEST: usize = 300;
@@ -35,7 +36,7 @@ pub(super) fn spread(
     spacing: SurfelSpacing,
     share: f64,
     body: &Body,
-) -> Result<SurfaceSamples, BodyProblem> {
+) -> Result<SurfaceSamples, SkinProblem> {
     // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
     let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
     let count = match target {
@@ -52,7 +53,7 @@ pub(super) fn scanned(
     points: &PointFile,
     placed: &crate::scene::Body,
     body: &Body,
-) -> Result<SurfaceSamples, BodyProblem> {
+) -> Result<SurfaceSamples, SkinProblem> {
     let mut surfels = read_point_cloud(&points.file)?;
     let placed = placed.placement().of_file(points.scale, points.up);
     placed.place(&mut surfels.positions);
@@ -64,7 +65,7 @@ pub(super) fn scanned(
     let apart = surfels.positions.iter();
     let apart: f64 = apart.map(|&x| body.solid.signed_distance(x).abs()).sum();
     if apart / count > body.spacing {
-        return Err(BodyProblem::FarPoints {
+        return Err(SkinProblem::FarPoints {
             file: points.file.clone(),
             distance: apart / count,
             spacing: body.spacing,

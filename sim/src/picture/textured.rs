@@ -7,12 +7,11 @@ use phyxel_discretize::{Hierarchy, read_textured_mesh};
 use phyxel_splat::{DrawnTissue, Surfels, TexturePlace};
 use rayon::prelude::*;
 
-use super::image_of;
+use super::{SkinProblem, image_of};
 use crate::scene::{Body, Shape};
-use crate::world::BodyProblem;
 
 /// Lays the images of a body's mesh file on its surface, and colours surfels by them.
-pub(super) fn lay(placed: &Body, skin: &mut DrawnTissue) -> Result<(), BodyProblem> {
+pub(super) fn lay(placed: &Body, skin: &mut DrawnTissue) -> Result<(), SkinProblem> {
     let Shape::Mesh {
         file, scale, up, ..
     } = &placed.shape

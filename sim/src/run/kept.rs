@@ -72,11 +72,14 @@ impl RunState {
         self,
         world: &mut World,
         mut painter: Option<&mut Painter>,
-    ) -> Result<(Records, Option<MoviePlace>, Course), WorldError> {
-        world.restore(self.world, |world, pieces| match &mut painter {
-            Some(painter) => painter.grow(world, pieces).map(drop),
-            None => Ok(()),
+    ) -> Result<(Records, Option<MoviePlace>, Course), RunError> {
+        let mut grown = Ok(());
+        world.restore(self.world, |world, pieces| {
+            if let (Ok(()), Some(painter)) = (&grown, &mut painter) {
+                grown = painter.grow(world, pieces).map(drop);
+            }
         })?;
+        grown?;
         if let Some(painter) = painter {
             painter.set_frames(self.frames);
         }

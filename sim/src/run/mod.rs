@@ -17,10 +17,9 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
-use crate::phases::Phase;
-use crate::picture::Painter;
+use crate::picture::{Painter, PictureError};
 use crate::scene::{Rest, Scene};
-use crate::world::{BodyShares, Input, InputError, World, WorldError};
+use crate::world::{BodyShares, Input, InputError, Phase, World, WorldError};
 
 use forces::Forces;
 use history::History;
@@ -57,6 +56,9 @@ pub enum RunError {
     /// The world cannot be built, or a step failed.
     #[error(transparent)]
     World(#[from] WorldError),
+    /// The world cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A step failed; there is a state to go on from.
     #[error(
         "{source}; the last good state, at {time:.4} s, is kept: to go on with smaller steps: \
@@ -439,7 +441,7 @@ impl Run {
     }
 
     /// Grows skin on new cuts.
-    fn grow(&mut self) -> Result<(), WorldError> {
+    fn grow(&mut self) -> Result<(), PictureError> {
         let pieces = self.world.take_new_pieces();
         if let Some(painter) = &mut self.painter
             && !pieces.is_empty()

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::phases::{Phase, Phases};
+use crate::world::{Phase, Phases};
 
 /// What a run did.
 ///

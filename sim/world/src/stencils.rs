@@ -78,7 +78,7 @@ impl BodyStencils {
     }
 
     /// Rebuilds the touched rows with new pair factors.
-    pub(super) fn update_rows(
+    pub(crate) fn update_rows(
         &mut self,
         rest: &[DVec3],
         graph: &Neighborhoods,

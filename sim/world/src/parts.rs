@@ -2,8 +2,8 @@
 
 use std::mem::size_of_val;
 
-use super::{Member, World};
 use crate::phases::Phase;
+use crate::{Member, World};
 
 /// A part of the model of one body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +69,7 @@ impl Member {
             ),
             part(
                 "cuts",
-                self.cutting.as_ref().map_or(0, super::Cutting::bytes) + body.elastic.cut_bytes(),
+                self.cutting.as_ref().map_or(0, crate::Cutting::bytes) + body.elastic.cut_bytes(),
                 Some(Phase::Cut),
             ),
         ]

@@ -6,8 +6,8 @@ use phyxel_discretize::{
     estimate_tetrahedra_nodes, sample_lattice, sample_points, sample_tetrahedra,
 };
 
-use super::error::{BodyProblem, WorldError};
-use crate::scene::{self, Form};
+use crate::error::{BodyProblem, WorldError};
+use phyxel_scene::{self as scene, Form};
 
 /// Diagonal (m) of the box round all bodies of a scene at rest.
 ///
@@ -25,17 +25,17 @@ pub fn extent(scene: &scene::Scene) -> Result<f64, WorldError> {
 }
 
 /// Nodes of a body before they know each other.
-pub(super) struct Sampled {
-    pub(super) positions: Vec<DVec3>,
-    pub(super) volumes: Vec<f64>,
-    pub(super) boundary_vectors: Vec<DVec3>,
+pub(crate) struct Sampled {
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) volumes: Vec<f64>,
+    pub(crate) boundary_vectors: Vec<DVec3>,
     /// None where nodes are mere points.
-    pub(super) tetrahedra: Vec<[u32; 4]>,
+    pub(crate) tetrahedra: Vec<[u32; 4]>,
     /// Nodes on the surface where nodes are mere points; with tetrahedra these tell.
-    pub(super) outer: Vec<u32>,
-    pub(super) volume_error: Option<f64>,
+    pub(crate) outer: Vec<u32>,
+    pub(crate) volume_error: Option<f64>,
     /// Share of a mesh's vertices that lie where it is too thin for its nodes.
-    pub(super) missed: f64,
+    pub(crate) missed: f64,
 }
 
 impl Sampled {
@@ -52,7 +52,7 @@ impl Sampled {
     }
 }
 
-pub(super) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyProblem> {
+pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyProblem> {
     let spec = &body.sampling;
     let target = match spec.target {
         scene::Target::Lattice(x, y, z) => {

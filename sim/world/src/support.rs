@@ -3,14 +3,14 @@
 use glam::DVec3;
 use phyxel_integrate::{Ease, RigidPath, Supports};
 
-use crate::scene::{Body, Key, Scene, Support, SupportMotion};
+use phyxel_scene::{Body, Key, Scene, Support, SupportMotion};
 
 fn acts_on(support: &Support, body: &Body) -> bool {
     support.body.as_ref().is_none_or(|name| *name == body.name)
 }
 
 /// How many nodes of a body a support holds or drives.
-pub(super) fn held_count(support: &Support, body: &Body, rest: &[DVec3]) -> usize {
+pub(crate) fn held_count(support: &Support, body: &Body, rest: &[DVec3]) -> usize {
     if acts_on(support, body) {
         support.region.nodes(rest).len()
     } else {
@@ -20,7 +20,7 @@ pub(super) fn held_count(support: &Support, body: &Body, rest: &[DVec3]) -> usiz
 
 /// Which support each node follows, counted from 1, the last of several; 0 where none does. What one support
 /// holds moves as a rigid body from beginning to end.
-pub(super) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
+pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
     let mut holders = vec![0; rest.len()];
     for (number, support) in (1..).zip(&scene.supports) {
         if acts_on(support, body) {
@@ -33,7 +33,7 @@ pub(super) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
 }
 
 /// All supported nodes at rest: what holds while the body settles.
-pub(super) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> Supports {
+pub(crate) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> Supports {
     let mut supports = Supports::free(rest.len());
     for support in scene.supports.iter().filter(|s| acts_on(s, body)) {
         for node in support.region.nodes(rest) {
@@ -45,7 +45,7 @@ pub(super) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> Support
 
 /// Supports once scene time runs, with 0 at the motion's time `start` (s); `None` if none is
 /// driven, so that those of settling stay.
-pub(super) fn driven_supports_of(
+pub(crate) fn driven_supports_of(
     scene: &Scene,
     body: &Body,
     rest: &[DVec3],
@@ -82,7 +82,7 @@ fn shifted(path: &[Key], start: f64) -> RigidPath {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::pose_at;
+    use phyxel_scene::pose_at;
 
     fn turn(time: f64, degrees: f64) -> Vec<Key> {
         let key = |time, degrees| Key {

@@ -12,21 +12,21 @@ use phyxel_integrate::{
 };
 use phyxel_mls::Neighborhoods;
 
-use super::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles_of};
-use super::error::{BodyProblem, WorldError};
-use super::model::{Built, build};
-use super::scheme::{Stepper, equilibrium, step_shared};
-use super::shares::Shared;
-use super::stencils::BodyStencils;
-use super::support::supports_of;
-use super::tool::ToolContact;
-use crate::scene::{self, Scene};
+use crate::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles_of};
+use crate::error::{BodyProblem, WorldError};
+use crate::model::{Built, build};
+use crate::scheme::{Stepper, equilibrium, step_shared};
+use crate::shares::Shared;
+use crate::stencils::BodyStencils;
+use crate::support::supports_of;
+use crate::tool::ToolContact;
+use phyxel_scene::{self as scene, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
-pub(super) const EIGENVALUE_MARGIN: f64 = 0.05;
+pub(crate) const EIGENVALUE_MARGIN: f64 = 0.05;
 
 /// How the eigenvalue of a body at rest is estimated.
-pub(super) fn first_estimate() -> EigenvalueSettings {
+pub(crate) fn first_estimate() -> EigenvalueSettings {
     EigenvalueSettings {
         margin: EIGENVALUE_MARGIN,
         ..EigenvalueSettings::default()
@@ -49,7 +49,7 @@ pub struct Body {
     /// Nodal masses (kg).
     pub masses: Vec<f64>,
     /// Nodes within a support, rising: they have no strain.
-    pub(super) inert: Vec<u32>,
+    pub(crate) inert: Vec<u32>,
     /// Tetrahedra that gave volumes and edges; results are written on them. None where nodes are mere
     /// points.
     pub tetrahedra: Vec<[u32; 4]>,
@@ -73,18 +73,18 @@ pub struct Body {
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
     /// Largest eigenvalue (1/s²) as last estimated, of the whole and round the stiffest nodes.
-    pub(super) estimates: [f64; 2],
+    pub(crate) estimates: [f64; 2],
     /// Vector of the last estimate, where the next one starts.
-    pub(super) eigenvector: Vec<DVec3>,
+    pub(crate) eigenvector: Vec<DVec3>,
     /// Stiffness indicators (1/s²) of the runs of nodes when an estimate was last made because of them;
     /// empty before the first.
-    pub(super) indicators: Vec<f64>,
+    pub(crate) indicators: Vec<f64>,
     /// Smallest `det F` of nodes that carry strain energy, over all steps and the rest state.
     pub smallest_ratio: f64,
     /// The first time that its energy balance was off for many steps on end, if it was.
     pub doubt: Option<phyxel_integrate::Warning>,
     /// Checksum of the rest positions.
-    pub(super) fingerprint: u32,
+    pub(crate) fingerprint: u32,
     /// Share of the critical step that is taken.
     pub step_factor: f64,
     /// Mass-proportional damping (1/s) once settled.
@@ -94,17 +94,17 @@ pub struct Body {
     /// Energy (J) that viscosity took up so far.
     pub relaxed: f64,
     /// How a cut weakens pairs.
-    pub(super) cut_rule: CutRule,
+    pub(crate) cut_rule: CutRule,
     /// Triangles of the outside, which tools touch; none in a scene without tools.
-    pub(super) surface_triangles: Vec<[u32; 3]>,
+    pub(crate) surface_triangles: Vec<[u32; 3]>,
     /// What tools touch where there are no tetrahedra, in a scene with tools.
-    pub(super) surface_nodes: Option<SurfaceNodes>,
+    pub(crate) surface_nodes: Option<SurfaceNodes>,
     /// The patch that a hand holds.
-    pub(super) grip: Option<Grip>,
+    pub(crate) grip: Option<Grip>,
     /// What takes the steps.
     stepper: Stepper,
     /// Where the nodes are, if they are shared out.
-    pub(super) shared: Option<Shared>,
+    pub(crate) shared: Option<Shared>,
 }
 
 /// Sums over a body's nodes before the first step.
@@ -144,7 +144,7 @@ impl Body {
     }
 
     /// Takes the eigenvalue of the body at rest, without which it has no step.
-    pub(super) fn take_first_eigenvalue(
+    pub(crate) fn take_first_eigenvalue(
         &mut self,
         found: Eigenvalue,
         damping_ratio: f64,
@@ -163,7 +163,7 @@ impl Body {
     }
 
     /// All but the eigenvalue.
-    pub(super) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
+    pub(crate) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
         let (solid, report) = description.shape.solid(&description.placement())?;
         let Built {
             rest,
@@ -290,7 +290,7 @@ impl Body {
 
     /// Takes one step (s) with the tools that may touch the body; the times in the force law and in
     /// contact are added to `in_forces` and `in_contact`.
-    pub(super) fn advance(
+    pub(crate) fn advance(
         &mut self,
         step: f64,
         contacts: &mut [ToolContact],
@@ -328,7 +328,7 @@ impl Body {
     }
 
     /// Takes supports that hold for the rest of the scene.
-    pub(super) fn set_supports(&mut self, supports: Supports) {
+    pub(crate) fn set_supports(&mut self, supports: Supports) {
         self.fetch_all();
         self.elastic.set_held(&held_nodes(&supports));
         self.motion.set_supports(supports);
@@ -341,7 +341,7 @@ impl Body {
 
     /// Lets viscosity go on to a step of `step` (s): forces are then those of the step. What the
     /// energy loses by that is noted.
-    pub(super) fn relax(&mut self, step: f64, in_forces: &mut Duration) -> Result<(), BodyProblem> {
+    pub(crate) fn relax(&mut self, step: f64, in_forces: &mut Duration) -> Result<(), BodyProblem> {
         if !self.is_viscous() {
             return Ok(());
         }
@@ -355,7 +355,7 @@ impl Body {
     }
 
     /// Moves the nodes to where they are in equilibrium with constant `loads` (N), viscosity at rest.
-    pub(super) fn come_to_rest(&mut self, loads: &[DVec3]) -> Result<(), BodyProblem> {
+    pub(crate) fn come_to_rest(&mut self, loads: &[DVec3]) -> Result<(), BodyProblem> {
         let supports = self.motion.supports().clone();
         self.elastic.begin_viscous_step(f64::INFINITY);
         let positions = equilibrium(&mut self.elastic, &self.rest, &supports, loads)?;
@@ -369,7 +369,7 @@ impl Body {
     }
 
     /// Takes over a kept state; the model is brought to its positions.
-    pub(super) fn restore(
+    pub(crate) fn restore(
         &mut self,
         motion: phyxel_integrate::State,
         estimates: [f64; 2],
@@ -389,13 +389,13 @@ impl Body {
     }
 
     /// Evaluates the forces anew after rows of the model changed; the energy's jump (J) is recorded.
-    pub(super) fn reload(&mut self) -> Result<f64, StepError> {
+    pub(crate) fn reload(&mut self) -> Result<f64, StepError> {
         let elastic = &mut self.elastic;
         self.motion.refresh(|x, f| elastic.forces_again(x, f))
     }
 
     /// Contact points on its outside, with the factors of its cuts.
-    pub(super) fn contact_surface(
+    pub(crate) fn contact_surface(
         &self,
         factors: Option<&Factors>,
     ) -> Result<ContactSurface, BodyProblem> {
@@ -409,7 +409,7 @@ impl Body {
     }
 
     /// How many triangles of its outside cuts have torn; what is torn stays so.
-    pub(super) fn torn_count(&self, factors: Option<&Factors>) -> usize {
+    pub(crate) fn torn_count(&self, factors: Option<&Factors>) -> usize {
         let holds = |a: u32, b: u32| self.holds(factors, a, b);
         let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
         self.surface_triangles.len() - self.surface_triangles.iter().filter(whole).count()
@@ -424,7 +424,7 @@ impl Body {
     }
 
     /// Whether the stable step is to be watched.
-    pub(super) fn is_explicit(&self) -> bool {
+    pub(crate) fn is_explicit(&self) -> bool {
         self.stepper.step().is_none()
     }
 }

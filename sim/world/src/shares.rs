@@ -12,10 +12,10 @@ use glam::{DMat3, DVec3};
 use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Shares, State};
 
-use super::body::{Body, first_estimate};
-use super::body_state::BodyState;
-use super::error::BodyProblem;
-use super::{Member, World};
+use crate::body::{Body, first_estimate};
+use crate::body_state::BodyState;
+use crate::error::BodyProblem;
+use crate::{Member, World};
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
@@ -97,7 +97,7 @@ enum Newest {
 
 /// A body's shares, and what they know of it.
 #[derive(Debug, Clone)]
-pub(super) struct Shared {
+pub(crate) struct Shared {
     shares: Arc<Mutex<dyn BodyShares>>,
     newest: Newest,
     /// Whether the model here was evaluated where the nodes are.
@@ -116,12 +116,12 @@ pub(super) struct Shared {
 
 impl Shared {
     /// Whether they have what moves as it is, forces after a cut included.
-    pub(super) fn is_handed(&self) -> bool {
+    pub(crate) fn is_handed(&self) -> bool {
         self.newest != Newest::Here && self.changed.is_empty()
     }
 
     /// Estimates the largest eigenvalue of what was handed over; `vector` is the one here.
-    pub(super) fn estimate(
+    pub(crate) fn estimate(
         &mut self,
         vector: &[DVec3],
         settings: &EigenvalueSettings,
@@ -189,7 +189,7 @@ impl World {
 
 impl Member {
     /// Gives the body, which was built here but for its eigenvalue, to shares, which find it.
-    pub(super) fn share_out(
+    pub(crate) fn share_out(
         &mut self,
         shares: Arc<Mutex<dyn BodyShares>>,
         damping_ratio: f64,
@@ -229,7 +229,7 @@ impl Member {
     }
 
     /// Gives the shares what has changed here.
-    pub(super) fn hand_over(&mut self) -> Result<(), BodyProblem> {
+    pub(crate) fn hand_over(&mut self) -> Result<(), BodyProblem> {
         let Some(mut shared) = self.body.shared.take() else {
             return Ok(());
         };
@@ -269,7 +269,7 @@ impl Member {
     }
 
     /// What moves, to be kept: shares that have it keep their part of it themselves.
-    pub(super) fn keep(&mut self) -> BodyState {
+    pub(crate) fn keep(&mut self) -> BodyState {
         let Some(shared) = &mut self.body.shared else {
             return self.state();
         };
@@ -311,21 +311,21 @@ impl Member {
 
 impl Body {
     /// Brings places, velocities and forces here.
-    pub(super) fn fetch(&mut self) {
+    pub(crate) fn fetch(&mut self) {
         if let Some(shared) = &mut self.shared {
             shared.fetch(&mut self.motion);
         }
     }
 
     /// Brings them here and evaluates the model there.
-    pub(super) fn fetch_all(&mut self) {
+    pub(crate) fn fetch_all(&mut self) {
         if let Some(shared) = &mut self.shared {
             shared.bring(&mut self.motion, &mut self.elastic);
         }
     }
 
     /// Brings the vector of estimates here.
-    pub(super) fn fetch_vector(&mut self) {
+    pub(crate) fn fetch_vector(&mut self) {
         if let Some(shared) = &mut self.shared
             && shared.vector == Newest::Shares
         {
@@ -335,7 +335,7 @@ impl Body {
     }
 
     /// Brings what shares have of the kept state.
-    pub(super) fn fetch_kept(&mut self, kept: &mut BodyState) {
+    pub(crate) fn fetch_kept(&mut self, kept: &mut BodyState) {
         if let Some(shared) = &mut self.shared
             && std::mem::take(&mut shared.keeps)
         {
@@ -345,7 +345,7 @@ impl Body {
     }
 
     /// The stiffest nodes where the nodes are, of all or of some runs of them.
-    pub(super) fn stiffest_nodes(
+    pub(crate) fn stiffest_nodes(
         &mut self,
         count: usize,
         runs: Option<&[usize]>,
@@ -368,7 +368,7 @@ impl Body {
     }
 
     /// Brings what products within a part read.
-    pub(super) fn fetch_part(&mut self, part: &Part) {
+    pub(crate) fn fetch_part(&mut self, part: &Part) {
         if let Some(shared) = &mut self.shared
             && !shared.evaluated
         {
@@ -378,21 +378,21 @@ impl Body {
     }
 
     /// Notes that the vector of estimates was changed here, after a [`Body::fetch_vector`].
-    pub(super) fn turned_here(&mut self) {
+    pub(crate) fn turned_here(&mut self) {
         if let Some(shared) = &mut self.shared {
             shared.vector = Newest::Here;
         }
     }
 
     /// Notes that what moves was changed here, after a [`Body::fetch`].
-    pub(super) fn moved_here(&mut self) {
+    pub(crate) fn moved_here(&mut self) {
         if let Some(shared) = &mut self.shared {
             shared.newest = Newest::Here;
         }
     }
 
     /// Notes that the model was changed here, and evaluated where the nodes are.
-    pub(super) fn rebuilt_here(&mut self) {
+    pub(crate) fn rebuilt_here(&mut self) {
         if let Some(shared) = &mut self.shared {
             shared.newest = Newest::Here;
             shared.model = false;
@@ -402,14 +402,14 @@ impl Body {
     }
 
     /// Notes that a cut changed the rows of some nodes of the model here, which was evaluated where the nodes are.
-    pub(super) fn cut_here(&mut self, nodes: &[u32]) {
+    pub(crate) fn cut_here(&mut self, nodes: &[u32]) {
         if let Some(shared) = &mut self.shared {
             shared.changed.extend_from_slice(nodes);
         }
     }
 
     /// Shares that take the steps, to be locked for the one that follows.
-    pub(super) fn shares(&mut self) -> Option<Arc<Mutex<dyn BodyShares>>> {
+    pub(crate) fn shares(&mut self) -> Option<Arc<Mutex<dyn BodyShares>>> {
         self.shared.as_mut().map(|shared| {
             shared.newest = Newest::Shares;
             shared.evaluated = false;
@@ -427,7 +427,7 @@ impl Body {
     }
 
     /// Lets what rebuilt rows carried over decay, here and in the shares; the first half of the work (J).
-    pub(super) fn decay_by(&mut self, factor: f64) -> f64 {
+    pub(crate) fn decay_by(&mut self, factor: f64) -> f64 {
         // Where the nodes are with shares, what the model here says of works is of another state.
         let work = self.elastic.decay_offsets(factor) + self.elastic.decay_bonds(factor);
         let shared = self.shared.as_ref();
@@ -435,14 +435,14 @@ impl Body {
     }
 
     /// The second halves (J) of the works of the last [`Body::decay_by`].
-    pub(super) fn decay_works(&mut self) -> [f64; 2] {
+    pub(crate) fn decay_works(&mut self) -> [f64; 2] {
         let works = [self.elastic.offset_work(), self.elastic.bond_work()];
         let shared = self.shared.as_ref();
         shared.map_or(works, |shared| shared.lock().decay_works())
     }
 
     /// Stiffness indicators of the runs of nodes at the state last evaluated.
-    pub(super) fn stiffness_indicators(&self) -> Vec<f64> {
+    pub(crate) fn stiffness_indicators(&self) -> Vec<f64> {
         match &self.shared {
             Some(shared) if !shared.evaluated => shared.lock().stiffness_indicators(),
             _ => self.elastic.stiffness_indicators().collect(),

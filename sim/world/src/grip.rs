@@ -4,23 +4,23 @@ use glam::DVec3;
 use phyxel_integrate::Grip;
 use serde::{Deserialize, Serialize};
 
-use super::error::WorldError;
-use super::input::Action;
-use super::{Member, World};
-use crate::scene::Pose;
+use crate::error::WorldError;
+use crate::input::Action;
+use crate::{Member, World};
+use phyxel_scene::Pose;
 
 /// What takes the place of values of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Adjusted {
+pub(crate) struct Adjusted {
     /// Gravity (m/s²).
-    pub(super) gravity: Option<DVec3>,
+    pub(crate) gravity: Option<DVec3>,
     /// Mass-proportional damping (1/s).
-    pub(super) damping: Option<f64>,
+    pub(crate) damping: Option<f64>,
 }
 
 impl World {
     /// Applies what users grip, pull and change in a step.
-    pub(super) fn hold(&mut self, step: u64) -> Result<(), WorldError> {
+    pub(crate) fn hold(&mut self, step: u64) -> Result<(), WorldError> {
         for action in self.input.holds(step) {
             match action {
                 Action::Grip { point, radius } => {

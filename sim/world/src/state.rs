@@ -9,14 +9,14 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::body_state::BodyState;
-use super::cutting::CapturedEdge;
-use super::error::{BodyProblem, WorldError};
-use super::grip::Adjusted;
-use super::guard::{Kept, Retaken};
-use super::input::InputSourceState;
-use super::{CutPiece, Member, World, take_note};
+use crate::body_state::BodyState;
+use crate::cutting::CapturedEdge;
+use crate::error::{BodyProblem, WorldError};
+use crate::grip::Adjusted;
+use crate::guard::{Kept, Retaken};
+use crate::input::InputSourceState;
 use crate::phases::Phases;
+use crate::{CutPiece, Member, World, take_note};
 
 /// All of a world that its scene does not say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -68,11 +68,12 @@ impl World {
     /// # Errors
     /// [`WorldError`] with [`BodyProblem::OtherBody`] if a body is not built as it was, with
     /// [`BodyProblem::Damaged`] if the state has a number or a length that it cannot have, and whatever
-    /// capturing an edge or `grown` returns. The world is then good for nothing.
-    pub fn restore<F>(&mut self, state: WorldState, mut grown: F) -> Result<(), WorldError>
-    where
-        F: FnMut(&Self, &[CutPiece]) -> Result<(), WorldError>,
-    {
+    /// capturing an edge returns. The world is then good for nothing.
+    pub fn restore(
+        &mut self,
+        state: WorldState,
+        mut grown: impl FnMut(&Self, &[CutPiece]),
+    ) -> Result<(), WorldError> {
         self.check(&state)?;
         self.adjusted = state.adjusted;
         for (k, edge) in state.captured.iter().enumerate() {
@@ -81,7 +82,7 @@ impl World {
             if next.is_none_or(|next| next.steps != edge.steps) {
                 let pieces = self.take_new_pieces();
                 if !pieces.is_empty() {
-                    grown(self, &pieces)?;
+                    grown(self, &pieces);
                 }
             }
         }
@@ -200,7 +201,7 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Override, Scene};
+    use phyxel_scene::{Override, Scene};
 
     /// A block with a cut, a tool and viscosity.
     fn world() -> World {
@@ -223,7 +224,7 @@ mod tests {
         }
         let state = whole.state();
         let mut again = world();
-        again.restore(state.clone(), |_, _| Ok(())).unwrap();
+        again.restore(state.clone(), |_, _| ()).unwrap();
         for _ in 0..60 {
             whole.step().unwrap();
             again.step().unwrap();
@@ -258,7 +259,7 @@ mod tests {
         for (what, damage) in damages {
             let mut broken = state.clone();
             damage(&mut broken);
-            let refused = world().restore(broken, |_, _| Ok(())).unwrap_err();
+            let refused = world().restore(broken, |_, _| ()).unwrap_err();
             assert!(
                 matches!(
                     &refused,
@@ -275,7 +276,7 @@ mod tests {
                 damage(&mut body);
                 if let Some(body) = body.bodies.pop() {
                     broken.kept = Some(kept.with_body(body));
-                    let result = world().restore(broken, |_, _| Ok(()));
+                    let result = world().restore(broken, |_, _| ());
                     let same = ["steps", "gravity"].contains(&what);
                     assert_eq!(result.is_ok(), same, "kept: {what}");
                 }
@@ -284,14 +285,11 @@ mod tests {
     }
 }
 
-/// What is kept is written by the command line's part.
 #[cfg(test)]
-#[cfg(feature = "cli")]
 mod captures {
     use super::*;
-    use crate::output::{OutputFolder, write_checkpoint};
-    use crate::scene::{Override, Scene};
-    use crate::world::{Action, Input, StrokePhase};
+    use crate::{Action, Input, StrokePhase};
+    use phyxel_scene::{Override, Scene};
 
     /// Two blocks that one blade cuts, the second with viscosity.
     fn blocks() -> World {
@@ -317,10 +315,7 @@ mod captures {
     fn bytes(world: &World) -> Vec<u8> {
         let mut state = world.state();
         state.forget_times();
-        let folder = tempfile::tempdir().unwrap();
-        let output = OutputFolder::create(folder.path()).unwrap();
-        write_checkpoint(&output, "state", &world.scene, &state).unwrap();
-        std::fs::read(folder.path().join("state")).unwrap()
+        postcard::to_stdvec(&state).unwrap()
     }
 
     /// Edges of a blade that goes through the blocks, one for each of the steps from `start` on.

@@ -10,12 +10,12 @@ use phyxel_mls::{
     inverse_square_weights, k_nearest, widen_deficient_rows,
 };
 
-use super::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
-use super::error::BodyProblem;
-use super::shape::{Sampled, sample};
-use super::stencils::BodyStencils;
-use super::support::holders;
-use crate::scene::{self, Form, Method, Scene};
+use crate::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
+use crate::error::BodyProblem;
+use crate::shape::{Sampled, sample};
+use crate::stencils::BodyStencils;
+use crate::support::holders;
+use phyxel_scene::{self as scene, Form, Method, Scene};
 
 /// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
 /// neighbours' neighbours.
@@ -26,25 +26,25 @@ const FLAT: f64 = 1e-3;
 const NEAREST: usize = 14;
 
 /// What a body is made of, before it moves.
-pub(super) struct Built {
-    pub(super) rest: Vec<DVec3>,
-    pub(super) volumes: Vec<f64>,
-    pub(super) masses: Vec<f64>,
+pub(crate) struct Built {
+    pub(crate) rest: Vec<DVec3>,
+    pub(crate) volumes: Vec<f64>,
+    pub(crate) masses: Vec<f64>,
     /// Nodes within a support, which carry no strain.
-    pub(super) inert: Vec<u32>,
+    pub(crate) inert: Vec<u32>,
     /// Material of each node; empty for one.
-    pub(super) parts: Vec<u32>,
-    pub(super) tetrahedra: Vec<[u32; 4]>,
-    pub(super) outer: Vec<u32>,
-    pub(super) volume_error: Option<f64>,
-    pub(super) missed: f64,
-    pub(super) neighborhoods: Neighborhoods,
-    pub(super) stencils: BodyStencils,
-    pub(super) elastic: Elastic,
+    pub(crate) parts: Vec<u32>,
+    pub(crate) tetrahedra: Vec<[u32; 4]>,
+    pub(crate) outer: Vec<u32>,
+    pub(crate) volume_error: Option<f64>,
+    pub(crate) missed: f64,
+    pub(crate) neighborhoods: Neighborhoods,
+    pub(crate) stencils: BodyStencils,
+    pub(crate) elastic: Elastic,
 }
 
 /// Builds nodes and model of a body.
-pub(super) fn build(
+pub(crate) fn build(
     scene: &Scene,
     solid: &Solid,
     spec: &scene::Body,

@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_integrate::RigidEnergies;
 
-use super::body::Body;
-use super::body_state::BodyState;
-use super::error::{BodyProblem, WorldError};
-use super::{Member, World};
+use crate::body::Body;
+use crate::body_state::BodyState;
+use crate::error::{BodyProblem, WorldError};
 use crate::phases::Phase;
-use crate::scene::Pose;
+use crate::{Member, World};
+use phyxel_scene::Pose;
 
 /// Steps between two estimates of the largest eigenvalue, and between two kept states.
 const STEPS_PER_ESTIMATE: u64 = 50;
@@ -47,7 +47,7 @@ const DECAY: f64 = 16.0;
 
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub(super) struct Kept {
+pub(crate) struct Kept {
     bodies: Vec<BodyState>,
     /// Energies of their pieces' rigid motions.
     rigid: Vec<RigidEnergies>,
@@ -60,7 +60,7 @@ pub(super) struct Kept {
 
 impl Kept {
     #[cfg(test)]
-    pub(super) fn with_body(self, body: BodyState) -> Self {
+    pub(crate) fn with_body(self, body: BodyState) -> Self {
         Self {
             bodies: vec![body],
             ..self
@@ -68,7 +68,7 @@ impl Kept {
     }
 
     /// Whether it can be one of these bodies with so many tools.
-    pub(super) fn is_sound(&self, members: &[Member], poses: usize) -> bool {
+    pub(crate) fn is_sound(&self, members: &[Member], poses: usize) -> bool {
         let mut places = self
             .taken
             .iter()
@@ -103,7 +103,7 @@ pub struct Retaken {
 impl World {
     /// Takes one step (s) from where tools are to `poses`, and does it again from the last kept state if
     /// it fails.
-    pub(super) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
+    pub(crate) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
         let from = self.input.poses().to_vec();
         let number = self.steps();
         if !self.is_explicit() {
@@ -160,12 +160,12 @@ impl World {
     }
 
     /// Forgets the kept state: it is of another model, or of another part of the scene.
-    pub(super) fn forget_kept(&mut self) {
+    pub(crate) fn forget_kept(&mut self) {
         self.kept = None;
     }
 
     /// Brings here what shares of bodies have of the kept state.
-    pub(super) fn fetch_kept(&mut self) {
+    pub(crate) fn fetch_kept(&mut self) {
         let kept = self.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
         for (member, state) in self.members.iter_mut().zip(kept) {
             member.body.fetch_kept(state);
@@ -314,7 +314,7 @@ impl World {
     }
 
     /// Estimates the largest eigenvalues where the bodies are now and chooses the step anew.
-    pub(super) fn estimate_eigenvalues(&mut self, products: usize) -> Result<(), WorldError> {
+    pub(crate) fn estimate_eigenvalues(&mut self, products: usize) -> Result<(), WorldError> {
         let start = Instant::now();
         for member in &mut self.members {
             // Before the first evaluation a body has no forces to hand over.
@@ -394,7 +394,7 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Override, Scene};
+    use phyxel_scene::{Override, Scene};
 
     fn block() -> World {
         let changes = [

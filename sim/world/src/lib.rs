@@ -1,7 +1,4 @@
-//! The simulated world: bodies, what acts on them, and the clock.
-//!
-//! The world composes the leaves and computes no physics itself. It knows nothing of pictures and
-//! files; whoever runs it asks for them between two steps.
+#![doc = include_str!("../README.md")]
 
 mod body;
 mod body_state;
@@ -15,6 +12,7 @@ mod input;
 mod member;
 mod model;
 mod parts;
+mod phases;
 mod scheme;
 mod shape;
 mod shares;
@@ -40,17 +38,17 @@ pub use input::{Action, Input, InputError, StrokePhase};
 use member::Capture;
 pub use member::Member;
 pub use parts::PartCost;
+pub use phases::{Phase, Phases, Spent};
 pub use shape::extent;
 pub use shares::BodyShares;
 pub use state::WorldState;
 pub use stencils::BodyStencils;
 pub use tool::ToolForce;
 
-use crate::phases::{Phase, Phases};
-use crate::scene::{self, Rest, Scene};
 use grip::Adjusted;
 use guard::Kept;
 use input::InputSource;
+use phyxel_scene::{self as scene, Rest, Scene};
 
 /// Products with the stiffness for the step where an equilibrium was found.
 const EQUILIBRIUM_PRODUCTS: usize = 16;
@@ -295,8 +293,9 @@ impl World {
     ///
     /// # Examples
     /// ```
-    /// use phyxel::scene::{Body, Region, Scene, Shape, Support, Target};
-    /// use phyxel::{glam::DVec3, world::World};
+    /// use phyxel_scene::{Body, Region, Scene, Shape, Support, Target};
+    /// use phyxel_world::World;
+    /// use glam::DVec3;
     ///
     /// let mut body = Body::new(Shape::Box { size: DVec3::splat(0.1) });
     /// body.sampling.target = Target::Nodes(285);
@@ -309,7 +308,7 @@ impl World {
     ///     assert!(world.scene_time().is_some());
     /// })?;
     /// assert!(steps > 10);
-    /// # Ok::<(), phyxel::world::WorldError>(())
+    /// # Ok::<(), phyxel_world::WorldError>(())
     /// ```
     pub fn play(&mut self, until: f64, mut each: impl FnMut(&Self)) -> Result<(), WorldError> {
         self.settle()?;

@@ -5,46 +5,46 @@ use phyxel_elastic::Offsets;
 use phyxel_integrate::Grip;
 use serde::{Deserialize, Serialize};
 
-use super::Member;
-use super::cutting::{Cutting, OpenStroke};
-use super::energy::CutEnergy;
-use super::tool::ToolContact;
+use crate::Member;
+use crate::cutting::{Cutting, OpenStroke};
+use crate::energy::CutEnergy;
+use crate::tool::ToolContact;
 
 /// What moves in a body, and what watches over it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct BodyState {
+pub(crate) struct BodyState {
     /// Checksum of the rest positions: a mesh file may have changed since.
-    pub(super) fingerprint: u32,
-    pub(super) motion: phyxel_integrate::State,
-    pub(super) estimates: [f64; 2],
-    pub(super) eigenvector: Vec<DVec3>,
-    pub(super) indicators: Vec<f64>,
-    pub(super) smallest_ratio: f64,
-    pub(super) doubt: Option<phyxel_integrate::Warning>,
-    pub(super) growth: Option<f64>,
-    pub(super) cut_energy: Option<CutEnergy>,
-    pub(super) stroke_energies: Vec<CutEnergy>,
+    pub(crate) fingerprint: u32,
+    pub(crate) motion: phyxel_integrate::State,
+    pub(crate) estimates: [f64; 2],
+    pub(crate) eigenvector: Vec<DVec3>,
+    pub(crate) indicators: Vec<f64>,
+    pub(crate) smallest_ratio: f64,
+    pub(crate) doubt: Option<phyxel_integrate::Warning>,
+    pub(crate) growth: Option<f64>,
+    pub(crate) cut_energy: Option<CutEnergy>,
+    pub(crate) stroke_energies: Vec<CutEnergy>,
     /// Blades that are in strokes.
-    pub(super) strokes: Vec<OpenStroke>,
+    pub(crate) strokes: Vec<OpenStroke>,
     /// What viscous materials remember, and the energy (J) they took up.
-    pub(super) history: Vec<[f64; 6]>,
-    pub(super) relaxed: f64,
+    pub(crate) history: Vec<[f64; 6]>,
+    pub(crate) relaxed: f64,
     /// What rebuilt rows carried over: nodes, deformation gradients, lengths of bonds.
-    pub(super) offset_nodes: Vec<u32>,
-    pub(super) offsets: Vec<[f64; 9]>,
-    pub(super) bond_offsets: Vec<f64>,
+    pub(crate) offset_nodes: Vec<u32>,
+    pub(crate) offsets: Vec<[f64; 9]>,
+    pub(crate) bond_offsets: Vec<f64>,
     /// Scales of the zero-energy control, where they are not 1.
-    pub(super) control_scales: Vec<(u32, f64)>,
+    pub(crate) control_scales: Vec<(u32, f64)>,
     /// The control of cuts' fronts.
-    pub(super) fronts: Vec<(u32, DMat3)>,
-    pub(super) contacts: Vec<ToolContact>,
-    pub(super) grip: Option<Grip>,
+    pub(crate) fronts: Vec<(u32, DMat3)>,
+    pub(crate) contacts: Vec<ToolContact>,
+    pub(crate) grip: Option<Grip>,
 }
 
 impl BodyState {
     /// Whether this can be a state of a body with the cuts that it has now: lists of its lengths, indices
     /// within it, finite numbers.
-    pub(super) fn fits(&self, member: &Member) -> bool {
+    pub(crate) fn fits(&self, member: &Member) -> bool {
         let body = &member.body;
         let n = body.rest.len();
         let cut = self.cut_energy.unwrap_or_default();
@@ -90,7 +90,7 @@ fn is_share(matrix: &DMat3) -> bool {
 
 impl Member {
     /// What moves, to be kept.
-    pub(super) fn state(&self) -> BodyState {
+    pub(crate) fn state(&self) -> BodyState {
         let Self {
             body,
             cutting,
@@ -127,7 +127,7 @@ impl Member {
     }
 
     /// Takes over a kept state of the same body with the same cuts.
-    pub(super) fn set_state(&mut self, state: BodyState) {
+    pub(crate) fn set_state(&mut self, state: BodyState) {
         let body = &mut self.body;
         body.elastic.set_offsets(&Offsets {
             nodes: state.offset_nodes,

@@ -1,15 +1,11 @@
 //! Why a world cannot be built or stepped.
 
-use std::path::PathBuf;
-
 use phyxel_discretize::{ReadError, SampleError, SolidError};
 use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
 use phyxel_mls::{CloudError, GraphError, MapError, StencilError};
-use phyxel_splat::{ImageError, SurfelError};
-
-use crate::scene::SceneError;
+use phyxel_scene::SceneError;
 
 /// What went wrong in one body.
 #[derive(Debug, thiserror::Error)]
@@ -57,31 +53,6 @@ pub enum BodyProblem {
     /// The surface cannot be touched.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The surface cannot be bound to the nodes.
-    #[error(transparent)]
-    Surfel(#[from] SurfelError),
-    /// A file's points are not on the body's surface.
-    #[error(
-        "{}: its points lie {distance:.2e} m from the body's surface in the mean, more than its nodes \
-         lie apart ({spacing:.2e} m); look at surfels.points.scale and .up",
-        file.display()
-    )]
-    FarPoints {
-        /// The point file.
-        file: PathBuf,
-        /// Mean distance (m) of its points from the surface.
-        distance: f64,
-        /// Distance (m) of the body's nodes.
-        spacing: f64,
-    },
-    /// An image for the surface cannot be read.
-    #[error("{}: {source}", file.display())]
-    Image {
-        /// The image file.
-        file: PathBuf,
-        /// What is wrong with it.
-        source: ImageError,
-    },
     /// The spacing asks for more nodes than the scene allows.
     #[error(
         "a spacing of {spacing} m would make about {estimate:.0} nodes, more than the limit of \
@@ -152,7 +123,7 @@ pub enum BodyProblem {
 
 impl BodyProblem {
     /// The same with the body's name.
-    pub(super) fn of(self, body: &super::Body) -> WorldError {
+    pub(crate) fn of(self, body: &crate::Body) -> WorldError {
         self.named(&body.name)
     }
 
@@ -180,9 +151,6 @@ pub enum WorldError {
         /// What went wrong.
         problem: BodyProblem,
     },
-    /// The file of a rigid surface cannot be read.
-    #[error(transparent)]
-    Mesh(#[from] ReadError),
     /// The bodies have settled as long as they may, and nobody started the scene.
     #[error(
         "the bodies have settled for {limit} s (integration.settle.limit) and the scene was never \

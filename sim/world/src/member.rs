@@ -6,12 +6,12 @@ use std::time::Duration;
 use glam::DVec3;
 use phyxel_enrich::{Pieces, Sweep, connected_pieces};
 
-use super::body::Body;
-use super::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
-use super::error::{BodyProblem, WorldError};
-use super::input::StrokePhase;
-use super::tool::ToolContact;
-use crate::scene::Scene;
+use crate::body::Body;
+use crate::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
+use crate::error::{BodyProblem, WorldError};
+use crate::input::StrokePhase;
+use crate::tool::ToolContact;
+use phyxel_scene::Scene;
 
 /// A body with the blades that have touched it.
 #[derive(Debug, Clone)]
@@ -21,12 +21,12 @@ pub struct Member {
     /// Present from the first capture of a blade.
     pub cutting: Option<Cutting>,
     /// Tools that may touch it.
-    pub(super) contacts: Vec<ToolContact>,
+    pub(crate) contacts: Vec<ToolContact>,
 }
 
 /// What a blade's edge does to a body, computed but not applied.
 #[derive(Debug)]
-pub(super) struct Capture {
+pub(crate) struct Capture {
     swept: Swept,
     before: Before,
 }
@@ -42,9 +42,9 @@ struct Before {
 
 impl Member {
     /// A body that nothing has touched.
-    pub(super) fn new(
+    pub(crate) fn new(
         scene: &Scene,
-        description: &crate::scene::Body,
+        description: &phyxel_scene::Body,
         body: Body,
     ) -> Result<Self, WorldError> {
         let contacts = contacts_of(scene, description, &body);
@@ -76,17 +76,17 @@ impl Member {
     }
 
     /// Heap bytes of the contacts of tools.
-    pub(super) fn contact_bytes(&self) -> usize {
+    pub(crate) fn contact_bytes(&self) -> usize {
         let points: usize = self.contacts.iter().map(ToolContact::bytes).sum();
         points + size_of_val(&*self.body.surface_triangles)
     }
 
     /// Computes what a blade's edge (m) does to the body as it is: all of a capture that can fail. On an error the
     /// body is as before.
-    pub(super) fn capture(
+    pub(crate) fn capture(
         &mut self,
         index: usize,
-        cut: &crate::scene::Cut,
+        cut: &phyxel_scene::Cut,
         edge: &[DVec3],
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
@@ -119,7 +119,7 @@ impl Member {
     }
 
     /// Undoes [`Member::capture`].
-    pub(super) fn take_back(&mut self, capture: Capture) {
+    pub(crate) fn take_back(&mut self, capture: Capture) {
         if let Some(cutting) = &mut self.cutting {
             cutting.take_back(&capture.swept);
         }
@@ -138,7 +138,7 @@ impl Member {
 
     /// Applies a capture to the body and what touches it; also what it added to the cut. Only a bug makes it fail, see
     /// [`Cutting::follow`].
-    pub(super) fn apply(
+    pub(crate) fn apply(
         &mut self,
         index: usize,
         capture: Capture,
@@ -160,10 +160,10 @@ impl Member {
     }
 
     /// Does again what [`Member::capture`] and [`Member::apply`] did, but for what depends on the motion.
-    pub(super) fn replay(
+    pub(crate) fn replay(
         &mut self,
         kept: &CapturedEdge,
-        cut: &crate::scene::Cut,
+        cut: &phyxel_scene::Cut,
     ) -> Result<CutUpdate, BodyProblem> {
         let (body, cutting, _) = self.with_cutting()?;
         let update = cutting.advance_again(body, cut.weld_tolerance, kept)?;
@@ -188,7 +188,7 @@ impl Member {
 /// The contacts of all tools that may touch a body.
 fn contacts_of(
     scene: &Scene,
-    description: &crate::scene::Body,
+    description: &phyxel_scene::Body,
     body: &Body,
 ) -> Result<Vec<ToolContact>, BodyProblem> {
     let tools = scene.tools.iter().enumerate();

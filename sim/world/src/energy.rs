@@ -18,7 +18,7 @@ pub struct CutEnergy {
 impl CutEnergy {
     /// Books what an update changed (J) where `stored` (J) was elastic energy before; below `round_off` (J) nothing
     /// is told from nothing.
-    pub(super) fn record(&mut self, jump: f64, stored: f64, round_off: f64) {
+    pub(crate) fn record(&mut self, jump: f64, stored: f64, round_off: f64) {
         if jump <= 0.0 {
             self.released -= jump;
             return;
@@ -46,7 +46,7 @@ pub struct StrokeEnergy {
 }
 
 impl StrokeEnergy {
-    pub(super) fn of(cut: usize) -> Self {
+    pub(crate) fn of(cut: usize) -> Self {
         Self {
             cut,
             captures: 0,

@@ -8,15 +8,15 @@ use phyxel_enrich::{
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
-use super::body::Body;
-use super::energy::{CutEnergy, StrokeEnergy};
-use super::error::BodyProblem;
-use super::input::StrokePhase;
+use crate::body::Body;
+use crate::energy::{CutEnergy, StrokeEnergy};
+use crate::error::BodyProblem;
+use crate::input::StrokePhase;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
 /// condition, has no strain of its own any more.
-pub(super) const FEWEST_NEIGHBORS: usize = 6;
-pub(super) const LARGEST_CONDITION: f64 = 5.0;
+pub(crate) const FEWEST_NEIGHBORS: usize = 6;
+pub(crate) const LARGEST_CONDITION: f64 = 5.0;
 /// Growth of the condition by which a cut has to do with it.
 const CONDITION_GROWTH: f64 = 1.2;
 /// Scale of the zero-energy control of nodes that a cut touched, whose rows see less, as far as what the cut
@@ -66,35 +66,35 @@ struct Stroke {
 
 /// The blade of an open stroke, kept.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct OpenStroke {
+pub(crate) struct OpenStroke {
     cut: usize,
     blade: Blade,
 }
 
 impl OpenStroke {
     /// Whether it can be gone on from.
-    pub(super) fn is_sound(&self, nodes: usize) -> bool {
+    pub(crate) fn is_sound(&self, nodes: usize) -> bool {
         self.blade.is_sound(nodes)
     }
 }
 
 /// A captured edge of a blade, kept: all that a cut grows from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct CapturedEdge {
+pub(crate) struct CapturedEdge {
     /// Steps that had been taken.
-    pub(super) steps: u64,
+    pub(crate) steps: u64,
     /// Index of the body.
-    pub(super) member: usize,
+    pub(crate) member: usize,
     /// Index of the scene's cut.
-    pub(super) cut: usize,
-    pub(super) phase: StrokePhase,
+    pub(crate) cut: usize,
+    pub(crate) phase: StrokePhase,
     /// What it added to the cut.
-    pub(super) sweep: Sweep,
+    pub(crate) sweep: Sweep,
 }
 
 /// What a blade's edge added to the surface of its cut; no pair, row or force knows of it yet.
 #[derive(Debug)]
-pub(super) struct Swept {
+pub(crate) struct Swept {
     /// The surface before.
     before: CutsMark,
     /// The blade where its edge is now.
@@ -105,18 +105,18 @@ pub(super) struct Swept {
 
 /// What a captured edge adds to a cut and weakens, computed from a body as it is; no row of the body has it yet.
 #[derive(Debug)]
-pub(super) struct CutUpdate {
+pub(crate) struct CutUpdate {
     /// New triangles, corners in material coordinates (m).
-    pub(super) triangles: Vec<[DVec3; 3]>,
+    pub(crate) triangles: Vec<[DVec3; 3]>,
     /// Nodes of the pairs whose factor changed.
-    pub(super) touched: Vec<u32>,
+    pub(crate) touched: Vec<u32>,
     /// Place of the stroke among all so far.
     stroke: usize,
 }
 
 impl Cutting {
     /// Prepares an uncut body.
-    pub(super) fn new(body: &Body) -> Result<Self, BodyProblem> {
+    pub(crate) fn new(body: &Body) -> Result<Self, BodyProblem> {
         let spacing = body.spacing;
         let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
         let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
@@ -201,7 +201,7 @@ impl Cutting {
         &self.by_stroke
     }
 
-    pub(super) fn set_energy(&mut self, energy: CutEnergy, by_stroke: &[CutEnergy]) {
+    pub(crate) fn set_energy(&mut self, energy: CutEnergy, by_stroke: &[CutEnergy]) {
         self.energy = energy;
         // Strokes that have begun since have changed nothing.
         for (stroke, energy) in self.by_stroke.iter_mut().zip(by_stroke) {
@@ -209,7 +209,7 @@ impl Cutting {
         }
     }
 
-    pub(super) fn add_decay(&mut self, work: f64) {
+    pub(crate) fn add_decay(&mut self, work: f64) {
         self.energy.decay += work;
         let mut strokes = self.by_stroke.iter_mut().rev();
         if let Some(last) = strokes.find(|stroke| stroke.updates > 0) {
@@ -219,7 +219,7 @@ impl Cutting {
 
     /// Takes what [`Cutting::sweep`] computed: the blade is where its edge is now, and the pairs that it passed are
     /// weakened.
-    pub(super) fn advance(
+    pub(crate) fn advance(
         &mut self,
         body: &Body,
         cut: usize,
@@ -237,7 +237,7 @@ impl Cutting {
     }
 
     /// Computes again what [`Cutting::advance`] did with an edge.
-    pub(super) fn advance_again(
+    pub(crate) fn advance_again(
         &mut self,
         body: &Body,
         weld_tolerance: Option<f64>,
@@ -256,7 +256,7 @@ impl Cutting {
     /// Applies an update to the body, the one place where a cut changes it: rows of stencils, map and model.
     /// Deformation gradients go on from what they were; nodes that are left without a strain of their own get bonds;
     /// control, and that of the cut's front, rise by what both lost.
-    pub(super) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
+    pub(crate) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
         let touched = &update.touched;
         self.updates += 1;
         self.by_stroke[update.stroke].updates += 1;
@@ -298,7 +298,7 @@ impl Cutting {
     ///
     /// Nothing that is given to a capture makes this fail, nor [`Cutting::apply`]: with factors between 0 and 1 and
     /// finite places of nodes only a bug does, and it leaves some rows with the cut and others without.
-    pub(super) fn follow(
+    pub(crate) fn follow(
         &mut self,
         body: &mut Body,
         update: &CutUpdate,
@@ -320,7 +320,7 @@ impl Cutting {
     }
 
     /// Blades of the open strokes.
-    pub(super) fn open_strokes(&self) -> Vec<OpenStroke> {
+    pub(crate) fn open_strokes(&self) -> Vec<OpenStroke> {
         let open = self.strokes.iter().filter_map(|stroke| {
             Some(OpenStroke {
                 cut: stroke.cut,
@@ -331,7 +331,7 @@ impl Cutting {
     }
 
     /// Gives replayed strokes their blades back.
-    pub(super) fn set_open_strokes(&mut self, open: Vec<OpenStroke>) {
+    pub(crate) fn set_open_strokes(&mut self, open: Vec<OpenStroke>) {
         for kept in open {
             let stroke = self
                 .strokes
@@ -343,7 +343,7 @@ impl Cutting {
         }
     }
 
-    pub(super) fn set_growth(&mut self, growth: f64) {
+    pub(crate) fn set_growth(&mut self, growth: f64) {
         self.growth = growth;
     }
 
@@ -370,7 +370,7 @@ impl Cutting {
 
     /// Computes how a blade's edge in the world (m) moves the front of its cut to where it is in the tissue: all of a
     /// capture that can fail. On an error nothing has changed, and [`Cutting::take_back`] undoes it.
-    pub(super) fn sweep(
+    pub(crate) fn sweep(
         &mut self,
         body: &Body,
         (cut, weld_tolerance): (usize, Option<f64>),
@@ -416,7 +416,7 @@ impl Cutting {
     }
 
     /// Undoes [`Cutting::sweep`].
-    pub(super) fn take_back(&mut self, swept: &Swept) {
+    pub(crate) fn take_back(&mut self, swept: &Swept) {
         self.cuts.go_back(&swept.before);
     }
 
@@ -488,7 +488,7 @@ fn weld_tolerance_of(body: &Body, tolerance: Option<f64>) -> f64 {
 }
 
 /// Pairs of a row that still link.
-pub(super) fn linked_count(row: &[f64]) -> usize {
+pub(crate) fn linked_count(row: &[f64]) -> usize {
     row.iter().filter(|&&weight| weight > 0.0).count()
 }
 
@@ -505,7 +505,7 @@ fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
 }
 
 /// The body's nodes and pairs, as the factors read them.
-pub(super) fn graph_of(body: &Body) -> Graph<'_> {
+pub(crate) fn graph_of(body: &Body) -> Graph<'_> {
     Graph::trusted(
         &body.rest,
         body.neighborhoods.offsets(),

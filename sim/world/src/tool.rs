@@ -8,15 +8,15 @@ use phyxel_integrate::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::scene;
+use phyxel_scene as scene;
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct ToolContact {
+pub(crate) struct ToolContact {
     /// Index of the scene's tool.
-    pub(super) tool: usize,
+    pub(crate) tool: usize,
     /// The tool as this body has it.
-    pub(super) led: LedTool,
+    pub(crate) led: LedTool,
 }
 
 /// Forces on a tool at the end of the last step, of all bodies together.
@@ -37,7 +37,7 @@ pub struct ToolForce {
 }
 
 impl ToolForce {
-    pub(super) fn free(pose: Pose) -> Self {
+    pub(crate) fn free(pose: Pose) -> Self {
         Self {
             pose,
             force: DVec3::ZERO,
@@ -51,13 +51,13 @@ impl ToolForce {
 
 impl ToolContact {
     /// Whether it can be one of a body of so many nodes in the place of another.
-    pub(super) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
+    pub(crate) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
         self.tool == built.tool && self.led.is_sound(node_count)
     }
 
     /// The contact of a tool at `pose` with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
     /// apart.
-    pub(super) fn new(
+    pub(crate) fn new(
         tool: usize,
         description: &scene::Tool,
         pose: &Pose,
@@ -78,7 +78,7 @@ impl ToolContact {
     }
 
     /// Moves the tool to the end of a step and adds its forces on the body.
-    pub(super) fn press(
+    pub(crate) fn press(
         &mut self,
         view: &StepView<'_>,
         forces: &mut [DVec3],
@@ -90,12 +90,12 @@ impl ToolContact {
     }
 
     /// The body's nodes that it may press on, rising.
-    pub(super) fn nodes(&self) -> &[u32] {
+    pub(crate) fn nodes(&self) -> &[u32] {
         self.led.contact().surface().members()
     }
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
-    pub(super) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
+    pub(crate) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
         if let Some(pose) = self.led.released_pose(shape) {
             sum.pose = pose;
         }
@@ -108,7 +108,7 @@ impl ToolContact {
     }
 
     /// Bytes of the contact's arrays.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.led.contact().bytes()
     }
 }

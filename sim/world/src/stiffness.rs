@@ -4,8 +4,8 @@ use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
 use phyxel_integrate::{EigenvalueSettings, Supports, largest_eigenvalue};
 
-use super::body::{Body, EIGENVALUE_MARGIN};
-use super::error::BodyProblem;
+use crate::body::{Body, EIGENVALUE_MARGIN};
+use crate::error::BodyProblem;
 
 /// Nodes round which the largest eigenvalue is looked for, two rings of neighbours each, and products
 /// with the stiffness of that part.
@@ -24,9 +24,9 @@ const WATCHED_SHARE: f64 = 0.5;
 
 /// Stiffest mode of a part of a body.
 #[derive(Debug)]
-pub(super) struct PartMode {
+pub(crate) struct PartMode {
     /// Its eigenvalue (1/s²).
-    pub(super) value: f64,
+    pub(crate) value: f64,
     /// The vector, one entry per node of the part.
     vector: Vec<DVec3>,
 }
@@ -35,7 +35,7 @@ impl Body {
     /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
     /// vector of the last time, and by those with what surrounds its stiffest nodes.
     /// Shares that were handed what has changed here make the first.
-    pub(super) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
+    pub(crate) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
         let settings = EigenvalueSettings {
             iterations: products,
             margin: EIGENVALUE_MARGIN,
@@ -65,7 +65,7 @@ impl Body {
 
     /// Estimates anew where stiffness has risen by [`ALARM_RISE`] since the last estimate because of that,
     /// or everywhere when it has fallen by [`ALARM_FALL`]; whether either is so.
-    pub(super) fn follow_stiffness(&mut self) -> Result<bool, BodyProblem> {
+    pub(crate) fn follow_stiffness(&mut self) -> Result<bool, BodyProblem> {
         let runs = self.stiffness_indicators();
         let largest = runs.iter().copied().fold(0.0, f64::max);
         self.indicators.resize(runs.len(), 0.0);
@@ -142,7 +142,7 @@ impl Body {
 
     /// Estimates the largest eigenvalue of a part where the body is now, all other nodes held, from a
     /// vector to start with, or none.
-    pub(super) fn part_eigenvalue(
+    pub(crate) fn part_eigenvalue(
         &mut self,
         part: &Part,
         mut vector: Vec<DVec3>,
@@ -185,7 +185,7 @@ impl Body {
 
     /// Takes the eigenvalue of a part for the step if it is above that of the whole as last estimated;
     /// the next estimate of the whole then starts with the part's vector in it.
-    pub(super) fn take_part_eigenvalue(&mut self, part: &Part, mode: &PartMode) {
+    pub(crate) fn take_part_eigenvalue(&mut self, part: &Part, mode: &PartMode) {
         if mode.value <= self.current_eigenvalue() {
             return;
         }

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Cut, Pose, Scene};
+use phyxel_scene::{Cut, Pose, Scene};
 
 /// When in a stroke the edge is captured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,7 +167,7 @@ enum Source {
 
 /// Where tools and blades are told what to do from: the scene or whoever pushes inputs, with a record if one is asked for.
 #[derive(Debug, Clone)]
-pub(super) struct InputSource {
+pub(crate) struct InputSource {
     source: Source,
     /// Where each tool is that a path or someone leads.
     poses: Vec<Pose>,
@@ -176,7 +176,7 @@ pub(super) struct InputSource {
 
 /// All of it that a scene does not say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct InputSourceState {
+pub(crate) struct InputSourceState {
     next: usize,
     given: Option<VecDeque<Input>>,
     poses: Vec<Pose>,
@@ -185,7 +185,7 @@ pub(super) struct InputSourceState {
 
 impl InputSource {
     /// Of what the scene says.
-    pub(super) fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         let mut due: Vec<Due> = Vec::new();
         for (index, cut) in scene.cuts.iter().enumerate() {
             due.extend(captures_of(index, cut));
@@ -202,7 +202,7 @@ impl InputSource {
     }
 
     /// From now on only what is given is done.
-    pub(super) fn push(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
+    pub(crate) fn push(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
         let mut last = 0;
         if let Source::Given(given) = &self.source {
             last = given.back().map_or(0, |input| input.step);
@@ -223,13 +223,13 @@ impl InputSource {
     }
 
     /// Where all tools are at the beginning of the step, and last how far the hand that grips has moved.
-    pub(super) fn poses(&self) -> &[Pose] {
+    pub(crate) fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
     /// The next blade's edge that is due in a step that begins at a scene time (s), which is `None` while bodies
     /// settle. It stays due until [`InputSource::end_blade`].
-    pub(super) fn next_blade(
+    pub(crate) fn next_blade(
         &self,
         scene: &Scene,
         step: u64,
@@ -252,7 +252,7 @@ impl InputSource {
     }
 
     /// The blade's edge that was due next is captured.
-    pub(super) fn end_blade(
+    pub(crate) fn end_blade(
         &mut self,
         step: u64,
         cut: usize,
@@ -275,7 +275,7 @@ impl InputSource {
     }
 
     /// What is gripped, pulled or changed in a step, in order.
-    pub(super) fn holds(&mut self, step: u64) -> Vec<Action> {
+    pub(crate) fn holds(&mut self, step: u64) -> Vec<Action> {
         let Source::Given(given) = &self.source else {
             return Vec::new();
         };
@@ -296,7 +296,7 @@ impl InputSource {
 
     /// Where the tools are at the end of a step, whose end is at a scene time (s). Ends the step's
     /// input.
-    pub(super) fn tools(&mut self, scene: &Scene, step: u64, end: Option<f64>) -> Vec<Pose> {
+    pub(crate) fn tools(&mut self, scene: &Scene, step: u64, end: Option<f64>) -> Vec<Pose> {
         let mut poses = self.poses.clone();
         match &mut self.source {
             Source::Scene { .. } => {
@@ -329,23 +329,23 @@ impl InputSource {
     }
 
     /// Another grip begins: the hand has not moved yet.
-    pub(super) fn begin_grip(&mut self) {
+    pub(crate) fn begin_grip(&mut self) {
         if let Some(hand) = self.poses.last_mut() {
             *hand = Pose::IDENTITY;
         }
     }
 
     /// The step is taken: the tools are there.
-    pub(super) fn set_poses(&mut self, poses: Vec<Pose>) {
+    pub(crate) fn set_poses(&mut self, poses: Vec<Pose>) {
         self.poses = poses;
     }
 
     /// What was done so far; `None` if the scene asks for no record.
-    pub(super) fn record(&self) -> Option<&[Input]> {
+    pub(crate) fn record(&self) -> Option<&[Input]> {
         self.record.as_deref()
     }
 
-    pub(super) fn state(&self) -> InputSourceState {
+    pub(crate) fn state(&self) -> InputSourceState {
         let (next, given) = match &self.source {
             Source::Scene { next, .. } => (*next, None),
             Source::Given(given) => (0, Some(given.clone())),
@@ -359,7 +359,7 @@ impl InputSource {
     }
 
     /// Whether a kept state has as many poses as there are tools, and inputs that the scene knows.
-    pub(super) fn fits(&self, state: &InputSourceState, scene: &Scene) -> bool {
+    pub(crate) fn fits(&self, state: &InputSourceState, scene: &Scene) -> bool {
         let given = state.given.iter().flatten();
         let inputs = given.chain(state.record.iter().flatten());
         state.poses.len() == self.poses.len()
@@ -369,7 +369,7 @@ impl InputSource {
                 .all(|(k, input)| input.check(scene, k).is_ok())
     }
 
-    pub(super) fn restore(&mut self, state: InputSourceState) {
+    pub(crate) fn restore(&mut self, state: InputSourceState) {
         match (&mut self.source, state.given) {
             (_, Some(given)) => self.source = Source::Given(given),
             (Source::Scene { next, .. }, None) => *next = state.next,

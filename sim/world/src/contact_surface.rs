@@ -4,21 +4,21 @@ use glam::DVec3;
 use phyxel_discretize::{Solid, boundary_triangles, nodal_surface_areas};
 use phyxel_integrate::ContactSurface;
 
-use super::error::BodyProblem;
+use crate::error::BodyProblem;
 
 /// Contact points along a side of a surface triangle: enough for contacts of two spacings.
 const DIVISIONS: u32 = 4;
 
 /// Nodes on the surface of a body without tetrahedra, each with the area (m²) nearest to it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct SurfaceNodes {
+pub(crate) struct SurfaceNodes {
     nodes: Vec<u32>,
     areas: Vec<f64>,
 }
 
 impl SurfaceNodes {
     /// Covers `solid`, whose nodes on the surface are `outer`.
-    pub(super) fn new(
+    pub(crate) fn new(
         solid: &Solid,
         rest: &[DVec3],
         outer: &[u32],
@@ -33,13 +33,13 @@ impl SurfaceNodes {
 }
 
 /// Triangles of the outside of a body of tetrahedra.
-pub(super) fn surface_triangles_of(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
+pub(crate) fn surface_triangles_of(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
     boundary_triangles(tetrahedra, |_| true)
 }
 
 /// Contact points on the outside of a body, of which a triangle is torn if two of its corners no longer hold
 /// together.
-pub(super) fn contact_surface_of(
+pub(crate) fn contact_surface_of(
     surface_nodes: Option<&SurfaceNodes>,
     outside: &[[u32; 3]],
     rest: &[DVec3],

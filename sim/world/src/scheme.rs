@@ -10,9 +10,9 @@ use phyxel_integrate::{
     Supports, solve_static,
 };
 
-use super::error::BodyProblem;
-use super::shares::BodyShares;
-use super::tool::ToolContact;
+use crate::error::BodyProblem;
+use crate::shares::BodyShares;
+use crate::tool::ToolContact;
 
 /// Unbalanced force, relative, at which an equilibrium is found.
 const AT_REST: f64 = 1e-6;
@@ -21,13 +21,13 @@ const LOAD_STEPS: u32 = 4;
 
 /// What takes a body's steps.
 #[derive(Debug, Clone)]
-pub(super) enum Stepper {
+pub(crate) enum Stepper {
     Explicit,
     Implicit { solver: Box<Implicit>, step: f64 },
 }
 
 impl Stepper {
-    pub(super) fn new(scheme: Scheme) -> Result<Self, MotionError> {
+    pub(crate) fn new(scheme: Scheme) -> Result<Self, MotionError> {
         Ok(match (scheme.implicit(), scheme.step()) {
             (Some(settings), Some(step)) => Self::Implicit {
                 solver: Box::new(Implicit::new(settings)?),
@@ -38,7 +38,7 @@ impl Stepper {
     }
 
     /// Step (s) of an implicit scheme.
-    pub(super) fn step(&self) -> Option<f64> {
+    pub(crate) fn step(&self) -> Option<f64> {
         match self {
             Self::Explicit => None,
             Self::Implicit { step, .. } => Some(*step),
@@ -46,7 +46,7 @@ impl Stepper {
     }
 
     /// Takes one step of `step` (s).
-    pub(super) fn step_with(
+    pub(crate) fn step_with(
         &mut self,
         step: f64,
         motion: &mut Motion,
@@ -83,7 +83,7 @@ impl Stepper {
 }
 
 /// Takes one step of `step` (s) where the shares of a body are.
-pub(super) fn step_shared(
+pub(crate) fn step_shared(
     step: f64,
     motion: &mut Motion,
     shares: &Mutex<dyn BodyShares>,
@@ -108,7 +108,7 @@ pub(super) fn step_shared(
 }
 
 /// Places (m) of the nodes in equilibrium with `loads` (N), from their places at rest.
-pub(super) fn equilibrium(
+pub(crate) fn equilibrium(
     elastic: &mut Elastic,
     rest: &[DVec3],
     supports: &Supports,

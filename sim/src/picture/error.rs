@@ -1,0 +1,74 @@
+//! Why bodies cannot be drawn.
+
+use std::path::PathBuf;
+
+use phyxel_discretize::{ReadError, SampleError};
+use phyxel_mls::CloudError;
+use phyxel_splat::{ImageError, SurfelError};
+
+/// What is wrong with the surface of one body.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SkinProblem {
+    /// A mesh file or one of points cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The surface cannot be sampled.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// No neighbours can be looked for among the points of a file.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
+    /// The surface cannot be bound to the nodes.
+    #[error(transparent)]
+    Surfel(#[from] SurfelError),
+    /// A file's points are not on the body's surface.
+    #[error(
+        "{}: its points lie {distance:.2e} m from the body's surface in the mean, more than its nodes \
+         lie apart ({spacing:.2e} m); look at surfels.points.scale and .up",
+        file.display()
+    )]
+    FarPoints {
+        /// The point file.
+        file: PathBuf,
+        /// Mean distance (m) of its points from the surface.
+        distance: f64,
+        /// Distance (m) of the body's nodes.
+        spacing: f64,
+    },
+    /// An image for the surface cannot be read.
+    #[error("{}: {source}", file.display())]
+    Image {
+        /// The image file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: ImageError,
+    },
+}
+
+impl SkinProblem {
+    /// The same with the body's name.
+    pub(super) fn named(self, body: &str) -> PictureError {
+        PictureError::Body {
+            body: body.to_owned(),
+            problem: self,
+        }
+    }
+}
+
+/// A world that cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The surface of a body is at fault.
+    #[error("body '{body}': {problem}")]
+    Body {
+        /// Name of the body.
+        body: String,
+        /// What went wrong.
+        problem: SkinProblem,
+    },
+    /// The file of a rigid surface cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
+}
