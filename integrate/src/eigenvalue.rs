@@ -122,6 +122,46 @@ pub fn largest_eigenvalue(
     largest_eigenvalue_of_share(&all, stiffness, sum, warm, settings)
 }
 
+/// [`largest_eigenvalue`] of some nodes of a body, all others held.
+///
+/// * `nodes` -- numbers of the nodes in the body, shape `(k)`.
+/// * `masses` -- masses (kg) of all nodes of the body.
+/// * `supports` -- those of all nodes of the body.
+/// * `stiffness` -- writes the rows of `K v` (N/m · v) of `nodes` for their entries of `v`, shape `(k)`, the others 0.
+/// * `warm` -- the vector to begin with, shape `(k)`, or empty; overwritten with the one found.
+///
+/// # Errors
+/// As [`largest_eigenvalue`], with nodes counted among `nodes`.
+///
+/// # Panics
+/// If one of `nodes` is not in the body.
+pub fn largest_eigenvalue_within(
+    nodes: &[u32],
+    masses: &[f64],
+    supports: &Supports,
+    mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
+    warm: &mut Vec<DVec3>,
+    settings: &EigenvalueSettings,
+) -> Result<Eigenvalue, EigenvalueError> {
+    let masses: Vec<f64> = nodes.iter().map(|&node| masses[node as usize]).collect();
+    let free = |at: usize, v: DVec3| {
+        let support = supports.of(nodes[at] as usize);
+        support.map_or(v, |support| support.free * v)
+    };
+    let mut freed = vec![DVec3::ZERO; nodes.len()];
+    let projected = |v: &[DVec3], out: &mut [DVec3]| {
+        for (at, (freed, v)) in freed.iter_mut().zip(v).enumerate() {
+            *freed = free(at, *v);
+        }
+        stiffness(&freed, out);
+        for (at, out) in out.iter_mut().enumerate() {
+            *out = free(at, *out);
+        }
+    };
+    let unheld = Supports::free(nodes.len());
+    largest_eigenvalue(&masses, &unheld, projected, warm, settings)
+}
+
 /// Nodes of a body whose largest eigenvalue is looked for where its nodes are shared out.
 #[derive(Debug, Clone, Copy)]
 pub struct EigenvalueShare<'a> {

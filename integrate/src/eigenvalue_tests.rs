@@ -200,3 +200,29 @@ fn shares_find_what_the_whole_finds_to_the_bit() {
     });
     assert!(nodes.eq([1024, 1030, 2348]), "all shares end");
 }
+
+/// A part of a chain, its ends held by the rest, is a chain of its own.
+#[test]
+fn a_part_with_all_others_held_is_a_chain_of_its_own() {
+    let settings = EigenvalueSettings::default();
+    let (whole, part) = (Chain::new(20, 900.0, 0.02), Chain::new(6, 900.0, 0.02));
+    let nodes: Vec<u32> = (7..13).collect();
+    let masses = vec![0.02; 20];
+    let mut spread = vec![DVec3::ZERO; 20];
+    let mut rows = vec![DVec3::ZERO; 20];
+    let within = largest_eigenvalue_within(
+        &nodes,
+        &masses,
+        &Supports::free(20),
+        |v, out| {
+            spread[7..13].copy_from_slice(v);
+            whole.product(&spread, &mut rows);
+            out.copy_from_slice(&rows[7..13]);
+        },
+        &mut Vec::new(),
+        &settings,
+    );
+    let alone = part.eigenvalue(&settings, &mut Vec::new());
+    let ratio = within.unwrap().value / alone.value;
+    assert!((ratio - 1.0).abs() < 1e-12, "{ratio}");
+}

@@ -44,7 +44,7 @@ pub use contact::{
 pub use coupling::Coupling;
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
-    largest_eigenvalue, largest_eigenvalue_of_share,
+    largest_eigenvalue, largest_eigenvalue_of_share, largest_eigenvalue_within,
 };
 pub use equilibrium::{StaticLoad, StaticReport, solve_static};
 pub use error::{Cause, MotionError, StepError};

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
-use phyxel_integrate::{EigenvalueSettings, Supports, largest_eigenvalue};
+use phyxel_integrate::{EigenvalueSettings, largest_eigenvalue, largest_eigenvalue_within};
 
 use crate::body::{Body, EIGENVALUE_MARGIN};
 use crate::error::BodyProblem;
@@ -148,32 +148,17 @@ impl Body {
         mut vector: Vec<DVec3>,
         products: usize,
     ) -> Result<PartMode, BodyProblem> {
-        let nodes = part.nodes();
-        let masses: Vec<f64> = nodes.iter().map(|&i| self.masses[i as usize]).collect();
-        let supports = self.motion.supports();
-        let free = |at: usize, v: DVec3| {
-            let support = supports.of(nodes[at] as usize);
-            support.map_or(v, |support| support.free * v)
-        };
         let settings = EigenvalueSettings {
             iterations: products,
             margin: EIGENVALUE_MARGIN,
             ..EigenvalueSettings::default()
         };
         let elastic = &mut self.elastic;
-        let mut freed = vec![DVec3::ZERO; nodes.len()];
-        let found = largest_eigenvalue(
-            &masses,
-            &Supports::free(nodes.len()),
-            |v, out| {
-                for (at, (freed, v)) in freed.iter_mut().zip(v).enumerate() {
-                    *freed = free(at, *v);
-                }
-                elastic.tangent_product_within(part, &freed, out);
-                for (at, out) in out.iter_mut().enumerate() {
-                    *out = free(at, *out);
-                }
-            },
+        let found = largest_eigenvalue_within(
+            part.nodes(),
+            &self.masses,
+            self.motion.supports(),
+            |v, out| elastic.tangent_product_within(part, v, out),
             &mut vector,
             &settings,
         )?;
