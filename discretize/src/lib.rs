@@ -57,7 +57,7 @@ pub use mesh::{Bounds, Mesh};
 pub use octree::{Leaf, Octree};
 pub use order::{NodeOrder, layered_order, space_filling_order};
 pub use points::{PointReport, PointSampling, estimate_point_nodes, sample_points};
-pub use quality::{TetrahedraQuality, dihedral_range, tetrahedra_quality};
+pub use quality::{TetrahedraQuality, tetrahedra_quality};
 pub use read::{
     Format, ImagePlace, MeshFile, ReadError, ReadErrorKind, TextPlace, TexturedMesh, parse_mesh,
     read_mesh, read_point_cloud, read_textured_mesh,

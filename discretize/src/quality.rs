@@ -102,8 +102,7 @@ fn faces([a, b, c, d]: [DVec3; 4]) -> [DVec3; 4] {
 }
 
 /// Smallest and largest dihedral angle (degrees).
-#[must_use]
-pub fn dihedral_range(corners: [DVec3; 4]) -> (f64, f64) {
+fn dihedral_range(corners: [DVec3; 4]) -> (f64, f64) {
     let (low, high) = dihedral_cosines(corners);
     let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos() * 180.0 / PI;
     (degrees(high), degrees(low))

@@ -7,8 +7,7 @@ mod grid_factors;
 mod planar;
 
 pub use fields::{
-    polyline_angle, product_of_segments, segment_enrichment, triangle_enrichment,
-    triangle_solid_angle,
+    product_of_segments, segment_enrichment, triangle_enrichment, triangle_solid_angle,
 };
 pub use grid::{
     Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, GridSheets, grid_pair_factors,

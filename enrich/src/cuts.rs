@@ -449,7 +449,7 @@ impl Cuts {
     }
 
     /// Numbers of the triangles that the segment `ab` crosses, sorted; replaces what `out` held.
-    pub fn crossed_into(&self, a: DVec3, b: DVec3, out: &mut Vec<u32>) {
+    pub(crate) fn crossed_into(&self, a: DVec3, b: DVec3, out: &mut Vec<u32>) {
         out.clear();
         let _ = self.forest.on_segment(a, b, |triangle, &[p, q, r]| {
             if segment_crosses_triangle(a, b, p, q, r) {

@@ -28,8 +28,8 @@ pub use checks::BadSetting;
 pub use choice::{CutRule, Factors, SMALLEST_PART};
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
-    PlanarCuts, grid_pair_factors, polyline_angle, product_of_segments, segment_enrichment,
-    triangle_enrichment, triangle_solid_angle,
+    PlanarCuts, grid_pair_factors, product_of_segments, segment_enrichment, triangle_enrichment,
+    triangle_solid_angle,
 };
 pub use cuts::{CutSettings, Cuts, CutsMark, Dropped};
 pub use error::{CutError, GraphError};

@@ -278,7 +278,7 @@ impl Neighborhoods {
     ///
     /// # Panics
     /// If a node is out of range.
-    pub fn with_second_ring(&self, nodes: &[u32]) -> Result<Self, GraphError> {
+    pub(crate) fn with_second_ring(&self, nodes: &[u32]) -> Result<Self, GraphError> {
         let mut rows: Vec<Vec<u32>> = (0..self.node_count())
             .map(|node| self.row(node).to_vec())
             .collect();

@@ -56,7 +56,7 @@ pub use legend::{ColorScale, Overlay};
 pub use markers::Markers;
 pub use merged::MergedSplats;
 pub use near::triangle_near_box;
-pub use noise::{fractal_noise, gradient_noise, slope_noise};
+pub use noise::fractal_noise;
 pub use radii::{Measure, RadiusRule, covering_radii, mapped_radii, measures, shape_operators};
 pub use render::Renderer;
 pub use scene::{

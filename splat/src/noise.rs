@@ -55,10 +55,10 @@ fn cell(p: Vec3) -> ([i32; 3], Vec3) {
     (cell, p - Vec3::from_array(cell.map(|x| x as f32)))
 }
 
-/// About the gradient of [`gradient_noise`]: the lattice gradients, smoothly interpolated. Cheaper
+/// About the gradient of that noise: the lattice gradients, smoothly interpolated. Cheaper
 /// than the gradient and as continuous; what a relief needs.
 #[must_use]
-pub fn slope_noise(p: Vec3) -> Vec3 {
+pub(crate) fn slope_noise(p: Vec3) -> Vec3 {
     let ([x, y, z], f) = cell(p);
     let s = f * f * (Vec3::splat(3.0) - 2.0 * f);
     let corner = |dx: i32, dy: i32, dz: i32| {
@@ -78,7 +78,7 @@ pub fn slope_noise(p: Vec3) -> Vec3 {
 ///
 /// Zero at lattice points, twice continuously differentiable, same everywhere and always.
 #[must_use]
-pub fn gradient_noise(p: Vec3) -> f32 {
+pub(crate) fn gradient_noise(p: Vec3) -> f32 {
     let ([x, y, z], f) = cell(p);
     let s = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     let corner = |dx: i32, dy: i32, dz: i32, d: Vec3| {
@@ -98,7 +98,7 @@ pub fn gradient_noise(p: Vec3) -> f32 {
     mix(near, far, s.z)
 }
 
-/// Sum of `octaves` of [`gradient_noise`], each twice as fine and half as strong.
+/// Sum of `octaves` of gradient noise, each twice as fine and half as strong.
 #[must_use]
 pub fn fractal_noise(p: Vec3, octaves: u32) -> f32 {
     let (mut sum, mut strength, mut at) = (0.0, 0.5, p);

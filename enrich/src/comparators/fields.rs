@@ -1,7 +1,5 @@
 //! Fields of a cut to compare with, and the closed-form solid angle.
 
-use std::f64::consts::TAU;
-
 use glam::{DVec2, DVec3};
 
 use crate::cuts::Cuts;
@@ -71,18 +69,6 @@ pub fn triangle_solid_angle(triangle: [DVec3; 3], point: DVec3) -> f64 {
     -2.0 * numerator.atan2(denominator)
 }
 
-/// Angle under which a polyline is seen (rad), positive to its left; the plane's solid angle.
-#[must_use]
-pub fn polyline_angle(polyline: &[DVec2], point: DVec2) -> f64 {
-    polyline
-        .windows(2)
-        .map(|w| {
-            let (a, b) = (w[0] - point, w[1] - point);
-            a.perp_dot(b).atan2(a.dot(b))
-        })
-        .sum()
-}
-
 impl Cuts {
     /// Signed solid angle of the whole cut (sr): jumps by 4π across it, harmonic elsewhere.
     ///
@@ -93,11 +79,5 @@ impl Cuts {
         (0..self.triangle_count())
             .map(|t| triangle_solid_angle(self.triangle(t), point))
             .sum()
-    }
-
-    /// Solid angle as an enrichment, `Ω / 2π`: about ±1 beside the cut, 0 far from it.
-    #[must_use]
-    pub fn angle_enrichment(&self, point: DVec3) -> f64 {
-        self.solid_angle(point) / TAU
     }
 }

@@ -8,7 +8,7 @@ use super::shapes::{plane, space};
 use super::slow::Cloud;
 use crate::{
     Bounds, CutSettings, Cuts, EnrichmentGrid, Graph, GridError, GridForm, GridSettings,
-    GridSheets, grid_pair_factors, polyline_angle, product_of_segments, triangle_solid_angle,
+    GridSheets, grid_pair_factors, product_of_segments, triangle_solid_angle,
 };
 
 fn through() -> Vec<DVec2> {
@@ -419,17 +419,4 @@ fn solid_angle_has_its_closed_forms() {
         1e-12,
     );
     assert_within("outside", total(DVec3::splat(0.6)), 0.0, 1e-12);
-    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]].map(DVec2::from);
-    assert_within(
-        "turn",
-        polyline_angle(&square, DVec2::splat(0.4)),
-        std::f64::consts::TAU,
-        1e-12,
-    );
-    assert_within(
-        "no turn",
-        polyline_angle(&square, DVec2::splat(1.4)),
-        0.0,
-        1e-12,
-    );
 }

@@ -88,8 +88,7 @@ impl GridSheets {
     }
 
     /// The last edge (m).
-    #[must_use]
-    pub fn last_edge(&self) -> [DVec3; 2] {
+    pub(crate) fn last_edge(&self) -> [DVec3; 2] {
         self.ends[self.ends.len() - 1]
     }
 
