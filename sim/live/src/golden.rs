@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::incoming::{Hand, Incoming, Phase, decode};
+use crate::incoming::{Hand, HandPhase, Incoming, decode};
 use crate::outgoing::{
-    BodyState, ClipOf, ForceSample, GRIP, State, Surfel, ToolState, encode_clips, encode_force,
-    encode_nodes, encode_skin, encode_state, put_surfel,
+    BodyState, ClipOf, ForceSample, GRIP, StateMessage, Surfel, ToolState, encode_clips,
+    encode_force, encode_nodes, encode_skin, encode_state, put_surfel,
 };
 
 fn folder() -> PathBuf {
@@ -60,7 +60,7 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
     let mut turned = still;
     turned[1] = 0.25;
     turned[8] = 1.5;
-    let state = State {
+    let state = StateMessage {
         number: 17,
         step: 5_000_000_000,
         time: 1.25,
@@ -124,23 +124,23 @@ fn messages_from_clients_are_understood() {
     assert_eq!(incoming("ack"), Some(Incoming::Ack(17)));
     let pose = Hand::Pose {
         tool: 2,
-        phase: Phase::Begin,
+        phase: HandPhase::Begin,
         position: [0.5, -0.25, 0.125],
         rotation: [0.0, 0.0, 1.0, 0.0],
     };
     assert_eq!(hand("pose"), (5, pose));
     let edge = Hand::Edge {
-        phase: Phase::Move,
+        phase: HandPhase::Move,
         points: vec![[0.0, 0.5, 1.0], [1.5, 2.0, 2.5], [3.0, 3.5, 4.0]],
     };
     assert_eq!(hand("edge"), (6, edge));
     let end = Hand::Edge {
-        phase: Phase::End,
+        phase: HandPhase::End,
         points: Vec::new(),
     };
     assert_eq!(hand("edge-end"), (7, end));
     let grip = Hand::Grip {
-        phase: Phase::Begin,
+        phase: HandPhase::Begin,
         position: [0.5, 1.0, 1.5],
         radius: 0.25,
     };
@@ -210,7 +210,7 @@ fn mutated_messages_are_read_or_left_aside() {
                 vec![*position]
             }
             Incoming::Hand(_, Hand::Edge { points, phase }) => {
-                assert!(points.len() != 1 && (points.len() > 1 || *phase == Phase::End));
+                assert!(points.len() != 1 && (points.len() > 1 || *phase == HandPhase::End));
                 points.clone()
             }
             Incoming::Mesh {

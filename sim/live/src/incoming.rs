@@ -19,7 +19,7 @@ const FARTHEST: f64 = 100.0;
 
 /// When in a stroke or a grip a message belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
+pub enum HandPhase {
     /// It starts.
     Begin,
     /// It goes on.
@@ -31,12 +31,12 @@ pub enum Phase {
 /// What a hand does, in the world's frame and in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Hand {
-    /// Moves a tool; with [`Phase::Begin`] it is put there, with [`Phase::End`] it is taken away.
+    /// Moves a tool; with [`HandPhase::Begin`] it is put there, with [`HandPhase::End`] it is taken away.
     Pose {
         /// Index of the tool.
         tool: usize,
         /// When.
-        phase: Phase,
+        phase: HandPhase,
         /// Place (m).
         position: [f64; 3],
         /// Rotation, a unit quaternion (x, y, z, w).
@@ -45,14 +45,14 @@ pub enum Hand {
     /// Moves a blade.
     Edge {
         /// When in the stroke.
-        phase: Phase,
+        phase: HandPhase,
         /// Points of its edge (m); may be empty at the end.
         points: Vec<[f64; 3]>,
     },
     /// Grips a patch of a body's surface and pulls it.
     Grip {
         /// When.
-        phase: Phase,
+        phase: HandPhase,
         /// Where the hand is (m).
         position: [f64; 3],
         /// Radius (m) of the patch; counts at the beginning.
@@ -118,7 +118,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
         kind::EDGE => {
             let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
             let count = usize::try_from(head.u32()?).ok()?;
-            let few = if phase == Phase::End { 0 } else { 2 };
+            let few = if phase == HandPhase::End { 0 } else { 2 };
             if !(few..=MAX_EDGE).contains(&count) || count == 1 {
                 return None;
             }
@@ -164,11 +164,11 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
     })
 }
 
-const fn phase(number: u32) -> Option<Phase> {
+const fn phase(number: u32) -> Option<HandPhase> {
     match number {
-        0 => Some(Phase::Begin),
-        1 => Some(Phase::Move),
-        2 => Some(Phase::End),
+        0 => Some(HandPhase::Begin),
+        1 => Some(HandPhase::Move),
+        2 => Some(HandPhase::End),
         _ => None,
     }
 }

@@ -17,11 +17,12 @@ mod undo;
 mod wire;
 
 pub use control::{BodyInfo, Control, Scene, Stats, Told, ToolInfo};
-pub use incoming::{Hand, MAX_EDGE, MAX_MESH, Phase};
+pub use incoming::{Hand, HandPhase, MAX_EDGE, MAX_MESH};
 pub use lead::{BladeLead, Led, Placement, PoseLead};
 pub use outgoing::{
-    BodyState, ClipOf, ForceSample, GRIP, MAX_CLIENTS, State, Surfel, ToolState, encode_clips,
-    encode_force, encode_nodes, encode_skin, encode_state, put_surfel, surfel_numbers,
+    BodyState, ClipOf, ForceSample, GRIP, MAX_CLIENTS, StateMessage, Surfel, ToolState,
+    encode_clips, encode_force, encode_nodes, encode_skin, encode_state, put_surfel,
+    surfel_numbers,
 };
 pub use record::{Forces, Score};
 pub use server::{ClientId, Doorman, Event, PROTOCOL, Server, ServerError, To};

@@ -164,7 +164,7 @@ pub struct BodyState<'a> {
 
 /// Everything that moves, between two steps.
 #[derive(Debug, Clone)]
-pub struct State<'a> {
+pub struct StateMessage<'a> {
     /// Counts states; acknowledged by it.
     pub number: u32,
     /// Steps taken.
@@ -190,7 +190,7 @@ pub struct State<'a> {
 /// A state as it is sent. Of gradients what differs from rest is sent, in half precision: where a
 /// surfel is carried to stays exact to 1e-6 of a body.
 #[must_use]
-pub fn encode_state(epoch: u32, state: &State<'_>) -> Vec<u8> {
+pub fn encode_state(epoch: u32, state: &StateMessage<'_>) -> Vec<u8> {
     let nodes: usize = state.bodies.iter().map(|body| body.positions.len()).sum();
     let mut out = Writer::new(
         kind::STATE,

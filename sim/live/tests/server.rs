@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use phyxel_live::{Control, Event, Hand, MAX_CLIENTS, PROTOCOL, Phase, Server, To, Told};
+use phyxel_live::{Control, Event, Hand, HandPhase, MAX_CLIENTS, PROTOCOL, Server, To, Told};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Bytes, Message, WebSocket};
 
@@ -186,7 +186,7 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
             Event::Hand(
                 1,
                 Hand::Edge {
-                    phase: Phase::Begin,
+                    phase: HandPhase::Begin,
                     ..
                 }
             )

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::output::{CheckpointError, InputFileError, OutputError};
+use crate::output::{InputFileError, OutputError, ResumeError};
 use crate::run::RunError;
 use crate::scene::{Place, SceneError};
 use crate::sweep::{CaseError, CollectError, PlanError, PoolError, RefusedCase};
@@ -78,7 +78,7 @@ enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
+    Checkpoint(#[from] ResumeError),
     #[error(transparent)]
     Input(#[from] InputFileError),
     #[error("--resume goes on with the scene in its checkpoint: leave out '{scene}'")]

@@ -11,7 +11,7 @@ use crate::scene::{Override, Scene, SceneError};
 /// A checkpoint that cannot be gone on from.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum CheckpointError {
+pub enum ResumeError {
     /// The file is not as it must be.
     #[error(transparent)]
     File(#[from] phyxel_output::CheckpointError),
@@ -36,12 +36,12 @@ pub fn write_checkpoint<S: Serialize>(
 /// Reads a checkpoint: the scene, with `overrides` applied, and the state of its world.
 ///
 /// # Errors
-/// [`CheckpointError`] if the file cannot be read, is no checkpoint, is damaged, comes from
+/// [`ResumeError`] if the file cannot be read, is no checkpoint, is damaged, comes from
 /// another version of the program or holds a scene that is no longer valid.
 pub fn read_checkpoint<S: DeserializeOwned>(
     file: &Path,
     overrides: &[Override],
-) -> Result<(Scene, S), CheckpointError> {
+) -> Result<(Scene, S), ResumeError> {
     let (text, state) = phyxel_output::read_checkpoint(file)?;
     let origin = format!("scene of {}", file.display());
     let scene = Scene::from_text(&text, &origin, Path::new(""), overrides)?;
@@ -64,6 +64,6 @@ mod tests {
         phyxel_output::write_checkpoint(&folder, "state", "(version: 1, bodies: [])", &[0.1])
             .expect("it can be written");
         let error = read_checkpoint::<[f64; 1]>(&file, &[]).expect_err("no bodies");
-        assert!(matches!(error, CheckpointError::Scene(_)), "{error}");
+        assert!(matches!(error, ResumeError::Scene(_)), "{error}");
     }
 }

@@ -4,6 +4,6 @@
 mod checkpoint;
 mod input;
 
-pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+pub use checkpoint::{ResumeError, read_checkpoint, write_checkpoint};
 pub use input::{InputFileError, input_csv, read_input};
 pub use phyxel_output::{Interrupt, OutputError, OutputFile, OutputFolder, Progress};

@@ -1,7 +1,7 @@
 //! What clients' hands do.
 
 use glam::{DQuat, DVec3};
-use phyxel_live::{ClientId, Event, Hand, Phase, To};
+use phyxel_live::{ClientId, Event, Hand, HandPhase, To};
 
 use super::Show;
 use crate::scene::Pose;
@@ -70,31 +70,31 @@ impl Show {
                     return self.complain(To::One(client), &format!("there is no tool {tool}"));
                 }
                 self.owners.tools.retain(|(led, _)| *led != tool);
-                if phase == Phase::End {
+                if phase == HandPhase::End {
                     return self.session.put_tool(tool, None);
                 }
                 self.owners.tools.push((tool, client));
                 match phase {
-                    Phase::Begin => self.session.put_tool(tool, Some(pose)),
+                    HandPhase::Begin => self.session.put_tool(tool, Some(pose)),
                     _ => self.session.lead_tool(tool, pose),
                 }
             }
             Hand::Edge { phase, points } => {
                 let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
                 if self.owners.blade.is_some_and(|owner| owner != client) {
-                    if phase == Phase::Begin {
+                    if phase == HandPhase::Begin {
                         self.complain(To::One(client), "someone else is cutting");
                     }
                     return;
                 }
                 match phase {
-                    Phase::Begin => {
+                    HandPhase::Begin => {
                         self.owners.blade = Some(client);
                         self.session.begin_stroke(points);
                     }
                     _ if self.owners.blade.is_none() => {}
-                    Phase::Move => self.session.lead_stroke(&points),
-                    Phase::End => {
+                    HandPhase::Move => self.session.lead_stroke(&points),
+                    HandPhase::End => {
                         if points.len() >= 2 {
                             self.session.lead_stroke(&points);
                         }
@@ -109,19 +109,19 @@ impl Show {
                 radius,
             } => {
                 if self.owners.grip.is_some_and(|owner| owner != client) {
-                    if phase == Phase::Begin {
+                    if phase == HandPhase::Begin {
                         self.complain(To::One(client), "someone else holds the tissue");
                     }
                     return;
                 }
                 let point = DVec3::from_array(position);
                 match phase {
-                    Phase::Begin => {
+                    HandPhase::Begin => {
                         self.owners.grip = Some(client);
                         self.session.grip(point, radius);
                     }
-                    Phase::Move => self.session.pull(point),
-                    Phase::End => {
+                    HandPhase::Move => self.session.pull(point),
+                    HandPhase::End => {
                         self.owners.grip = None;
                         self.session.let_go();
                     }

@@ -62,7 +62,7 @@ impl Show {
         let blade = plain(self.session.blade());
         let state = encode_state(
             self.epoch,
-            &phyxel_live::State {
+            &phyxel_live::StateMessage {
                 number: self.number,
                 step: world.steps(),
                 time: world.time(),
