@@ -4,17 +4,21 @@
 //! nodes' numbers in the body. So every row is summed in the body's order. The padding makes own nodes
 //! begin at a multiple of the elastic model's runs, as they do in the body.
 
-use std::ops::Range;
+mod change;
+mod locals;
+mod weak;
 
 use glam::{DMat3, DVec3};
-use phyxel::world::{BodyProblem, Cutting, Member};
-use phyxel_elastic::{
-    Elastic, Frame, Material, Materials, Nodes, Offsets, Rows, Settings, Stencils, WATCHED_NODES,
-};
+use phyxel::world::{BodyProblem, Member};
+use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{Motion, MotionSettings, Supports};
 use serde::{Deserialize, Serialize};
 
-use crate::layout::{Halo, Layout};
+use crate::layout::Layout;
+pub(crate) use change::Change;
+pub(crate) use locals::{Locals, number};
+use locals::{of_rank, row};
+use weak::{Weak, carries, gradient_offsets, set_offsets, weak_nodes, weaken};
 
 /// A rank's part of a body.
 #[derive(Debug, Serialize, Deserialize)]
@@ -57,96 +61,6 @@ pub(crate) struct Package {
     pub(crate) watched: Vec<(u32, u32)>,
     /// How many nodes rank 0 sees in every step.
     pub(crate) watched_count: usize,
-}
-
-/// A weak node.
-#[derive(Debug, Serialize, Deserialize)]
-struct Weak {
-    node: u32,
-    /// What cuts left of each of its pairs.
-    shares: Vec<f64>,
-    /// Offsets (m) of its bonds.
-    offsets: Vec<f64>,
-}
-
-/// Nodes of a rank, by their numbers in the body.
-#[derive(Debug)]
-pub(crate) struct Locals {
-    /// Own nodes.
-    own: Range<usize>,
-    /// Others, rising, and how many of them come before the own ones.
-    ghosts: Vec<u32>,
-    below: usize,
-    /// Those of them whose rows are cut off, rising.
-    cut_off: Vec<u32>,
-}
-
-impl Locals {
-    fn new(own: Range<usize>, halo: Halo) -> Self {
-        let mut ghosts: Vec<u32> = halo.first.iter().chain(&halo.second).copied().collect();
-        ghosts.sort_unstable();
-        Self {
-            below: ghosts.partition_point(|&node| (node as usize) < own.start),
-            ghosts,
-            own,
-            cut_off: halo.second,
-        }
-    }
-
-    /// Local number of the first own node.
-    fn first(&self) -> usize {
-        self.below.next_multiple_of(WATCHED_NODES)
-    }
-
-    fn padding(&self) -> usize {
-        self.first() - self.below
-    }
-
-    /// All but the padding, rising.
-    fn nodes(&self) -> Vec<u32> {
-        let own = self.own.clone().map(number);
-        let (below, above) = self.ghosts.split_at(self.below);
-        let below = below.iter().copied();
-        below.chain(own).chain(above.iter().copied()).collect()
-    }
-
-    /// Local number of the ghost at a place among them.
-    fn ghost(&self, at: usize) -> usize {
-        if at < self.below {
-            self.padding() + at
-        } else {
-            self.first() + self.own.len() + at - self.below
-        }
-    }
-
-    /// Local number of a node, if it has one; of a larger node a larger one.
-    fn local_of(&self, node: u32) -> Option<u32> {
-        let at = node as usize;
-        if self.own.contains(&at) {
-            return Some(number(self.first() + at - self.own.start));
-        }
-        let at = self.ghosts.binary_search(&node).ok()?;
-        Some(number(self.ghost(at)))
-    }
-
-    /// The same of a node whose row is whole here.
-    fn whole(&self, node: u32) -> Option<u32> {
-        self.local_of(node).filter(|_| !self.is_cut_off(node))
-    }
-
-    /// Whether a row is cut off: it sees nothing, and nobody reads what it gives.
-    fn is_cut_off(&self, node: u32) -> bool {
-        self.cut_off.binary_search(&node).is_ok()
-    }
-
-    /// Own ones of nodes that rank 0 sees in every step.
-    fn watched(&self, watched: &[u32]) -> Vec<(u32, u32)> {
-        let own = (0_u32..)
-            .zip(watched)
-            .filter(|(_, node)| self.own.contains(&(**node as usize)));
-        own.map(|(place, &node)| (number(node as usize - self.own.start), place))
-            .collect()
-    }
 }
 
 /// Packages for all ranks, and which nodes each has.
@@ -266,242 +180,6 @@ fn package(
     package
 }
 
-/// Neighbours of a node that a rank has, by their local numbers, and their pairs in the body.
-fn row<'a>(
-    member: &'a Member,
-    locals: &'a Locals,
-    node: u32,
-) -> impl Iterator<Item = (u32, usize)> + 'a {
-    let graph = &member.body.neighborhoods;
-    let all = graph.row(node as usize).iter();
-    all.zip(graph.pairs(node as usize))
-        .filter_map(|(&other, pair)| Some((locals.local_of(other)?, pair)))
-}
-
-/// Whether the body has anything that decays.
-fn carries(member: &Member) -> bool {
-    let elastic = &member.body.elastic;
-    elastic.has_offsets() || !elastic.weak_nodes().is_empty()
-}
-
-/// What a list by nodes of the body says of those nodes of a rank whose rows are whole there, of some.
-fn of_rank<T>(
-    list: impl IntoIterator<Item = (u32, T)>,
-    locals: &Locals,
-    some: impl Fn(u32) -> bool,
-) -> Vec<(u32, T)> {
-    let list = list.into_iter().filter(|(node, _)| some(*node));
-    list.filter_map(|(node, value)| Some((locals.whole(node)?, value)))
-        .collect()
-}
-
-/// Offsets of deformation gradients by nodes.
-fn gradient_offsets(elastic: &Elastic) -> impl Iterator<Item = (u32, [f64; 9])> {
-    let Offsets { nodes, values } = elastic.offsets();
-    nodes.into_iter().zip(values)
-}
-
-/// Weak ones of a rank's nodes, of some.
-fn weak_nodes(member: &Member, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<Weak> {
-    let body = &member.body;
-    // Without a cut, weak nodes are those at corners of what is held.
-    let factors = member.cutting.as_ref().map(Cutting::factors);
-    let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
-    let bonds = body.elastic.bond_energies();
-    let offsets = body.elastic.bond_offsets();
-    let mut weak = Vec::new();
-    for &node in body.elastic.weak_nodes().iter().filter(|node| some(**node)) {
-        if let Some(local) = locals.whole(node) {
-            let from = bonds.partition_point(|(of, _)| *of < node);
-            let to = bonds.partition_point(|(of, _)| *of <= node);
-            let pairs = body.neighborhoods.pairs(node as usize);
-            weak.push(Weak {
-                node: local,
-                shares: pairs.map(left).collect(),
-                offsets: offsets[from..to].to_vec(),
-            });
-        }
-    }
-    weak
-}
-
-/// Takes the strain energy from weak nodes of a rank's model.
-fn weaken(elastic: &mut Elastic, rest: &[DVec3], weak: &[Weak]) {
-    if weak.is_empty() {
-        return;
-    }
-    let nodes: Vec<u32> = weak.iter().map(|weak| weak.node).collect();
-    let starts: Vec<usize> = nodes
-        .iter()
-        .map(|&node| elastic.pairs_of(node).start)
-        .collect();
-    let share = |pair: usize| {
-        // Pairs are only asked for of these nodes.
-        let at = starts.partition_point(|start| *start <= pair) - 1;
-        weak[at]
-            .shares
-            .get(pair - starts[at])
-            .copied()
-            .unwrap_or(0.0)
-    };
-    elastic.weaken(&nodes, rest, &share);
-    let bonds = elastic.bond_energies();
-    let mut offsets = elastic.bond_offsets();
-    for weak in weak {
-        let from = bonds.partition_point(|(of, _)| *of < weak.node);
-        let to = offsets.iter_mut().skip(from);
-        for (to, offset) in to.zip(&weak.offsets) {
-            *to = *offset;
-        }
-    }
-    elastic.set_bond_offsets(&offsets);
-}
-
-/// Sets offsets of deformation gradients, rising.
-fn set_offsets(elastic: &mut Elastic, offsets: &[(u32, [f64; 9])]) {
-    let (nodes, values) = offsets.iter().copied().unzip();
-    elastic.set_offsets(&Offsets { nodes, values });
-}
-
-/// What a cut changes in a rank's model.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Change {
-    /// Local nodes whose rows it has rebuilt, rising, and whether these are whole here.
-    nodes: Vec<u32>,
-    whole: Vec<bool>,
-    /// Weights of all those rows, which have no more digits.
-    weights: Vec<f32>,
-    /// Matrices and scales of whole ones.
-    matrices: Vec<DMat3>,
-    scales: Vec<f64>,
-    /// Multipliers of nodes in those rows.
-    multipliers: Vec<(u32, DVec3)>,
-    /// What those nodes have, if anything; others of the rank stay as they are.
-    control_scales: Vec<(u32, f64)>,
-    fronts: Vec<(u32, DMat3)>,
-    weak: Vec<Weak>,
-    offsets_of_gradients: Vec<(u32, [f64; 9])>,
-    carries: bool,
-    /// Who is watched from now on, as in a package; `None` for those of before.
-    watched: Option<(Vec<(u32, u32)>, usize)>,
-}
-
-impl Change {
-    /// The rank's part of a change of the rows of `nodes`, rising; `watched` if others are than before.
-    pub(crate) fn new(
-        locals: &Locals,
-        member: &Member,
-        nodes: &[u32],
-        watched: Option<&[u32]>,
-    ) -> Self {
-        let view = member.body.stencils.view(&member.body.neighborhoods);
-        let corrected = !view.multipliers.is_empty();
-        let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
-        let elastic = &member.body.elastic;
-        let mut change = Self {
-            nodes: Vec::new(),
-            whole: Vec::new(),
-            weights: Vec::new(),
-            matrices: Vec::new(),
-            scales: Vec::new(),
-            multipliers: Vec::new(),
-            control_scales: of_rank(elastic.control_scales(), locals, is_changed),
-            fronts: of_rank(elastic.fronts(), locals, is_changed),
-            weak: weak_nodes(member, locals, is_changed),
-            offsets_of_gradients: of_rank(gradient_offsets(elastic), locals, is_changed),
-            carries: carries(member),
-            watched: watched.map(|watched| (locals.watched(watched), watched.len())),
-        };
-        // Nodes in the rows, by their numbers in the body.
-        let mut seen = Vec::new();
-        for &node in nodes {
-            let Some(local) = locals.local_of(node) else {
-                continue;
-            };
-            let (at, whole) = (node as usize, !locals.is_cut_off(node));
-            change.nodes.push(local);
-            change.whole.push(whole);
-            #[allow(
-                clippy::cast_possible_truncation,
-                reason = "models keep weights as f32"
-            )]
-            let weights = row(member, locals, node).map(|(_, pair)| view.weights[pair] as f32);
-            change.weights.extend(weights);
-            seen.push(node);
-            if whole {
-                change.matrices.push(view.matrices[at]);
-                seen.extend_from_slice(member.body.neighborhoods.row(at));
-                if corrected {
-                    change.scales.push(view.scales[at]);
-                }
-            }
-        }
-        if corrected {
-            seen.sort_unstable();
-            seen.dedup();
-            let known = seen.into_iter().filter_map(|node| {
-                let local = locals.local_of(node)?;
-                Some((local, view.multipliers[node as usize]))
-            });
-            change.multipliers = known.collect();
-        }
-        change
-    }
-
-    /// Takes it into the model.
-    pub(crate) fn apply(
-        self,
-        elastic: &mut Elastic,
-        package: &mut Package,
-    ) -> Result<(), BodyProblem> {
-        if let Some((watched, count)) = self.watched {
-            package.watched = watched;
-            package.watched_count = count;
-        }
-        package.carries = self.carries;
-        if self.nodes.is_empty() {
-            return Ok(());
-        }
-        let corrected = !self.multipliers.is_empty();
-        let (mut matrices, mut scales) = (self.matrices.into_iter(), self.scales.into_iter());
-        let (mut all_matrices, mut all_scales) = (Vec::new(), Vec::new());
-        for whole in self.whole {
-            let matrix = if whole { matrices.next() } else { None };
-            let scale = if whole { scales.next() } else { None };
-            all_matrices.push(matrix.unwrap_or(DMat3::ZERO));
-            if corrected {
-                all_scales.push(scale.unwrap_or(0.0));
-            }
-        }
-        let weights: Vec<f64> = self.weights.into_iter().map(f64::from).collect();
-        elastic.take_rows(&Rows {
-            nodes: &self.nodes,
-            weights: &weights,
-            matrices: &all_matrices,
-            scales: &all_scales,
-            multipliers: &self.multipliers,
-        })?;
-        weaken(elastic, &package.rest, &self.weak);
-        let Offsets { nodes, values } = elastic.offsets();
-        let offsets = nodes.into_iter().zip(values).collect();
-        let offsets = replaced(offsets, &self.nodes, self.offsets_of_gradients);
-        set_offsets(elastic, &offsets);
-        let scales = elastic.control_scales();
-        elastic.set_control_scales(&replaced(scales, &self.nodes, self.control_scales));
-        let fronts = elastic.fronts();
-        elastic.restore_fronts(&replaced(fronts, &self.nodes, self.fronts));
-        Ok(())
-    }
-}
-
-/// A list by nodes, rising, with what `new` says of `nodes`.
-fn replaced<T>(mut list: Vec<(u32, T)>, nodes: &[u32], new: Vec<(u32, T)>) -> Vec<(u32, T)> {
-    list.retain(|(node, _)| nodes.binary_search(node).is_err());
-    list.extend(new);
-    list.sort_by_key(|(node, _)| *node);
-    list
-}
-
 impl Package {
     /// The model of the rank's nodes.
     pub(crate) fn elastic(&self) -> Result<Elastic, BodyProblem> {
@@ -559,11 +237,6 @@ fn materials_of(elastic: &Elastic) -> (Vec<Material>, Vec<u32>) {
         list.extend((elastic.node_count() > 0).then(|| *elastic.material(0)));
     }
     (list, of_node)
-}
-
-/// A count as the graph has it.
-pub(crate) fn number(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 impl Package {

@@ -1,0 +1,293 @@
+//! The body's model and state, as the world asks for them.
+
+use std::time::Instant;
+
+use glam::{DMat3, DVec3};
+use phyxel::world::{BodyProblem, BodyShares, Member};
+use phyxel_elastic::StiffNode;
+use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, State};
+
+use super::{Front, command};
+use crate::command::Command;
+use crate::estimate::{GRADIENT, STIFF, stiffest_of, whole};
+use crate::layout::Layout;
+use crate::package::{Change, packages};
+use crate::share::Share;
+use crate::traffic::{CHANGES, MODELS, STATES};
+use crate::wire::{FRONT, broadcast, gather, ranks, received_vectors, send, send_vectors, vectors};
+
+impl BodyShares for Front {
+    fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem> {
+        let begun = Instant::now();
+        let layout = Layout::new(member.body.rest.len(), ranks());
+        let mut mine = None;
+        self.wake();
+        command(Command::Model);
+        let (packages, locals) = packages(&layout, member, watched);
+        for (rank, package) in packages.into_iter().enumerate() {
+            if rank == FRONT {
+                mine = Some(package);
+            } else {
+                let bytes = encoded(&package)?;
+                send(rank, &bytes);
+                self.traffic[MODELS].bytes += bytes.len();
+            }
+        }
+        self.watch(&layout, watched);
+        self.locals = locals;
+        self.frame = Some(member.body.elastic.frame());
+        self.layout = Some(layout);
+        let built = mine.map(Share::new).transpose();
+        let fine = gather(&[f64::from(u8::from(built.is_ok()))], &vec![1; ranks()]);
+        self.mine = built?;
+        self.traffic[MODELS].add(begun);
+        all_fine(&fine)
+    }
+
+    fn change_model(
+        &mut self,
+        member: &Member,
+        changed: &[u32],
+        watched: &[u32],
+    ) -> Result<(), BodyProblem> {
+        let Some(layout) = self.layout.clone() else {
+            return Ok(());
+        };
+        if self.frame != Some(member.body.elastic.frame()) {
+            self.set_model(member, watched)?;
+            return self.set_state(&member.body.motion);
+        }
+        let begun = Instant::now();
+        command(Command::Change(!changed.is_empty()));
+        let others = (watched != self.watched).then_some(watched);
+        let mut made = Ok(());
+        for (rank, locals) in self.locals.iter().enumerate() {
+            let change = Change::new(locals, member, changed, others);
+            if rank == FRONT {
+                let mine = self.mine.as_mut();
+                made = mine.map_or(Ok(()), |mine| mine.change(change));
+            } else {
+                let bytes = encoded(&change)?;
+                send(rank, &bytes);
+                self.traffic[CHANGES].bytes += bytes.len();
+            }
+        }
+        self.watch(&layout, watched);
+        let fine = gather(&[f64::from(u8::from(made.is_ok()))], &vec![1; ranks()]);
+        made?;
+        all_fine(&fine)?;
+        self.traffic[CHANGES].add(begun);
+        if !changed.is_empty() {
+            let (mine, wire) = self.mine();
+            mine.evaluate_again(wire)?;
+        }
+        Ok(())
+    }
+
+    fn set_state(&mut self, motion: &Motion) -> Result<(), BodyProblem> {
+        let Some(layout) = self.layout.clone() else {
+            return Ok(());
+        };
+        let begun = Instant::now();
+        command(Command::State);
+        for rank in 0..layout.ranks() {
+            let range = layout.range(rank);
+            let part = |list: &Vec<DVec3>| list.get(range.clone()).unwrap_or_default().to_vec();
+            let whole = motion.state();
+            let state = State {
+                positions: part(&whole.positions),
+                velocities: part(&whole.velocities),
+                forces: part(&whole.forces),
+                applied: part(&whole.applied),
+                viscous: part(&whole.viscous),
+                ..State::default()
+            };
+            let loads = motion.loads().get(range.clone()).unwrap_or_default();
+            let viscosity = motion.settings().viscosity;
+            if rank == FRONT {
+                let (mine, _) = self.mine();
+                mine.set_state(state, loads, viscosity)?;
+            } else {
+                let bytes = encoded(&(state, loads, viscosity))?;
+                send(rank, &bytes);
+                self.traffic[STATES].bytes += bytes.len();
+            }
+        }
+        self.traffic[STATES].add(begun);
+        let (mine, wire) = self.mine();
+        if mine.package.carries {
+            mine.evaluate(wire);
+        }
+        Ok(())
+    }
+
+    fn smallest_volume_ratio(&self) -> f64 {
+        self.ratio
+    }
+
+    fn stiffness_indicators(&self) -> Vec<f64> {
+        self.indicators.clone()
+    }
+
+    fn decay(&mut self, factor: f64) -> f64 {
+        command(Command::Decay(factor));
+        let (mine, _) = self.mine();
+        let works = mine.decay(factor);
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let mine = works.each_ref().map(|works| works.len() as f64);
+        let counts = gather(&mine, &vec![2; ranks()]);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "they were counts"
+        )]
+        let counts: Vec<[usize; 2]> = counts
+            .as_chunks::<2>()
+            .0
+            .iter()
+            .map(|counts| counts.map(|count| count as usize))
+            .collect();
+        let lengths: Vec<usize> = counts.iter().map(|[a, b]| a + b).collect();
+        let all = gather(&works.concat(), &lengths);
+        let (mut offsets, mut bonds, mut rest) = (0.0, 0.0, &all[..]);
+        for &[carried, bond_count] in &counts {
+            let (these, others) = rest.split_at(carried);
+            offsets = these.iter().fold(offsets, |sum, work| sum + work);
+            let (these, others) = others.split_at(bond_count);
+            bonds = these.iter().fold(bonds, |sum, work| sum + work);
+            rest = others;
+        }
+        self.carried = counts;
+        offsets + bonds
+    }
+
+    fn decay_works(&self) -> [f64; 2] {
+        self.works
+    }
+
+    fn estimate(&mut self, settings: &EigenvalueSettings) -> Result<Eigenvalue, EigenvalueError> {
+        command(Command::Estimate(*settings));
+        let mut vector = std::mem::take(&mut self.memory.vector);
+        let (mine, wire) = self.mine();
+        let found = mine.estimate(wire, settings, &mut vector);
+        let bad = found.as_ref().err().map(|error| mine.bad_node(error));
+        self.memory.vector = vector;
+        if let Some(bad) = bad {
+            let nodes = gather(&[bad], &vec![1; ranks()]);
+            let first = nodes.into_iter().fold(f64::INFINITY, f64::min);
+            // Without such a node anywhere it was the sum that left the range of numbers.
+            let node = if first.is_finite() { whole(first) } else { 0 };
+            return Err(EigenvalueError::NotFinite { node });
+        }
+        found
+    }
+
+    fn set_vector(&mut self, vector: &[DVec3]) {
+        let Some(layout) = &self.layout else {
+            return;
+        };
+        command(Command::SetVector);
+        for rank in 0..layout.ranks() {
+            let part = vector.get(layout.range(rank)).unwrap_or_default();
+            if rank == FRONT {
+                self.memory.vector = part.to_vec();
+            } else {
+                send_vectors(rank, part);
+            }
+        }
+    }
+
+    fn vector(&mut self) -> Vec<DVec3> {
+        command(Command::Vector);
+        let mut vector = self.memory.vector.clone();
+        for rank in FRONT + 1..ranks() {
+            vector.extend(received_vectors(rank));
+        }
+        vector
+    }
+
+    fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode> {
+        command(Command::Stiffest(count, runs.map(<[usize]>::len)));
+        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let mut list: Vec<f64> = (runs.unwrap_or_default().iter())
+            .map(|run| *run as f64)
+            .collect();
+        broadcast(&mut list);
+        let (mine, wire) = self.mine();
+        let told = mine.stiffest(wire, count, runs.map(|_| &list[..]));
+        let all = gather(&told, &vec![STIFF * count; ranks()]);
+        stiffest_of(&all, count)
+    }
+
+    fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>) {
+        command(Command::Read(gradients.len(), positions.len()));
+        let nodes = gradients.iter().chain(positions);
+        let mut nodes: Vec<f64> = nodes.map(|node| f64::from(*node)).collect();
+        broadcast(&mut nodes);
+        let (mine, wire) = self.mine();
+        let told = mine.read(wire, &nodes, gradients.len());
+        let among = |nodes: &[u32], rank: usize| {
+            let layout = self.layout.as_ref();
+            let own = layout.map_or(0..0, |layout| layout.range(rank));
+            let before = |end: usize| nodes.partition_point(|node| (*node as usize) < end);
+            before(own.end) - before(own.start)
+        };
+        let counts: Vec<[usize; 2]> = (0..ranks())
+            .map(|rank| [among(gradients, rank), among(positions, rank)])
+            .collect();
+        let lengths = counts.iter().map(|[rows, ends]| GRADIENT * rows + 3 * ends);
+        let all = gather(&told, &lengths.collect::<Vec<_>>());
+        let (mut found, mut places, mut rest) = (Vec::new(), Vec::new(), &all[..]);
+        for [rows, ends] in counts {
+            let (these, others) = rest.split_at(GRADIENT * rows);
+            found.extend(these.as_chunks().0.iter().map(DMat3::from_cols_array));
+            let (these, others) = others.split_at(3 * ends);
+            places.extend_from_slice(vectors(these));
+            rest = others;
+        }
+        (found, places)
+    }
+
+    fn keep(&mut self, velocities: &[DVec3]) {
+        command(Command::Keep);
+        self.tell_velocities(velocities);
+        if let Some(mine) = &self.mine {
+            self.memory.keep(mine.motion.state());
+        }
+    }
+
+    fn kept(&mut self, state: &mut State, vector: &mut Vec<DVec3>) {
+        command(Command::Kept);
+        let lists = [
+            &mut state.positions,
+            &mut state.velocities,
+            &mut state.forces,
+            &mut state.viscous,
+            vector,
+        ];
+        let mut lists = lists.map(|list| {
+            list.clear();
+            list
+        });
+        for (list, mine) in lists.iter_mut().zip(self.memory.kept()) {
+            list.extend_from_slice(mine);
+        }
+        for rank in FRONT + 1..ranks() {
+            for list in &mut lists {
+                list.extend(received_vectors(rank));
+            }
+        }
+    }
+}
+
+/// Whether all ranks have said that they could do what they were told.
+fn all_fine(said: &[f64]) -> Result<(), BodyProblem> {
+    match said.iter().all(|fine| *fine > 0.0) {
+        true => Ok(()),
+        false => Err(BodyProblem::Damaged("rows of a rank")),
+    }
+}
+
+fn encoded<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, BodyProblem> {
+    postcard::to_stdvec(value).map_err(|_| BodyProblem::Damaged("messages to a rank"))
+}

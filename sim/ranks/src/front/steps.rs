@@ -1,0 +1,130 @@
+//! Steps of the body, as its motion asks for them.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use phyxel_integrate::{Pass, PassSums, Shares, State};
+
+use super::{Front, command};
+use crate::command::Command;
+use crate::traffic::FETCHED;
+use crate::wire::{FRONT, broadcast, receive_vectors, send_vectors};
+
+impl Shares for Front {
+    fn begin(&mut self, pass: &Pass, state: &mut State) {
+        if self.watched.is_empty() {
+            command(Command::Step(*pass));
+            let (mine, wire) = self.mine();
+            mine.clear_applied();
+            mine.begin(pass);
+            mine.evaluate(wire);
+            let told = mine.end(pass);
+            let all = self.gather_told(&told, 0);
+            self.hear(&all, 0);
+            return;
+        }
+        command(Command::Watched(*pass));
+        let mut velocities = self.picked(&state.velocities);
+        broadcast(&mut velocities);
+        let (mine, _) = self.mine();
+        mine.set_watched(&velocities, false);
+        mine.begin(pass);
+        let told = mine.watched(&[mine.motion.positions(), mine.motion.velocities()]);
+        let found = self.gather_watched(&told, 2);
+        self.put(&found[0], &mut state.positions);
+        self.put(&found[1], &mut state.velocities);
+    }
+
+    fn evaluate(&mut self, state: &mut State, forces: &mut [DVec3]) {
+        if self.watched.is_empty() {
+            return;
+        }
+        let mut positions = self.picked(&state.positions);
+        broadcast(&mut positions);
+        let (mine, wire) = self.mine();
+        mine.set_watched(&positions, true);
+        mine.evaluate(wire);
+        let told = mine.watched(&[mine.own_forces()]);
+        let found = self.gather_watched(&told, 1);
+        self.put(&found[0], forces);
+    }
+
+    fn end(
+        &mut self,
+        pass: &Pass,
+        applied: &[DVec3],
+        state: &mut State,
+        viscous: &mut [DVec3],
+    ) -> (f64, Vec<PassSums>) {
+        if !self.watched.is_empty() {
+            let acts = !applied.is_empty();
+            let mut numbers = vec![f64::from(u8::from(acts))];
+            if acts {
+                numbers.extend(self.picked(applied));
+            } else {
+                numbers.resize(1 + 3 * self.watched.len(), 0.0);
+            }
+            broadcast(&mut numbers);
+            let (mine, _) = self.mine();
+            let told = mine.end_watched(pass, &numbers);
+            let all = self.gather_told(&told, 2);
+            let found = self.hear(&all, 2);
+            self.put(&found[0], &mut state.velocities);
+            self.put(&found[1], viscous);
+        }
+        (self.energy, std::mem::take(&mut self.sums))
+    }
+
+    fn fetch(&mut self, state: &mut State) {
+        let Some(layout) = self.layout.clone() else {
+            return;
+        };
+        let begun = Instant::now();
+        command(Command::Fetch);
+        self.tell_velocities(&state.velocities);
+        let (mine, _) = self.mine();
+        let own = mine.motion.state().clone();
+        let n = layout.range(layout.ranks() - 1).end;
+        let viscous = state.viscous.len() == n && n > 0;
+        for rank in 0..layout.ranks() {
+            let range = layout.range(rank);
+            let lists = [
+                (&mut state.positions, &own.positions),
+                (&mut state.velocities, &own.velocities),
+                (&mut state.forces, &own.forces),
+                (&mut state.viscous, &own.viscous),
+            ];
+            for (k, (to, from)) in lists.into_iter().enumerate() {
+                let none = k == 3 && !viscous;
+                let to = &mut to[if none { 0..0 } else { range.clone() }];
+                if rank == FRONT {
+                    to.copy_from_slice(from);
+                } else {
+                    receive_vectors(rank, to);
+                    self.traffic[FETCHED].bytes += size_of_val(to);
+                }
+            }
+        }
+        self.traffic[FETCHED].add(begun);
+    }
+
+    fn store(&mut self, state: &State) {
+        let Some(layout) = self.layout.clone() else {
+            return;
+        };
+        command(Command::Store);
+        for rank in 0..layout.ranks() {
+            let range = layout.range(rank);
+            let velocities = &state.velocities[range.clone()];
+            let viscous = state.viscous.get(range).unwrap_or_default();
+            if rank == FRONT {
+                let (mine, _) = self.mine();
+                mine.motion.places_mut().1.copy_from_slice(velocities);
+                mine.motion.viscous_mut().copy_from_slice(viscous);
+            } else {
+                send_vectors(rank, velocities);
+                send_vectors(rank, viscous);
+            }
+        }
+    }
+}

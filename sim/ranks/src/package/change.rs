@@ -1,0 +1,149 @@
+//! What a cut changes in what a rank was given.
+
+use glam::{DMat3, DVec3};
+use phyxel::world::{BodyProblem, Member};
+use phyxel_elastic::{Elastic, Offsets, Rows};
+use serde::{Deserialize, Serialize};
+
+use super::Package;
+use super::locals::{Locals, of_rank, row};
+use super::weak::{Weak, carries, gradient_offsets, set_offsets, weak_nodes, weaken};
+
+/// What a cut changes in a rank's model.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Change {
+    /// Local nodes whose rows it has rebuilt, rising, and whether these are whole here.
+    nodes: Vec<u32>,
+    whole: Vec<bool>,
+    /// Weights of all those rows, which have no more digits.
+    weights: Vec<f32>,
+    /// Matrices and scales of whole ones.
+    matrices: Vec<DMat3>,
+    scales: Vec<f64>,
+    /// Multipliers of nodes in those rows.
+    multipliers: Vec<(u32, DVec3)>,
+    /// What those nodes have, if anything; others of the rank stay as they are.
+    control_scales: Vec<(u32, f64)>,
+    fronts: Vec<(u32, DMat3)>,
+    weak: Vec<Weak>,
+    offsets_of_gradients: Vec<(u32, [f64; 9])>,
+    carries: bool,
+    /// Who is watched from now on, as in a package; `None` for those of before.
+    watched: Option<(Vec<(u32, u32)>, usize)>,
+}
+
+impl Change {
+    /// The rank's part of a change of the rows of `nodes`, rising; `watched` if others are than before.
+    pub(crate) fn new(
+        locals: &Locals,
+        member: &Member,
+        nodes: &[u32],
+        watched: Option<&[u32]>,
+    ) -> Self {
+        let view = member.body.stencils.view(&member.body.neighborhoods);
+        let corrected = !view.multipliers.is_empty();
+        let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
+        let elastic = &member.body.elastic;
+        let mut change = Self {
+            nodes: Vec::new(),
+            whole: Vec::new(),
+            weights: Vec::new(),
+            matrices: Vec::new(),
+            scales: Vec::new(),
+            multipliers: Vec::new(),
+            control_scales: of_rank(elastic.control_scales(), locals, is_changed),
+            fronts: of_rank(elastic.fronts(), locals, is_changed),
+            weak: weak_nodes(member, locals, is_changed),
+            offsets_of_gradients: of_rank(gradient_offsets(elastic), locals, is_changed),
+            carries: carries(member),
+            watched: watched.map(|watched| (locals.watched(watched), watched.len())),
+        };
+        // Nodes in the rows, by their numbers in the body.
+        let mut seen = Vec::new();
+        for &node in nodes {
+            let Some(local) = locals.local_of(node) else {
+                continue;
+            };
+            let (at, whole) = (node as usize, !locals.is_cut_off(node));
+            change.nodes.push(local);
+            change.whole.push(whole);
+            #[allow(
+                clippy::cast_possible_truncation,
+                reason = "models keep weights as f32"
+            )]
+            let weights = row(member, locals, node).map(|(_, pair)| view.weights[pair] as f32);
+            change.weights.extend(weights);
+            seen.push(node);
+            if whole {
+                change.matrices.push(view.matrices[at]);
+                seen.extend_from_slice(member.body.neighborhoods.row(at));
+                if corrected {
+                    change.scales.push(view.scales[at]);
+                }
+            }
+        }
+        if corrected {
+            seen.sort_unstable();
+            seen.dedup();
+            let known = seen.into_iter().filter_map(|node| {
+                let local = locals.local_of(node)?;
+                Some((local, view.multipliers[node as usize]))
+            });
+            change.multipliers = known.collect();
+        }
+        change
+    }
+
+    /// Takes it into the model.
+    pub(crate) fn apply(
+        self,
+        elastic: &mut Elastic,
+        package: &mut Package,
+    ) -> Result<(), BodyProblem> {
+        if let Some((watched, count)) = self.watched {
+            package.watched = watched;
+            package.watched_count = count;
+        }
+        package.carries = self.carries;
+        if self.nodes.is_empty() {
+            return Ok(());
+        }
+        let corrected = !self.multipliers.is_empty();
+        let (mut matrices, mut scales) = (self.matrices.into_iter(), self.scales.into_iter());
+        let (mut all_matrices, mut all_scales) = (Vec::new(), Vec::new());
+        for whole in self.whole {
+            let matrix = if whole { matrices.next() } else { None };
+            let scale = if whole { scales.next() } else { None };
+            all_matrices.push(matrix.unwrap_or(DMat3::ZERO));
+            if corrected {
+                all_scales.push(scale.unwrap_or(0.0));
+            }
+        }
+        let weights: Vec<f64> = self.weights.into_iter().map(f64::from).collect();
+        elastic.take_rows(&Rows {
+            nodes: &self.nodes,
+            weights: &weights,
+            matrices: &all_matrices,
+            scales: &all_scales,
+            multipliers: &self.multipliers,
+        })?;
+        weaken(elastic, &package.rest, &self.weak);
+        let Offsets { nodes, values } = elastic.offsets();
+        let offsets = nodes.into_iter().zip(values).collect();
+        let offsets = replaced(offsets, &self.nodes, self.offsets_of_gradients);
+        set_offsets(elastic, &offsets);
+        let scales = elastic.control_scales();
+        elastic.set_control_scales(&replaced(scales, &self.nodes, self.control_scales));
+        let fronts = elastic.fronts();
+        elastic.restore_fronts(&replaced(fronts, &self.nodes, self.fronts));
+        Ok(())
+    }
+}
+
+/// A list by nodes, rising, with what `new` says of `nodes`.
+fn replaced<T>(mut list: Vec<(u32, T)>, nodes: &[u32], new: Vec<(u32, T)>) -> Vec<(u32, T)> {
+    list.retain(|(node, _)| nodes.binary_search(node).is_err());
+    list.extend(new);
+    list.sort_by_key(|(node, _)| *node);
+    list
+}

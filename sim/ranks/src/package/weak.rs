@@ -1,0 +1,96 @@
+//! What cuts and corners leave in a rank's model beside its rows: weak nodes and offsets of deformation gradients.
+
+use glam::DVec3;
+use phyxel::world::{Cutting, Member};
+use phyxel_elastic::{Elastic, Offsets};
+use serde::{Deserialize, Serialize};
+
+use super::locals::Locals;
+
+/// A weak node.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Weak {
+    node: u32,
+    /// What cuts left of each of its pairs.
+    shares: Vec<f64>,
+    /// Offsets (m) of its bonds.
+    offsets: Vec<f64>,
+}
+
+/// Whether the body has anything that decays.
+pub(super) fn carries(member: &Member) -> bool {
+    let elastic = &member.body.elastic;
+    elastic.has_offsets() || !elastic.weak_nodes().is_empty()
+}
+
+/// Offsets of deformation gradients by nodes.
+pub(super) fn gradient_offsets(elastic: &Elastic) -> impl Iterator<Item = (u32, [f64; 9])> {
+    let Offsets { nodes, values } = elastic.offsets();
+    nodes.into_iter().zip(values)
+}
+
+/// Weak ones of a rank's nodes, of some.
+pub(super) fn weak_nodes(
+    member: &Member,
+    locals: &Locals,
+    some: impl Fn(u32) -> bool,
+) -> Vec<Weak> {
+    let body = &member.body;
+    // Without a cut, weak nodes are those at corners of what is held.
+    let factors = member.cutting.as_ref().map(Cutting::factors);
+    let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
+    let bonds = body.elastic.bond_energies();
+    let offsets = body.elastic.bond_offsets();
+    let mut weak = Vec::new();
+    for &node in body.elastic.weak_nodes().iter().filter(|node| some(**node)) {
+        if let Some(local) = locals.whole(node) {
+            let from = bonds.partition_point(|(of, _)| *of < node);
+            let to = bonds.partition_point(|(of, _)| *of <= node);
+            let pairs = body.neighborhoods.pairs(node as usize);
+            weak.push(Weak {
+                node: local,
+                shares: pairs.map(left).collect(),
+                offsets: offsets[from..to].to_vec(),
+            });
+        }
+    }
+    weak
+}
+
+/// Takes the strain energy from weak nodes of a rank's model.
+pub(super) fn weaken(elastic: &mut Elastic, rest: &[DVec3], weak: &[Weak]) {
+    if weak.is_empty() {
+        return;
+    }
+    let nodes: Vec<u32> = weak.iter().map(|weak| weak.node).collect();
+    let starts: Vec<usize> = nodes
+        .iter()
+        .map(|&node| elastic.pairs_of(node).start)
+        .collect();
+    let share = |pair: usize| {
+        // Pairs are only asked for of these nodes.
+        let at = starts.partition_point(|start| *start <= pair) - 1;
+        weak[at]
+            .shares
+            .get(pair - starts[at])
+            .copied()
+            .unwrap_or(0.0)
+    };
+    elastic.weaken(&nodes, rest, &share);
+    let bonds = elastic.bond_energies();
+    let mut offsets = elastic.bond_offsets();
+    for weak in weak {
+        let from = bonds.partition_point(|(of, _)| *of < weak.node);
+        let to = offsets.iter_mut().skip(from);
+        for (to, offset) in to.zip(&weak.offsets) {
+            *to = *offset;
+        }
+    }
+    elastic.set_bond_offsets(&offsets);
+}
+
+/// Sets offsets of deformation gradients, rising.
+pub(super) fn set_offsets(elastic: &mut Elastic, offsets: &[(u32, [f64; 9])]) {
+    let (nodes, values) = offsets.iter().copied().unzip();
+    elastic.set_offsets(&Offsets { nodes, values });
+}
