@@ -1,7 +1,7 @@
 //! The matrix: the embedded bodies over node counts, stiffnesses and cuts, all with defaults.
 
 use glam::DVec3;
-use phyxel::scene::{Body, Capture, Cut, Key, MaterialSettings, Scene, Target};
+use phyxel::scene::{Body, Capture, Cut, Integration, Key, MaterialSettings, Scene, Target};
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -57,8 +57,8 @@ pub enum LiverCuts {
     Uncut,
 }
 
-/// The embedded scene `name` with nothing of its own against the defaults: control of zero-energy
-/// modes and damping are those of a body of which nothing is said.
+/// The embedded scene `name` with nothing of its own against the defaults: control of zero-energy modes, damping, how often
+/// blades are captured and the steps' share of the stable limit are those of a scene in which nothing is said of them.
 ///
 /// # Errors
 /// [`StudyError::Scene`].
@@ -70,6 +70,10 @@ pub fn plain(name: &str) -> Result<Scene, StudyError> {
         body.damping = usual.damping;
         body.damping_ratio = usual.damping_ratio;
     }
+    for cut in &mut scene.cuts {
+        cut.capture = Capture::default();
+    }
+    scene.integration.step_factor = Integration::default().step_factor;
     scene.pictures = None;
     Ok(scene)
 }
@@ -113,7 +117,7 @@ pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, StudyError> {
                 // From side to side, 4 cm before the support: the whole front comes off.
                 edge: vec![DVec3::X * -0.15, DVec3::X * 0.15],
                 path: vec![key(0.1, 0.1), key(1.9, -0.12)],
-                capture: Capture::Distance(0.004),
+                capture: Capture::default(),
                 weld_tolerance: None,
             }];
             scene.integration.duration = 2.6;

@@ -203,15 +203,17 @@ fn captures_hold_the_keys_and_keep_to_rate_and_distance() {
         key(1.25, [0.07, 0.0, 0.0], [0.0, 0.0, 60.0]),
     ];
     let cut = stroke(Capture::Rate(10.0), path.clone());
-    let times = cut.capture_times();
+    let times = cut.capture_times(0.02);
     assert_eq!((cut.start(), cut.end()), (0.5, 1.25));
     assert_eq!(times.len(), 5 + 3 + 1);
     for key in &path {
         assert!(times.contains(&key.time), "{times:?}");
     }
     let distance = 0.01;
-    let cut = stroke(Capture::Distance(distance), path);
-    let times = cut.capture_times();
+    let cut = stroke(Capture::Distance(distance), path.clone());
+    let by_spacing = stroke(Capture::Spacing(0.5), path);
+    assert_eq!(by_spacing.capture_times(0.02), cut.capture_times(0.02));
+    let times = cut.capture_times(0.02);
     // 0.07 m straight; then the tip turns by 60 degrees on an arc of 0.1 m: 0.1047 m.
     assert_eq!(times.len(), 7 + 11 + 1);
     for pair in times.windows(2) {

@@ -99,7 +99,6 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
 
 fn costs(scene: &Scene) -> Result<Costs, RunError> {
     let integration = scene.integration;
-    let captures = scene.cuts.iter().map(|cut| cut.capture_times().len()).sum();
     let strokes = scene.cuts.len();
     let frames = scene.pictures.as_ref().map_or(0.0, |pictures| {
         (pictures.rate * integration.duration).floor() + 1.0
@@ -108,6 +107,9 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
     let mut world = World::new(scene.clone())?;
     let mut warnings = world.warnings();
     warnings.extend(world.misses());
+    let captures = (world.scene().cuts.iter())
+        .map(|cut| world.capture_count(cut))
+        .sum();
     let step = world.step_size();
     let parts = parts(&mut world)?;
     Ok(Costs {

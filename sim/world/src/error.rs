@@ -5,7 +5,7 @@ use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
 use phyxel_mls::{CloudError, GraphError, MapError, StencilError};
-use phyxel_scene::SceneError;
+use phyxel_scene::{Capture, SceneError};
 
 /// What went wrong in one body.
 #[derive(Debug, thiserror::Error)]
@@ -150,6 +150,22 @@ pub enum WorldError {
         body: String,
         /// What went wrong.
         problem: BodyProblem,
+    },
+    /// A cut is captured too often.
+    #[error(
+        "cut '{cut}': a capture of Spacing({share:?}), every {distance:.2e} m here, makes {count:.2e} captures; the limit is \
+         {:.0e}: take a larger share or a shorter path",
+        Capture::MOST
+    )]
+    TooManyCaptures {
+        /// Name of the cut.
+        cut: String,
+        /// Share of the spacing that it moves from one capture to the next.
+        share: f64,
+        /// The same (m).
+        distance: f64,
+        /// How many captures it makes.
+        count: f64,
     },
     /// The bodies have settled as long as they may, and nobody started the scene.
     #[error(

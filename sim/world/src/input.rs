@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use phyxel_scene::{Cut, Pose, Scene};
+use phyxel_scene::{Pose, Scene};
 
 /// When in a stroke the edge is captured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -184,11 +184,11 @@ pub(crate) struct InputSourceState {
 }
 
 impl InputSource {
-    /// Of what the scene says.
-    pub(crate) fn of(scene: &Scene) -> Self {
+    /// Of what the scene says, its cuts captured at these times (s).
+    pub(crate) fn of(scene: &Scene, captures: Vec<Vec<f64>>) -> Self {
         let mut due: Vec<Due> = Vec::new();
-        for (index, cut) in scene.cuts.iter().enumerate() {
-            due.extend(captures_of(index, cut));
+        for (cut, times) in captures.into_iter().enumerate() {
+            due.extend(captures_of(cut, times));
         }
         due.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.cut.cmp(&b.cut)));
         Self {
@@ -380,8 +380,7 @@ impl InputSource {
     }
 }
 
-fn captures_of(index: usize, cut: &Cut) -> impl Iterator<Item = Due> {
-    let times = cut.capture_times();
+fn captures_of(index: usize, times: Vec<f64>) -> impl Iterator<Item = Due> {
     let last = times.len().saturating_sub(1);
     times.into_iter().enumerate().map(move |(k, time)| Due {
         time,

@@ -142,9 +142,11 @@ impl World {
             let members = bodies.map(|description| member(&scene, description));
             members.collect::<Result<Vec<_>, WorldError>>()
         })?;
+        let captures = scene.cuts.iter().map(|cut| capture_times(cut, &members));
+        let captures = captures.collect::<Result<_, _>>()?;
         let mut world = Self {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
-            input: InputSource::of(&scene),
+            input: InputSource::of(&scene, captures),
             cut_through: vec![false; scene.cuts.len()],
             scene,
             members,
@@ -528,6 +530,12 @@ impl World {
         Ok(())
     }
 
+    /// How many edges of a cut the scene's path captures.
+    #[must_use]
+    pub fn capture_count(&self, cut: &scene::Cut) -> usize {
+        cut.capture_times(finest_spacing(cut, &self.members)).len()
+    }
+
     /// Computes what a blade's edge does to each body that its cut is of. If that fails in one, all are as before.
     fn capture(
         &mut self,
@@ -572,4 +580,32 @@ fn take_note(
             triangles: update.triangles,
         });
     }
+}
+
+/// Smallest mean distance (m) of neighbouring nodes of the bodies that a cut is of.
+fn finest_spacing(cut: &scene::Cut, members: &[Member]) -> f64 {
+    let bodies = members.iter().map(|member| &member.body);
+    let bodies = bodies.filter(|body| cut.body.as_ref().is_none_or(|name| *name == body.name));
+    bodies
+        .map(|body| body.spacing)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// When a cut is captured (s).
+fn capture_times(cut: &scene::Cut, members: &[Member]) -> Result<Vec<f64>, WorldError> {
+    let spacing = finest_spacing(cut, members);
+    if let scene::Capture::Spacing(share) = cut.capture {
+        let distance = share * spacing;
+        let count = cut.way() / distance;
+        if count > scene::Capture::MOST {
+            let cut = cut.name.clone();
+            return Err(WorldError::TooManyCaptures {
+                cut,
+                share,
+                distance,
+                count,
+            });
+        }
+    }
+    Ok(cut.capture_times(spacing))
 }

@@ -6,9 +6,6 @@ use crate::tool::Tool;
 use crate::{Body, Key, Scene};
 use phyxel_text::{Checks, DidYouMean, nearest, triple};
 
-/// Most captures of one stroke.
-const MOST_CAPTURES: f64 = 1e5;
-
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
     body_name(
         checks,
@@ -112,40 +109,38 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
         &["integration.duration"],
     );
     let capture = format!("{path}.capture");
-    match cut.capture {
-        Capture::Rate(rate) => {
-            checks.require(
-                rate.is_finite() && rate > 0.0,
-                &capture,
-                format_args!("Rate({rate:?})"),
-                "it must be above 0 (1/s), such as 60",
-            );
-            let count = rate * (last - first);
-            checks.agree(
-                count <= MOST_CAPTURES,
-                &capture,
-                format_args!("Rate({rate:?})"),
-                format_args!("it makes {count:.2e} captures; the limit is {MOST_CAPTURES:.0e}"),
-                &[keys],
-            );
-        }
-        Capture::Distance(distance) => {
-            checks.require(
-                distance.is_finite() && distance > 0.0,
-                &capture,
-                format_args!("Distance({distance:?})"),
-                "it must be above 0 (m), such as 0.002",
-            );
-            let count = cut.way() / distance;
-            checks.agree(
-                count <= MOST_CAPTURES,
-                &capture,
-                format_args!("Distance({distance:?})"),
-                format_args!("it makes {count:.2e} captures; the limit is {MOST_CAPTURES:.0e}"),
-                &[keys],
-            );
-        }
-    }
+    let (name, value, such_as, count) = match cut.capture {
+        Capture::Rate(rate) => (
+            "Rate",
+            rate,
+            "above 0 (1/s), such as 60",
+            rate * (last - first),
+        ),
+        Capture::Distance(distance) => (
+            "Distance",
+            distance,
+            "above 0 (m), such as 0.002",
+            cut.way() / distance,
+        ),
+        // How many these make is known once the nodes are.
+        Capture::Spacing(share) => ("Spacing", share, "above 0, such as 0.15", 0.0),
+    };
+    checks.require(
+        value.is_finite() && value > 0.0,
+        &capture,
+        format_args!("{name}({value:?})"),
+        format_args!("it must be {such_as}"),
+    );
+    checks.agree(
+        count <= Capture::MOST,
+        &capture,
+        format_args!("{name}({value:?})"),
+        format_args!(
+            "it makes {count:.2e} captures; the limit is {:.0e}",
+            Capture::MOST
+        ),
+        &[keys],
+    );
     if let Some(tolerance) = cut.weld_tolerance {
         checks.not_negative(format_args!("{path}.weld_tolerance"), tolerance, " (m)");
     }
