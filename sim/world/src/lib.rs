@@ -496,6 +496,9 @@ impl World {
     /// Captures the edges of all blades that are due, each in all bodies or in none.
     fn capture_blades(&mut self, step: u64) -> Result<(), WorldError> {
         let time = self.scene_time();
+        if self.input.next_blade(&self.scene, step, time).is_some() {
+            self.end_stretch()?;
+        }
         while let Some((index, phase, edge)) = self.input.next_blade(&self.scene, step, time) {
             let begun = Instant::now();
             let captures = self.capture(index, phase, &edge)?;
