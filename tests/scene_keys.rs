@@ -42,7 +42,6 @@ const SCENE: &str = r#"(
             (time: 0.002, position: (0.003, -0.03, 0)),
             (time: 0.015, position: (0.003, 0.005, 0)),
         ],
-        capture: Rate(400),
     )],
     integration: (duration: 0.02, settle: (limit: 0.02)),
     pictures: (width: 64, height: 48, rate: 100, animation: false),
