@@ -18,9 +18,7 @@ fn a_dozen_scenes_of_the_matrix_hold() {
     cases.retain(|case| matrix::QUICK.contains(&&*case.name));
     assert_eq!(cases.len(), matrix::QUICK.len());
     let rows = rows(&cases, Options::default());
-    none(&matrix::breaches_of_rows(&rows));
-    // Released and damped: what is released alone spreads more, see the study.
-    none(&matrix::spreads_of_set_free(&rows));
+    none(&matrix::breaches(&rows));
 }
 
 /// The opening and the sag of a beam that a blade slits, against finite elements.

@@ -19,8 +19,8 @@ pub const RATIOS: [f64; 3] = [0.3, 0.45, 0.49];
 /// Share by which the energy released on the block may differ between node counts, from their median.
 pub const RELEASED_SPREAD: f64 = 0.15;
 
-/// A dozen scenes that take a minute together. Of those that are not among them, the liver of 6,000 nodes cut down its
-/// front, blocks of 2 kPa and the coarsest block, cut half through, still miss bars.
+/// A dozen scenes that take a minute together. Of those that are not among them, the livers of 3,000 and 6,000 nodes cut down
+/// their front and blocks of 2 kPa still miss bars.
 pub const QUICK: [&str; 13] = [
     "block 500 through",
     "block 1408 shipped",
@@ -255,8 +255,7 @@ pub fn breaches(rows: &[Row]) -> Vec<String> {
 }
 
 /// What breaks a bar row by row, in words.
-#[must_use]
-pub fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
+fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
     let of = |row: &Row| {
         let breaches = row.breaches(&bars(&row.scene)).into_iter();
         let named = breaches.map(|breach| format!("{}: {breach}", row.scene));
@@ -267,9 +266,8 @@ pub fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
 
 /// Blocks whose cuts set free, released or damped, another energy per area than those of other node counts, in words.
 ///
-/// What updates and decay release alone is a share of it that follows the step, and [`breaches`] has the same bar on it.
-#[must_use]
-pub fn spreads_of_set_free(rows: &[Row]) -> Vec<String> {
+/// What updates and decay release is a share of it, and [`breaches`] has the same bar on that.
+fn spreads_of_set_free(rows: &[Row]) -> Vec<String> {
     let per_area = |row: &Row| (row.released + row.damped) / row.area;
     spreads(rows, "sets free per area", per_area)
 }

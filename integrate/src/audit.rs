@@ -94,7 +94,9 @@ impl Audit {
         let work = (self.external_work() - before.external_work() - lifted).abs();
         let had = before.elastic.max(before.kinetic - then.kinetic);
         let scale = had.max(work).max(dissipated.min(had + work));
-        let floor = (1e-9 * self.scale()).max(round_off).max(then.lag.max(now.lag));
+        let floor = (1e-9 * self.scale())
+            .max(round_off)
+            .max(then.lag.max(now.lag));
         let unseen = lag - now.lag - scale;
         let off = [change, unseen].into_iter().filter(|off| *off > floor);
         let off = off.fold(0.0, f64::max);
