@@ -41,7 +41,7 @@ impl Audit {
     }
 
     /// What is there less what should be there: 0 for an exact solution, and for velocity Verlet with
-    /// equal steps and linear forces. (With the kinetic energy of the velocities at whole steps it would
+    /// linear forces, whatever its steps. (With the kinetic energy of the velocities at whole steps it would
     /// swing by `(ω Δt)²/4` of the energy in a mode `ω`, and keep that much of what a cut sets free
     /// into the stiffest modes when damping has taken them.) It is no sign of a step that is too large:
     /// in a mode that grows without bound it is kept, too; there `staggered` grows past what was put in.
@@ -78,7 +78,7 @@ impl Audit {
     /// * `rigid` -- energies of rigid motions before and now ([`crate::Motion::rigid_energies`]).
     /// * `lag` -- `Δt²/8 Σ f²/m` (J) of the last step ([`crate::State::lag`]).
     /// * `round_off` -- energy (J) below which nothing is said, as the model's; it is not below 1e-9 of
-    ///   [`Audit::scale`], nor below the lag of the rigid motions, by which their balance moves where steps change their length.
+    ///   [`Audit::scale`].
     #[must_use]
     pub fn imbalance(
         &self,
@@ -94,9 +94,7 @@ impl Audit {
         let work = (self.external_work() - before.external_work() - lifted).abs();
         let had = before.elastic.max(before.kinetic - then.kinetic);
         let scale = had.max(work).max(dissipated.min(had + work));
-        let floor = (1e-9 * self.scale())
-            .max(round_off)
-            .max(then.lag.max(now.lag));
+        let floor = (1e-9 * self.scale()).max(round_off);
         let unseen = lag - now.lag - scale;
         let off = [change, unseen].into_iter().filter(|off| *off > floor);
         let off = off.fold(0.0, f64::max);

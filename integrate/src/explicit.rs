@@ -175,8 +175,15 @@ impl Motion {
         let jump = energy - self.state.audit.elastic;
         self.state.audit.elastic = energy;
         self.correct_energy(jump);
-        self.state.lag = self.lag();
+        self.find_lag();
         Ok(jump)
+    }
+
+    /// Finds the lag anew after what acts on nodes changed between two steps; before the first there is none.
+    pub(crate) fn find_lag(&mut self) {
+        if self.state.step > 0.0 && !self.state.forces.is_empty() {
+            self.state.lag = self.lag();
+        }
     }
 
     /// `Δt²/8 Σ f²/m` (J) of the last step and the forces as they are.
@@ -309,7 +316,9 @@ impl Motion {
         s.audit.kinetic = sums.kinetic;
         s.audit.momentum = sums.momentum;
         s.audit.elastic = energy;
-        s.audit.staggered += sums.lag - s.lag;
+        // Of this step's length, at its end and at its begin.
+        let ratio = step / s.step;
+        s.audit.staggered += sums.lag - s.lag * (ratio * ratio);
         (s.lag, s.step) = (sums.lag, step);
         s.audit.dissipated += dissipated;
         s.audit.applied_work += sums.applied;

@@ -420,6 +420,7 @@ impl Motion {
         self.nodes.loads.clear();
         self.nodes.loads.extend_from_slice(loads);
         self.state.load_origin += self.load_potential() - before;
+        self.find_lag();
         Ok(())
     }
 
