@@ -73,7 +73,7 @@ fn each_part_adds_its_own_memory_and_no_other() {
     let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 9))])],";
     let cut = |time: f64| {
         format!(
-            "cuts: [(edge: [(0, -1, 0), (0, 1, 0)], path: [
+            "cuts: [(capture: Rate(60), edge: [(0, -1, 0), (0, 1, 0)], path: [
                 (time: {time}, position: (-1, 0, 0)), (time: {}, position: (1, 0, 0))])],",
             time + 1e-3
         )
@@ -154,7 +154,7 @@ fn each_part_takes_its_own_memory_away_and_no_other() {
     let held = "supports: [(region: HalfSpace(point: (0, 0, 0.0249), normal: (0, 0, 1)))],";
     let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 9))])],";
     // Inside, so that it leaves the surface whole that the tool may touch, and before anything moves.
-    let cut = "cuts: [(edge: [(0, -5e-3, 0), (0, 5e-3, 0)], path: [
+    let cut = "cuts: [(capture: Rate(60), edge: [(0, -5e-3, 0), (0, 5e-3, 0)], path: [
         (time: 0, position: (0, 0, -8e-3)), (time: 1e-7, position: (0, 0, 8e-3))])],";
     let heavy = "gravity: (acceleration: (0, 0, -9.81), ramp: 0),";
     let all = [held, tool, cut, heavy];
