@@ -7,8 +7,8 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, Mesh, Octree, Primitive, Refinement, RepairSettings, SampleSettings, Solid, Target,
-    parse_mesh, ply_mesh, repair, sample_points, sample_surfels, sample_tetrahedra,
+    Grading, Mesh, Octree, Primitive, Refinement, RepairSettings, SampleSettings, SampleTarget,
+    Solid, parse_mesh, ply_mesh, repair, sample_points, sample_surfels, sample_tetrahedra,
     space_filling_order, surface_mesh, tetrahedra_edges,
 };
 
@@ -65,7 +65,7 @@ fn stuffing(c: &mut Criterion) {
     for (name, solid) in &bodies {
         for nodes in [1_000, 10_000, 100_000] {
             let settings = SampleSettings {
-                target: Target::NodeCount(nodes),
+                target: SampleTarget::NodeCount(nodes),
                 ..SampleSettings::default()
             };
             group.throughput(Throughput::Elements(nodes as u64));
@@ -121,7 +121,7 @@ fn graded(c: &mut Criterion) {
         for (name, solid) in &bodies {
             for spacing in [0.012, 0.006, 0.003] {
                 let settings = SampleSettings {
-                    target: Target::Spacing(spacing),
+                    target: SampleTarget::Spacing(spacing),
                     grading: grading(),
                     ..SampleSettings::default()
                 };

@@ -4,7 +4,7 @@
 mod bending;
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{Primitive, SampleSettings, Solid, Target, sample_tetrahedra};
+use phyxel_discretize::{Primitive, SampleSettings, SampleTarget, Solid, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Law, Material, Precision, Settings};
 
 use benches::problems::block::view;
@@ -144,7 +144,7 @@ fn patch_test_with_affine_boundary() {
     );
     // Corners of the tetrahedra that fill an organ, in units of its length.
     let settings = SampleSettings {
-        target: Target::NodeCount(800),
+        target: SampleTarget::NodeCount(800),
         ..SampleSettings::default()
     };
     let liver = sample_tetrahedra(&Solid::from(Primitive::Liver), &settings).expect("a thick body");

@@ -15,7 +15,7 @@ use glam::DVec3;
 use phyxel_integrate::{
     Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ExplicitScheme,
     ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings,
-    Pose, RigidShape, StepError, StepView, Supports, Tool, penalty,
+    Pose, RigidShape, RigidTool, StepError, StepView, Supports, penalty,
 };
 use testkit::cloud::uniform;
 use testkit::derivative::observed_order;
@@ -283,7 +283,7 @@ fn a_dropped_sphere_bounces_with_a_closed_audit() {
         damping: 0.0,
     };
     let pose = Pose::at(DVec3::new(0.003, 0.002, 0.05));
-    let mut tool = Tool::new(RigidShape::Sphere { radius: 0.04 }, pose, drive);
+    let mut tool = RigidTool::new(RigidShape::Sphere { radius: 0.04 }, pose, drive);
     tool.velocity = DVec3::new(0.0, 0.0, -0.5);
     let initial = tool.kinetic();
     let settings = MotionSettings::default();

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    Primitive, SampleSettings, Solid, Target, sample_tetrahedra, tetrahedra_edges,
+    Primitive, SampleSettings, SampleTarget, Solid, sample_tetrahedra, tetrahedra_edges,
 };
 use phyxel_mls::{
     BoundarySettings, ConservativeSettings, ConservativeStencils, Neighborhoods, boundary_vectors,
@@ -41,7 +41,7 @@ fn liver_is_conservative_and_consistent() {
     let liver = Solid::from(Primitive::Liver);
     for count in [1500, 6000] {
         let settings = SampleSettings {
-            target: Target::NodeCount(count),
+            target: SampleTarget::NodeCount(count),
             ..Default::default()
         };
         let nodes = sample_tetrahedra(&liver, &settings).unwrap();
@@ -83,7 +83,7 @@ fn liver_is_conservative_and_consistent() {
 fn liver_without_tetrahedra_is_conservative_too() {
     let liver = Solid::from(Primitive::Liver);
     let settings = SampleSettings {
-        target: Target::NodeCount(1500),
+        target: SampleTarget::NodeCount(1500),
         ..Default::default()
     };
     let nodes = sample_tetrahedra(&liver, &settings).unwrap();

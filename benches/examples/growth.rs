@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use benches::report::{Plot, Scale, Series};
 use phyxel_discretize::{
-    Grading, Primitive, RepairSettings, SampleError, SampleSettings, Solid, Target, read_mesh,
-    repair, sample_points, sample_tetrahedra,
+    Grading, Primitive, RepairSettings, SampleError, SampleSettings, SampleTarget, Solid,
+    read_mesh, repair, sample_points, sample_tetrahedra,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut points_of = Vec::new();
         for wanted in [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000] {
             let settings = SampleSettings {
-                target: Target::NodeCount(wanted),
+                target: SampleTarget::NodeCount(wanted),
                 grading: grading.clone(),
                 ..SampleSettings::default()
             };

@@ -25,8 +25,8 @@ use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ExplicitScheme, ForceLaw,
     Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose,
-    Preconditioner, Pressed, RigidShape, StaticLoad, StepView, Supports, Tool, largest_eigenvalue,
-    penalty, solve_static,
+    Preconditioner, Pressed, RigidShape, RigidTool, StaticLoad, StepView, Supports,
+    largest_eigenvalue, penalty, solve_static,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -84,7 +84,7 @@ fn speed() {
     let mut explicit = |settings: ContactSettings, largest: f64| {
         let mut contact = Contact::new(surface.clone(), settings);
         let mut motion = begin.clone();
-        let mut tool = Tool::on_path(shape, origin, path.clone());
+        let mut tool = RigidTool::on_path(shape, origin, path.clone());
         let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
         let start = Instant::now();
         motion
@@ -124,7 +124,7 @@ fn speed() {
         for _ in 0..3 {
             let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
             let mut motion = begin.clone();
-            let mut tool = Tool::on_path(shape, origin, path.clone());
+            let mut tool = RigidTool::on_path(shape, origin, path.clone());
             products = 0;
             let start = Instant::now();
             for _ in 0..50 {

@@ -10,13 +10,13 @@
 )]
 
 use glam::DVec3;
-use phyxel_discretize::{Primitive, SampleSettings, Target, sample_tetrahedra};
+use phyxel_discretize::{Primitive, SampleSettings, SampleTarget, sample_tetrahedra};
 
 const SIZE: [usize; 2] = [480, 360];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = SampleSettings {
-        target: Target::NodeCount(6000),
+        target: SampleTarget::NodeCount(6000),
         ..SampleSettings::default()
     };
     let nodes = sample_tetrahedra(&Primitive::Liver.into(), &settings)?;

@@ -10,8 +10,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use phyxel_discretize::{
-    Primitive, RepairSettings, SampleSettings, Solid, Target, TetrahedraQuality, read_mesh, repair,
-    sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
+    Primitive, RepairSettings, SampleSettings, SampleTarget, Solid, TetrahedraQuality, read_mesh,
+    repair, sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
 };
 
 fn row(name: &str, nodes: usize, tets: usize, q: &TetrahedraQuality, error: f64, seconds: f64) {
@@ -109,7 +109,7 @@ fn eprintln_report(text: &str) {
 fn sample(name: &str, solid: &Solid, counts: &[usize], settings: &SampleSettings) {
     for &count in counts {
         let settings = SampleSettings {
-            target: Target::NodeCount(count),
+            target: SampleTarget::NodeCount(count),
             ..settings.clone()
         };
         let start = Instant::now();

@@ -6,7 +6,7 @@ use crate::error::{RepairError, SampleError};
 use crate::mesh::Mesh;
 use crate::read::{MeshFile, ReadError, read_mesh};
 use crate::repair::{MeshReport, RepairSettings, repair};
-use crate::sampling::{Sampling, sample_tetrahedra};
+use crate::sampling::{SampledNodes, sample_tetrahedra};
 use crate::settings::SampleSettings;
 use crate::solid::Solid;
 
@@ -20,7 +20,7 @@ pub struct SampledFile {
     /// The body.
     pub solid: Solid,
     /// Its nodes.
-    pub sampling: Sampling,
+    pub sampling: SampledNodes,
 }
 
 /// Why [`sample_file`] failed.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::error::SampleError;
 use crate::grading::{Grading, Refinement};
 use crate::mesh::Mesh;
-use crate::settings::{SampleSettings, Target};
+use crate::settings::{SampleSettings, SampleTarget};
 use crate::solid::Solid;
 
 /// Coordinates are rounded to this share of the longest side: far above the round-off by which two
@@ -62,8 +62,8 @@ impl Frame {
         });
         SampleSettings {
             target: match settings.target {
-                Target::Spacing(spacing) => Target::Spacing(spacing / self.length),
-                count @ Target::NodeCount(_) => count,
+                SampleTarget::Spacing(spacing) => SampleTarget::Spacing(spacing / self.length),
+                count @ SampleTarget::NodeCount(_) => count,
             },
             grading: Grading {
                 refinements: refinements.collect(),

@@ -65,9 +65,9 @@ pub use read::{
 pub use regular::{lattice_tetrahedra, sample_lattice};
 pub use repair::{MeshReport, RepairSettings, repair};
 pub use sampling::{
-    Sampling, SamplingReport, estimate_tetrahedra_nodes, sample_tetrahedra, surface_mesh,
+    SampledNodes, SamplingReport, estimate_tetrahedra_nodes, sample_tetrahedra, surface_mesh,
 };
-pub use settings::{SampleSettings, Target};
+pub use settings::{SampleSettings, SampleTarget};
 pub use shape::{Axis, Placement, Shape, SolidError, UnitGuess, guess_unit};
 pub use solid::{LevelSet, Primitive, Solid};
 pub use sums::{

@@ -12,7 +12,7 @@ use crate::mesh::{Mesh, index};
 use crate::octree::Octree;
 use crate::order::space_filling_order;
 use crate::sampling::surface_triangles;
-use crate::settings::{SampleSettings, Target};
+use crate::settings::{SampleSettings, SampleTarget};
 use crate::slimness::Slimness;
 use crate::solid::Solid;
 use crate::spread::boundary_vectors;
@@ -143,11 +143,11 @@ fn place(
     on_surface: bool,
 ) -> Result<PointSampling, SampleError> {
     match settings.target {
-        Target::Spacing(spacing) => {
+        SampleTarget::Spacing(spacing) => {
             let places = Places::new(solid, spacing, DVec3::ZERO, settings, on_surface)?;
             finish(solid, places)
         }
-        Target::NodeCount(wanted) => {
+        SampleTarget::NodeCount(wanted) => {
             let places = search(solid, wanted, settings, on_surface)?;
             finish(solid, places)
         }

@@ -5,7 +5,7 @@ use glam::UVec3;
 use crate::error::SampleError;
 use crate::mesh::Bounds;
 use crate::oracle::Oracle;
-use crate::sampling::{Sampling, finish};
+use crate::sampling::{SampledNodes, finish};
 use crate::solid::Solid;
 use crate::stuffing::Stuffed;
 use crate::sums::tetrahedron_volume;
@@ -73,7 +73,7 @@ pub fn lattice_tetrahedra(counts: [u32; 3]) -> Vec<[u32; 4]> {
 ///
 /// # Errors
 /// [`SampleError::Lattice`] for fewer than two nodes along an axis or ten million in all.
-pub fn sample_lattice(bounds: Bounds, counts: [u32; 3]) -> Result<Sampling, SampleError> {
+pub fn sample_lattice(bounds: Bounds, counts: [u32; 3]) -> Result<SampledNodes, SampleError> {
     let nodes: f64 = counts.iter().map(|count| f64::from(*count)).product();
     if counts.iter().any(|count| *count < 2) || nodes > MOST_NODES {
         return Err(SampleError::Lattice {

@@ -14,7 +14,7 @@ use crate::mesh::Mesh;
 use crate::oracle::Oracle;
 use crate::order::{NodeOrder, layered_order, space_filling_order};
 use crate::quality::{TetrahedraQuality, tetrahedra_quality};
-use crate::settings::{SampleSettings, Target};
+use crate::settings::{SampleSettings, SampleTarget};
 use crate::solid::Solid;
 use crate::stuffing::Stuffed;
 use crate::sums::{boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges};
@@ -27,7 +27,7 @@ const LAYERED_FROM: usize = 20_000;
 /// Nodes with everything a simulation starts from, ordered for reading neighbours: along a space-filling curve, or in
 /// layers from 20,000 nodes on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sampling {
+pub struct SampledNodes {
     /// Rest positions (m), shape `(n)`.
     pub positions: Vec<DVec3>,
     /// Nodal volumes (m³), positive, sum = volume of the tetrahedra.
@@ -140,7 +140,7 @@ pub fn estimate_tetrahedra_nodes(volume: f64, spacing: f64) -> f64 {
 pub fn sample_tetrahedra(
     solid: &Solid,
     settings: &SampleSettings,
-) -> Result<Sampling, SampleError> {
+) -> Result<SampledNodes, SampleError> {
     let oracle = Oracle::new(solid);
     settings.grading.check()?;
     let Some((frame, inside)) = Frame::of(solid) else {
@@ -159,8 +159,8 @@ pub fn sample_tetrahedra(
 fn fill(oracle: &Oracle<'_>, settings: &SampleSettings) -> Result<(Stuffed, f64), SampleError> {
     let filler = Filler::new(oracle, settings)?;
     match settings.target {
-        Target::Spacing(spacing) => filler.search_spacing(spacing),
-        Target::NodeCount(nodes) => filler.search(nodes),
+        SampleTarget::Spacing(spacing) => filler.search_spacing(spacing),
+        SampleTarget::NodeCount(nodes) => filler.search(nodes),
     }
 }
 
@@ -169,7 +169,7 @@ pub(crate) fn finish(
     oracle: &Oracle<'_>,
     stuffed: Stuffed,
     spacing: f64,
-) -> Result<Sampling, SampleError> {
+) -> Result<SampledNodes, SampleError> {
     let lost_cavities = check_parts(oracle, &stuffed.parts_hit, spacing)?;
     let order = order_of(&stuffed);
     let positions = order.apply(&stuffed.positions);
@@ -207,7 +207,7 @@ pub(crate) fn finish(
             missed_share(input, &surface, quality.mean_edge)
         }),
     };
-    Ok(Sampling {
+    Ok(SampledNodes {
         positions: surface.vertices,
         volumes,
         boundary_vectors,

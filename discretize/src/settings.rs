@@ -5,7 +5,7 @@ use crate::grading::Grading;
 /// How fine to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Target {
+pub enum SampleTarget {
     /// Mean distance between neighbouring nodes at and under the surface (length unit of the body),
     /// met within 5 %; a box gets the cells nearest to it that fit.
     Spacing(f64),
@@ -18,8 +18,8 @@ pub enum Target {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleSettings {
     /// Spacing or number of nodes.
-    pub target: Target,
-    /// Relative tolerance of [`Target::NodeCount`]; twice that where no round
+    pub target: SampleTarget,
+    /// Relative tolerance of [`SampleTarget::NodeCount`]; twice that where no round
     /// of the search meets it, because the number jumps from one count of layers to the next (and where cells
     /// of one size have left the body's symmetry, as soon as one does).
     pub count_tolerance: f64,
@@ -37,7 +37,7 @@ pub struct SampleSettings {
 impl Default for SampleSettings {
     fn default() -> Self {
         Self {
-            target: Target::NodeCount(6000),
+            target: SampleTarget::NodeCount(6000),
             count_tolerance: 0.05,
             smoothing_sweeps: 4,
             grading: Grading::default(),
@@ -51,7 +51,7 @@ impl SampleSettings {
     #[must_use]
     pub fn nodes(count: usize) -> Self {
         Self {
-            target: Target::NodeCount(count),
+            target: SampleTarget::NodeCount(count),
             ..Self::default()
         }
     }
@@ -60,7 +60,7 @@ impl SampleSettings {
     #[must_use]
     pub fn spacing(spacing: f64) -> Self {
         Self {
-            target: Target::Spacing(spacing),
+            target: SampleTarget::Spacing(spacing),
             ..Self::default()
         }
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::mesh::{Mesh, index};
 use crate::points::PointSampling;
-use crate::sampling::Sampling;
+use crate::sampling::SampledNodes;
 use crate::surfels::SurfaceSamples;
 
 /// Values at nodes for [`vtk_tetrahedra`].
@@ -136,7 +136,7 @@ fn vtk_cells<const N: usize>(
     out
 }
 
-impl Sampling {
+impl SampledNodes {
     /// Nodes and tetrahedra with volumes and boundary vectors as binary legacy VTK.
     #[must_use]
     pub fn to_vtk(&self) -> Vec<u8> {

@@ -11,8 +11,8 @@ use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
     Bounds, FileError, Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError,
-    SampleSettings, Solid, Target, TextPlace, parse_mesh, read_mesh, read_point_cloud, repair,
-    sample_file, sample_tetrahedra,
+    SampleSettings, SampleTarget, Solid, TextPlace, parse_mesh, read_mesh, read_point_cloud,
+    repair, sample_file, sample_tetrahedra,
 };
 use testkit::tol::assert_relative;
 
@@ -199,12 +199,12 @@ fn sampling_names_why_it_stops() {
     };
     let liver = Solid::from(Primitive::Liver);
     for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = at(&liver, Target::Spacing(spacing));
+        let error = at(&liver, SampleTarget::Spacing(spacing));
         assert!(matches!(error, SampleError::Spacing { .. }), "{error}");
     }
-    let few = at(&liver, Target::NodeCount(3));
+    let few = at(&liver, SampleTarget::NodeCount(3));
     assert!(matches!(few, SampleError::TooFewNodes { nodes: 3, .. }));
-    let fine = at(&liver, Target::Spacing(1e-9));
+    let fine = at(&liver, SampleTarget::Spacing(1e-9));
     assert!(matches!(fine, SampleError::TooFine { .. }));
     let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 1e-5),
@@ -215,7 +215,7 @@ fn sampling_names_why_it_stops() {
         max: DVec3::new(1.0, 1.0, 0.4),
     };
     let thin = Solid::implicit(lower, move |p| plate.value(p));
-    let gone = at(&thin, Target::Spacing(0.3));
+    let gone = at(&thin, SampleTarget::Spacing(0.3));
     assert!(matches!(gone, SampleError::Vanished { .. }), "{gone}");
     let nan = Solid::implicit(Primitive::Liver.bounds(), |p| {
         if p.x > 0.0 {
@@ -224,7 +224,7 @@ fn sampling_names_why_it_stops() {
             p.length() - 0.05
         }
     });
-    let SampleError::NotANumber { at: place } = at(&nan, Target::Spacing(0.01)) else {
+    let SampleError::NotANumber { at: place } = at(&nan, SampleTarget::Spacing(0.01)) else {
         panic!("the function is not a number")
     };
     assert!(place.x > 0.0);
@@ -233,12 +233,12 @@ fn sampling_names_why_it_stops() {
         max: DVec3::new(1.2, 1.2, 0.3),
     };
     let cut = Solid::implicit(half, |p| p.length() - 1.0);
-    let SampleError::OutsideBounds { at: place } = at(&cut, Target::Spacing(0.2)) else {
+    let SampleError::OutsideBounds { at: place } = at(&cut, SampleTarget::Spacing(0.2)) else {
         panic!("the ball is not inside its bounds")
     };
     assert!(place.z > 0.3 && place.length() < 1.0, "{place}");
     let exact = SampleSettings {
-        target: Target::NodeCount(1001),
+        target: SampleTarget::NodeCount(1001),
         count_tolerance: 0.0,
         ..SampleSettings::default()
     };
@@ -268,7 +268,7 @@ fn one_call_from_a_file_says_which_stage_failed() {
         FileError::Repair(_)
     ));
     let few = SampleSettings {
-        target: Target::NodeCount(1),
+        target: SampleTarget::NodeCount(1),
         ..settings
     };
     let whole = phyxel_discretize::ply_mesh(&cube(DVec3::ZERO));

@@ -8,7 +8,7 @@
 mod common;
 
 use phyxel_discretize::{
-    Format, Primitive, RepairSettings, SampleSettings, Target, TextPlace, parse_mesh, repair,
+    Format, Primitive, RepairSettings, SampleSettings, SampleTarget, TextPlace, parse_mesh, repair,
 };
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
@@ -405,7 +405,7 @@ fn what_is_written_reads_back() {
     )
     .unwrap();
     let settings = SampleSettings {
-        target: Target::NodeCount(500),
+        target: SampleTarget::NodeCount(500),
         ..SampleSettings::default()
     };
     let sampled =

@@ -12,7 +12,7 @@ use common::{
 };
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, Octree, Primitive, SampleError, SampleSettings, Sampling, Solid, Target,
+    Grading, Octree, Primitive, SampleError, SampleSettings, SampleTarget, SampledNodes, Solid,
     sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
@@ -51,7 +51,12 @@ fn octrees_are_balanced_and_small_where_asked() {
 fn a_thread_more_changes_no_bit() {
     let run = || {
         let grading = refined(DVec3::new(0.03, 0.02, 0.04), 0.02, 0.5, 4.0);
-        graded(&Primitive::Liver.into(), Target::NodeCount(3000), grading).unwrap()
+        graded(
+            &Primitive::Liver.into(),
+            SampleTarget::NodeCount(3000),
+            grading,
+        )
+        .unwrap()
     };
     assert_eq!(on_threads(1, run), on_threads(3, run));
 }
@@ -84,7 +89,7 @@ fn a_graded_box_keeps_its_volume() {
     let grading = refined(DVec3::ZERO, 0.05, 0.5, 4.0);
     let s = graded(
         &Primitive::Box { half_extents }.into(),
-        Target::Spacing(0.04),
+        SampleTarget::Spacing(0.04),
         grading,
     )
     .unwrap();
@@ -98,7 +103,7 @@ fn a_graded_box_keeps_its_volume() {
 fn the_size_field_is_followed() {
     let liver = Solid::from(Primitive::Liver);
     let center = DVec3::new(0.03, 0.03, 0.03);
-    let edge = |s: &Sampling, near: bool| {
+    let edge = |s: &SampledNodes, near: bool| {
         let (mut sum, mut count) = (0.0, 0.0);
         for t in &s.tetrahedra {
             let p = t.map(|v| s.positions[v as usize]);
@@ -117,7 +122,7 @@ fn the_size_field_is_followed() {
     };
     for factor in [0.5, 0.25] {
         let grading = refined(center, 0.02, factor, 1.0);
-        let s = graded(&liver, Target::Spacing(0.012), grading).unwrap();
+        let s = graded(&liver, SampleTarget::Spacing(0.012), grading).unwrap();
         let (near, far) = (edge(&s, true), edge(&s, false));
         println!(
             "factor {factor}: near {:.3}, far {:.3} of what was asked for",
@@ -134,7 +139,7 @@ fn the_size_field_is_followed() {
 #[test]
 fn bad_gradings_are_refused() {
     let liver = Solid::from(Primitive::Liver);
-    let at = |grading| graded(&liver, Target::Spacing(0.01), grading).unwrap_err();
+    let at = |grading| graded(&liver, SampleTarget::Spacing(0.01), grading).unwrap_err();
     let coarse = Grading {
         coarsest: 0.5,
         ..Grading::default()
@@ -153,7 +158,7 @@ fn bad_gradings_are_refused() {
     let radius = refined(DVec3::ZERO, -1.0, 0.5, 1.0);
     assert!(matches!(at(radius), SampleError::Refinement { .. }));
     let small = SampleSettings {
-        target: Target::Spacing(0.002),
+        target: SampleTarget::Spacing(0.002),
         grading: refined(DVec3::ZERO, 0.03, 0.125, 1.0),
         largest_lattice: 10_000,
         ..SampleSettings::default()
@@ -172,7 +177,7 @@ proptest! {
         let grading = refined(blob.center() + size * fine, 0.3 * size, factor, coarsest);
         let tree = Octree::new(&solid, 0.3 * size, &grading, 1_000_000).unwrap();
         check_octree(&tree);
-        let run = || graded(&solid, Target::Spacing(0.25 * size), grading.clone()).unwrap();
+        let run = || graded(&solid, SampleTarget::Spacing(0.25 * size), grading.clone()).unwrap();
         let s = on_threads(1, run);
         check_sums("blob", &s);
         let q = s.report.quality;

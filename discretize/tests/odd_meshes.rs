@@ -12,7 +12,7 @@ use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
     Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError, SampleSettings,
-    Solid, Target, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
+    SampleTarget, Solid, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_relative;
 
@@ -314,7 +314,7 @@ fn the_number_of_nodes_that_is_advised_for_a_body_of_two_thicknesses_works() {
     };
     let solid = Solid::from_mesh(repair(&mesh, &RepairSettings::default()).unwrap().0);
     let at = |nodes| SampleSettings {
-        target: Target::NodeCount(nodes),
+        target: SampleTarget::NodeCount(nodes),
         ..SampleSettings::default()
     };
     let refused = sample_tetrahedra(&solid, &at(400)).unwrap_err();
@@ -334,7 +334,7 @@ fn the_number_of_nodes_that_is_advised_for_a_body_of_two_thicknesses_works() {
 #[test]
 fn the_number_of_nodes_that_is_advised_works() {
     let at = |nodes| SampleSettings {
-        target: Target::NodeCount(nodes),
+        target: SampleTarget::NodeCount(nodes),
         ..SampleSettings::default()
     };
     for (size, angle) in [
@@ -399,9 +399,9 @@ fn nodes_do_not_depend_on_the_unit() {
     let egg = Solid::from(Primitive::Ellipsoid { semi_axes: odd });
     let egg = surface_mesh(&egg, 0.2).unwrap();
     for (mesh, settings) in [
-        (cuboid(odd, 0.0), Target::NodeCount(1500)),
-        (cuboid(odd, 0.4), Target::NodeCount(900)),
-        (egg, Target::NodeCount(1200)),
+        (cuboid(odd, 0.0), SampleTarget::NodeCount(1500)),
+        (cuboid(odd, 0.4), SampleTarget::NodeCount(900)),
+        (egg, SampleTarget::NodeCount(1200)),
     ] {
         let settings = SampleSettings {
             target: settings,

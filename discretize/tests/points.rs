@@ -10,9 +10,9 @@ mod common;
 use common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, PointSampling, Primitive, Refinement, SampleError, SampleSettings, Solid, Target,
-    estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points,
-    sample_tetrahedra, surface_mesh,
+    Grading, PointSampling, Primitive, Refinement, SampleError, SampleSettings, SampleTarget,
+    Solid, estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair,
+    sample_points, sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
 use testkit::tol::{assert_below, assert_relative};
@@ -48,7 +48,7 @@ fn gradings(center: DVec3, radius: f64) -> [Grading; 3] {
     ]
 }
 
-fn with(target: Target, grading: Grading) -> SampleSettings {
+fn with(target: SampleTarget, grading: Grading) -> SampleSettings {
     SampleSettings {
         target,
         grading,
@@ -65,7 +65,7 @@ fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
             for grading in gradings(DVec3::new(0.03, 0.02, 0.02), 0.01) {
                 for on_surface in [false, true] {
                     let name = format!("{shape:?} {grading:?} {on_surface}");
-                    let settings = with(Target::NodeCount(1000), grading.clone());
+                    let settings = with(SampleTarget::NodeCount(1000), grading.clone());
                     let s = sample_points(solid, &settings, on_surface).unwrap();
                     check(&name, &s);
                     check_count(&name, s.positions.len(), 1000);
@@ -92,7 +92,7 @@ fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
 fn one_spacing_is_a_regular_lattice() {
     let solid = Solid::from(Primitive::Liver);
     let h = 0.012;
-    let settings = with(Target::Spacing(h), Grading::default());
+    let settings = with(SampleTarget::Spacing(h), Grading::default());
     let s = sample_points(&solid, &settings, false).unwrap();
     for p in &s.positions {
         let cells = (*p - s.positions[0]) / h;
@@ -129,7 +129,7 @@ fn real_meshes_without_tetrahedra() {
             .into_iter()
             .zip(gradings(DVec3::ZERO, 0.1))
         {
-            let settings = with(Target::NodeCount(target), grading);
+            let settings = with(SampleTarget::NodeCount(target), grading);
             let s = sample_points(&solid, &settings, true).unwrap();
             check(name, &s);
             check_count(name, s.positions.len(), target);
@@ -145,7 +145,7 @@ fn wedges_as_sharp_as_a_blade_have_boundary_vectors() {
     let mesh = parse_mesh(text.as_bytes()).unwrap().mesh;
     let solid = Solid::from_mesh(repair(&mesh, &Default::default()).unwrap().0);
     for target in [1000, 4000, 25_000] {
-        let settings = with(Target::NodeCount(target), Grading::default());
+        let settings = with(SampleTarget::NodeCount(target), Grading::default());
         let s = sample_points(&solid, &settings, true).unwrap();
         check("wedge", &s);
         check_count("wedge", s.positions.len(), target);
@@ -157,18 +157,18 @@ fn bad_targets_are_refused_and_threads_change_nothing() {
     let solid = Solid::from(Primitive::Liver);
     let refused = |target| sample_points(&solid, &with(target, Grading::default()), true);
     assert!(matches!(
-        refused(Target::NodeCount(3)),
+        refused(SampleTarget::NodeCount(3)),
         Err(SampleError::TooFewNodes { .. })
     ));
     assert!(matches!(
-        refused(Target::Spacing(-1.0)),
+        refused(SampleTarget::Spacing(-1.0)),
         Err(SampleError::Spacing { .. })
     ));
     assert!(matches!(
-        refused(Target::Spacing(1e-9)),
+        refused(SampleTarget::Spacing(1e-9)),
         Err(SampleError::TooFine { .. })
     ));
-    let run = || refused(Target::NodeCount(1500)).unwrap();
+    let run = || refused(SampleTarget::NodeCount(1500)).unwrap();
     let one = on_threads(1, run);
     assert_eq!(one, on_threads(3, run));
     let file = parse_mesh(&one.to_vtk());
@@ -182,7 +182,7 @@ proptest! {
     fn random_blobs_in_any_frame_and_scale(blob in blob(), kind in 0..3_usize) {
         let (solid, size) = (blob.solid(), blob.size);
         let grading = gradings(blob.center() + size * blob.bump, 0.3 * size)[kind].clone();
-        let settings = with(Target::Spacing(0.25 * size), grading);
+        let settings = with(SampleTarget::Spacing(0.25 * size), grading);
         let run = || sample_points(&solid, &settings, kind != 1).unwrap();
         let s = on_threads(1, run);
         check("blob", &s);
@@ -200,7 +200,7 @@ fn estimates_are_near_what_is_made() {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
     for spacing in [0.016, 0.01] {
         let settings = SampleSettings {
-            target: Target::Spacing(spacing),
+            target: SampleTarget::Spacing(spacing),
             ..SampleSettings::default()
         };
         let tetrahedra = sample_tetrahedra(&ball, &settings).unwrap().positions.len() as f64;

@@ -10,7 +10,7 @@ mod common;
 use common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, Primitive, RepairError, RepairSettings, SampleError, SampleSettings, Solid, Target,
+    Mesh, Primitive, RepairError, RepairSettings, SampleError, SampleSettings, SampleTarget, Solid,
     repair, sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_relative;
@@ -92,7 +92,7 @@ fn nested_parts_and_cavities() {
 #[test]
 fn thin_and_lost_parts_are_refused_or_told() {
     let at = |spacing| SampleSettings {
-        target: Target::Spacing(spacing),
+        target: SampleTarget::Spacing(spacing),
         ..SampleSettings::default()
     };
     let plate = Primitive::Ellipsoid {

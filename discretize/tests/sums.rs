@@ -9,13 +9,13 @@ mod common;
 use common::{blob, check_count, check_sums, cube, on_threads, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
-    Primitive, SampleSettings, Sampling, Solid, SurfaceSamples, Target, sample_surfels,
+    Primitive, SampleSettings, SampleTarget, SampledNodes, Solid, SurfaceSamples, sample_surfels,
     sample_tetrahedra, surface_mesh, tetrahedra_edges,
 };
 use proptest::prelude::*;
 use testkit::tol::{assert_below, assert_relative};
 
-fn nodes(solid: &Solid, count: usize) -> Sampling {
+fn nodes(solid: &Solid, count: usize) -> SampledNodes {
     common::sample(solid, count).expect("a whole body of some thickness")
 }
 
@@ -84,7 +84,7 @@ fn a_wanted_spacing_is_met() {
         let size = shape.bounds().size().min_element();
         for (cells, smoothing_sweeps) in [(5.0, 0), (5.0, 4), (9.0, 4), (20.0, 4)] {
             let settings = SampleSettings {
-                target: Target::Spacing(size / cells),
+                target: SampleTarget::Spacing(size / cells),
                 smoothing_sweeps,
                 ..SampleSettings::default()
             };
@@ -164,7 +164,7 @@ proptest! {
     fn random_blobs_in_any_frame_and_scale(blob in blob()) {
         let (solid, size) = (blob.solid(), blob.size);
         let settings = SampleSettings {
-            target: Target::Spacing(0.22 * size),
+            target: SampleTarget::Spacing(0.22 * size),
             ..SampleSettings::default()
         };
         let run = || sample_tetrahedra(&solid, &settings).expect("a blob of many cells");
@@ -183,7 +183,7 @@ proptest! {
 fn smoothing_raises_the_smallest_height() {
     let at = |smoothing_sweeps| {
         let settings = SampleSettings {
-            target: Target::NodeCount(3000),
+            target: SampleTarget::NodeCount(3000),
             smoothing_sweeps,
             ..SampleSettings::default()
         };

@@ -4,7 +4,7 @@ use crate::audit::Warning;
 use crate::error::{Cause, StepError};
 use crate::motion::{ExplicitScheme, Interval, Motion};
 use crate::shares::{Pass, PassSums, Shares};
-use crate::supports::Support;
+use crate::supports::NodeSupport;
 use crate::sweep::{Before, Kick, Sums, Sweep};
 use crate::view::{NodeForces, StepView};
 use glam::DVec3;
@@ -13,7 +13,7 @@ use glam::DVec3;
 /// by some power of its excess each time, so this is far from overflow.
 const PATIENCE: u32 = 10;
 
-/// A closure that adds forces from outside (N) on nodes, once a step; [`crate::Tool::press`] makes them.
+/// A closure that adds forces from outside (N) on nodes, once a step; [`crate::RigidTool::press`] makes them.
 pub type Applied<'a> = dyn FnMut(&StepView<'_>, &mut [DVec3]) + 'a;
 
 /// Who takes the passes over nodes and evaluates forces.
@@ -27,7 +27,7 @@ enum Passes<'a> {
 /// What a driven node was before the step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DrivenNode {
-    support: Support,
+    support: NodeSupport,
     position: DVec3,
     velocity: DVec3,
     force: DVec3,

@@ -7,7 +7,7 @@ use crate::error::MotionError;
 use crate::law::ForceLaw;
 use crate::motion::Motion;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
-use crate::tool::Tool;
+use crate::tool::RigidTool;
 use glam::DVec3;
 
 /// Implicit scheme.
@@ -148,7 +148,7 @@ impl Implicit {
         motion: &mut Motion,
         step: f64,
         law: &mut dyn ForceLaw,
-        tools: &mut [(&mut Tool, &mut Contact)],
+        tools: &mut [(&mut RigidTool, &mut Contact)],
     ) -> Result<NewtonReport, SolveError> {
         let end = motion.time() + step;
         let mut contacts = Vec::with_capacity(tools.len());

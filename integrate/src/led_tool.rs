@@ -6,7 +6,7 @@ use crate::contact::{Contact, ContactForce, ContactSettings, ContactSurface};
 use crate::path::Ease;
 use crate::rigid_path::RigidPath;
 use crate::shape::Pose;
-use crate::tool::{Drive, Tool};
+use crate::tool::{Drive, RigidTool};
 use crate::tool_shape::ToolShape;
 use crate::view::StepView;
 
@@ -15,7 +15,7 @@ use crate::view::StepView;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LedTool {
-    tool: Tool,
+    tool: RigidTool,
     contact: Contact,
     /// Surface triangles that a cut has torn.
     torn: usize,
@@ -37,7 +37,7 @@ impl LedTool {
         let still = RigidPath::new(&[(0.0, Pose::IDENTITY)], Ease::Linear);
         let still = still.expect("one finite key is a path");
         Self {
-            tool: Tool::on_path(solid, pose.compose(&local), still),
+            tool: RigidTool::on_path(solid, pose.compose(&local), still),
             contact: Contact::new(surface, settings),
             torn: 0,
         }
@@ -97,10 +97,10 @@ impl LedTool {
         matches!(self.tool.drive, Drive::Force { .. })
     }
 
-    /// Moves the tool to the end of a step and adds its forces on the body: [`Tool::press`].
+    /// Moves the tool to the end of a step and adds its forces on the body: [`RigidTool::press`].
     ///
     /// # Panics
-    /// As [`Tool::press`].
+    /// As [`RigidTool::press`].
     pub fn press(&mut self, view: &StepView<'_>, forces: &mut [DVec3]) {
         self.tool.press(&mut self.contact, view, forces);
     }
@@ -129,7 +129,7 @@ impl LedTool {
     }
 
     /// The tool and its contact, for implicit steps.
-    pub fn parts(&mut self) -> (&mut Tool, &mut Contact) {
+    pub fn parts(&mut self) -> (&mut RigidTool, &mut Contact) {
         (&mut self.tool, &mut self.contact)
     }
 

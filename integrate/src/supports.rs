@@ -8,7 +8,7 @@ const FREE: u32 = u32::MAX;
 /// One held node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Support {
+pub struct NodeSupport {
     /// Index of the node.
     pub node: u32,
     /// Projector on the directions in which it may still move.
@@ -19,7 +19,7 @@ pub struct Support {
     pub origin: DVec3,
 }
 
-impl Support {
+impl NodeSupport {
     /// The held part of a vector.
     #[must_use]
     pub fn held(&self, vector: DVec3) -> DVec3 {
@@ -34,7 +34,7 @@ impl Support {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Supports {
     entry: Vec<u32>,
-    supports: Vec<Support>,
+    supports: Vec<NodeSupport>,
     paths: Vec<RigidPath>,
 }
 
@@ -83,7 +83,7 @@ impl Supports {
             let node = support.node as usize;
             if nodes.contains(&node) {
                 part.entry[node - nodes.start] = index(part.supports.len());
-                part.supports.push(Support {
+                part.supports.push(NodeSupport {
                     node: index(node - nodes.start),
                     ..*support
                 });
@@ -107,7 +107,7 @@ impl Supports {
 
     /// Held nodes, in the order in which they were first named.
     #[must_use]
-    pub fn entries(&self) -> &[Support] {
+    pub fn entries(&self) -> &[NodeSupport] {
         &self.supports
     }
 
@@ -123,7 +123,7 @@ impl Supports {
     /// If there is no such node.
     #[must_use]
     #[inline]
-    pub fn of(&self, node: usize) -> Option<&Support> {
+    pub fn of(&self, node: usize) -> Option<&NodeSupport> {
         // `FREE` lies behind any entry, so that one lookup answers both questions.
         self.supports.get(self.entry[node] as usize)
     }
@@ -214,7 +214,7 @@ impl Supports {
     }
 
     /// Position (m) and velocity (m/s) of a driven node; only their held parts count.
-    pub(crate) fn target(&self, support: &Support, time: f64) -> Option<(DVec3, DVec3)> {
+    pub(crate) fn target(&self, support: &NodeSupport, time: f64) -> Option<(DVec3, DVec3)> {
         let path = self.paths.get(support.path? as usize)?;
         Some(path.place(support.origin, time))
     }
@@ -231,11 +231,11 @@ impl Supports {
         }
     }
 
-    fn entry_mut(&mut self, node: u32) -> &mut Support {
+    fn entry_mut(&mut self, node: u32) -> &mut NodeSupport {
         let slot = &mut self.entry[node as usize];
         if *slot == FREE {
             *slot = index(self.supports.len());
-            self.supports.push(Support {
+            self.supports.push(NodeSupport {
                 node,
                 free: DMat3::IDENTITY,
                 path: None,

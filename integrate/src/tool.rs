@@ -34,7 +34,7 @@ pub enum Drive {
 /// After each step `contact` holds the force and torque on it; keep them over time for a record.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Tool {
+pub struct RigidTool {
     /// Shape.
     pub shape: RigidShape,
     /// Where it is.
@@ -55,7 +55,7 @@ pub struct Tool {
     pub dissipated: f64,
 }
 
-impl Tool {
+impl RigidTool {
     /// A tool at rest.
     #[must_use]
     pub fn new(shape: RigidShape, pose: Pose, drive: Drive) -> Self {

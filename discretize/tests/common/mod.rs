@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DQuat, DVec3};
 use phyxel_discretize::{
-    Bounds, Grading, Mesh, Octree, Primitive, Refinement, SampleError, SampleSettings, Sampling,
-    Solid, Target, sample_tetrahedra,
+    Bounds, Grading, Mesh, Octree, Primitive, Refinement, SampleError, SampleSettings,
+    SampleTarget, SampledNodes, Solid, sample_tetrahedra,
 };
 use proptest::prelude::*;
 use testkit::cloud::BOX_FACES;
@@ -15,7 +15,7 @@ use testkit::tol::{assert_below, assert_relative};
 
 /// Volumes positive, as much as the boundary of the tetrahedra holds (so that none overlaps
 /// another), boundary vectors closed, `sum b (x) X = V I`, each to 1e-10; no tetrahedron inverted.
-pub(crate) fn check_sums(name: &str, s: &Sampling) {
+pub(crate) fn check_sums(name: &str, s: &SampledNodes) {
     assert!(
         s.volumes.iter().all(|v| *v > 0.0),
         "{name}: a volume is not positive"
@@ -50,9 +50,9 @@ pub(crate) fn check_boundary(name: &str, x: &[DVec3], b: &[DVec3], volume: f64, 
     }
 }
 
-pub(crate) fn sample(solid: &Solid, count: usize) -> Result<Sampling, SampleError> {
+pub(crate) fn sample(solid: &Solid, count: usize) -> Result<SampledNodes, SampleError> {
     let settings = SampleSettings {
-        target: Target::NodeCount(count),
+        target: SampleTarget::NodeCount(count),
         ..SampleSettings::default()
     };
     sample_tetrahedra(solid, &settings)
@@ -112,9 +112,9 @@ pub(crate) fn refined(center: DVec3, radius: f64, factor: f64, coarsest: f64) ->
 /// A sampling with tetrahedra on an octree.
 pub(crate) fn graded(
     solid: &Solid,
-    target: Target,
+    target: SampleTarget,
     grading: Grading,
-) -> Result<Sampling, SampleError> {
+) -> Result<SampledNodes, SampleError> {
     let settings = SampleSettings {
         target,
         grading,
@@ -124,8 +124,13 @@ pub(crate) fn graded(
 }
 
 /// Count, sums and angles of one.
-pub(crate) fn check_graded(name: &str, solid: &Solid, count: usize, grading: Grading) -> Sampling {
-    let s = graded(solid, Target::NodeCount(count), grading).expect(name);
+pub(crate) fn check_graded(
+    name: &str,
+    solid: &Solid,
+    count: usize,
+    grading: Grading,
+) -> SampledNodes {
+    let s = graded(solid, SampleTarget::NodeCount(count), grading).expect(name);
     check_sums(name, &s);
     check_count(name, s.positions.len(), count);
     let angle = s.report.quality.smallest_dihedral;

@@ -10,7 +10,7 @@ use crate::path::{Ease, Path};
 use crate::shape::RigidShape;
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
-use crate::tool::{Drive, Tool};
+use crate::tool::{Drive, RigidTool};
 use glam::DQuat;
 
 fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
@@ -92,7 +92,7 @@ fn implicit_steps_with_friction_agree_with_explicit_ones() {
         let (mut contact, rest) = contact(friction);
         let mut law = Network::complete(&rest, 30.0);
         let mut motion = Motion::new(&rest, &[1.0; 9], supports.clone(), settings).unwrap();
-        let mut tool = Tool::on_path(shape, origin, path.clone());
+        let mut tool = RigidTool::on_path(shape, origin, path.clone());
         let step = 3.0 / f64::from(steps);
         let newton = NewtonSettings::default();
         let scheme = ImplicitScheme::Newmark;
@@ -116,7 +116,7 @@ fn implicit_steps_with_friction_agree_with_explicit_ones() {
     let (explicit, pushed) = run(0.5, 6000, false);
     let (implicit, tool) = run(0.5, 300, true);
     let (_, smooth) = run(0.0, 300, true);
-    let along = |tool: &Tool| tool.contact.force.x;
+    let along = |tool: &RigidTool| tool.contact.force.x;
     assert!(
         (along(&tool) - along(&smooth)).abs() > 0.1,
         "friction is felt: {} {}",
@@ -146,7 +146,7 @@ fn what_implicit_steps_cannot_do_is_refused() {
         force: DVec3::ZERO,
         damping: 0.0,
     };
-    let mut tool = Tool::new(RigidShape::Plane, Pose::at(DVec3::Z * -9.0), drive);
+    let mut tool = RigidTool::new(RigidShape::Plane, Pose::at(DVec3::Z * -9.0), drive);
     let mut solver = Implicit::new(ImplicitSettings::default()).unwrap();
     let tools = &mut [(&mut tool, &mut contact)];
     let error = solver.step_with(&mut motion, 0.1, &mut law, tools);

@@ -6,7 +6,7 @@ use crate::path::{Ease, Path};
 use crate::rigid_path::RigidPath;
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
-use crate::tool::{Drive, Tool};
+use crate::tool::{Drive, RigidTool};
 use glam::DQuat;
 use proptest::prelude::*;
 use testkit::cloud::{Random, uniform};
@@ -26,7 +26,7 @@ struct Net {
     law: Network,
     motion: Motion,
     contact: Contact,
-    tool: Tool,
+    tool: RigidTool,
     limit: f64,
 }
 
@@ -48,7 +48,7 @@ impl Net {
             law,
             motion,
             contact,
-            tool: Tool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive),
+            tool: RigidTool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive),
             limit: found.unwrap().critical_step,
         }
     }
@@ -235,7 +235,7 @@ fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
     };
     let half = DVec3::new(0.7, 0.7, 0.2);
     let pose = Pose::at(DVec3::new(1.0, 1.0, 0.25));
-    let mut tool = Tool::new(RigidShape::Box { half }, pose, drive);
+    let mut tool = RigidTool::new(RigidShape::Box { half }, pose, drive);
     let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
     let forces = |x: &[DVec3], f: &mut [DVec3]| law.forces_into(x, f);
     motion.advance_with(1.2, 1e-3, forces, press).unwrap();
@@ -260,7 +260,7 @@ fn restored_between_steps_to_the_same_bits() {
     let mut net = Net::new(1e4, 0.3, pressing());
     let step = 0.7 * net.limit;
     net.advance(1.5, step).unwrap();
-    let kept: (State, Tool, Contact) = (
+    let kept: (State, RigidTool, Contact) = (
         net.motion.state().clone(),
         net.tool.clone(),
         net.contact.clone(),
@@ -287,7 +287,7 @@ fn far_away_nothing_happens() {
     motion.set_velocities(&v).unwrap();
     let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
     let origin = Pose::at(DVec3::Z * 5.0);
-    let mut tool = Tool::on_path(RigidShape::Sphere { radius: 1.0 }, origin, path);
+    let mut tool = RigidTool::on_path(RigidShape::Sphere { radius: 1.0 }, origin, path);
     let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
     motion.advance_with(1.0, 0.1, |_, _| 0.0, press).unwrap();
     assert_eq!(tool.contact, ContactForce::default(), "no force");

@@ -6,7 +6,7 @@ use crate::newton::NewtonSettings;
 use crate::path::Path;
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
-use crate::tool::{Drive, Tool};
+use crate::tool::{Drive, RigidTool};
 use crate::view::StepView;
 use glam::DQuat;
 use proptest::prelude::*;
@@ -200,7 +200,7 @@ fn tool_and_body_keep_their_momentum_and_energy() {
         damping: 0.0,
     };
     let pose = Pose::at(DVec3::new(1.1, 0.9, 0.65));
-    let mut tool = Tool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive);
+    let mut tool = RigidTool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive);
     tool.velocity = DVec3::new(0.1, 0.0, -1.0);
     let start = tool.velocity * 3.0;
     let kinetic = tool.kinetic();
@@ -238,7 +238,7 @@ fn a_driven_tool_follows_its_path_and_its_work_arrives() {
         half_length: 0.3,
         radius: 0.3,
     };
-    let mut tool = Tool::on_path(shape, Pose::at(origin), path);
+    let mut tool = RigidTool::on_path(shape, Pose::at(origin), path);
     let supports = Supports::fixed(9, &[0, 2, 6, 8]);
     let settings = MotionSettings::default();
     let mut motion = Motion::new(&rest, &[1.0; 9], supports, settings).unwrap();

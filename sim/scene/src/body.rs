@@ -67,7 +67,7 @@ pub struct Body {
     pub moved_mass: f64,
     /// Surface points that are drawn; used only by a scene with pictures.
     #[serde(default)]
-    pub surfels: Surfels,
+    pub surfels: SurfelSettings,
 }
 
 impl Body {
@@ -89,7 +89,7 @@ impl Body {
             damping: Self::default_damping(),
             damping_ratio: 0.0,
             moved_mass: Self::default_moved_mass(),
-            surfels: Surfels::default(),
+            surfels: SurfelSettings::default(),
         }
     }
 
@@ -185,7 +185,7 @@ pub enum Target {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
-pub struct Surfels {
+pub struct SurfelSettings {
     /// How many surfels cover the body's surface; of no account with `points`.
     pub target: SurfelTarget,
     /// Surfels from a file, such as a scan of the body, in place of those that are spread on its shape.
@@ -250,7 +250,7 @@ pub struct ImageFile {
     pub size: f64,
 }
 
-impl Default for Surfels {
+impl Default for SurfelSettings {
     fn default() -> Self {
         Self {
             target: SurfelTarget::Shared(30_000),

@@ -22,7 +22,7 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 pub use body::{
-    Body, Form, ImageFile, PointFile, Sampling, SurfelSpacing, SurfelTarget, Surfels, Target,
+    Body, Form, ImageFile, PointFile, Sampling, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
 };
 pub use embedded::{EMBEDDED, Embedded};
 pub use error::SceneError;

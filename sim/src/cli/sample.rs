@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec3;
 use phyxel_discretize::{
-    FileError, Grading, Mesh, Refinement, RepairSettings, SampleSettings, Solid, Target, ply_mesh,
-    read_mesh, repair, sample_file, sample_points,
+    FileError, Grading, Mesh, Refinement, RepairSettings, SampleSettings, SampleTarget, Solid,
+    ply_mesh, read_mesh, repair, sample_file, sample_points,
 };
 
 use super::{CliError, printable};
@@ -108,8 +108,8 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
     }
     let settings = SampleSettings {
         target: match arguments.spacing {
-            Some(spacing) => Target::Spacing(spacing),
-            None => Target::NodeCount(arguments.nodes.unwrap_or(DEFAULT_NODES)),
+            Some(spacing) => SampleTarget::Spacing(spacing),
+            None => SampleTarget::NodeCount(arguments.nodes.unwrap_or(DEFAULT_NODES)),
         },
         grading: Grading {
             coarsest: arguments.coarsest,

@@ -2,10 +2,10 @@
 
 use phyxel_splat::{Background, BindSettings, TissueSettings, linear_color};
 
-use crate::scene::{Backdrop, Surfels};
+use crate::scene::{Backdrop, SurfelSettings};
 
 /// Radii, clipping and binding of a body's surfels.
-pub(super) fn tissue_of(spec: &Surfels) -> TissueSettings {
+pub(super) fn tissue_of(spec: &SurfelSettings) -> TissueSettings {
     let usual = TissueSettings::default();
     TissueSettings {
         bind: BindSettings {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, SampleSettings, Sampling, Solid, Target, estimate_point_nodes,
+    Grading, SampleSettings, SampleTarget, SampledNodes, Solid, estimate_point_nodes,
     estimate_tetrahedra_nodes, sample_lattice, sample_points, sample_tetrahedra,
 };
 
@@ -39,7 +39,7 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    fn of(found: Sampling) -> Self {
+    fn of(found: SampledNodes) -> Self {
         Self {
             positions: found.positions,
             volumes: found.volumes,
@@ -60,9 +60,9 @@ pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
         }
         scene::Target::Spacing(spacing) => {
             check_count(solid, spacing, body)?;
-            Target::Spacing(spacing)
+            SampleTarget::Spacing(spacing)
         }
-        scene::Target::Nodes(count) => Target::NodeCount(count as usize),
+        scene::Target::Nodes(count) => SampleTarget::NodeCount(count as usize),
     };
     let settings = SampleSettings {
         target,

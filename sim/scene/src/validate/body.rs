@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::file::{existing_file, scale};
 use super::{material, method};
 use crate::Shape;
-use crate::body::{Body, Form, SurfelSpacing, SurfelTarget, Surfels, Target};
+use crate::body::{Body, Form, SurfelSettings, SurfelSpacing, SurfelTarget, Target};
 use phyxel_text::Checks;
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
@@ -140,7 +140,7 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
     }
 }
 
-fn surfels(checks: &mut Checks, path: &str, surfels: &Surfels, shape: &Shape) {
+fn surfels(checks: &mut Checks, path: &str, surfels: &SurfelSettings, shape: &Shape) {
     const MOST_SURFELS: u32 = 10_000_000;
     const MOST_RANGE: f64 = 100.0;
     let target = format!("{path}.target");
