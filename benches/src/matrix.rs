@@ -19,8 +19,8 @@ pub const RATIOS: [f64; 3] = [0.3, 0.45, 0.49];
 /// Share by which the energy released on the block may differ between node counts, from their median.
 pub const RELEASED_SPREAD: f64 = 0.15;
 
-/// A dozen scenes that take a minute together. Of those that are not among them, the livers of 3,000 and 6,000 nodes cut down
-/// their front and blocks of 2 kPa still miss bars.
+/// A dozen scenes that take a minute together. Of those that are not among them, the liver of 6,000 nodes cut down its front and
+/// blocks of 2 kPa still miss bars.
 pub const QUICK: [&str; 13] = [
     "block 500 through",
     "block 1408 shipped",

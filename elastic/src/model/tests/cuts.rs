@@ -157,6 +157,53 @@ fn weakening_never_adds_energy_and_its_decay_is_booked() {
 }
 
 #[test]
+fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_energy() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let node = 62_usize;
+    let row = rest.row(node);
+    let last = row.start + 3;
+    let other = rest.indices[last] as usize;
+    let neighbor = move |p: usize, share: f64| if p == last { share } else { 0.0 };
+    let pull = |share: f64| {
+        let mut body = model(&rest, law(), 0.1);
+        let mut f = vec![DVec3::ZERO; rest.positions.len()];
+        let mut x = rest.positions.clone();
+        body.forces_into(&x, &mut f);
+        body.weaken(&[62], &x, &|p| neighbor(p, share));
+        // Along the pair, without its neighbours' strain.
+        let along = rest.positions[other] - rest.positions[node];
+        x[node] -= along;
+        let energy = body.forces_into(&x, &mut f);
+        x[node] += along;
+        energy - body.forces_into(&x, &mut f)
+    };
+    let [little, whole] = [0.016, 1.0].map(pull);
+    assert_within("a small share of a pair", little, whole, 1e-12 * whole);
+    // Bonds that others leave alone get stiffer; what they hold they keep.
+    let x = shaken(&rest, 0.1, 5);
+    let mut body = model(&rest, law(), 0.1);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(&x, &mut f);
+    body.weaken(&[62], &x, &|p| if row.contains(&p) { 0.2 } else { 0.0 });
+    for _ in 0..400 {
+        body.decay_bonds(0.98);
+    }
+    let before = body.forces_into(&x, &mut f);
+    let held = body.bond_energies()[3].1;
+    assert!(held > 0.0);
+    let lost = body.weaken(&[62], &x, &|p| neighbor(p, 0.2));
+    let after = body.forces_into(&x, &mut f);
+    assert_within(
+        "the last bond",
+        body.bond_energies()[0].1,
+        held,
+        1e-12 * held,
+    );
+    assert_within("what was lost", lost, before - after, 1e-12 * before);
+    assert!(lost > 0.0, "{lost}");
+}
+
+#[test]
 fn part_products_see_bonds() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
     let x = shaken(&rest, 0.02, 6);
