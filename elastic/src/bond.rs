@@ -28,7 +28,7 @@ use crate::storage::{BLOCK, Number};
 const STIFFNESS: f64 = 5.0;
 /// Least `f_ij` of a bond. Near a crack's front pairs are left with any small share of their weight, where many of them
 /// hold much: with 0.3, 0.5 and 1 a block of 500 nodes that is cut half through sets 17, 20 and 27 % less free per area than
-/// finer ones (15 % with this; `benches -- matrix`).
+/// one of 5,000 (15 % with this; `benches -- matrix`).
 const LEAST_SHARE: f64 = 0.1;
 /// Least `Σ_j f_ij`, a whole pair: a node that hung on a single pair of a share of 0.016 was drawn out to four times its rest
 /// distance (`liver 3000 front` of `benches -- matrix`), 2.1 times with this. With 2 in place of 1 the same rows miss a bar.

@@ -1,5 +1,6 @@
 //! The model as a whole: derivatives, invariances, patch test, threads, cuts.
 
+mod bonds;
 mod cuts;
 mod derivatives;
 mod frame;

@@ -10,13 +10,14 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::body_state::BodyState;
+use crate::capture::take_note;
 use crate::cutting::CapturedEdge;
 use crate::error::{BodyProblem, WorldError};
 use crate::grip::Adjusted;
 use crate::guard::{Kept, Retaken};
 use crate::input::InputSourceState;
 use crate::phases::Phases;
-use crate::{CutPiece, Member, World, take_note};
+use crate::{CutPiece, Member, World};
 
 /// All of a world that its scene does not say.
 #[derive(Debug, Clone, Serialize, Deserialize)]

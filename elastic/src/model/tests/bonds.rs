@@ -1,0 +1,209 @@
+//! Nodes that a cut left weak, and their bonds.
+
+use super::cuts::law;
+use super::*;
+
+/// The torn block whose nodes with fewer than six pairs are weak, at `x`.
+fn weakened(x: &[DVec3], material: Material) -> (Block, Elastic, Vec<u32>) {
+    let whole = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let (torn, touched) = torn();
+    let mut body = model(&whole, material, 0.1);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(x, &mut f);
+    body.update_rows(&touched, &stencils(&torn)).expect("sound");
+    let left = |node: &u32| {
+        let row = &torn.weights[torn.row(*node as usize)];
+        row.iter().filter(|w| **w > 0.0).count()
+    };
+    let weak: Vec<u32> = touched.iter().copied().filter(|i| left(i) < 9).collect();
+    body.weaken(&weak, x, &|p| if torn.weights[p] > 0.0 { 1.0 } else { 0.0 });
+    (torn, body, weak)
+}
+
+#[test]
+fn bonds_are_exact_gradients_and_conserve_momenta() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let (_, mut body, weak) = weakened(&x, law());
+    assert!(weak.len() > 20 && weak.len() < x.len(), "{}", weak.len());
+    assert_eq!(body.weak_nodes(), weak);
+    assert!(
+        weak.iter()
+            .all(|&i| body.elastic_volumes()[i as usize] == 0.0)
+    );
+    let there = shaken(&rest, 0.05, 7);
+    check_derivatives("weak", &mut body, &there, 1e-3, 1e-3);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(&there, &mut f);
+    let sum: DVec3 = f.iter().sum();
+    let torque: DVec3 = there.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+    let size: f64 = f.iter().map(|f| f.length()).sum();
+    assert_below("momentum", sum.length() / size, 1e-14);
+    assert_below("angular momentum", torque.length() / size, 1e-14);
+}
+
+#[test]
+fn bonds_are_objective_and_hold_however_far_a_node_is_moved() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 1.9);
+    let (_, mut body, weak) = weakened(&rest.positions, law());
+    let mut x: Vec<DVec3> = rest.positions.iter().map(|x| turn * *x).collect();
+    let mut f = vec![DVec3::ZERO; x.len()];
+    let energy = body.forces_into(&x, &mut f);
+    assert_within("energy of a rotation", energy, 0.0, 1e-14);
+    // A weak node that has bonds is drawn back, from any side and through its neighbours too.
+    let node = *weak.iter().find(|&&i| i != 124).expect("some") as usize;
+    for far in [DVec3::X, -DVec3::Y, DVec3::new(0.3, -0.2, 0.9)] {
+        x[node] += far;
+        body.forces_into(&x, &mut f);
+        assert!(f[node].dot(far) < 0.0, "{} along {far}", f[node]);
+        x[node] -= far;
+    }
+    // The sheet, the line and the lone node hang on nothing sound.
+    assert_eq!(body.loose_nodes(), 31);
+}
+
+#[test]
+fn weakening_never_adds_energy_and_its_decay_is_booked() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    for by in [0.003, 0.03, 0.15] {
+        let x = shaken(&rest, by, 5);
+        let (torn, touched) = torn();
+        let mut f = vec![DVec3::ZERO; x.len()];
+        // The same rows, with and without their strain: rows change the energy, weakening lowers it.
+        let mut kept = model(&rest, law(), 0.1);
+        kept.forces_into(&x, &mut f);
+        kept.update_rows(&touched, &stencils(&torn)).expect("sound");
+        let before = kept.forces_into(&x, &mut f);
+        let weak = touched.clone();
+        let share = |p: usize| f64::from(u8::from(torn.weights[p] > 0.0));
+        kept.weaken(&weak, &x, &share);
+        let after = kept.forces_into(&x, &mut f);
+        assert!(after <= before, "{after} from {before} at {by}");
+        // At fixed positions, the work of a decay is what the energy changes by.
+        let mut energy = after;
+        let start = energy;
+        let mut work = 0.0;
+        for _ in 0..400 {
+            work += kept.decay_bonds(0.98);
+            energy = kept.forces_into(&x, &mut f);
+            work += kept.bond_work();
+        }
+        assert_within(
+            "work of the decay",
+            work,
+            energy - start,
+            1e-12 * energy.max(start),
+        );
+        // Named again, the bonds are those that they were.
+        let offsets = kept.bond_offsets();
+        kept.weaken(&weak, &x, &share);
+        assert_eq!(kept.bond_offsets(), offsets);
+    }
+}
+
+#[test]
+fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_energy() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let node = 62_usize;
+    let row = rest.row(node);
+    let last = row.start + 3;
+    let other = rest.indices[last] as usize;
+    let neighbor = move |p: usize, share: f64| if p == last { share } else { 0.0 };
+    let pull = |share: f64| {
+        let mut body = model(&rest, law(), 0.1);
+        let mut f = vec![DVec3::ZERO; rest.positions.len()];
+        let mut x = rest.positions.clone();
+        body.forces_into(&x, &mut f);
+        body.weaken(&[62], &x, &|p| neighbor(p, share));
+        // Along the pair, without its neighbours' strain.
+        let along = rest.positions[other] - rest.positions[node];
+        x[node] -= along;
+        let energy = body.forces_into(&x, &mut f);
+        x[node] += along;
+        energy - body.forces_into(&x, &mut f)
+    };
+    let [little, whole] = [0.016, 1.0].map(pull);
+    assert_within("a small share of a pair", little, whole, 1e-12 * whole);
+    // Bonds that others leave alone get stiffer; what they hold they keep.
+    let x = shaken(&rest, 0.1, 5);
+    let mut body = model(&rest, law(), 0.1);
+    let mut f = vec![DVec3::ZERO; x.len()];
+    body.forces_into(&x, &mut f);
+    body.weaken(&[62], &x, &|p| if row.contains(&p) { 0.2 } else { 0.0 });
+    for _ in 0..400 {
+        body.decay_bonds(0.98);
+    }
+    let before = body.forces_into(&x, &mut f);
+    let held = body.bond_energies()[3].1;
+    assert!(held > 0.0);
+    let lost = body.weaken(&[62], &x, &|p| neighbor(p, 0.2));
+    let after = body.forces_into(&x, &mut f);
+    assert_within(
+        "the last bond",
+        body.bond_energies()[0].1,
+        held,
+        1e-12 * held,
+    );
+    assert_within("what was lost", lost, before - after, 1e-12 * before);
+    assert!(lost > 0.0, "{lost}");
+}
+
+#[test]
+fn part_products_see_bonds() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let (_, mut body, weak) = weakened(&x, law());
+    let n = x.len();
+    let mut f = vec![DVec3::ZERO; n];
+    body.forces_into(&shaken(&rest, 0.04, 8), &mut f);
+    let part = body.part(&weak[3..12]);
+    let mut random = Random::new(3);
+    let inside: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+    let mut whole = vec![DVec3::ZERO; n];
+    for (&node, v) in part.nodes().iter().zip(&inside) {
+        whole[node as usize] = *v;
+    }
+    let mut expected = vec![DVec3::ZERO; n];
+    body.tangent_product_into(&whole, &mut expected);
+    let mut product = vec![DVec3::ZERO; inside.len()];
+    body.tangent_product_within(&part, &inside, &mut product);
+    for (&node, found) in part.nodes().iter().zip(product) {
+        let expected = expected[node as usize];
+        assert_below(
+            "difference",
+            (found - expected).length(),
+            1e-13 * expected.length().max(1e-3),
+        );
+    }
+}
+
+/// A model that was never evaluated, told of what another one found round a part.
+#[test]
+fn a_part_is_told_of_its_state_to_the_bit() {
+    let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
+    let x = shaken(&rest, 0.02, 6);
+    let (_, mut body, weak) = weakened(&x, law());
+    let mut told = body.clone();
+    let y = shaken(&rest, 0.04, 8);
+    body.forces_into(&y, &mut vec![DVec3::ZERO; y.len()]);
+    for nodes in [&weak[3..12], &weak[..1]] {
+        let part = body.part(nodes);
+        let mut random = Random::new(3);
+        let v: Vec<DVec3> = nodes.iter().map(|_| random.vector(1.0)).collect();
+        let mut expected = vec![DVec3::ZERO; v.len()];
+        body.tangent_product_within(&part, &v, &mut expected);
+        let gradients: Vec<DMat3> = (part.rows().iter())
+            .map(|&node| body.deformation_gradient(node as usize))
+            .collect();
+        let ends = part.ends().iter();
+        let ends: Vec<DVec3> = ends.map(|&node| y[node as usize]).collect();
+        assert!(!ends.is_empty(), "bonds of weak nodes");
+        let mut found = vec![DVec3::ZERO; v.len()];
+        told.tangent_product_within(&part, &v, &mut found);
+        assert_ne!(found, expected, "of another state");
+        told.set_part_state(&part, &gradients, &ends);
+        told.tangent_product_within(&part, &v, &mut found);
+        assert_eq!(found, expected);
+    }
+}
