@@ -292,7 +292,7 @@ fn round(turn: f64, captures: u32) -> Vec<[DVec3; 2]> {
 #[test]
 fn a_cut_that_turns_has_a_lattice_for_each_sheet_and_a_flat_one_has_one() {
     let settings = GridSettings {
-        spacing: 0.02,
+        spacing: 0.04,
         inflate: 0.3,
         most_points: 1 << 22,
     };

@@ -315,7 +315,7 @@ fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_points() 
         (0..=count).map(place).collect()
     };
     let mut cases = vec![];
-    for count in [12, 24, 48, 96, 200] {
+    for count in [12, 48] {
         for (turns, low, high) in [
             (2.0, 0.08, 0.38),
             (2.0, 0.02, 0.4),

@@ -112,13 +112,13 @@ fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
     });
     let stroke = fine.start(&blade(0.503, -0.3)).unwrap();
     let mut grown = cloud.factors();
-    for k in 1..=1000 {
+    for k in 1..=500 {
         let new = fine
-            .append(stroke, &blade(0.503, -0.3 + 1.6e-3 * f64::from(k)))
+            .append(stroke, &blade(0.503, -0.3 + 3.2e-3 * f64::from(k)))
             .unwrap();
         grown.update(&cloud.graph(), &fine, new, &inside);
     }
-    assert_eq!(fine.triangle_count(), 2000);
+    assert_eq!(fine.triangle_count(), 1000);
     let mut huge = Cuts::new(&settings(&cloud));
     let far = [
         DVec3::new(-1e5, 0.503, -1e5),
@@ -234,16 +234,15 @@ proptest! {
         let cloud = Cloud::joined(x, 0.3);
         let cuts = cut(&vec![strip], &CutSettings { weld_tolerance: 1e-9, index_cell: 0.2 });
         let found = factors(&cloud, &cuts);
+        let graph = cloud.graph();
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
             let f = found[pair];
             let (a, b) = (cloud.x[i], cloud.x[j]);
             prop_assert!((0.0..=1.0).contains(&f));
             let crossed = (0..cuts.triangle_count()).any(|t| super::slow::cross3(a, b, cuts.triangle(t)));
             prop_assert_eq!(crossed, f < 1.0);
-            let back = cloud.pairs().iter().position(|&p| p == (j, i)).filter(|_| pair % 97 == 0);
-            if let Some(back) = back {
-                prop_assert_eq!(found[back].to_bits(), f.to_bits());
-            }
+            let back = graph.pair(j as u32, i as u32);
+            prop_assert_eq!(found[back].to_bits(), f.to_bits());
         }
     }
 

@@ -71,12 +71,13 @@ fn a_sheet_that_stops_within_the_tolerance_of_a_face_joins_it() {
     let settings = CutSettings::for_spacing(1.0 / 12.0);
     let tolerance = settings.weld_tolerance;
     let mut random = Random::new(21);
-    let (mut cases, mut leaking) = (0, 0);
+    let (mut cases, mut leaking) = (0_u32, 0);
     for floor in [Floor::Plane, Floor::Wavy, Floor::Roof] {
         // The older sheets' triangles are up to 0.1 of the tolerance below their heights.
         for gap in [0.85, 0.5, 0.1, 1e-9, 0.0, -1e-9, -0.3] {
             for lean in [0.0, 0.4, -1.2] {
-                for down in [true, false] {
+                // Each in one of the two directions.
+                for down in [cases % 2 == 0] {
                     let x = 0.45 + 0.15 * random.unit();
                     let mut cuts = Cuts::new(&settings);
                     floor.sheet(&mut cuts);
@@ -129,7 +130,7 @@ fn a_sheet_that_stops_within_the_tolerance_of_a_face_joins_it() {
     if testkit::tol::print_residuals() {
         println!("{leaking} of {cases} joints leak");
     }
-    assert_eq!(leaking, 0, "of {cases} joints");
+    assert_eq!((leaking, cases), (0, 63));
 }
 
 #[test]
