@@ -4,20 +4,10 @@
     reason = "a failing test names its line; messages are given where the values are not in sight"
 )]
 
-/// Cracks with a known answer, through cuts, never glued.
-mod cut_accuracy;
 /// The same bits from any number of threads, and from a second run.
 mod determinism;
-/// Patch test, beams, stretch, modes and convergence of nodal elasticity.
-mod elastic_accuracy;
 /// Hard cases, each with what must happen.
 mod hard_cases;
-/// Waves, energy, stability, impact.
-mod integrate_dynamics;
-/// Indentation against finite elements and Hertz.
-mod integrate_indentation;
-/// Whole scenes of the laboratory against their bars.
-mod laboratory;
 /// A scene pays for what it needs and for nothing else.
 mod model_only;
 /// Conservative stencils on sampled livers.

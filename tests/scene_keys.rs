@@ -2,7 +2,6 @@
 //! are compared, to the bit, with those of the scene without the change. What is written out although
 //! it is the default changes nothing.
 
-mod grids;
 mod physics;
 mod points;
 

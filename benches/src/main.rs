@@ -4,15 +4,18 @@
 //! and fail if it does not; those of [`STUDIES`] tabulate error beside time and write one page.
 
 use std::io::{self, Write};
+use std::num::NonZero;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::thread;
+use std::time::Instant;
 
 use benches::batch::{Case, Sheet, chosen, run_all};
 use benches::cracks::Fronts;
 use benches::studies::{STUDIES, write_page};
 use benches::{
     Effort, Options, Row, Study, StudyError, column, cook, cracks, grids, griffith, incision,
-    matrix, organs, random, spin,
+    matrix, organs, prove, random, spin,
 };
 use clap::{Args, Command, FromArgMatches, Subcommand};
 use phyxel::output::OutputFolder;
@@ -57,6 +60,17 @@ enum Verdict {
     Column(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
+    /// Claims that take too long for a test, checked on all cores: each figure with its limit.
+    Prove {
+        /// Only claims with this in their names.
+        name: Option<String>,
+        /// List the claims and check none.
+        #[arg(long)]
+        list: bool,
+        /// Claims at a time, with one thread each; all cores without it.
+        #[arg(long, value_name = "N")]
+        jobs: Option<usize>,
+    },
     /// Cracks with a known answer, cut by a blade in a scene: stress intensities, mouths and works.
     Cracks {
         /// Only families with one of these comma-separated parts in their names.
@@ -184,6 +198,7 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Spin(one) => run_spin(one),
         Verdict::Column(one) => run_column(one),
         Verdict::Cook(one) => run_cook(one),
+        Verdict::Prove { name, list, jobs } => run_prove(name.as_deref(), *list, *jobs),
         Verdict::Cracks {
             filter,
             without_fronts,
@@ -542,6 +557,29 @@ fn run_cracks(filter: Option<&str>, without_fronts: bool, one: &One) -> Result<b
         }
     }
     verdict(&cracks::breaches(&all))
+}
+
+fn run_prove(name: Option<&str>, list: bool, jobs: Option<usize>) -> Result<bool, StudyError> {
+    let claims = prove::chosen(name)?;
+    if list {
+        for claim in &claims {
+            writeln!(io::stdout(), "{:<18} {}", claim.name, claim.about)?;
+        }
+        return Ok(true);
+    }
+    let jobs = jobs.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get));
+    let (start, mut failed) = (Instant::now(), 0);
+    let all = prove::run(&claims, jobs, |outcome| {
+        failed += usize::from(!outcome.holds());
+        Ok(write!(io::stdout(), "{outcome}")?)
+    })?;
+    writeln!(
+        io::stdout(),
+        "{} passed, {failed} failed\nin {:.1} s",
+        claims.len() - failed,
+        start.elapsed().as_secs_f64()
+    )?;
+    Ok(all)
 }
 
 /// Prints what breaks a bar; whether nothing does.

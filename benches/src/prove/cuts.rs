@@ -1,20 +1,10 @@
 //! Cuts and mechanics together: cracks with a known answer, through cuts, and the trap of setting up
 //! anew. `cargo run --release -p benches -- crack` prints all forms on all problems.
 
-#![allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::unwrap_used,
-    clippy::float_cmp,
-    reason = "test helpers: counts are small, inputs sound, coupling exactly 0"
-)]
-
-mod traps;
-
-use benches::problems::cracks::{self, Form, PLACES, Ratios};
+use super::{Proof, traps};
+use crate::problems::cracks::{self, Form, PLACES, Ratios};
 use glam::{DVec2, DVec3};
 use phyxel_enrich::Rule;
-use testkit::tol::{assert_below, assert_within};
 
 const DIFFRACTION: Form = Form::DIFFRACTION;
 
@@ -22,8 +12,13 @@ fn mean(runs: &[Ratios], of: fn(&Ratios) -> f64) -> f64 {
     runs.iter().map(of).sum::<f64>() / runs.len() as f64
 }
 
-#[test]
-fn tada_paris_irwin_edge_crack() {
+/// Force on the piece that moves, and on the rest, which must feel exactly nothing.
+fn across(proof: &mut Proof, cut: &str, moved: f64, other: f64) {
+    proof.above(format!("{cut}: force on what moves"), moved, 1e-3);
+    proof.within(format!("{cut}: force across"), other, 0.0, 0.0);
+}
+
+pub(super) fn tada_paris_irwin_edge_crack(proof: &mut Proof) {
     // Mean over eight places: 6 % at a = 8 spacings, 3 % at 16.
     for (cells, jitter, allowed) in [(20, 0.0, 0.06), (20, 0.2, 0.06), (40, 0.0, 0.03)] {
         let runs: Vec<Ratios> = PLACES
@@ -34,36 +29,33 @@ fn tada_paris_irwin_edge_crack() {
                     .unwrap()
             })
             .collect();
-        assert_within("K_I", mean(&runs, |r| r.first), 1.0, allowed);
-        assert_within("mouth", mean(&runs, |r| r.second), 1.0, allowed);
+        proof.within("K_I", mean(&runs, |r| r.first), 1.0, allowed);
+        proof.within("mouth", mean(&runs, |r| r.second), 1.0, allowed);
     }
     // The comparator is worse: the crack acts too long.
     let seen = cracks::edge_crack(20, 0.0, PLACES[1], Form::Rule(Rule::Visibility))
         .unwrap()
         .unwrap();
-    assert!(seen.second > 1.1, "{seen:?}");
+    proof.above("mouth by visibility alone", seen.second, 1.1);
 }
 
-#[test]
-fn tada_paris_irwin_centre_crack() {
+pub(super) fn tada_paris_irwin_centre_crack(proof: &mut Proof) {
     let found = cracks::centre_crack(30, [0.25, 0.2], DIFFRACTION)
         .unwrap()
         .unwrap();
-    assert_within("K_I", found.first, 1.0, 0.02);
-    assert_within("opening", found.second, 1.0, 0.03);
+    proof.within("K_I", found.first, 1.0, 0.02);
+    proof.within("opening", found.second, 1.0, 0.03);
 }
 
-#[test]
-fn inclined_crack() {
+pub(super) fn inclined_crack(proof: &mut Proof) {
     let found = cracks::inclined_crack(50, 0.0, DIFFRACTION)
         .unwrap()
         .unwrap();
-    assert_within("K_I", found.first, 1.0, 0.07);
-    assert_within("K_II", found.second, 1.0, 0.07);
+    proof.within("K_I", found.first, 1.0, 0.07);
+    proof.within("K_II", found.second, 1.0, 0.07);
 }
 
-#[test]
-fn sneddon_1946_penny_crack_in_a_cube() {
+pub(super) fn sneddon_1946_penny_crack_in_a_cube(proof: &mut Proof) {
     // At a = 3.5 spacings, eight places of the disc relative to the nodes of two bodies.
     let shifts = [
         [0.0, 0.0, 0.0],
@@ -81,60 +73,50 @@ fn sneddon_1946_penny_crack_in_a_cube() {
             );
         }
     }
-    if testkit::tol::print_residuals() {
-        println!("{runs:#?}");
-    }
     // The mean over the places, whatever the radius over which the field is read: 1.035, 1.001, 0.958 for
     // the face and 0.982, 0.959, 0.942 for the middle. The largest radius is nearly that of the crack,
     // and a linear reading over it flattens the middle by up to 0.075 at a single place.
     for (reading, at_one_place) in [0.06, 0.06, 0.08].into_iter().enumerate() {
         let faces: Vec<Ratios> = runs.iter().map(|run| run.faces[reading]).collect();
-        if testkit::tol::print_residuals() {
-            let (face, middle) = (mean(&faces, |r| r.first), mean(&faces, |r| r.second));
-            println!("read over {}: {face} {middle}", cracks::READINGS[reading]);
-        }
-        assert_within("mean opening", mean(&faces, |r| r.first), 1.0, 0.06);
-        assert_within("middle", mean(&faces, |r| r.second), 1.0, 0.06);
+        proof.within("mean opening", mean(&faces, |r| r.first), 1.0, 0.06);
+        proof.within("middle", mean(&faces, |r| r.second), 1.0, 0.06);
         for face in &faces {
-            assert_within("mean opening at one place", face.first, 1.0, at_one_place);
-            assert_within("middle at one place", face.second, 1.0, at_one_place);
+            proof.within("mean opening at one place", face.first, 1.0, at_one_place);
+            proof.within("middle at one place", face.second, 1.0, at_one_place);
         }
     }
     // Two other readings: what the cut adds to the work of the loads is too little, as nodes beside the
     // edge are let go only in part, and those within a spacing of it move too far.
     let others: Vec<Ratios> = runs.iter().map(|run| run.others).collect();
-    assert_within("volume by the work", mean(&others, |r| r.first), 1.0, 0.12);
-    assert_within("mean at nodes", mean(&others, |r| r.second), 1.0, 0.16);
+    proof.within("volume by the work", mean(&others, |r| r.first), 1.0, 0.12);
+    proof.within("mean at nodes", mean(&others, |r| r.second), 1.0, 0.16);
 }
 
-#[test]
-fn beam_with_a_slit_under_its_weight() {
+pub(super) fn beam_with_a_slit_under_its_weight(proof: &mut Proof) {
     let found = cracks::gravity_slit(64, DIFFRACTION).unwrap().unwrap();
-    assert_within("growth of the sag", found.first, 1.0, 0.01);
-    assert_within("mouth", found.second, 1.0, 0.03);
+    proof.within("growth of the sag", found.first, 1.0, 0.01);
+    proof.within("mouth", found.second, 1.0, 0.03);
 }
 
-#[test]
-fn stress_parallel_to_a_finished_cut_is_exact() {
+pub(super) fn stress_parallel_to_a_finished_cut_is_exact(proof: &mut Proof) {
     for jitter in [0.0, 0.2] {
-        assert_below("finished", traps::parallel_stress(jitter, true), 1e-8);
+        let finished = traps::parallel_stress(jitter, true);
+        proof.below("stress along a finished cut", finished, 1e-8);
         let before = traps::parallel_stress(jitter, false);
-        assert!(before > 1e-3, "nothing to restore: {before}");
+        proof.above("before it is finished", before, 1e-3);
     }
 }
 
-#[test]
-fn a_set_up_after_the_cut_opens_it_and_the_trap_glues_it() {
+pub(super) fn a_set_up_after_the_cut_opens_it_and_the_trap_glues_it(proof: &mut Proof) {
     let [run, resumed, trap] = traps::mouths();
-    assert_eq!(run.to_bits(), resumed.to_bits());
-    assert!(
-        trap < 0.2 * run,
-        "the trap opens {trap} of {run}: test another one"
+    proof.holds(
+        "a set-up after the cut opens alike",
+        run.to_bits() == resumed.to_bits(),
     );
+    proof.below("opening with the old boundary vectors", trap, 0.2 * run);
 }
 
-#[test]
-fn pieces_of_through_cuts_feel_nothing_of_each_other() {
+pub(super) fn pieces_of_through_cuts_feel_nothing_of_each_other(proof: &mut Proof) {
     let upright = |p: DVec2| [p.extend(-0.2), p.extend(1.2)];
     let level = |x: f64, margin: f64| {
         [
@@ -146,7 +128,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
     for margin in [0.3, 0.01] {
         let strip = [level(-margin, margin), level(1.0 + margin, margin)];
         let [moved, other] = traps::force_across(&[&strip], |p| p.z > 0.53);
-        assert!(moved > 1e-3 && other == 0.0, "margin {margin}: {other}");
+        across(proof, "plane", moved, other);
     }
     let wave = |x: f64| DVec2::new(x, 0.53 + 0.1 * (9.0 * x).sin());
     let strip: Vec<[DVec3; 2]> = (0..=24)
@@ -158,7 +140,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
         (points[k + 1] - points[k]).perp_dot(p.truncate() - points[k]) > 0.0
     };
     let [moved, other] = traps::force_across(&[&strip], above);
-    assert!(moved > 1e-3 && other == 0.0, "wave: {other}");
+    across(proof, "wave", moved, other);
     let ring: Vec<[DVec3; 2]> = (0..=24)
         .map(|k| {
             let (s, c) = (std::f64::consts::TAU * f64::from(k % 24) / 24.0).sin_cos();
@@ -172,7 +154,7 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
         })
     };
     let [moved, other] = traps::force_across(&[&ring], inside);
-    assert!(moved > 1e-3 && other == 0.0, "plug: {other}");
+    across(proof, "plug", moved, other);
     // The stem ends on the bar between two of its captures; each of the three pieces in turn.
     let bar = [-0.3, 0.2, 0.7, 1.3].map(|x| upright(DVec2::new(x, 0.53)));
     let stem = [-0.3, 0.15, 0.53].map(|y| upright(DVec2::new(0.47, y)));
@@ -182,6 +164,6 @@ fn pieces_of_through_cuts_feel_nothing_of_each_other() {
         |p: DVec3| p.y < 0.53 && p.x > 0.47,
     ] {
         let [moved, others] = traps::force_across(&[&bar, &stem], piece);
-        assert!(moved > 1e-3 && others == 0.0, "T: {others}");
+        across(proof, "T", moved, others);
     }
 }

@@ -1,6 +1,6 @@
 //! Problems without a reference: stress along a finished cut, set-ups after a cut, pieces.
 
-use benches::problems::cracks::{CutBody, Form, Plate, stress, upright};
+use crate::problems::cracks::{CutBody, Form, Plate, stress, upright};
 use glam::{DMat3, DVec3};
 use phyxel_mls::{ConservativeSettings, ConservativeStencils, inverse_square_weights};
 
@@ -15,7 +15,7 @@ fn cut_by_default<'a>(body: &'a Plate, cuts: &phyxel_enrich::Cuts) -> CutBody<'a
 
 /// Bar with a cut along half its length under uniform stress parallel to the cut, after the stroke is
 /// finished: largest error of the stress at any node, relative. `finish` says whether it is.
-pub(crate) fn parallel_stress(jitter: f64, finish: bool) -> f64 {
+pub(super) fn parallel_stress(jitter: f64, finish: bool) -> f64 {
     let size = DVec3::new(2.0, 1.0, 0.25);
     let body = Plate::new([16, 8, 2], DVec3::ZERO, size, jitter).unwrap();
     let at = |x: f64| DVec3::new(x, 0.53, 0.125);
@@ -42,7 +42,7 @@ pub(crate) fn parallel_stress(jitter: f64, finish: bool) -> f64 {
 /// Mouth opening of an edge crack (m) with the stencils of the cut, of a set-up from the start that
 /// then takes the finished cut's factors, and of a set-up with the cut's weights and the old boundary
 /// vectors.
-pub(crate) fn mouths() -> [f64; 3] {
+pub(super) fn mouths() -> [f64; 3] {
     let make = || {
         let size = DVec3::new(1.0, 2.0, 0.05);
         Plate::new([20, 40, 1], DVec3::ZERO, size, 0.2).unwrap()
@@ -66,7 +66,7 @@ pub(crate) fn mouths() -> [f64; 3] {
 
 /// Largest change of a force by moving the nodes of one piece of a body after a through cut, before
 /// and after the strokes are finished: on that piece, and on the rest.
-pub(crate) fn force_across(strips: &[&[[DVec3; 2]]], piece: impl Fn(DVec3) -> bool) -> [f64; 2] {
+pub(super) fn force_across(strips: &[&[[DVec3; 2]]], piece: impl Fn(DVec3) -> bool) -> [f64; 2] {
     let body = Plate::new([8; 3], DVec3::ZERO, DVec3::ONE, 0.2).unwrap();
     let mut cuts = body.cuts();
     for strip in strips {

@@ -1,21 +1,15 @@
 //! A rigid sphere pressed into a block: `phyxel-integrate`'s contact and static solver on
 //! `phyxel-elastic`'s forces, against finite elements of the same block, and against Hertz.
-#![allow(
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "tests print what they measured and fail by panicking"
-)]
-
-use benches::problems::indentation::{
+use super::Proof;
+use crate::problems::indentation::{
     HERTZ, Press, SMALL, SOFT, SPHERES, cube, graded, hertz_force, hertz_pressure, hertz_radius,
     moment_radius, quarter,
 };
-use benches::problems::reference::{Known, Reference};
+use crate::problems::reference::{Known, Reference};
 use glam::DVec3;
 
 /// Relative errors against the reference; supports carry what acts on the tool.
-fn errors(mut press: Press, known: &[Known], name: &str) -> Vec<f64> {
-    let nodes = press.body.rest.len();
+fn errors(mut press: Press, known: &[Known]) -> Vec<f64> {
     let mut errors = Vec::new();
     for ((radius, depth), known) in SPHERES.into_iter().zip(known) {
         let found = press.press(radius / SMALL, depth * SMALL, 1e-10).unwrap();
@@ -25,82 +19,61 @@ fn errors(mut press: Press, known: &[Known], name: &str) -> Vec<f64> {
         assert!(off < 1e-8 * found.force, "{reaction} {}", found.force);
         let last = found.report.steps.last().unwrap();
         assert!(last.relative_residual() < 1e-10, "{last:?}");
-        println!(
-            "{nodes} {name} nodes: r {} d {}: {:+.2} %, {} iterations, {} products",
-            radius,
-            depth,
-            100.0 * error,
-            last.residuals.len() - 1,
-            last.linear_iterations
-        );
         errors.push(error);
     }
     errors
 }
 
-#[test]
-fn block_indentation_meets_finite_elements() {
+pub(super) fn block_indentation_meets_finite_elements(proof: &mut Proof) {
     let mut reference = Reference::new([12, 16]).unwrap();
     let known = SPHERES.map(|(radius, depth)| reference.press(radius, depth).unwrap());
-    println!("{known:?}");
     for known in &known {
         // The finer lattice has six to nine of its nodes' distances in the contact radius; what is left of
         // it in the extrapolated force is some of what was taken off.
-        assert!((known.fine / known.force - 1.0).abs() < 0.02, "{known:?}");
-        assert!((known.coarse / known.force - 1.0).abs() < 0.05, "{known:?}");
+        proof.within("fine reference", known.fine / known.force, 1.0, 0.02);
+        proof.within("coarse reference", known.coarse / known.force, 1.0, 0.05);
     }
     // The extrapolated force is trusted to half of what extrapolation took off the finer lattice's.
     let doubts = known
         .each_ref()
         .map(|known| 0.5 * (known.fine / known.force - 1.0).abs());
-    let within = |errors: &[f64], bound: f64| {
-        let mut pairs = errors.iter().zip(&doubts);
-        pairs.all(|(error, doubt)| error.abs() < bound + doubt)
+    let within = |proof: &mut Proof, name: &str, errors: &[f64], bound: f64| {
+        for (error, doubt) in errors.iter().zip(&doubts) {
+            proof.below(format!("error, {name}"), error.abs(), bound + doubt);
+        }
     };
-    let found = errors(cube(14).unwrap(), &known, "regular");
-    assert!(within(&found, 0.05), "{found:?}");
-    let found = errors(cube(17).unwrap(), &known, "regular");
-    assert!(within(&found, 0.03), "{found:?}");
+    let found = errors(cube(14).unwrap(), &known);
+    within(proof, "even, 14 cells", &found, 0.05);
+    let found = errors(cube(17).unwrap(), &known);
+    within(proof, "even, 17 cells", &found, 0.03);
     for cells in [[10, 10, 10], [10, 10, 12], [11, 11, 11]] {
-        let found = errors(graded(cells).unwrap(), &known, "graded");
-        assert!(within(&found, 0.03), "{found:?}");
+        let found = errors(graded(cells).unwrap(), &known);
+        within(proof, &format!("graded {cells:?}"), &found, 0.03);
     }
 }
 
-#[test]
-fn hertz_on_a_quarter_of_a_large_block() {
+pub(super) fn hertz_on_a_quarter_of_a_large_block(proof: &mut Proof) {
     let (radius, depth) = HERTZ;
     let ends = [0.3, 0.55, 0.8];
     let mut forces = Vec::new();
     for coarse in [9, 10] {
-        let (mut press, size) = quarter(8, coarse).unwrap();
+        let (mut press, _) = quarter(8, coarse).unwrap();
         // Cells of very unequal size: round-off of the far ones is above 1e-10 of the force.
         let found = press.press(radius, depth, 1e-8).unwrap();
         let error = 4.0 * found.force / hertz_force(SOFT, radius, depth) - 1.0;
         let contact = moment_radius(press.points()) - 1.0;
-        println!(
-            "{} nodes, block of {size:.0} contact radii: force {:+.2} % of Hertz, contact radius {:+.2} %",
-            press.body.rest.len(),
-            100.0 * error,
-            100.0 * contact,
-        );
-        assert!(error.abs() < 0.03, "{error}");
-        assert!(contact.abs() < 0.03, "{contact}");
+        proof.below("force off Hertz", error.abs(), 0.03);
+        proof.below("contact radius off Hertz", contact.abs(), 0.03);
         let rings = press.rings(hertz_radius(), hertz_pressure(), &ends);
         for ring in &rings {
             let error = ring.pressure / ring.expected - 1.0;
-            println!("ring: mean pressure {:+.1} % of Hertz's", 100.0 * error);
             // 6.0 and 5.3 % at most, in the two blocks: a ring is 1.3 to 1.6 cells wide.
-            assert!(error.abs() < 0.07, "{rings:?}");
+            proof.below("pressure of a ring off Hertz", error.abs(), 0.07);
         }
         forces.push(found.force);
     }
     // The far sides' share falls with the size or faster (1.8 times here): what is left of it at the
     // larger block is at most 1.25 times what this enlargement took.
     let left = 1.25 * (forces[0] / forces[1] - 1.0);
-    println!(
-        "half-space formula holds within {:.2} %",
-        100.0 * left.abs()
-    );
-    assert!(left.abs() < 0.01, "{left}");
+    proof.below("share of the far sides", left.abs(), 0.01);
 }

@@ -1,16 +1,9 @@
 //! `phyxel-integrate` moving `phyxel-elastic` bodies: waves in a bar, energy over many steps, the limit
 //! of the explicit step, a dropped sphere, implicit against explicit.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    reason = "helpers of tests fail by panicking, print what was measured, and count in small numbers"
-)]
-
-use benches::problems::block::lattice;
-use benches::problems::model::ElasticBody as Body;
-use benches::problems::solid::Solid;
+use super::Proof;
+use crate::problems::block::lattice;
+use crate::problems::model::ElasticBody as Body;
+use crate::problems::solid::Solid;
 use glam::DVec3;
 use phyxel_integrate::{
     Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ExplicitScheme,
@@ -92,8 +85,7 @@ struct Stepping {
     count: u32,
 }
 
-#[test]
-fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed() {
+pub(super) fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed(proof: &mut Proof) {
     // u(L) = A cos(omega t); a phase error d omega shows as its sine at a quarter period.
     let mut errors = Vec::new();
     for cells in [6, 12, 24] {
@@ -105,16 +97,14 @@ fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed() {
             count: 400,
         };
         let error = wave_after(&mut body, &supports, quarter, step).abs();
-        println!("{cells} cells: phase error {error:.2e} at a quarter period");
         errors.push(error);
     }
-    assert!(errors[2] < 2e-3, "{errors:?}");
+    proof.below("phase error, 24 cells", errors[2], 2e-3);
     let order = observed_order(errors[0], errors[2], 4.0);
-    assert!(order > 1.7, "{order}: {errors:?}");
+    proof.above("order in space", order, 1.7);
 }
 
-#[test]
-fn schemes_converge_in_time_on_the_bar() {
+pub(super) fn schemes_converge_in_time_on_the_bar(proof: &mut Proof) {
     let (mut body, supports, omega) = bar(10);
     let time = 0.4 * std::f64::consts::PI / omega;
     let run = |body: &mut Body, explicit, implicit, count| {
@@ -139,13 +129,10 @@ fn schemes_converge_in_time_on_the_bar() {
     for (explicit, implicit, order, count) in cases {
         let errors =
             [1, 2, 4].map(|k| (run(&mut body, explicit, implicit, k * count) - exact).abs());
-        println!("{explicit:?} {implicit:?}: {errors:?}");
         for pair in errors.windows(2) {
             let seen = observed_order(pair[0], pair[1], 2.0);
-            assert!(
-                (seen - order).abs() < 0.25,
-                "{explicit:?} {implicit:?}: order {seen}"
-            );
+            let what = format!("order in time {explicit:?} {implicit:?}");
+            proof.within(what, seen, order, 0.25);
         }
     }
 }
@@ -157,8 +144,7 @@ fn small_beam() -> (Body, Supports) {
     (body, supports)
 }
 
-#[test]
-fn energy_of_a_bending_beam_stays_over_1e5_steps() {
+pub(super) fn energy_of_a_bending_beam_stays_over_1e5_steps(proof: &mut Proof) {
     let (mut body, supports) = small_beam();
     let found = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
@@ -191,9 +177,8 @@ fn energy_of_a_bending_beam_stays_over_1e5_steps() {
         }
     }
     let slope = (sums[3] - sums[0] * sums[1]) / (sums[2] - sums[0] * sums[0]);
-    println!("largest deviation {largest:.2e}, fitted slope {slope:.1e} over the run");
-    assert!(largest < 2e-3, "{largest}");
-    assert!(slope.abs() < 1e-4, "{slope}");
+    proof.below("largest deviation of the energy", largest, 2e-3);
+    proof.below("its slope over the run", slope.abs(), 1e-4);
 }
 
 fn block_of(cells: [u32; 3], solid: Solid, jitter: f64, seed: u64) -> Body {
@@ -209,8 +194,7 @@ fn block_of(cells: [u32; 3], solid: Solid, jitter: f64, seed: u64) -> Body {
     Body::new(&nodes, &tetrahedra, solid, 0.1).unwrap()
 }
 
-#[test]
-fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step() {
+pub(super) fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step(proof: &mut Proof) {
     let solids = [0.0, 0.3, 0.45].map(|poissons_ratio| Solid {
         poissons_ratio,
         ..SOFT
@@ -246,7 +230,10 @@ fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step() {
             }
             Ok::<(), StepError>(())
         };
-        assert_eq!(run(0.98), Ok(()), "body {index} at 0.98: {found:?}");
+        proof.holds(
+            format!("body {index} stays bounded at 0.98"),
+            run(0.98) == Ok(()),
+        );
         let error = run(1.05).unwrap_err();
         let StepError::Diverged {
             cause: Cause::StepTooLarge { .. },
@@ -256,12 +243,11 @@ fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step() {
         else {
             panic!("body {index}: {error}");
         };
-        assert!(kinetic.is_finite(), "caught before it is not");
+        proof.holds(format!("body {index} caught at 1.05"), kinetic.is_finite());
     }
 }
 
-#[test]
-fn a_dropped_sphere_bounces_with_a_closed_audit() {
+pub(super) fn a_dropped_sphere_bounces_with_a_closed_audit(proof: &mut Proof) {
     let low = DVec3::new(-0.1, -0.1, -0.1);
     let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1).unwrap();
     let held = body.nodes(|x| x.z < -0.1 + 1e-9);
@@ -302,14 +288,12 @@ fn a_dropped_sphere_bounces_with_a_closed_audit() {
         given = given.max(initial + tool.load_work);
         lowest = lowest.min(tool.pose.position.z);
     }
-    println!("lowest {lowest:.4} m, {given:.3e} J given, audit off by {worst:.1e} J");
-    assert!(lowest < 0.035, "it pressed in");
-    assert!(tool.pose.position.z > lowest + 0.003, "it came back");
-    assert!(worst < 0.01 * given, "{worst} of {given}");
+    proof.below("lowest place", lowest, 0.035);
+    proof.above("it came back", tool.pose.position.z, lowest + 0.003);
+    proof.below("audit off", worst, 0.01 * given);
 }
 
-#[test]
-fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam() {
+pub(super) fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam(proof: &mut Proof) {
     let (mut body, supports) = small_beam();
     let found = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
@@ -331,7 +315,7 @@ fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam() {
         .zip(&body.rest)
         .map(|(x, rest)| (*x - *rest).length())
         .fold(0.0, f64::max);
-    assert!(deepest > 0.01, "it sags: {deepest}");
+    proof.above("sag", deepest, 0.01);
     let newton = NewtonSettings {
         tolerance: 1e-6,
         ..NewtonSettings::default()
@@ -349,6 +333,5 @@ fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam() {
         let pairs = motion.positions().iter().zip(explicit.positions());
         errors.push(pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max) / deepest);
     }
-    println!("implicit against explicit: {errors:?} of the sag");
-    assert!(errors[1] < 1e-3 && errors[1] < errors[0], "{errors:?}");
+    proof.below("implicit against explicit", errors[1], errors[0].min(1e-3));
 }

@@ -1,0 +1,68 @@
+//! Whole scenes of the validation suite, and the problems with a known answer.
+
+use super::Proof;
+use crate::batch::{Case, run_all};
+use crate::{Options, cook, cracks, griffith, matrix, random};
+
+/// The cases' rows, one after the other: the claims themselves share the cores.
+fn rows(cases: &[Case], options: Options) -> Vec<crate::Row> {
+    run_all(cases, 1, options, |_| Ok(())).expect("threads can be had")
+}
+
+pub(super) fn matrix(proof: &mut Proof) {
+    let mut cases = matrix::cases().expect("its scenes are valid");
+    cases.retain(|case| matrix::QUICK.contains(&&*case.name));
+    assert_eq!(cases.len(), matrix::QUICK.len(), "as many as are named");
+    let rows = rows(&cases, Options::default());
+    for row in &rows {
+        let own = std::slice::from_ref(row);
+        let what = format!(
+            "{}: added {:.1e}, imbalance {:.1e}, shrink {:.2}, det F {:.3}",
+            row.scene, row.added, row.imbalance, row.shrink, row.smallest_determinant
+        );
+        proof.none(what, &matrix::breaches(own));
+    }
+    proof.none("all together", &matrix::breaches(&rows));
+}
+
+pub(super) fn slit_by_a_blade(proof: &mut Proof) {
+    let mut families = cracks::FAMILIES.iter();
+    let (_, slit) = families.find(|family| family.0 == "slit").expect("one");
+    let findings = slit(cracks::Fronts::OfScenes).expect("it is a scene");
+    assert_eq!(findings.len(), 2, "sag and mouth");
+    for finding in &findings {
+        let what = format!("{}, {}", finding.case, finding.quantity);
+        proof.within(what, finding.ratio, 1.0, finding.bar);
+    }
+    proof.none("both", &cracks::breaches(&findings));
+}
+
+pub(super) fn step_below_its_limit(proof: &mut Proof) {
+    let mut cases = matrix::cases().expect("its scenes are valid");
+    cases.retain(|case| case.name == "block 500 through");
+    let rows = rows(&cases, Options { eigenvalues: true });
+    let most = rows[0].step_to_limit.expect("it was asked for");
+    proof.above("largest step over its limit", most, 0.3);
+    proof.below("largest step over its limit", most, 1.0);
+}
+
+pub(super) fn cooks_membrane(proof: &mut Proof) {
+    let finding = cook::measure(32).expect("it is solved");
+    let what = format!("rise {:.3} of {}", finding.rise, cook::RISE);
+    proof.none(what, &cook::breaches(&finding));
+}
+
+pub(super) fn energy_release_rate(proof: &mut Proof) {
+    let finding = griffith::measure(4.0).expect("it is a scene");
+    let what = format!(
+        "set free over G by the load {:.3}, by the closed form {:.3}, most that an update adds {:.1e}",
+        finding.ratio, finding.ratio_of_closed_form, finding.row.added
+    );
+    proof.none(what, &griffith::breaches(&finding));
+}
+
+pub(super) fn random_scenes_depend_on_seed_and_number(proof: &mut Proof) {
+    let [few, more] = [2, 4].map(|count| random::cases(7, count).expect("valid"));
+    proof.holds("two are the first of four", few[..] == more[..2]);
+    proof.holds("they differ", few[0].scene.cuts != few[1].scene.cuts);
+}
