@@ -429,14 +429,27 @@ impl Elastic {
         for node in 0..model.node_count() {
             let f = with_table!(tables, table => table.gradient(node));
             if f.determinant() > 0.01 {
-                let (_, stress) = model.settled_energy_and_stress(node, f);
-                viscosity.end_step(node, model.material_index(node), f.inverse() * stress);
+                let (energy, stress) = model.settled_energy_and_stress(node, f);
+                let settled = (energy, f.inverse() * stress);
+                viscosity.end_step(node, model.material_index(node), f, settled);
             }
         }
     }
 
-    /// Viscous state for a checkpoint: per node the last second Piola–Kirchhoff stress and one
-    /// overstress per Prony term (Pa; xx, yy, zz, xy, yz, zx). Empty without viscous materials.
+    /// Energy (J) that viscosity's terms store after [`Elastic::end_viscous_step`]: `sum_i V_i sum_k Y_k`, a
+    /// part of the energy that [`Elastic::forces_into`] returns. 0 without viscous materials.
+    #[must_use]
+    pub fn viscous_energy(&self) -> f64 {
+        self.state.viscosity.as_ref().map_or(0.0, |viscosity| {
+            let volumes = self.model.elastic_volumes.iter().enumerate();
+            let energies = volumes.map(|(node, volume)| volume * viscosity.stored(node));
+            energies.sum()
+        })
+    }
+
+    /// Viscous state for a checkpoint: per node the last second Piola–Kirchhoff stress, one overstress per
+    /// Prony term (Pa; xx, yy, zz, xy, yz, zx), the last Green strain, and the energy densities (J/m³) of the
+    /// long-term law and of each term. Empty without viscous materials.
     #[must_use]
     pub fn viscous_history(&self) -> &[[f64; 6]] {
         self.state.viscosity.as_ref().map_or(&[], |v| v.history())

@@ -31,6 +31,11 @@ impl PronyTerm {
 /// Symmetric tensor: xx, yy, zz, xy, yz, zx.
 type Symmetric = [f64; 6];
 
+const _: () = assert!(
+    MAX_PRONY_TERMS < 6,
+    "a row holds the energies of the law and of each term"
+);
+
 /// Overstresses and what a step makes of them.
 ///
 /// With `S(F)` the long-term second Piola–Kirchhoff stress, term k obeys
@@ -38,6 +43,15 @@ type Symmetric = [f64; 6];
 /// from `S_n`, `Q_k,n` gives `Q_k = e_k Q_k,n + beta_k a_k (S(F) - S_n)`, `e_k = exp(-dt/tau_k)`,
 /// `a_k = exp(-dt/(2 tau_k))`. Within the step that is a potential: `P = m P_law(F) + F H` derives
 /// from `m W(F) + H : E`, `m = 1 + sum beta_k a_k`, `H = sum e_k Q_k,n - beta_k a_k S_n`.
+///
+/// What term k stores, `Y_k`, obeys `dY_k/dt = Q_k : dE/dt - 2 Y_k/tau_k`; the last term is the loss. A step gives
+/// `Y_k = e_k² Y_k,n + a_k w_k` with the exact work of the term,
+/// `w_k = beta_k a_k (W - W_n) + (e_k Q_k,n - beta_k a_k S_n) : (E - E_n)`. The energy density within a step is
+/// `W_n + sum e_k² Y_k,n + m (W - W_n) + H : (E - E_n)`, between steps `W + sum Y_k`.
+///
+/// For a law linear in `E`, `Y_k = beta_k/2 x : C : x` with the term's own strain `x = e_k x_n + a_k (E - E_n)`, and
+/// no step gains. Beyond that `Y_k` and a node's loss may be negative (single nodes' sum to 3e-4 of the losses in cut
+/// bodies). `Y_k` is not clamped at 0, since the balance then would not close.
 #[derive(Debug, Clone)]
 pub(crate) struct Viscosity {
     terms: usize,
@@ -47,7 +61,9 @@ pub(crate) struct Viscosity {
     decays: Vec<[(f64, f64); MAX_PRONY_TERMS]>,
     /// `H` per node.
     held: Vec<Symmetric>,
-    /// Per node: `S_n`, then `Q_k,n` for each term.
+    /// Constant of the energy density per node.
+    base: Vec<f64>,
+    /// Per node: `S_n`, then `Q_k,n` for each term, `E_n`, and `W_n` followed by the `Y_k,n`.
     history: Vec<Symmetric>,
 }
 
@@ -60,8 +76,19 @@ impl Viscosity {
             factors: vec![1.0; materials.len()],
             decays: vec![[(0.0, 0.0); MAX_PRONY_TERMS]; materials.len()],
             held: vec![[0.0; 6]; node_count],
-            history: vec![[0.0; 6]; node_count * (terms + 1)],
+            base: vec![0.0; node_count],
+            history: vec![[0.0; 6]; node_count * (terms + 3)],
         })
+    }
+
+    fn stride(&self) -> usize {
+        self.terms + 3
+    }
+
+    /// `sum Y_k` of a node.
+    pub(crate) fn stored(&self, node: usize) -> f64 {
+        let [_, stored @ ..] = self.history[(node + 1) * self.stride() - 1];
+        stored.iter().sum()
     }
 
     pub(crate) fn begin_step(
@@ -80,33 +107,53 @@ impl Viscosity {
             }
             self.factors[index] = factor;
         }
-        let stride = self.terms + 1;
+        let (terms, stride) = (self.terms, self.stride());
         for (node, held) in self.held.iter_mut().enumerate() {
             let past = &self.history[node * stride..][..stride];
+            let [law, stored @ ..] = &past[terms + 2];
             *held = [0.0; 6];
-            for ((fade, drive), overstress) in self.decays[material_of(node)].iter().zip(&past[1..])
-            {
+            let material = material_of(node);
+            let mut base = law * (1.0 - self.factors[material]);
+            let decays = self.decays[material].iter().zip(&past[1..=terms]);
+            for (((fade, drive), overstress), stored) in decays.zip(stored) {
                 for (k, held) in held.iter_mut().enumerate() {
                     *held += fade * overstress[k] - drive * past[0][k];
                 }
+                base += fade * fade * stored;
             }
+            self.base[node] = base - contract(held, &past[terms + 1]);
         }
     }
 
-    /// Ends a step: `stress` is the long-term second Piola–Kirchhoff stress now.
-    pub(crate) fn end_step(&mut self, node: usize, material: usize, stress: DMat3) {
-        let now = pack(stress);
-        let stride = self.terms + 1;
+    /// Ends a step at `F`: `energy` and `stress` are the long-term law's, the second Piola–Kirchhoff stress.
+    pub(crate) fn end_step(
+        &mut self,
+        node: usize,
+        material: usize,
+        f: DMat3,
+        (energy, stress): (f64, DMat3),
+    ) {
+        let (now, strain) = (pack(stress), pack(green(f)));
+        let (terms, stride) = (self.terms, self.stride());
         let past = &mut self.history[node * stride..][..stride];
-        let Some((last, overstresses)) = past.split_first_mut() else {
+        let (stresses, [last_strain, energies]) = past.split_at_mut(terms + 1) else {
             return;
         };
-        for ((fade, drive), overstress) in self.decays[material].iter().zip(overstresses) {
+        let change: Symmetric = std::array::from_fn(|k| strain[k] - last_strain[k]);
+        let Some((last, overstresses)) = stresses.split_first_mut() else {
+            return;
+        };
+        let [law, stored @ ..] = energies;
+        let decays = self.decays[material].iter().zip(overstresses);
+        for (((fade, drive), overstress), stored) in decays.zip(stored) {
+            let held: Symmetric = std::array::from_fn(|k| fade * overstress[k] - drive * last[k]);
+            let work = drive * (energy - *law) + contract(&held, &change);
+            *stored = fade * fade * *stored + fade.sqrt() * work;
             for k in 0..6 {
                 overstress[k] = fade * overstress[k] + drive * (now[k] - last[k]);
             }
         }
-        *last = now;
+        (*last, *last_strain, *law) = (now, strain, energy);
     }
 
     #[inline]
@@ -120,11 +167,9 @@ impl Viscosity {
     ) -> (f64, DMat3) {
         let held = unpack(&self.held[node]);
         let factor = self.factors[material];
-        let green = (f.transpose() * f - DMat3::IDENTITY) * 0.5;
-        let work = green.x_axis.dot(held.x_axis)
-            + green.y_axis.dot(held.y_axis)
-            + green.z_axis.dot(held.z_axis);
-        (energy * factor + work, stress * factor + f * held)
+        let work = contract(&self.held[node], &pack(green(f)));
+        let energy = energy * factor + work + self.base[node];
+        (energy, stress * factor + f * held)
     }
 
     #[inline]
@@ -153,9 +198,20 @@ impl Viscosity {
 
     pub(crate) fn bytes(&self) -> usize {
         (self.held.capacity() + self.history.capacity()) * size_of::<Symmetric>()
-            + self.factors.capacity() * size_of::<f64>()
+            + (self.factors.capacity() + self.base.capacity()) * size_of::<f64>()
             + self.decays.capacity() * size_of::<[(f64, f64); MAX_PRONY_TERMS]>()
     }
+}
+
+/// `E`.
+fn green(f: DMat3) -> DMat3 {
+    (f.transpose() * f - DMat3::IDENTITY) * 0.5
+}
+
+/// `A : B`.
+fn contract(a: &Symmetric, b: &Symmetric) -> f64 {
+    let product = |k: usize| a[k] * b[k];
+    product(0) + product(1) + product(2) + 2.0 * (product(3) + product(4) + product(5))
 }
 
 fn pack(m: DMat3) -> Symmetric {

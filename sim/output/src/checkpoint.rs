@@ -15,7 +15,7 @@ use phyxel_text::read_file;
 use crate::folder::{OutputError, OutputFolder};
 
 /// First line of a checkpoint.
-const MAGIC: &[u8] = b"phyxel checkpoint 1\n";
+const MAGIC: &[u8] = b"phyxel checkpoint 2\n";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.
 const PROGRAM: &str = env!("CARGO_PKG_VERSION");
 /// Bytes of a length.

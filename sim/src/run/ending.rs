@@ -115,6 +115,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
             elastic: audit.elastic,
             external_work: audit.external_work(),
             dissipated: audit.dissipated,
+            viscous: body.elastic.viscous_energy(),
             relaxed: body.relaxed,
             // Not -0 where there was nothing.
             released_by_cuts: 0.0 - audit.energy_correction - body.relaxed,

@@ -86,8 +86,12 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             )?;
         }
         if energy.relaxed != 0.0 {
-            let relaxed = energy.relaxed;
-            row(text, "viscosity", format_args!("{relaxed:.3e} J taken up"))?;
+            let (stored, lost) = (energy.viscous, energy.relaxed);
+            row(
+                text,
+                "viscosity",
+                format_args!("{stored:.3e} J stored, {lost:.3e} J lost"),
+            )?;
         }
         row(
             text,

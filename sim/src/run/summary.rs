@@ -94,7 +94,9 @@ pub struct EnergySummary {
     pub external_work: f64,
     /// Lost to damping over the run (J).
     pub dissipated: f64,
-    /// Taken up by viscosity over the run, lost or held by it (J).
+    /// Stored in viscosity's terms at the end (J), a part of `elastic`.
+    pub viscous: f64,
+    /// Lost to viscosity over the run (J).
     pub relaxed: f64,
     /// Released by cutting over the run, less what cuts added (J).
     pub released_by_cuts: f64,

@@ -91,7 +91,7 @@ pub struct Body {
     pub damping: f64,
     /// What a cut must not change.
     pub initial: Totals,
-    /// Energy (J) that viscosity took up so far.
+    /// Energy (J) that viscosity has lost; what its terms store is elastic energy.
     pub relaxed: f64,
     /// How a cut weakens pairs.
     pub(crate) cut_rule: CutRule,
@@ -297,7 +297,6 @@ impl Body {
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
-        self.relax(step, in_forces)?;
         if self.is_explicit() {
             let viscosity = self.motion.settings().viscosity;
             let critical = critical_step(self.current_eigenvalue(), viscosity);
@@ -333,25 +332,6 @@ impl Body {
         self.elastic.set_held(&held_nodes(&supports));
         self.motion.set_supports(supports);
         self.rebuilt_here();
-    }
-
-    fn is_viscous(&self) -> bool {
-        !self.elastic.viscous_history().is_empty()
-    }
-
-    /// Lets viscosity go on to a step of `step` (s): forces are then those of the step. What the
-    /// energy loses by that is noted.
-    pub(crate) fn relax(&mut self, step: f64, in_forces: &mut Duration) -> Result<(), BodyProblem> {
-        if !self.is_viscous() {
-            return Ok(());
-        }
-        let start = Instant::now();
-        self.elastic.begin_viscous_step(step);
-        let elastic = &mut self.elastic;
-        let jump = self.motion.refresh(|x, f| elastic.forces_into(x, f))?;
-        self.relaxed -= jump;
-        *in_forces += start.elapsed();
-        Ok(())
     }
 
     /// Moves the nodes to where they are in equilibrium with constant `loads` (N), viscosity at rest.

@@ -39,11 +39,6 @@ const FATAL_IMBALANCE: f64 = 0.5;
 const SMALLEST_STEP: f64 = 1e-6;
 /// How fast steps grow again after they were shortened, per kept state.
 const RECOVERY: f64 = 1.2;
-/// Time in which what rebuilt rows carried over decays, over the shortest period's `1/ω`: nine steps.
-/// On 21 hard rows of `benches -- matrix` (liver 1,500 down its front, block 1,408 cut through), before the
-/// front of a blade was tracked: with 4 and 8 cuts add energy (up to 0.56 J, at ν 0.49) and 20 and 21 bars are
-/// missed, with 16, 32 and 64 none adds any and 18, 12 and 16 are missed.
-const DECAY: f64 = 16.0;
 
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
@@ -284,9 +279,10 @@ impl World {
             }
             let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
             let start = Instant::now();
-            let decayed = body.decay(step);
+            let decay = body.decay(step, &mut in_forces);
+            let decay = decay.map_err(|problem| problem.of(body))?;
             let result = body.advance(step, contacts, &mut in_forces, &mut in_contact);
-            if let (Some(cutting), Some(half)) = (cutting, decayed) {
+            if let (Some(cutting), Some(half)) = (cutting, decay) {
                 cutting.add_decay(body.book_decay(half));
             }
             let rest = start.elapsed().saturating_sub(in_forces + in_contact);
@@ -380,24 +376,6 @@ impl Body {
         self.fetch();
         self.motion.rigid_energies()
     }
-
-    /// Lets what rebuilt rows carried over decay over a step (s); half the work (J) of it, if there is
-    /// anything.
-    fn decay(&mut self, step: f64) -> Option<f64> {
-        if !self.elastic.has_offsets() && self.elastic.weak_nodes().is_empty() {
-            return None;
-        }
-        let factor = (-step * self.eigenvalue.value.sqrt() / DECAY).exp();
-        Some(self.decay_by(factor))
-    }
-
-    /// Books the work (J) of a decay, half of which was `half`.
-    fn book_decay(&mut self, half: f64) -> f64 {
-        let [offsets, bonds] = self.decay_works();
-        let work = half + offsets + bonds;
-        self.motion.correct_energy(work);
-        work
-    }
 }
 
 #[cfg(test)]
@@ -467,6 +445,42 @@ mod tests {
         assert!(rash.retaken().stretches > 0, "nothing was seen");
         // The block at rest holds 0.2 J.
         assert!(most < 0.5, "{most} J");
+    }
+
+    /// The balance of a viscous body closes over a cut: retained gradients decay after viscosity and are booked once.
+    #[test]
+    fn a_viscous_body_that_is_cut_keeps_its_balance() {
+        let changes = [
+            "bodies[0].sampling.target=Nodes(300)",
+            "bodies[0].material.viscosity=[(ratio: 2, time: 0.05)]",
+            "cuts=[(edge: [(0, -0.06, 0.02), (0, 0.06, 0.02)], \
+             path: [(time: 0.3, position: (-0.04, 0, 0)), (time: 0.5, position: (0.02, 0, 0))])]",
+            "pictures=None",
+            "integration.settle=None",
+        ];
+        let changes = changes.map(|text| Override::parse(text).unwrap());
+        let mut world = World::new(Scene::embedded("block", &changes).unwrap()).unwrap();
+        let mut relaxed = 0.0;
+        while world.time() < 0.6 {
+            world.step().unwrap();
+            let body = &world.members()[0].body;
+            // The loss of a step is seen with the next; at large strain single steps may gain.
+            assert!(
+                body.relaxed > relaxed - 1e-7,
+                "{} J",
+                body.relaxed - relaxed
+            );
+            relaxed = body.relaxed;
+        }
+        let updates = world.members[0]
+            .cutting
+            .as_ref()
+            .map_or(0, |c| c.counts().1);
+        assert!(updates > 5, "{updates} updates");
+        let audit = world.members()[0].body.motion.audit();
+        let off = audit.balance().abs() / scale(&world);
+        assert!(off < 1e-3, "{off}");
+        assert_eq!(world.retaken(), Retaken::default());
     }
 
     /// A stiffness beyond all measure ends the run with an error, damping or not.

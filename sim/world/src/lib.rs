@@ -5,6 +5,7 @@ mod body_state;
 mod capture;
 mod contact_surface;
 mod cutting;
+mod decay;
 mod energy;
 mod error;
 mod grip;

@@ -36,7 +36,7 @@ pub(crate) struct Capture {
 struct Before {
     /// Whether no blade had touched the body.
     untouched: bool,
-    /// What moves, and the energy (J) that viscosity had taken up; `None` without viscosity.
+    /// What moves, and the energy (J) that viscosity had lost; `None` without viscosity.
     relaxed: Option<(phyxel_integrate::State, f64)>,
 }
 
@@ -113,7 +113,7 @@ impl Member {
     ) -> Result<Swept, BodyProblem> {
         let (body, cutting, _) = self.with_cutting()?;
         body.fetch_all();
-        // What viscosity has taken up since the last step is not the cut's.
+        // What viscosity lost in the last step is not the cut's.
         body.relax(0.0, &mut Duration::default())?;
         cutting.sweep(body, cut, edge, phase)
     }

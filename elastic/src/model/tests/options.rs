@@ -273,3 +273,53 @@ fn held_nodes_change_nothing_but_the_work() {
         assert_eq!(again, f_of, "taken back");
     }
 }
+
+/// The energy of a viscous body is stored energy: what a step loses is never negative where the law is linear in `E`,
+/// and terms that do not decay store the share of their stiffness.
+#[test]
+fn viscosity_loses_energy_and_gains_none() {
+    let block = block();
+    let plain = Material::saint_venant_kirchhoff(1.0, 0.3);
+    let path: Vec<Vec<DVec3>> = (0..30)
+        .map(|k| {
+            let [a, b] = [1.7, 2.9].map(|rate| 0.3 * (rate * f64::from(k)).sin());
+            let turn = DQuat::from_rotation_z(0.4 * f64::from(k));
+            let strained = |x: &DVec3| turn * DVec3::new(x.x * (1.0 + a) + b * x.y, x.y, x.z);
+            block.positions.iter().map(strained).collect()
+        })
+        .collect();
+    let mut forces = vec![DVec3::ZERO; block.positions.len()];
+    let mut elastic = model(&block, plain, 0.0);
+    for (ratio, relaxation_time) in [(0.5, 0.1), (2.0, 0.02), (2.0, 1.0), (1.0, 1e12)] {
+        let term = PronyTerm {
+            ratio,
+            relaxation_time,
+        };
+        let mut body = model(&block, plain.with_prony(&[term]), 0.0);
+        let (mut lost, mut most, mut last) = (0.0, 0.0_f64, &block.positions);
+        for x in &path {
+            // Before the step, at its begin, at its end, after it.
+            let mut energies = [0.0; 4];
+            for (energy, (step, x)) in energies.iter_mut().zip([(0.0, last), (0.05, last)]) {
+                body.begin_viscous_step(step);
+                *energy = body.forces_into(x, &mut forces);
+            }
+            energies[2] = body.forces_into(x, &mut forces);
+            body.end_viscous_step();
+            body.begin_viscous_step(0.0);
+            energies[3] = body.forces_into(x, &mut forces);
+            let [before, begin, end, after] = energies;
+            most = most.max(end);
+            let loss = before - begin + end - after;
+            assert!(loss >= -1e-13 * most, "ratio {ratio}: {loss} J");
+            lost += loss;
+            last = x;
+            let law = elastic.forces_into(x, &mut forces);
+            assert_within("energy", after, law + body.viscous_energy(), 1e-12 * most);
+            if relaxation_time > 1e9 {
+                assert_within("spring", after, (1.0 + ratio) * law, 1e-9 * most);
+            }
+        }
+        assert!((lost > 0.1 * most) == (relaxation_time < 1e9), "{lost} J");
+    }
+}
