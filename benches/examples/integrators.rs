@@ -1,10 +1,10 @@
 //! What steps cost and how far off they are, and how contact compares with theory, as tables and SVG:
 //! real-time factor of an explicit indentation, implicit steps against explicit ones, work and
-//! precision of every integrator, factor against conjugate gradients, force over indentation,
+//! precision of every integrator, force over indentation,
 //! convergence in nodes, Hertz's pressure.
 //!
 //! `cargo run --release -p benches --example integrators -- FOLDER`, or parts of it by name behind the
-//! folder: `speed`, `work`, `factor`, `force`, `nodes`, `hertz`. Without a folder it only prints.
+//! folder: `speed`, `work`, `force`, `nodes`, `hertz`. Without a folder it only prints.
 #![allow(clippy::print_stdout, reason = "a study prints")]
 #![allow(
     clippy::missing_assert_message,
@@ -25,8 +25,8 @@ use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactSettings, ContactSurface, EigenvalueSettings, ExplicitScheme, ForceLaw,
     Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Path, Pose,
-    Preconditioner, Pressed, RigidShape, RigidTool, StaticLoad, StepView, Supports,
-    largest_eigenvalue, penalty, solve_static,
+    Pressed, RigidShape, RigidTool, StaticLoad, StepView, Supports, largest_eigenvalue, penalty,
+    solve_static,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -259,76 +259,6 @@ fn work(charts: &mut Vec<Plot>) {
     ));
 }
 
-/// Static bending with blocks and with a factor, on slender and on chunky bodies.
-fn factor() {
-    println!("nodes, length over width, nu, blocks: ms, products; factor: ms, products, factors");
-    for (cells, ratio, nu) in [
-        ([8_u32, 4, 4], 2.0, 0.3),
-        ([12, 12, 12], 1.0, 0.3),
-        ([40, 4, 4], 10.0, 0.3),
-        ([40, 4, 4], 10.0, 0.499),
-        ([80, 4, 4], 20.0, 0.3),
-        ([80, 4, 4], 20.0, 0.499),
-        ([160, 4, 4], 40.0, 0.3),
-        ([160, 4, 4], 40.0, 0.499),
-    ] {
-        let solid = Solid {
-            youngs_modulus: 1e5,
-            poissons_ratio: nu,
-            density: 1000.0,
-        };
-        let high = DVec3::new(0.1 * ratio, 0.1, 0.1);
-        let mut body = Body::block(cells, DVec3::ZERO, high, solid, 0.1).unwrap();
-        let held = body.nodes(|x| x.x < 1e-9);
-        let supports = Supports::fixed(body.rest.len(), &held);
-        // A tip deflection of some tenth of the length, by Euler's beam.
-        let force = 0.3 * 1e5 * 1e-4 / 12.0 * 0.1 / (0.01 * ratio * ratio);
-        let tip = body.nodes(|x| x.x > high.x - 1e-9);
-        let mut loads = vec![DVec3::ZERO; body.rest.len()];
-        for node in &tip {
-            loads[*node as usize] = DVec3::NEG_Z * (force / tip.len() as f64);
-        }
-        let load = StaticLoad {
-            forces: &loads,
-            ..StaticLoad::default()
-        };
-        let mut run = |preconditioner| {
-            let settings = NewtonSettings {
-                preconditioner,
-                linear_iterations: 20_000,
-                ..NewtonSettings::default()
-            };
-            let mut best = (f64::INFINITY, 0, 0);
-            for _ in 0..3 {
-                let mut x = body.rest.clone();
-                let start = Instant::now();
-                let report = solve_static(&mut body, &mut x, &supports, &load, &settings).unwrap();
-                let time = 1e3 * start.elapsed().as_secs_f64();
-                let products = report
-                    .steps
-                    .iter()
-                    .map(|s| s.linear_iterations)
-                    .sum::<usize>();
-                let factors = report.steps.iter().map(|s| s.factors).sum::<usize>();
-                if time < best.0 {
-                    best = (time, products, factors);
-                }
-            }
-            best
-        };
-        let (blocks, factor) = (run(Preconditioner::Blocks), run(Preconditioner::Factor));
-        println!(
-            "{}, {ratio}, {nu}, {:.0}, {}; {:.0}, {}, {}",
-            loads.len(),
-            blocks.0,
-            blocks.1,
-            factor.0,
-            factor.1,
-            factor.2
-        );
-    }
-}
-
 /// Force over indentation of the 2 m cube, small strain, beside Hertz and finite elements.
 fn force(charts: &mut Vec<Plot>) {
     println!("nodes, indentation over radius, force over E r²");
@@ -502,9 +432,6 @@ fn main() {
     }
     if wants("work") {
         work(&mut charts);
-    }
-    if wants("factor") {
-        factor();
     }
     if wants("force") {
         force(&mut charts);

@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use crate::coupling::Coupling;
 use glam::{DMat3, DVec3};
 
 /// Forces with their tangent, for solvers that need `K v`.
@@ -21,10 +20,11 @@ pub trait ForceLaw {
         false
     }
 
-    /// Which nodes the tangent couples; needed to factor it ([`crate::Preconditioner`]). Entries of the
-    /// tangent outside are neglected in the factor, never in the solution.
-    fn coupling(&self) -> Option<&Coupling> {
-        None
+    /// Writes an approximation of `K⁻¹ r` (m) that is symmetric, positive definite and zero along held
+    /// directions, and returns `true`; `false` if there is none. Static solves use it in place of the
+    /// blocks; it only speeds them up.
+    fn precondition(&mut self, _residual: &[DVec3], _out: &mut [DVec3]) -> bool {
+        false
     }
 }
 
@@ -41,8 +41,8 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
         (**self).tangent_blocks_into(blocks)
     }
 
-    fn coupling(&self) -> Option<&Coupling> {
-        (**self).coupling()
+    fn precondition(&mut self, residual: &[DVec3], out: &mut [DVec3]) -> bool {
+        (**self).precondition(residual, out)
     }
 }
 

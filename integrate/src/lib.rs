@@ -4,13 +4,10 @@
 mod audit;
 mod checks;
 mod contact;
-mod coupling;
 mod eigenvalue;
 mod equilibrium;
 mod error;
 mod explicit;
-#[cfg(feature = "faer")]
-mod factor;
 mod grip;
 mod implicit;
 mod law;
@@ -41,7 +38,6 @@ pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, Pressed, SurfaceError,
     penalty,
 };
-pub use coupling::Coupling;
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
     largest_eigenvalue, largest_eigenvalue_of_share, largest_eigenvalue_within,
@@ -56,7 +52,7 @@ pub use law::{ClosureLaw, Differences, ForceLaw};
 pub use led_tool::LedTool;
 pub use mass_scaling::{MassScaling, scale_masses};
 pub use motion::{ExplicitScheme, Interval, Motion, MotionBytes, MotionSettings, State};
-pub use newton::{NewtonReport, NewtonSettings, Preconditioner, SolveError};
+pub use newton::{NewtonReport, NewtonSettings, SolveError};
 pub use path::{Ease, Path, PathError};
 pub use region::Region;
 pub use rigid::RigidEnergies;

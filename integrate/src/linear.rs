@@ -1,16 +1,10 @@
-//! Conjugate gradients with a block-diagonal preconditioner.
+//! Conjugate gradients, preconditioned by diagonal blocks or by the law itself.
 
+use crate::law::ForceLaw;
+use crate::newton::Problem;
 use crate::supports::Supports;
 use crate::vector::{add_scaled, dot, norm, update};
 use glam::{DMat3, DVec3};
-
-/// How a solve ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct LinearReport {
-    pub(crate) iterations: usize,
-    /// A direction of negative curvature ended it; the solution so far descends still.
-    pub(crate) indefinite: bool,
-}
 
 /// Work arrays, kept between solves.
 #[derive(Debug, Clone, Default)]
@@ -21,9 +15,6 @@ pub(crate) struct Conjugate {
     image: Vec<DVec3>,
     /// Inverse of each node's diagonal block on its free directions; one for all if empty.
     pub(crate) inverse_blocks: Vec<DMat3>,
-    /// Takes the place of the blocks.
-    #[cfg(feature = "faer")]
-    pub(crate) factor: Option<crate::factor::Factor>,
 }
 
 impl Conjugate {
@@ -46,16 +37,17 @@ impl Conjugate {
             }));
     }
 
-    /// Solves `A x = b` from `x = 0` until `|b − A x| ≤ tolerance · |b|`; `b` has no held parts and
-    /// `apply` gives none.
+    /// Solves `(K + c M) x = b` from `x = 0` until `|b − A x| ≤ tolerance · |b|`; `b` has no held parts.
+    /// Returns the iterations taken. A direction of negative curvature ends the solve; what was found
+    /// so far still descends.
     pub(crate) fn solve(
         &mut self,
-        mut apply: impl FnMut(&[DVec3], &mut [DVec3]),
+        law: &mut dyn ForceLaw,
+        problem: &Problem<'_>,
         b: &[DVec3],
         x: &mut [DVec3],
-        supports: &Supports,
-        (tolerance, iterations): (f64, usize),
-    ) -> LinearReport {
+        (tolerance, limit): (f64, usize),
+    ) -> usize {
         let n = b.len();
         x.fill(DVec3::ZERO);
         self.residual.clear();
@@ -64,53 +56,47 @@ impl Conjugate {
         self.direction.resize(n, DVec3::ZERO);
         self.image.resize(n, DVec3::ZERO);
         let goal = tolerance * norm(b);
-        let mut report = LinearReport {
-            iterations: 0,
-            indefinite: false,
-        };
-        let mut rho = self.precondition(supports);
+        let mut iterations = 0;
+        let mut rho = self.precondition(law, problem);
         self.direction.copy_from_slice(&self.preconditioned);
-        while norm(&self.residual) > goal && report.iterations < iterations && rho > 0.0 {
-            apply(&self.direction, &mut self.image);
-            report.iterations += 1;
+        while norm(&self.residual) > goal && iterations < limit && rho > 0.0 {
+            problem.tangent_product(law, &self.direction, &mut self.image);
+            iterations += 1;
             let curvature = dot(&self.direction, &self.image);
             if curvature <= 0.0 || !curvature.is_finite() {
-                if report.iterations == 1 {
+                if iterations == 1 {
                     x.copy_from_slice(&self.direction);
                 }
-                report.indefinite = true;
-                return report;
+                break;
             }
             let alpha = rho / curvature;
             add_scaled(x, alpha, &self.direction);
             add_scaled(&mut self.residual, -alpha, &self.image);
-            let next = self.precondition(supports);
+            let next = self.precondition(law, problem);
             let beta = next / rho;
             rho = next;
             let z = &self.preconditioned;
             update(&mut self.direction, |i, p| *p = z[i] + *p * beta);
         }
-        report
+        iterations
     }
 
     /// `z = P r`; returns `r · z`.
-    #[cfg_attr(
-        not(feature = "faer"),
-        allow(unused_variables, reason = "for the factor")
-    )]
-    fn precondition(&mut self, supports: &Supports) -> f64 {
-        #[cfg(feature = "faer")]
-        if let Some(factor) = &mut self.factor {
-            factor.solve(&self.residual, &mut self.preconditioned, supports);
-            return dot(&self.residual, &self.preconditioned);
+    fn precondition(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>) -> f64 {
+        let (r, z, blocks) = (
+            &self.residual,
+            &mut self.preconditioned,
+            &self.inverse_blocks,
+        );
+        let by_law = problem.inertia.is_none() && law.precondition(r, z);
+        if !by_law {
+            if blocks.is_empty() {
+                z.copy_from_slice(r);
+            } else {
+                update(z, |i, z| *z = blocks[i] * r[i]);
+            }
         }
-        let (r, blocks) = (&self.residual, &self.inverse_blocks);
-        if blocks.is_empty() {
-            self.preconditioned.copy_from_slice(r);
-        } else {
-            update(&mut self.preconditioned, |i, z| *z = blocks[i] * r[i]);
-        }
-        dot(r, &self.preconditioned)
+        dot(r, z)
     }
 }
 

@@ -7,25 +7,6 @@ use crate::supports::Supports;
 use crate::vector::{add_scaled, dot, norm};
 use glam::{DMat3, DVec3};
 
-/// What speeds up the conjugate gradients of a linear solve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Preconditioner {
-    /// Diagonal blocks where the law gives them.
-    #[default]
-    Blocks,
-    /// A sparse Cholesky factor of the tangent, where the law gives its coupling: a direct solve at the
-    /// state it was made for, kept until solves with it take more than 20 iterations. Blocks where
-    /// the tangent is not positive definite.
-    #[cfg(feature = "faer")]
-    Factor,
-}
-
-/// Iterations of a linear solve after which a factor is made anew.
-#[cfg(feature = "faer")]
-const FACTOR_LASTS: usize = 20;
-
 /// When to stop, and how hard to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -41,8 +22,6 @@ pub struct NewtonSettings {
     /// residual (Eisenstat and Walker 1996, doi:10.1137/0917003, choice 2), which keeps the
     /// convergence quadratic.
     pub linear_tolerance: f64,
-    /// What speeds up the linear solves.
-    pub preconditioner: Preconditioner,
 }
 
 impl Default for NewtonSettings {
@@ -52,7 +31,6 @@ impl Default for NewtonSettings {
             iterations: 40,
             linear_iterations: 2000,
             linear_tolerance: 0.1,
-            preconditioner: Preconditioner::default(),
         }
     }
 }
@@ -68,8 +46,6 @@ pub struct NewtonReport {
     pub linear_iterations: usize,
     /// Force evaluations in all.
     pub evaluations: usize,
-    /// Factors made of the tangent.
-    pub factors: usize,
     /// Energy (J) that the force law states at the solution.
     pub energy: f64,
 }
@@ -169,9 +145,6 @@ pub(crate) struct Newton {
     trial_forces: Vec<DVec3>,
     trial_residual: Vec<DVec3>,
     blocks: Vec<DMat3>,
-    /// The inertia that the factor was made for.
-    #[cfg(feature = "faer")]
-    factored: Option<Option<f64>>,
 }
 
 impl Problem<'_> {
@@ -185,6 +158,15 @@ impl Problem<'_> {
             crate::vector::update(residual, |i, r| *r -= (x[i] - y[i]) * (c * masses[i]));
         }
         self.supports.project(residual);
+    }
+
+    /// `(K + c M) v` on free directions.
+    pub(crate) fn tangent_product(&self, law: &mut dyn ForceLaw, v: &[DVec3], out: &mut [DVec3]) {
+        law.tangent_product_into(v, out);
+        if let Some((c, masses, _)) = self.inertia {
+            crate::vector::update(out, |i, out| *out += v[i] * (c * masses[i]));
+        }
+        self.supports.project(out);
     }
 
     /// The potential without the law's own energy.
@@ -260,33 +242,15 @@ impl Newton {
             let moved = pending.take();
             if let Some(moved) = moved {
                 // The tangent's answer to the prescribed motion goes to the right side.
-                self.tangent(law, problem, moved);
+                problem.tangent_product(law, moved, &mut self.trial_residual);
                 add_scaled(&mut self.residual, -1.0, &self.trial_residual);
-            }
-            #[cfg(feature = "faer")]
-            if settings.preconditioner == Preconditioner::Factor {
-                report.factors += self.refactor(law, problem);
-            } else {
-                self.conjugate.factor = None;
             }
             // No tighter than what ends the iteration.
             let enough = 0.3 * settings.tolerance * report.scale / norm(&self.residual);
             let tolerance = forcing.max(enough).min(settings.linear_tolerance);
-            let linear = {
-                let (supports, inertia) = (problem.supports, problem.inertia);
-                self.conjugate.solve(
-                    |v, out| tangent_product(law, supports, inertia, v, out),
-                    &self.residual,
-                    &mut self.step,
-                    problem.supports,
-                    (tolerance, settings.linear_iterations),
-                )
-            };
-            report.linear_iterations += linear.iterations;
-            #[cfg(feature = "faer")]
-            if linear.iterations > FACTOR_LASTS || linear.indefinite {
-                self.conjugate.factor = None;
-            }
+            let limits = (tolerance, settings.linear_iterations);
+            let (b, to) = (&self.residual, &mut self.step);
+            report.linear_iterations += self.conjugate.solve(law, problem, b, to, limits);
             if let Some(moved) = moved {
                 add_scaled(&mut self.step, 1.0, moved);
                 add_scaled(x, 1.0, &self.step);
@@ -342,11 +306,6 @@ impl Newton {
         }
     }
 
-    fn tangent(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>, v: &[DVec3]) {
-        let out = &mut self.trial_residual;
-        tangent_product(law, problem.supports, problem.inertia, v, out);
-    }
-
     fn precondition(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>, n: usize) {
         self.blocks.resize(n, DMat3::ZERO);
         let known = law.tangent_blocks_into(&mut self.blocks);
@@ -368,28 +327,6 @@ impl Newton {
         self.conjugate.set_blocks(&self.blocks, problem.supports);
     }
 
-    /// Makes a factor if there is none for this inertia; returns how many it made.
-    #[cfg(feature = "faer")]
-    fn refactor(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>) -> usize {
-        let inertia = problem.inertia.map(|(c, _, _)| c);
-        if self.conjugate.factor.is_some() && self.factored == Some(inertia) {
-            return 0;
-        }
-        let Some(coupling) = law.coupling().cloned() else {
-            return 0;
-        };
-        let (supports, inertia_terms) = (problem.supports, problem.inertia);
-        let apply = |v: &[DVec3], out: &mut [DVec3]| {
-            law.tangent_product_into(v, out);
-            if let Some((c, masses, _)) = inertia_terms {
-                crate::vector::update(out, |i, out| *out += v[i] * (c * masses[i]));
-            }
-        };
-        self.conjugate.factor = crate::factor::Factor::new(&coupling, supports, apply);
-        self.factored = Some(inertia);
-        1
-    }
-
     /// Norm of the internal forces on held directions.
     fn held_force(&self, problem: &Problem<'_>) -> f64 {
         let entries = problem.supports.entries().iter();
@@ -398,20 +335,6 @@ impl Newton {
             .sum();
         sum.sqrt()
     }
-}
-
-fn tangent_product(
-    law: &mut dyn ForceLaw,
-    supports: &Supports,
-    inertia: Option<(f64, &[f64], &[DVec3])>,
-    v: &[DVec3],
-    out: &mut [DVec3],
-) {
-    law.tangent_product_into(v, out);
-    if let Some((c, masses, _)) = inertia {
-        crate::vector::update(out, |i, out| *out += v[i] * (c * masses[i]));
-    }
-    supports.project(out);
 }
 
 fn check(forces: &[DVec3], energy: f64) -> Result<(), SolveError> {

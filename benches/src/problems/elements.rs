@@ -1,15 +1,15 @@
 //! Finite elements to compare with: boxes of linear elasticity, of order 1 and 2, on lines along the axes.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::boundary_triangles;
-use phyxel_integrate::{
-    Coupling, ForceLaw, NewtonSettings, Preconditioner, StaticLoad, Supports, solve_static,
-};
+use phyxel_integrate::{ForceLaw, NewtonSettings, StaticLoad, Supports, solve_static};
 use rayon::prelude::*;
 
 use super::block::lattice;
+use super::factor::{Factored, Pattern};
 use super::solid::Solid;
 use crate::StudyError;
 
@@ -49,10 +49,8 @@ pub struct Elements {
     pub triangles: Vec<[u32; 3]>,
     lines: [Vec<f64>; 3],
     order: Order,
-    coupling: Coupling,
-    /// First block of each row.
-    starts: Vec<usize>,
-    /// Blocks (N/m) of the stiffness, in the order of the coupling.
+    pattern: Arc<Pattern>,
+    /// Blocks (N/m) of the stiffness, in the order of the pattern.
     blocks: Vec<DMat3>,
 }
 
@@ -85,7 +83,7 @@ impl Elements {
         };
         let nodes = rest.len();
         let mut starts = vec![0];
-        let (mut offsets, mut indices) = (vec![0_u32], Vec::new());
+        let mut indices = Vec::new();
         for node in 0..nodes {
             let [x, y, z] = grid.near(node);
             for k in z {
@@ -96,16 +94,14 @@ impl Elements {
                 }
             }
             starts.push(indices.len());
-            offsets.push(narrow(indices.len()));
         }
         let mut found = Self {
             rest,
             triangles: boundary_triangles(&tetrahedra, |_| true),
             blocks: vec![DMat3::ZERO; indices.len()],
-            coupling: Coupling::of_rows(offsets, indices),
+            pattern: Arc::new(Pattern { starts, indices }),
             lines,
             order,
-            starts,
         };
         found.assemble(&grid, solid);
         found
@@ -161,7 +157,7 @@ impl Elements {
                                 + g.transpose() * mu
                                 + DMat3::from_diagonal(DVec3::splat(mu * trace));
                             let slot = grid.slot(row, [0, 1, 2].map(|x| corner[x] + to[x]));
-                            self.blocks[self.starts[row] + slot] += block;
+                            self.blocks[self.pattern.starts[row] + slot] += block;
                         }
                     }
                 }
@@ -212,6 +208,11 @@ impl Elements {
         forces
     }
 
+    /// Which nodes' motion changes the force on which.
+    pub(crate) fn pattern(&self) -> Arc<Pattern> {
+        self.pattern.clone()
+    }
+
     /// Displacements (m) at rest under forces (N), by one sparse Cholesky factor.
     ///
     /// # Errors
@@ -225,11 +226,18 @@ impl Elements {
         supports.place(0.0, &mut x);
         let settings = NewtonSettings {
             tolerance: 1e-10,
-            preconditioner: Preconditioner::Factor,
             ..NewtonSettings::default()
         };
         let rest = self.rest.clone();
-        solve_static(self, &mut x, supports, &StaticLoad::of(forces), &settings)?;
+        let pattern = Some(self.pattern());
+        let mut law = Factored::new(&mut *self, pattern, supports);
+        solve_static(
+            &mut law,
+            &mut x,
+            supports,
+            &StaticLoad::of(forces),
+            &settings,
+        )?;
         Ok(x.iter().zip(&rest).map(|(x, rest)| *x - *rest).collect())
     }
 
@@ -283,23 +291,19 @@ impl ForceLaw for Elements {
     }
 
     fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
-        let (coupling, starts, blocks) = (&self.coupling, &self.starts, &self.blocks);
+        let (pattern, blocks) = (&self.pattern, &self.blocks);
         product.par_iter_mut().enumerate().for_each(|(i, sum)| {
-            let row = coupling.row(i).iter().zip(&blocks[starts[i]..]);
+            let row = pattern.row(i).iter().zip(&blocks[pattern.starts[i]..]);
             *sum = row.map(|(j, block)| *block * vector[*j as usize]).sum();
         });
     }
 
     fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
         for (i, block) in blocks.iter_mut().enumerate() {
-            let own = self.coupling.row(i).partition_point(|j| (*j as usize) < i);
-            *block = self.blocks[self.starts[i] + own];
+            let own = self.pattern.row(i).partition_point(|j| (*j as usize) < i);
+            *block = self.blocks[self.pattern.starts[i] + own];
         }
         true
-    }
-
-    fn coupling(&self) -> Option<&Coupling> {
-        Some(&self.coupling)
     }
 }
 

@@ -1,15 +1,17 @@
 //! A rigid sphere pressed into a block, and what theory says of it.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 use phyxel_integrate::{
     Contact, ContactPoint, ContactSettings, ContactSurface, ForceLaw, NewtonSettings, Pose,
-    Preconditioner, Pressed, RigidShape, StaticLoad, StaticReport, Supports, penalty, solve_static,
+    Pressed, RigidShape, StaticLoad, StaticReport, Supports, penalty, solve_static,
 };
 
 use super::block::lattice;
 use super::elements::{Elements, Order};
+use super::factor::{Factored, Pattern};
 use super::model::ElasticBody;
 use super::solid::Solid;
 use crate::StudyError;
@@ -47,7 +49,8 @@ pub struct Press<B = ElasticBody> {
     pub positions: Vec<DVec3>,
     supports: Supports,
     contact: Contact,
-    preconditioner: Preconditioner,
+    /// Of the tangent, where it is to be factored.
+    pattern: Option<Arc<Pattern>>,
 }
 
 /// What a sphere found.
@@ -116,7 +119,7 @@ impl Press {
         spacing: f64,
     ) -> Result<Self, StudyError> {
         let rest = body.rest.clone();
-        Self::of(body, rest, supports, top, spacing, Preconditioner::Blocks)
+        Self::of(body, rest, supports, top, spacing, None)
     }
 }
 
@@ -138,7 +141,8 @@ impl Press<Elements> {
         let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
         let spacing = 2.0 / f64::from(cells);
         let rest = body.rest.clone();
-        Self::of(body, rest, supports, &top, spacing, Preconditioner::Factor)
+        let pattern = body.pattern();
+        Self::of(body, rest, supports, &top, spacing, Some(pattern))
     }
 }
 
@@ -149,7 +153,7 @@ impl<B: ForceLaw> Press<B> {
         supports: Supports,
         top: &[[u32; 3]],
         spacing: f64,
-        preconditioner: Preconditioner,
+        pattern: Option<Arc<Pattern>>,
     ) -> Result<Self, StudyError> {
         let surface = ContactSurface::from_triangles(top, &rest, 6)?;
         let settings = ContactSettings::new(penalty(SOFT.youngs_modulus, spacing));
@@ -159,7 +163,7 @@ impl<B: ForceLaw> Press<B> {
             rest,
             supports,
             contact: Contact::new(surface, settings),
-            preconditioner,
+            pattern,
         })
     }
 
@@ -182,15 +186,15 @@ impl<B: ForceLaw> Press<B> {
         let pose = Pose::at(DVec3::Z * (radius - depth));
         let mut x = self.rest.clone();
         let shape = RigidShape::Sphere { radius };
-        let mut law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
+        let law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
+        let mut law = Factored::new(law, self.pattern.clone(), &self.supports);
         let settings = NewtonSettings {
             tolerance,
-            preconditioner: self.preconditioner,
             ..NewtonSettings::default()
         };
         let load = StaticLoad::default();
         let report = solve_static(&mut law, &mut x, &self.supports, &load, &settings)?;
-        let sum = law.tool_forces[0];
+        let sum = law.law.tool_forces[0];
         self.positions = x;
         Ok(Pressing {
             force: sum.force.z,

@@ -1,15 +1,9 @@
 //! Elastic models of bodies for studies: the default and the dissertation's.
 
-use std::sync::OnceLock;
-
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
-use phyxel_integrate::{
-    Coupling, Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue,
-};
-use phyxel_mls::{
-    DissertationCloud, NearestSettings, Neighborhoods, dissertation_cloud, k_nearest,
-};
+use phyxel_integrate::{Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue};
+use phyxel_mls::{DissertationCloud, NearestSettings, dissertation_cloud, k_nearest};
 
 use super::block::{Block, lattice, nodes_where};
 use super::solid::Solid;
@@ -40,9 +34,6 @@ pub struct ElasticBody {
     /// Forces.
     pub elastic: Elastic,
     blocks: Option<Vec<DMat3>>,
-    graph: Option<Neighborhoods>,
-    /// Two rings of the graph, made when a solver first asks.
-    coupling: OnceLock<Coupling>,
 }
 
 impl ElasticBody {
@@ -78,8 +69,6 @@ impl ElasticBody {
             triangles: block.triangles,
             elastic,
             blocks: Some(blocks),
-            graph: Some(block.graph),
-            coupling: OnceLock::new(),
         })
     }
 
@@ -116,8 +105,6 @@ impl ElasticBody {
             triangles: block.triangles,
             elastic,
             blocks: None,
-            graph: None,
-            coupling: OnceLock::new(),
         })
     }
 
@@ -169,12 +156,6 @@ impl ForceLaw for ElasticBody {
             None => return false,
         }
         true
-    }
-
-    fn coupling(&self) -> Option<&Coupling> {
-        let graph = self.graph.as_ref()?;
-        let rings = || Coupling::two_rings(graph.offsets(), graph.indices());
-        Some(self.coupling.get_or_init(rings))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The 2 m cube under a sphere by finite elements: the reference, computed where it is wanted.
 
 use glam::{BVec2, DVec2, DVec3};
-use phyxel_integrate::{ForceLaw, Preconditioner, Supports};
+use phyxel_integrate::{ForceLaw, Supports};
 
 use super::elements::{Elements, Order};
 use super::indentation::{EDGE, Press, SMALL, SOFT, grade, held, on_top};
@@ -144,7 +144,8 @@ fn quarter(cells: u32) -> Result<Press<Elements>, StudyError> {
     let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
     let spacing = 0.45 / f64::from(cells);
     let nodes = rest.clone();
-    Press::of(body, nodes, supports, &top, spacing, Preconditioner::Factor)
+    let pattern = body.pattern();
+    Press::of(body, nodes, supports, &top, spacing, Some(pattern))
 }
 
 /// A field of the quarter at a point of the whole cube.

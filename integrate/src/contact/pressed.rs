@@ -1,7 +1,6 @@
 //! A force law with contacts added.
 
 use super::{Contact, ContactForce, Limit};
-use crate::coupling::Coupling;
 use crate::law::ForceLaw;
 use crate::shape::{Pose, RigidShape};
 use glam::{DMat3, DVec3};
@@ -59,9 +58,5 @@ impl<L: ForceLaw> ForceLaw for Pressed<'_, L> {
             }
         }
         known
-    }
-
-    fn coupling(&self) -> Option<&Coupling> {
-        self.law.coupling()
     }
 }
