@@ -1,10 +1,22 @@
-//! Triangle surface meshes as plain arrays.
+//! Triangle surfaces as plain arrays: read, repair, ask, write. Knows nothing of sampling.
+
+pub(crate) mod cloud;
+pub(crate) mod creases;
+pub(crate) mod error;
+pub(crate) mod hierarchy;
+pub(crate) mod intersections;
+pub(crate) mod read;
+pub(crate) mod repair;
+pub(crate) mod sums;
+mod topology;
+pub(crate) mod union_find;
+pub(crate) mod write;
 
 use glam::DVec3;
 
 /// A triangle surface: corner positions and counter-clockwise triangles seen from outside.
 ///
-/// Nothing is promised about a mesh that was only read; see [`crate::repair()`].
+/// Nothing is promised about a mesh that was only read; see [`crate::mesh::repair()`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Corner positions (length unit of the file).

@@ -1,13 +1,6 @@
 //! Every reason for which a file, a surface or a sampling is refused.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{cube, join};
+use crate::common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
     Bounds, FileError, Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError,

@@ -1,11 +1,4 @@
 //! Formats, and mutated files of each.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
-
-mod common;
 
 use phyxel_discretize::{
     Format, Primitive, RepairSettings, SampleSettings, SampleTarget, TextPlace, parse_mesh, repair,
@@ -389,7 +382,7 @@ fn every_format_gives_the_same_cube() {
 
 #[test]
 fn what_is_written_reads_back() {
-    let s = common::sample(&Primitive::Liver.into(), 600).unwrap();
+    let s = crate::common::sample(&Primitive::Liver.into(), 600).unwrap();
     let file = parse_mesh(&s.to_vtk()).unwrap();
     assert_eq!(file.mesh.vertices, s.positions);
     assert_eq!(file.tetrahedra, s.tetrahedra);

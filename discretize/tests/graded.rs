@@ -1,13 +1,6 @@
 //! Octrees and tetrahedra on them: balance, sizes, sums, quality.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{
+use crate::common::{
     BlobKind, blob, check_graded, check_octree, check_sums, graded, on_threads, refined, shapes,
 };
 use glam::DVec3;

@@ -1,14 +1,7 @@
 //! Meshes that are valid and unusual, and meshes that only look valid: their volume is right or they are
 //! named.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{cube, join};
+use crate::common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
     Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError, SampleSettings,
@@ -283,56 +276,9 @@ fn cuboid(size: DVec3, angle: f64) -> Mesh {
     mesh
 }
 
-/// An L of a thick and a thin arm, turned about two axes: its thickness in the mean is neither's.
+/// Too few nodes for a plate or a needle are refused with a finer spacing that does; a spike is named by its end.
 #[test]
-fn the_number_of_nodes_that_is_advised_for_a_body_of_two_thicknesses_works() {
-    let floor = [
-        [0.0, 0.0],
-        [1.0, 0.0],
-        [1.0, 0.015],
-        [0.06, 0.015],
-        [0.06, 1.0],
-        [0.0, 1.0],
-    ];
-    let corner = |z: f64| floor.map(|[x, y]| DVec3::new(x, y, z));
-    let fan = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
-    let mut triangles: Vec<[u32; 3]> = (0..6_u32)
-        .flat_map(|k| fan([k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]))
-        .collect();
-    for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]] {
-        triangles.push([a, c, b]);
-        triangles.push([a + 6, b + 6, c + 6]);
-    }
-    let turn = glam::DMat3::from_rotation_x(0.4) * glam::DMat3::from_rotation_z(0.6);
-    let mesh = Mesh {
-        vertices: [corner(0.0), corner(0.7)]
-            .concat()
-            .into_iter()
-            .map(|v| turn * v)
-            .collect(),
-        triangles,
-    };
-    let solid = Solid::from_mesh(repair(&mesh, &RepairSettings::default()).unwrap().0);
-    let at = |nodes| SampleSettings {
-        target: SampleTarget::NodeCount(nodes),
-        ..SampleSettings::default()
-    };
-    let refused = sample_tetrahedra(&solid, &at(400)).unwrap_err();
-    let SampleError::Thin { advice, .. } = refused else {
-        panic!("{refused}");
-    };
-    let found = sample_tetrahedra(&solid, &at(advice)).unwrap();
-    let error = found.report.volume_error.unwrap();
-    assert!(
-        error.abs() < 0.15,
-        "volume off by {error} with {advice} nodes"
-    );
-}
-
-/// Too few nodes for a plate, a needle or a body with a spike are refused at once, with a number that
-/// does.
-#[test]
-fn the_number_of_nodes_that_is_advised_works() {
+fn the_spacing_that_is_advised_works() {
     let at = |nodes| SampleSettings {
         target: SampleTarget::NodeCount(nodes),
         ..SampleSettings::default()
@@ -345,34 +291,24 @@ fn the_number_of_nodes_that_is_advised_works() {
         (DVec3::new(1.0, 0.04, 0.03), 0.6),
     ] {
         let solid = Solid::from_mesh(cuboid(size, angle));
-        match sample_tetrahedra(&solid, &at(100)) {
-            Err(SampleError::Thin { advice, .. }) => {
-                let found = sample_tetrahedra(&solid, &at(advice)).unwrap();
-                let error = found.report.volume_error.unwrap();
-                assert!(
-                    error.abs() < 0.15,
-                    "{size} at {angle}: volume off by {error}"
-                );
+        let (found, limit) = match sample_tetrahedra(&solid, &at(100)) {
+            Err(SampleError::Vanished { advice, .. }) => {
+                let target = SampleTarget::Spacing(advice);
+                let settings = SampleSettings { target, ..at(100) };
+                (sample_tetrahedra(&solid, &settings).unwrap(), 0.15)
             }
-            Ok(found) => {
-                let error = found.report.volume_error.unwrap();
-                assert!(
-                    error.abs() < 0.5,
-                    "{size} at {angle}: volume off by {error}"
-                );
-            }
-            Err(other) => panic!("{size} at {angle}: {other}"),
-        }
+            found => (found.unwrap(), 0.5),
+        };
+        let error = found.report.volume_error.unwrap();
+        assert!(
+            error.abs() < limit,
+            "{size} at {angle}: volume off by {error}"
+        );
     }
     let thin = Solid::from_mesh(cuboid(DVec3::new(1.0, 1.0, 1e-3), 0.0));
-    let refused = sample_tetrahedra(&thin, &at(1000)).unwrap_err();
-    // Its lattice needs more cells than are granted for so few nodes.
-    assert!(matches!(refused, SampleError::Slender { .. }), "{refused}");
     let tilted = Solid::from_mesh(cuboid(DVec3::new(1.0, 1.0, 1e-4), 0.8));
-    for refused in [
-        sample_tetrahedra(&tilted, &at(1000)).unwrap_err(),
-        sample_tetrahedra(&tilted, &at(100_000)).unwrap_err(),
-    ] {
+    for (solid, nodes) in [(&thin, 1000), (&tilted, 1000), (&tilted, 100_000)] {
+        let refused = sample_tetrahedra(solid, &at(nodes)).unwrap_err();
         assert!(matches!(refused, SampleError::Slender { .. }), "{refused}");
     }
     let mut spike = cuboid(DVec3::ONE, 0.3);
@@ -386,7 +322,7 @@ fn the_number_of_nodes_that_is_advised_works() {
     assert!(
         matches!(
             many,
-            SampleError::TooManyNodes { .. } | SampleError::Slender { .. }
+            SampleError::TooFine { .. } | SampleError::Slender { .. }
         ),
         "{many}"
     );

@@ -1,13 +1,6 @@
 //! Nodes without tetrahedra: sums, places, volumes.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
+use crate::common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Grading, PointSampling, Primitive, Refinement, SampleError, SampleSettings, SampleTarget,

@@ -1,13 +1,6 @@
 //! Real meshes against their published figures.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{
+use crate::common::{
     check_count, check_graded, check_octree, check_sums, folder_of_meshes, refined, sample,
 };
 use phyxel_discretize::{Octree, RepairSettings, Solid, read_mesh, read_point_cloud, repair};

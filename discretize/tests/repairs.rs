@@ -1,13 +1,6 @@
 //! What is repaired, told and refused.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{cube, join};
+use crate::common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
     Mesh, Primitive, RepairError, RepairSettings, SampleError, SampleSettings, SampleTarget, Solid,
@@ -83,7 +76,7 @@ fn nested_parts_and_cavities() {
         for (x, inside) in [(0.0, true), (0.5, false), (0.85, true), (1.2, false)] {
             assert_eq!(solid.contains(DVec3::new(x, 0.01, 0.02)), inside, "{x}");
         }
-        let s = common::sample(&solid, 8000).unwrap();
+        let s = crate::common::sample(&solid, 8000).unwrap();
         assert_eq!(s.report.pieces, 2);
         assert_eq!(s.report.lost_cavities, 0);
     }
@@ -124,7 +117,7 @@ fn thin_and_lost_parts_are_refused_or_told() {
     let fine = sample_tetrahedra(&solid, &at(1e-9));
     assert!(matches!(fine, Err(SampleError::TooFine { .. })));
     assert!(matches!(
-        common::sample(&solid, 3),
+        crate::common::sample(&solid, 3),
         Err(SampleError::TooFewNodes { .. })
     ));
 }

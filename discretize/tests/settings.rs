@@ -1,5 +1,4 @@
 //! Settings are read as they were written.
-#![cfg(feature = "serde")]
 
 use phyxel_discretize::glam::DVec3;
 use phyxel_discretize::{Refinement, RepairSettings, SampleSettings};

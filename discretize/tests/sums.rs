@@ -1,12 +1,6 @@
 //! Sums, places and quality of samplings of shapes, under rigid motions and scales.
-#![allow(
-    clippy::missing_assert_message,
-    reason = "a failing test names its line"
-)]
 
-mod common;
-
-use common::{blob, check_count, check_sums, cube, on_threads, shapes};
+use crate::common::{blob, check_count, check_sums, cube, on_threads, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Primitive, SampleSettings, SampleTarget, SampledNodes, Solid, SurfaceSamples, sample_surfels,
@@ -16,7 +10,7 @@ use proptest::prelude::*;
 use testkit::tol::{assert_below, assert_relative};
 
 fn nodes(solid: &Solid, count: usize) -> SampledNodes {
-    common::sample(solid, count).expect("a whole body of some thickness")
+    crate::common::sample(solid, count).expect("a whole body of some thickness")
 }
 
 #[test]

@@ -213,8 +213,7 @@ pub struct SurfelSettings {
     /// Image that colours the surface in place of `color`.
     pub image: Option<ImageFile>,
     /// Whether the images that the body's mesh file names colour the surface, by the texture coordinates in it, in
-    /// place of `color` and `image`: of OBJ those of its `.mtl` beside it (`map_Kd`), of PLY those of
-    /// `comment TextureFile`; PNG.
+    /// place of `color` and `image`: of an OBJ file, those of its `.mtl` beside it (`map_Kd`); PNG.
     pub textured: bool,
     /// Image that colours the inside in place of `cut_color`.
     pub cut_image: Option<ImageFile>,

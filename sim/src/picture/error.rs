@@ -44,6 +44,24 @@ pub enum SkinProblem {
         /// What is wrong with it.
         source: ImageError,
     },
+    /// The texture coordinates or materials of a mesh file cannot be read.
+    #[error("{}: texture coordinates or materials: {source}", file.display())]
+    Texture {
+        /// The mesh file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: tobj::LoadError,
+    },
+    /// No face of a mesh file has texture coordinates and an image.
+    #[error(
+        "{}: no face has texture coordinates and an image: take surfels.image, or an OBJ file with `vt` whose \
+         materials have `map_Kd`",
+        file.display()
+    )]
+    NoTexture {
+        /// The mesh file.
+        file: PathBuf,
+    },
 }
 
 impl SkinProblem {

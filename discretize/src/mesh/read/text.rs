@@ -1,0 +1,349 @@
+//! Lines and words of a text file with their places.
+
+use glam::DVec3;
+
+use super::{Failure, ReadErrorKind, TextPlace, point};
+
+/// Bytes shown of an unexpected word.
+const SHOWN: usize = 24;
+
+/// A binary number of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    pub(super) fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+
+    /// The value of the first [`Scalar::size`] bytes; `None` if there are fewer.
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "bits read as the type that the file names"
+    )]
+    pub(super) fn read(self, bytes: &[u8], is_big_endian: bool) -> Option<f64> {
+        let own = bytes.get(..self.size())?;
+        let fold = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
+        let bits = if is_big_endian {
+            own.iter().fold(0, fold)
+        } else {
+            own.iter().rev().fold(0, fold)
+        };
+        Some(match self {
+            Self::I8 => f64::from(bits as i8),
+            Self::U8 => f64::from(bits as u8),
+            Self::I16 => f64::from(bits as i16),
+            Self::U16 => f64::from(bits as u16),
+            Self::I32 => f64::from(bits as i32),
+            Self::U32 => f64::from(bits as u32),
+            Self::I64 => bits as i64 as f64,
+            Self::U64 => bits as f64,
+            Self::F32 => f64::from(f32::from_bits(bits as u32)),
+            Self::F64 => f64::from_bits(bits),
+        })
+    }
+}
+
+/// A text file read line by line or word by word, with blocks of binary numbers; lines end with LF, CR LF or CR.
+pub(super) struct Text<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+/// The words of one line.
+#[derive(Clone)]
+pub(super) struct Words<'a> {
+    rest: &'a [u8],
+    line: usize,
+}
+
+impl<'a> Text<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes,
+            at: 0,
+            line: 1,
+        }
+    }
+
+    /// Bytes not yet read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    pub(super) fn offset(&self) -> usize {
+        self.at
+    }
+
+    pub(super) fn skip(&mut self, bytes: usize) {
+        self.at = (self.at + bytes).min(self.bytes.len());
+    }
+
+    pub(super) fn place(&self) -> TextPlace {
+        TextPlace::Line(self.line)
+    }
+
+    /// The next binary number.
+    pub(super) fn scalar(
+        &mut self,
+        kind: Scalar,
+        is_big_endian: bool,
+        expected: &'static str,
+    ) -> Result<f64, Failure> {
+        let value = kind.read(self.rest(), is_big_endian).ok_or(Failure {
+            place: TextPlace::Byte(self.at),
+            kind: ReadErrorKind::Truncated { expected },
+        })?;
+        self.skip(kind.size());
+        Ok(value)
+    }
+
+    /// The next binary integer; exact up to 2^53, beyond which no index or count is in range.
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "whole numbers; larger ones saturate"
+    )]
+    pub(super) fn whole(
+        &mut self,
+        kind: Scalar,
+        is_big_endian: bool,
+        expected: &'static str,
+    ) -> Result<i64, Failure> {
+        Ok(self.scalar(kind, is_big_endian, expected)? as i64)
+    }
+
+    /// The next line; `None` at the end.
+    pub(super) fn line(&mut self) -> Option<Words<'a>> {
+        let rest = self.rest();
+        if rest.is_empty() {
+            return None;
+        }
+        let end = rest
+            .iter()
+            .position(|b| matches!(b, b'\n' | b'\r'))
+            .unwrap_or(rest.len());
+        let words = Words {
+            rest: &rest[..end],
+            line: self.line,
+        };
+        let pair = rest.get(end) == Some(&b'\r') && rest.get(end + 1) == Some(&b'\n');
+        self.line += usize::from(end < rest.len());
+        self.skip(end + 1 + usize::from(pair));
+        Some(words)
+    }
+
+    /// The next line with a word on it that is no comment.
+    pub(super) fn full_line(&mut self, expected: &'static str) -> Result<Words<'a>, Failure> {
+        while let Some(words) = self.line() {
+            if words.peek().is_some_and(|word| !word.starts_with(b"#")) {
+                return Ok(words);
+            }
+        }
+        Err(self.truncated(expected))
+    }
+
+    /// Skips what is left of the present line: the end of a word is known, a block of bytes follows.
+    pub(super) fn end_line(&mut self) {
+        let rest = self.rest();
+        let ends = if rest.starts_with(b"\r\n") {
+            2
+        } else {
+            usize::from(matches!(rest.first(), Some(b'\n' | b'\r')))
+        };
+        self.skip(ends);
+        self.line += ends.min(1);
+    }
+
+    /// The next word, over line ends; `None` at the end.
+    pub(super) fn word(&mut self) -> Option<&'a [u8]> {
+        while let Some(&byte) = self.bytes.get(self.at) {
+            if !byte.is_ascii_whitespace() {
+                break;
+            }
+            let pair = byte == b'\r' && self.bytes.get(self.at + 1) == Some(&b'\n');
+            self.line += usize::from(byte == b'\n' || (byte == b'\r' && !pair));
+            self.at += 1;
+        }
+        let rest = self.rest();
+        let end = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        self.at += end;
+        (end > 0).then(|| &rest[..end])
+    }
+
+    pub(super) fn need(&mut self, expected: &'static str) -> Result<&'a [u8], Failure> {
+        self.word().ok_or_else(|| self.truncated(expected))
+    }
+
+    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, Failure> {
+        let word = self.need(expected)?;
+        float(word, self.place())
+    }
+
+    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, Failure> {
+        let word = self.need(expected)?;
+        integer(word, self.place(), expected)
+    }
+
+    /// A count of things that take at least `least` bytes each of what follows.
+    pub(super) fn count(&mut self, what: &'static str, least: usize) -> Result<usize, Failure> {
+        let value = self.integer(what)?;
+        check_count(value, what, least, self.rest().len(), self.place())
+    }
+
+    /// The end of the file: only white space and comments may follow.
+    pub(super) fn end(&mut self) -> Result<(), Failure> {
+        match self.full_line("") {
+            Err(_) => Ok(()),
+            Ok(words) => Err(Failure {
+                place: words.place(),
+                kind: ReadErrorKind::Trailing {
+                    bytes: self.rest().len() + words.rest.len(),
+                },
+            }),
+        }
+    }
+
+    pub(super) fn truncated(&self, expected: &'static str) -> Failure {
+        Failure {
+            place: self.place(),
+            kind: ReadErrorKind::Truncated { expected },
+        }
+    }
+}
+
+impl<'a> Words<'a> {
+    pub(super) fn place(&self) -> TextPlace {
+        TextPlace::Line(self.line)
+    }
+
+    fn peek(&self) -> Option<&'a [u8]> {
+        let rest = self.rest.trim_ascii_start();
+        let end = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        (end > 0).then(|| &rest[..end])
+    }
+
+    /// Three coordinates.
+    pub(super) fn point(&mut self) -> Result<DVec3, Failure> {
+        let mut xyz = [0.0; 3];
+        for x in &mut xyz {
+            *x = self.float("three coordinates")?;
+        }
+        point(xyz, self.place())
+    }
+
+    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, Failure> {
+        let place = self.place();
+        let word = self.next().ok_or(Failure {
+            place,
+            kind: ReadErrorKind::Truncated { expected },
+        })?;
+        float(word, place)
+    }
+
+    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, Failure> {
+        let place = self.place();
+        let word = self.next().ok_or(Failure {
+            place,
+            kind: ReadErrorKind::Truncated { expected },
+        })?;
+        integer(word, place, expected)
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let word = self.peek()?;
+        let skipped = self.rest.len() - self.rest.trim_ascii_start().len();
+        self.rest = &self.rest[skipped + word.len()..];
+        Some(word)
+    }
+}
+
+pub(super) fn unexpected(expected: &'static str, found: &[u8], place: TextPlace) -> Failure {
+    let shown = String::from_utf8_lossy(&found[..found.len().min(SHOWN)]).into_owned();
+    Failure {
+        place,
+        kind: ReadErrorKind::Unexpected {
+            expected,
+            found: shown,
+        },
+    }
+}
+
+/// A finite number.
+pub(super) fn float(word: &[u8], place: TextPlace) -> Result<f64, Failure> {
+    let value: f64 = std::str::from_utf8(word)
+        .ok()
+        .and_then(|w| w.parse().ok())
+        .ok_or_else(|| unexpected("a number", word, place))?;
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Failure {
+            place,
+            kind: ReadErrorKind::NotFinite,
+        })
+    }
+}
+
+pub(super) fn integer(
+    word: &[u8],
+    place: TextPlace,
+    expected: &'static str,
+) -> Result<i64, Failure> {
+    std::str::from_utf8(word)
+        .ok()
+        .and_then(|w| w.parse().ok())
+        .ok_or_else(|| unexpected(expected, word, place))
+}
+
+/// A count that the bytes left can justify.
+pub(super) fn check_count(
+    value: i64,
+    what: &'static str,
+    least: usize,
+    left: usize,
+    place: TextPlace,
+) -> Result<usize, Failure> {
+    match usize::try_from(value) {
+        Ok(count) if count.saturating_mul(least.max(1)) <= left.saturating_add(1) => Ok(count),
+        _ => Err(Failure {
+            place,
+            kind: ReadErrorKind::Count {
+                what,
+                count: value.unsigned_abs(),
+            },
+        }),
+    }
+}

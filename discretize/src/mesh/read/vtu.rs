@@ -1,0 +1,401 @@
+//! VTK XML: unstructured grids and polydata; arrays as text, base64 or raw bytes, plain or zlib.
+
+use super::text::{Scalar, Text, check_count, unexpected};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, out_of_range, point, vtk};
+
+/// Most bytes that a byte of zlib data can become (a deflate block of one repeated match).
+const LARGEST_RATIO: usize = 1100;
+/// VTK's cell types of the lists in polydata.
+const POLYGON: i64 = 7;
+const STRIP: i64 = 6;
+
+/// An opening tag with its attributes.
+struct Tag<'a> {
+    name: &'a [u8],
+    attributes: &'a [u8],
+    /// Where it starts, and where what it holds starts.
+    at: usize,
+    content: usize,
+}
+
+impl<'a> Tag<'a> {
+    fn get(&self, name: &str) -> Option<&'a [u8]> {
+        let mut rest = self.attributes;
+        loop {
+            let equals = rest.iter().position(|b| *b == b'=')?;
+            let key = rest[..equals].trim_ascii();
+            let value = rest[equals + 1..].trim_ascii_start();
+            let quote = *value.first()?;
+            let end = value[1..].iter().position(|b| *b == quote)?;
+            if key == name.as_bytes() {
+                return Some(&value[1..=end]);
+            }
+            rest = &value[end + 2..];
+        }
+    }
+
+    fn place(&self) -> TextPlace {
+        TextPlace::Byte(self.at)
+    }
+
+    fn need(&self, name: &'static str) -> Result<&'a [u8], Failure> {
+        self.get(name).ok_or(Failure {
+            place: self.place(),
+            kind: ReadErrorKind::Truncated { expected: name },
+        })
+    }
+}
+
+/// How the values of the file are written.
+struct Reader<'a> {
+    bytes: &'a [u8],
+    big: bool,
+    wide_header: bool,
+    zlib: bool,
+    /// Start of the appended data and whether it is base64.
+    appended: Option<(usize, bool)>,
+}
+
+/// The arrays of a piece that are of use.
+#[derive(Default)]
+struct Lists<'a> {
+    connectivity: Option<Tag<'a>>,
+    offsets: Option<Tag<'a>>,
+    types: Option<Tag<'a>>,
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+    let mut raw = Raw::default();
+    let mut reader = Reader {
+        bytes,
+        big: false,
+        wide_header: false,
+        zlib: false,
+        appended: None,
+    };
+    let tags = tags(bytes);
+    for tag in &tags {
+        match tag.name {
+            b"VTKFile" => reader.open(tag)?,
+            b"AppendedData" => {
+                let start = bytes[tag.content..].iter().position(|b| *b == b'_');
+                let base64 = tag.get("encoding") != Some(b"raw");
+                reader.appended = start.map(|s| (tag.content + s + 1, base64));
+            }
+            _ => {}
+        }
+    }
+    let mut section: &[u8] = b"";
+    let mut first = 0;
+    let mut lists = Lists::default();
+    for tag in tags {
+        match tag.name {
+            b"Piece" => first = raw.vertices.len(),
+            b"Points" | b"Cells" | b"Polys" | b"Strips" | b"Verts" | b"Lines" | b"PointData"
+            | b"CellData" | b"FieldData" => {
+                section = tag.name;
+                lists = Lists::default();
+            }
+            b"DataArray" => match (section, tag.get("Name").unwrap_or_default()) {
+                (b"Points", _) => reader.points(&tag, &mut raw)?,
+                (b"Cells" | b"Polys" | b"Strips", name) => {
+                    let list = match name {
+                        b"connectivity" => &mut lists.connectivity,
+                        b"offsets" => &mut lists.offsets,
+                        b"types" => &mut lists.types,
+                        _ => continue,
+                    };
+                    *list = Some(tag);
+                    reader.cells(section, &mut lists, first, &mut raw)?;
+                }
+                _ => {}
+            },
+            _ => {}
+        }
+    }
+    Ok(raw)
+}
+
+/// All opening tags up to the appended data, whose bytes may look like tags.
+fn tags(bytes: &[u8]) -> Vec<Tag<'_>> {
+    let mut out: Vec<Tag<'_>> = Vec::new();
+    let mut at = 0;
+    while let Some(start) = bytes[at..].iter().position(|b| *b == b'<') {
+        let start = at + start;
+        // A `>` in quotes does not close the tag.
+        let mut quote = None;
+        let end = bytes[start..].iter().position(|b| {
+            match quote {
+                Some(q) if *b == q => quote = None,
+                None if matches!(b, b'"' | b'\'') => quote = Some(*b),
+                _ => {}
+            }
+            *b == b'>' && quote.is_none()
+        });
+        let Some(end) = end else { break };
+        let inner = &bytes[start + 1..start + end];
+        at = start + end + 1;
+        let name = inner
+            .split(|b| b.is_ascii_whitespace() || *b == b'/')
+            .next()
+            .unwrap_or_default();
+        if name.first().is_some_and(u8::is_ascii_alphabetic) {
+            out.push(Tag {
+                name,
+                attributes: &inner[name.len()..],
+                at: start,
+                content: at,
+            });
+            if name == b"AppendedData" {
+                break;
+            }
+        }
+    }
+    out
+}
+
+impl Reader<'_> {
+    fn open(&mut self, tag: &Tag<'_>) -> Result<(), Failure> {
+        let kind = tag.need("type")?;
+        if kind != b"UnstructuredGrid" && kind != b"PolyData" {
+            return Err(unexpected(
+                "UnstructuredGrid or PolyData",
+                kind,
+                tag.place(),
+            ));
+        }
+        self.big = tag.get("byte_order") == Some(b"BigEndian");
+        self.wide_header = tag.get("header_type") == Some(b"UInt64");
+        self.zlib = match tag.get("compressor") {
+            None => false,
+            Some(b"vtkZLibDataCompressor") => true,
+            Some(_) => {
+                return Err(Failure {
+                    place: tag.place(),
+                    kind: ReadErrorKind::Unsupported {
+                        what: "VTK XML files compressed by LZ4 or LZMA",
+                        fix: "write them with zlib or without compression",
+                    },
+                });
+            }
+        };
+        Ok(())
+    }
+
+    fn points(&self, tag: &Tag<'_>, raw: &mut Raw) -> Result<(), Failure> {
+        let kind = tag.need("type")?;
+        if kind != b"Float32" && kind != b"Float64" {
+            return Err(unexpected("Float32 or Float64", kind, tag.place()));
+        }
+        let values = self.values(tag)?;
+        for xyz in values.chunks_exact(3) {
+            raw.vertices
+                .push(point([xyz[0], xyz[1], xyz[2]], tag.place())?);
+        }
+        Ok(())
+    }
+
+    /// Adds the cells of a section once all its arrays are known.
+    fn cells(
+        &self,
+        section: &[u8],
+        lists: &mut Lists<'_>,
+        first: usize,
+        raw: &mut Raw,
+    ) -> Result<(), Failure> {
+        let kind = match section {
+            b"Polys" => Some(POLYGON),
+            b"Strips" => Some(STRIP),
+            _ => None,
+        };
+        let (Some(connectivity), Some(offsets)) = (&lists.connectivity, &lists.offsets) else {
+            return Ok(());
+        };
+        if kind.is_none() && lists.types.is_none() {
+            return Ok(());
+        }
+        let place = connectivity.place();
+        let corners = self.integers(connectivity)?;
+        let ends = self.integers(offsets)?;
+        let types = match (&lists.types, kind) {
+            (Some(tag), None) => self.integers(tag)?,
+            (_, kind) => vec![kind.unwrap_or(POLYGON); ends.len()],
+        };
+        if types.len() != ends.len() {
+            let expected = "a type for every cell";
+            return Err(Failure {
+                place,
+                kind: ReadErrorKind::Truncated { expected },
+            });
+        }
+        let shift = i64::try_from(first).unwrap_or(i64::MAX);
+        let mut cells = Vec::with_capacity(ends.len());
+        let mut begin = 0;
+        for end in ends {
+            let range = usize::try_from(end)
+                .ok()
+                .and_then(|e| corners.get(begin..e));
+            let own = range.ok_or_else(|| out_of_range(end, corners.len(), place))?;
+            // A negative corner stays negative and is refused with the others out of range.
+            let moved = |v: &i64| if *v < 0 { *v } else { v.saturating_add(shift) };
+            cells.push(own.iter().map(moved).collect::<Vec<i64>>());
+            begin += own.len();
+        }
+        *lists = Lists::default();
+        vtk::add(raw, types.into_iter().zip(&cells), place)
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "whole numbers up to 2^53; larger ones are out of range anyway"
+    )]
+    fn integers(&self, tag: &Tag<'_>) -> Result<Vec<i64>, Failure> {
+        let values = self.values(tag)?;
+        Ok(values.into_iter().map(|v| v as i64).collect())
+    }
+
+    /// The values of an array.
+    fn values(&self, tag: &Tag<'_>) -> Result<Vec<f64>, Failure> {
+        let content = &self.bytes[tag.content..];
+        let end = content.iter().position(|b| *b == b'<');
+        let inline = &content[..end.unwrap_or(content.len())];
+        match tag.need("format")? {
+            b"ascii" => {
+                let mut text = Text::new(inline);
+                let mut values = Vec::new();
+                while let Some(word) = text.word() {
+                    values.push(super::text::float(word, tag.place())?);
+                }
+                Ok(values)
+            }
+            b"binary" => self.decode(tag, &unbase64(inline, tag.place())?),
+            b"appended" => {
+                let word = tag.need("offset")?;
+                let offset = super::text::integer(word, tag.place(), "an offset")?;
+                let (start, base64) = self.appended.ok_or(Failure {
+                    place: tag.place(),
+                    kind: ReadErrorKind::Truncated {
+                        expected: "AppendedData",
+                    },
+                })?;
+                let left = self.bytes.len() - start;
+                let offset = check_count(offset, "bytes", 1, left, tag.place())?;
+                let data = self.bytes.get(start + offset..).unwrap_or_default();
+                if base64 {
+                    let end = data.iter().position(|b| *b == b'<').unwrap_or(data.len());
+                    self.decode(tag, &unbase64(&data[..end], tag.place())?)
+                } else {
+                    self.decode(tag, data)
+                }
+            }
+            other => Err(unexpected("ascii, binary or appended", other, tag.place())),
+        }
+    }
+
+    /// Values of a block of bytes with its header of sizes.
+    fn decode(&self, tag: &Tag<'_>, data: &[u8]) -> Result<Vec<f64>, Failure> {
+        let place = tag.place();
+        let kind = if self.wide_header {
+            Scalar::U64
+        } else {
+            Scalar::U32
+        };
+        let mut at = 0;
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a size; beyond 2^53 more than any file holds"
+        )]
+        let mut header = || -> Result<usize, Failure> {
+            let value = data.get(at..).and_then(|b| kind.read(b, self.big));
+            at += kind.size();
+            let value = value.ok_or_else(|| truncated("the size of an array", place))?;
+            Ok(value as usize)
+        };
+        if !self.zlib {
+            let size = header()?;
+            let end = at.checked_add(size);
+            let own = end.and_then(|end| data.get(at..end));
+            let own = own.ok_or_else(|| truncated("the bytes of an array", place))?;
+            return self.numbers(tag, own);
+        }
+        let blocks = header()?;
+        let full = header()?;
+        let last = header()?;
+        let count = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
+        check_count(count(blocks), "blocks", 1, data.len(), place)?;
+        let packed: Vec<usize> = (0..blocks).map(|_| header()).collect::<Result<_, _>>()?;
+        let mut out = Vec::new();
+        for (k, packed) in packed.into_iter().enumerate() {
+            let size = if k + 1 == blocks && last > 0 {
+                last
+            } else {
+                full
+            };
+            let own = at.checked_add(packed).and_then(|end| data.get(at..end));
+            let own = own.ok_or_else(|| truncated("the bytes of an array", place))?;
+            at += packed;
+            let room = own.len().saturating_mul(LARGEST_RATIO);
+            check_count(count(size), "bytes in a block", 1, room, place)?;
+            let block = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(own, size)
+                .map_err(|_| unexpected("a zlib block", b"", place))?;
+            out.extend(block);
+        }
+        self.numbers(tag, &out)
+    }
+
+    fn numbers(&self, tag: &Tag<'_>, bytes: &[u8]) -> Result<Vec<f64>, Failure> {
+        let kind = tag.need("type")?;
+        let scalar = match kind {
+            b"Int8" => Scalar::I8,
+            b"UInt8" => Scalar::U8,
+            b"Int16" => Scalar::I16,
+            b"UInt16" => Scalar::U16,
+            b"Int32" => Scalar::I32,
+            b"UInt32" => Scalar::U32,
+            b"Int64" => Scalar::I64,
+            b"UInt64" => Scalar::U64,
+            b"Float32" => Scalar::F32,
+            b"Float64" => Scalar::F64,
+            _ => return Err(unexpected("a VTK type", kind, tag.place())),
+        };
+        let values = bytes.chunks_exact(scalar.size());
+        Ok(values.filter_map(|b| scalar.read(b, self.big)).collect())
+    }
+}
+
+fn truncated(expected: &'static str, place: TextPlace) -> Failure {
+    Failure {
+        place,
+        kind: ReadErrorKind::Truncated { expected },
+    }
+}
+
+/// Bytes of base64 text. Padding may end any group of four, as where a header and data were
+/// written one after the other.
+fn unbase64(text: &[u8], place: TextPlace) -> Result<Vec<u8>, Failure> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count, mut padding) = (0_u32, 0, 0);
+    for &byte in text.iter().filter(|b| !b.is_ascii_whitespace()) {
+        let value = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            b'=' => {
+                padding += 1;
+                0
+            }
+            _ => return Err(unexpected("base64", &[byte], place)),
+        };
+        bits = bits << 6 | u32::from(value);
+        count += 1;
+        if count == 4 {
+            let [_, a, b, c] = bits.to_be_bytes();
+            out.extend(&[a, b, c][..3_usize.saturating_sub(padding)]);
+            (bits, count, padding) = (0, 0, 0);
+        }
+    }
+    Ok(out)
+}

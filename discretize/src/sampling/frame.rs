@@ -1,0 +1,112 @@
+//! A mesh in a frame of its own, so that its nodes do not depend on its unit or place.
+
+use glam::DVec3;
+
+use crate::mesh::Mesh;
+use crate::sampling::error::SampleError;
+use crate::sampling::grading::{Grading, Refinement};
+use crate::sampling::settings::{SampleSettings, SampleTarget};
+use crate::sampling::solid::Solid;
+
+/// Coordinates are rounded to this share of the longest side: far above the round-off by which two
+/// copies of a mesh in different units differ, far below what a mesh tells (2^-24 in single precision).
+const GRAIN: f64 = 1.0 / (1_u64 << 36) as f64;
+
+/// Where a body's frame begins and the length of its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Frame {
+    origin: DVec3,
+    length: f64,
+}
+
+impl Frame {
+    /// The frame in which a mesh's box begins at the origin and its longest side is 1, and the body
+    /// there; `None` for an implicit body, whose function knows its own scale.
+    pub(crate) fn of(solid: &Solid) -> Option<(Self, Solid)> {
+        let mesh = solid.mesh()?;
+        let bounds = solid.bounds();
+        let frame = Self {
+            origin: bounds.min,
+            length: bounds.size().max_element(),
+        };
+        let round = |p: DVec3| (p / GRAIN).round() * GRAIN;
+        let vertices = mesh.vertices.iter().map(|p| round(frame.into(*p)));
+        let inside = Solid::from_mesh(Mesh {
+            vertices: vertices.collect(),
+            triangles: mesh.triangles.clone(),
+        });
+        Some((frame, inside))
+    }
+
+    fn into(self, p: DVec3) -> DVec3 {
+        (p - self.origin) / self.length
+    }
+
+    /// A place of the frame in the body's own coordinates.
+    pub(crate) fn place(self, p: DVec3) -> DVec3 {
+        self.origin + p * self.length
+    }
+
+    /// Length of the frame's unit.
+    pub(crate) fn length(self) -> f64 {
+        self.length
+    }
+
+    /// What is asked for, in the frame.
+    pub(crate) fn settings(self, settings: &SampleSettings) -> SampleSettings {
+        let refinements = settings.grading.refinements.iter().map(|r| Refinement {
+            from: self.into(r.from),
+            to: self.into(r.to),
+            radius: r.radius / self.length,
+            factor: r.factor,
+        });
+        SampleSettings {
+            target: match settings.target {
+                SampleTarget::Spacing(spacing) => SampleTarget::Spacing(spacing / self.length),
+                count @ SampleTarget::NodeCount(_) => count,
+            },
+            grading: Grading {
+                refinements: refinements.collect(),
+                ..settings.grading
+            },
+            ..settings.clone()
+        }
+    }
+
+    /// A failure in the frame as the user's coordinates have it.
+    pub(crate) fn error(self, mut error: SampleError) -> SampleError {
+        use SampleError::{
+            LostParts, NotANumber, OutsideBounds, Slender, Spacing, TooFine, Vanished,
+        };
+        match &mut error {
+            TooFine {
+                spacing, advice, ..
+            }
+            | Vanished {
+                spacing, advice, ..
+            }
+            | LostParts {
+                spacing, advice, ..
+            } => {
+                *spacing *= self.length;
+                *advice *= self.length;
+            }
+            Slender {
+                size, thickness, ..
+            } => {
+                *size *= self.length;
+                *thickness *= self.length;
+            }
+            Spacing { spacing } => *spacing *= self.length,
+            _ => {}
+        }
+        if let Slender { far: at, .. }
+        | LostParts { near: at, .. }
+        | NotANumber { at }
+        | OutsideBounds { at } = &mut error
+        {
+            *at = self.place(*at);
+        }
+        error
+    }
+}

@@ -1,0 +1,348 @@
+//! Tetrahedra on an octree that is balanced 2:1 (Labelle & Shewchuk 2007, section 4).
+//!
+//! Nodes are the corners and the centre of every leaf. Between equal leaves lie the tetrahedra of the
+//! body-centred lattice, halved where an edge has a node in its middle; a leaf that meets four
+//! smaller ones has eight quarter tetrahedra at that face, and each small one two half pyramids.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::index;
+use crate::mesh::sums::tetrahedron_volume;
+use crate::mesh::union_find::find;
+use crate::sampling::background::{Background, Edge, Visit};
+use crate::sampling::error::SampleError;
+use crate::sampling::lattice::{WARP_LONG, WARP_SHORT};
+use crate::sampling::octree::{Cell, Octree};
+use crate::sampling::oracle::Oracle;
+
+/// Tetrahedra that one thread cuts at a time.
+const CHUNK: usize = 4096;
+/// A moved point leaves at least this share of the volume of each tetrahedron at it.
+const LEAST_VOLUME: f64 = 0.2;
+
+type Halves = [u32; 3];
+
+/// One number for a place: 21 bits per axis.
+fn key([x, y, z]: Halves) -> u64 {
+    u64::from(x) | u64::from(y) << 21 | u64::from(z) << 42
+}
+
+/// Hashes keys of places; nobody chooses them to collide.
+#[derive(Default)]
+struct Spread(u64);
+
+impl Hasher for Spread {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.write_u64(u64::from(*byte));
+        }
+    }
+
+    fn write_u64(&mut self, value: u64) {
+        let mixed = (self.0 ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.0 = mixed ^ mixed >> 32;
+    }
+}
+
+/// The background on an octree.
+pub(crate) struct Graded<'a> {
+    octree: &'a Octree,
+    /// Places in halves of the smallest cell.
+    points: Vec<Halves>,
+    /// Width of the smallest leaf at each point, in units.
+    width: Vec<u32>,
+    tetrahedra: Vec<[u32; 4]>,
+    /// Pairs of points of leaves that the surface does not touch.
+    calm: Vec<[u32; 2]>,
+    /// Tetrahedra at each point (CSR).
+    offsets: Vec<u32>,
+    around: Vec<u32>,
+}
+
+impl<'a> Graded<'a> {
+    pub(crate) fn new(octree: &'a Octree) -> Self {
+        let cells = octree.cells();
+        let pieces: Vec<Vec<[Halves; 4]>> = cells
+            .par_chunks(1024)
+            .map(|chunk| {
+                let mut out = Vec::new();
+                for cell in chunk {
+                    fill(octree, *cell, &mut out);
+                }
+                out
+            })
+            .collect();
+        let raw = pieces.concat();
+        let mut number: HashMap<u64, u32, BuildHasherDefault<Spread>> =
+            HashMap::with_capacity_and_hasher(raw.len() / 4, BuildHasherDefault::default());
+        let mut points: Vec<Halves> = Vec::with_capacity(raw.len() / 4);
+        let mut tetrahedra = Vec::with_capacity(raw.len());
+        for corners in raw {
+            tetrahedra.push(corners.map(|p| {
+                *number.entry(key(p)).or_insert_with(|| {
+                    points.push(p);
+                    index(points.len() - 1)
+                })
+            }));
+        }
+        let mut width = vec![u32::MAX; points.len()];
+        let mut calm = Vec::new();
+        for (leaf, cell) in cells.iter().enumerate() {
+            let w = cell.width();
+            let mut first = None;
+            for p in lattice_points(*cell) {
+                let Some(&v) = number.get(&key(p)) else {
+                    continue;
+                };
+                width[v as usize] = width[v as usize].min(w);
+                if !octree.is_at_surface(leaf) {
+                    calm.push([*first.get_or_insert(v), v]);
+                }
+            }
+        }
+        let (offsets, around) = incidence(points.len(), &tetrahedra);
+        Self {
+            octree,
+            points,
+            width,
+            tetrahedra,
+            calm,
+            offsets,
+            around,
+        }
+    }
+}
+
+/// Corners and centre of a leaf.
+fn lattice_points(cell: Cell) -> impl Iterator<Item = Halves> {
+    let w = cell.width();
+    let corner = move |k: u32| [0, 1, 2].map(|axis| 2 * cell.at[axis] + 2 * w * (k >> axis & 1));
+    (0..8).map(corner).chain([cell.at.map(|x| 2 * x + w)])
+}
+
+/// Tetrahedra at each point as CSR.
+fn incidence(points: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
+    let mut offsets = vec![0_u32; points + 1];
+    for &v in tetrahedra.iter().flatten() {
+        offsets[v as usize + 1] += 1;
+    }
+    for i in 0..points {
+        offsets[i + 1] += offsets[i];
+    }
+    let mut next = offsets.clone();
+    let mut around = vec![0_u32; 4 * tetrahedra.len()];
+    for (t, corners) in tetrahedra.iter().enumerate() {
+        for &v in corners {
+            around[next[v as usize] as usize] = index(t);
+            next[v as usize] += 1;
+        }
+    }
+    (offsets, around)
+}
+
+/// Emits the tetrahedra of one leaf: those inside it, and those it shares with its next equal
+/// neighbours.
+fn fill(octree: &Octree, cell: Cell, out: &mut Vec<[Halves; 4]>) {
+    let w = cell.width();
+    let at = cell.at.map(i64::from);
+    let step = i64::from(w);
+    let center = cell.at.map(|x| 2 * x + w);
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for up in [false, true] {
+            let mut beyond = at;
+            beyond[axis] += if up { step } else { -1 };
+            let Some(other) = octree.leaf_at(beyond) else {
+                continue;
+            };
+            let other = octree.cells()[other];
+            let mut base = cell.at.map(|x| 2 * x);
+            base[axis] += if up { 2 * w } else { 0 };
+            let ring = [[0, 0], [2 * w, 0], [2 * w, 2 * w], [0, 2 * w]].map(|[du, dv]| {
+                let mut corner = base;
+                corner[u] += du;
+                corner[v] += dv;
+                corner
+            });
+            if other.level > cell.level {
+                // The larger neighbour's face has its middle at one corner of ours.
+                let apart = |corner: Halves| {
+                    [u, v]
+                        .iter()
+                        .all(|&a| corner[a] == 2 * other.at[a] + other.width())
+                };
+                let k = (0..4).find(|k| apart(ring[*k])).unwrap_or(0);
+                let [a, b, c, d] = [0, 1, 2, 3].map(|i| ring[(k + i) % 4]);
+                out.push([center, a, b, c]);
+                out.push([center, a, c, d]);
+                continue;
+            }
+            let middle = |a: Halves, b: Halves| [0, 1, 2].map(|i| a[i].midpoint(b[i]));
+            if other.level < cell.level {
+                let face = middle(ring[0], ring[2]);
+                for side in 0..4 {
+                    let (a, b) = (ring[side], ring[(side + 1) % 4]);
+                    let m = middle(a, b);
+                    out.push([center, face, a, m]);
+                    out.push([center, face, m, b]);
+                }
+                continue;
+            }
+            if !up {
+                continue;
+            }
+            let opposite = other.at.map(|x| 2 * x + w);
+            for side in 0..4 {
+                let (a, b) = (ring[side], ring[(side + 1) % 4]);
+                // The two cells across the edge: is one of them divided?
+                let out_of = if side % 2 == 0 { v } else { u };
+                let mut across = at;
+                across[out_of] += if matches!(side, 1 | 2) { step } else { -step };
+                let mut diagonal = across;
+                diagonal[axis] += step;
+                let divided = [across, diagonal].into_iter().any(|p| {
+                    octree
+                        .leaf_at(p)
+                        .is_some_and(|leaf| octree.cells()[leaf].level < cell.level)
+                });
+                if divided {
+                    let m = middle(a, b);
+                    out.push([center, opposite, a, m]);
+                    out.push([center, opposite, m, b]);
+                } else {
+                    out.push([center, opposite, a, b]);
+                }
+            }
+        }
+    }
+}
+
+fn squared(a: Halves, b: Halves) -> u64 {
+    (0..3)
+        .map(|i| {
+            let d = u64::from(a[i].abs_diff(b[i]));
+            d * d
+        })
+        .sum()
+}
+
+impl Background for Graded<'_> {
+    fn point_count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn position(&self, id: u32) -> DVec3 {
+        self.octree.point(self.points[id as usize])
+    }
+
+    fn size(&self, id: u32) -> f64 {
+        self.octree.edge(self.width[id as usize])
+    }
+
+    fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError> {
+        // Points of a leaf that the surface does not touch share their sign.
+        let n = self.points.len();
+        let mut root: Vec<u32> = (0..n).map(index).collect();
+        if oracle.solid.mesh().is_some() {
+            for [a, b] in &self.calm {
+                let (a, b) = (find(&mut root, *a), find(&mut root, *b));
+                root[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let roots: Vec<u32> = (0..n).map(|v| find(&mut root, index(v))).collect();
+        let own: Vec<i8> = (0..n)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|v| {
+                if roots[v] as usize == v {
+                    oracle.sign_at(self.position(index(v)))
+                } else {
+                    Ok(0)
+                }
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(roots.into_iter().map(|r| own[r as usize]).collect())
+    }
+
+    fn crossed_edges(&self, sign: &[i8]) -> Vec<Edge> {
+        let mut ends: Vec<[u32; 2]> = self
+            .tetrahedra
+            .par_chunks(CHUNK)
+            .flat_map_iter(|chunk| {
+                let mut out = Vec::new();
+                for t in chunk {
+                    for i in 0..4 {
+                        for j in i + 1..4 {
+                            if sign[t[i] as usize] * sign[t[j] as usize] < 0 {
+                                out.push([t[i].min(t[j]), t[i].max(t[j])]);
+                            }
+                        }
+                    }
+                }
+                out
+            })
+            .collect();
+        ends.par_sort_unstable();
+        ends.dedup();
+        ends.into_iter()
+            .map(|[a, b]| {
+                let (p, q) = (self.points[a as usize], self.points[b as usize]);
+                let straight = (0..3).filter(|i| p[*i] != q[*i]).count() == 1;
+                let reach = if straight { WARP_LONG } else { WARP_SHORT };
+                Edge::new(a, b, reach)
+            })
+            .collect()
+    }
+
+    fn chunks(&self) -> usize {
+        self.tetrahedra.len().div_ceil(CHUNK)
+    }
+
+    fn tetrahedra_in(&self, chunk: usize, visit: &mut Visit<'_>) {
+        let end = self.tetrahedra.len().min((chunk + 1) * CHUNK);
+        for corners in &self.tetrahedra[chunk * CHUNK..end] {
+            let places = corners.map(|v| self.points[v as usize]);
+            let mut lengths = [0_u64; 6];
+            let mut count = 0;
+            for i in 0..4 {
+                for j in i + 1..4 {
+                    lengths[count] = squared(places[i], places[j]);
+                    count += 1;
+                }
+            }
+            let rank = |length: u64| {
+                let shorter = lengths.iter().filter(|l| **l < length).count();
+                u8::try_from(shorter).expect("at most six edges")
+            };
+            let class = [0, 1, 2, 3].map(|i| {
+                [0, 1, 2, 3].map(|j| {
+                    if i == j {
+                        0
+                    } else {
+                        rank(squared(places[i], places[j]))
+                    }
+                })
+            });
+            visit(*corners, &class);
+        }
+    }
+
+    fn may_warp(&self, id: u32, to: DVec3, position: &dyn Fn(u32) -> DVec3) -> bool {
+        let v = id as usize;
+        let own = &self.around[self.offsets[v] as usize..self.offsets[v + 1] as usize];
+        own.iter().all(|t| {
+            let corners = self.tetrahedra[*t as usize];
+            let whole = tetrahedron_volume(corners.map(|c| self.position(c)));
+            let then = corners.map(|c| if c == id { to } else { position(c) });
+            tetrahedron_volume(then) / whole > LEAST_VOLUME
+        })
+    }
+}

@@ -1,0 +1,167 @@
+//! What stuffing asks of a body: signs at lattice points and crossings of edges.
+
+use glam::DVec3;
+
+use crate::mesh::hierarchy::Crossing;
+use crate::mesh::union_find::find;
+use crate::mesh::{Mesh, index};
+use crate::sampling::counts::SHIFT;
+use crate::sampling::error::SampleError;
+use crate::sampling::solid::Solid;
+
+/// Values below this fraction of the box's diagonal count as on the surface.
+const ON_SURFACE: f64 = 1e-13;
+/// Smallest offset of the lattice from a mesh's faces, in cells: far above round-off and far below what
+/// moves lattice points onto the surface.
+const OFFSET: f64 = 1.0 / 1024.0;
+/// Halvings of an edge until its crossing is known to round-off.
+const HALVINGS: usize = 60;
+
+/// A solid with what sampling needs to know about its parts.
+pub(crate) struct Oracle<'a> {
+    pub solid: &'a Solid,
+    /// Closed part of the surface each triangle belongs to; empty for implicit bodies.
+    part_of_triangle: Vec<u32>,
+    parts: usize,
+}
+
+impl<'a> Oracle<'a> {
+    pub(crate) fn new(solid: &'a Solid) -> Self {
+        let (part_of_triangle, parts) = solid.mesh().map_or((Vec::new(), 0), parts_of);
+        Self {
+            solid,
+            part_of_triangle,
+            parts,
+        }
+    }
+
+    /// By how much of a cell the background leaves the box's lower corner. A face of a mesh in a plane of
+    /// the lattice would leave it to round-off which of the points there are inside; of an implicit
+    /// body these have sign 0.
+    pub(crate) fn offset(&self) -> DVec3 {
+        match self.solid.mesh() {
+            Some(_) => OFFSET * SHIFT,
+            None => DVec3::ZERO,
+        }
+    }
+
+    pub(crate) fn part_count(&self) -> usize {
+        self.parts
+    }
+
+    /// Triangles of one part.
+    pub(crate) fn triangles_of(&self, part: usize) -> impl Iterator<Item = usize> + '_ {
+        self.part_of_triangle
+            .iter()
+            .enumerate()
+            .filter(move |(_, p)| **p as usize == part)
+            .map(|(t, _)| t)
+    }
+
+    /// Sign at a point: 1 inside, 0 on the surface, -1 outside.
+    pub(crate) fn sign_at(&self, at: DVec3) -> Result<i8, SampleError> {
+        if self.solid.mesh().is_some() {
+            return Ok(if self.solid.contains(at) { 1 } else { -1 });
+        }
+        let value = self.solid.signed_distance(at);
+        if value.is_nan() {
+            return Err(SampleError::NotANumber { at });
+        }
+        Ok(
+            if value.abs() <= ON_SURFACE * self.solid.bounds().diagonal() {
+                0
+            } else if value < 0.0 {
+                1
+            } else {
+                -1
+            },
+        )
+    }
+
+    /// Where the edge from an inside to an outside point leaves the body (first time), and the
+    /// part of the surface met there (`u32::MAX` if not known).
+    pub(crate) fn crossing(
+        &self,
+        inside: DVec3,
+        outside: DVec3,
+        scratch: &mut Vec<Crossing>,
+    ) -> (DVec3, u32) {
+        if let Some(hierarchy) = self.solid.hierarchy() {
+            scratch.clear();
+            hierarchy.crossings_into(inside, outside, scratch);
+            let first = scratch.iter().min_by(|a, b| {
+                a.parameter
+                    .total_cmp(&b.parameter)
+                    .then(a.triangle.cmp(&b.triangle))
+            });
+            if let Some(first) = first {
+                let at = inside + first.parameter * (outside - inside);
+                return (at, self.part_of_triangle[first.triangle as usize]);
+            }
+        }
+        (self.bisect(inside, outside), u32::MAX)
+    }
+
+    /// Regula falsi of the Illinois kind, kept inside a shrinking bracket.
+    fn bisect(&self, inside: DVec3, outside: DVec3) -> DVec3 {
+        let value = |t: f64| self.solid.signed_distance(inside + t * (outside - inside));
+        let (mut a, mut b) = (0.0, 1.0);
+        let (mut fa, mut fb) = (value(a), value(b));
+        let mut side = 0;
+        for round in 0..HALVINGS {
+            let secant = (a * fb - b * fa) / (fb - fa);
+            let t = if round % 4 == 3 || !(secant > a && secant < b) {
+                0.5 * (a + b)
+            } else {
+                secant
+            };
+            let ft = value(t);
+            if ft == 0.0 {
+                return inside + t * (outside - inside);
+            }
+            if ft < 0.0 {
+                (a, fa) = (t, ft);
+                if side == -1 {
+                    fb *= 0.5;
+                }
+                side = -1;
+            } else {
+                (b, fb) = (t, ft);
+                if side == 1 {
+                    fa *= 0.5;
+                }
+                side = 1;
+            }
+            if b - a < 4.0 * f64::EPSILON {
+                break;
+            }
+        }
+        inside + a * (outside - inside)
+    }
+}
+
+/// Connected parts of a surface over shared vertices: part per triangle, and their number.
+pub(crate) fn parts_of(mesh: &Mesh) -> (Vec<u32>, usize) {
+    let mut root: Vec<u32> = (0..mesh.vertices.len()).map(index).collect();
+    for [a, b, c] in &mesh.triangles {
+        for other in [b, c] {
+            let (x, y) = (find(&mut root, *a), find(&mut root, *other));
+            root[x.max(y) as usize] = x.min(y);
+        }
+    }
+    let mut number = vec![u32::MAX; mesh.vertices.len()];
+    let mut count = 0;
+    let parts = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let r = find(&mut root, t[0]) as usize;
+            if number[r] == u32::MAX {
+                number[r] = index(count);
+                count += 1;
+            }
+            number[r]
+        })
+        .collect();
+    (parts, count)
+}

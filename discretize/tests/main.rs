@@ -1,0 +1,18 @@
+//! Everything that the crate promises, in one binary: files, repairs, samplings, errors.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line"
+)]
+
+mod common;
+mod errors;
+mod files;
+mod graded;
+mod odd_meshes;
+mod points;
+mod real_meshes;
+mod repairs;
+#[cfg(feature = "serde")]
+mod settings;
+mod sums;
