@@ -41,7 +41,7 @@ impl Block {
     }
 
     fn graph(&self) -> Graph<'_> {
-        Graph::trusted(&self.x, &self.offsets, &self.indices)
+        Graph::new_unchecked(&self.x, &self.offsets, &self.indices)
     }
 
     fn factors(&self, rule: Rule) -> PairFactors {
@@ -282,9 +282,6 @@ fn queries(c: &mut Criterion) {
                     .filter(|(p, _)| cuts.nearest(*p, 2.0).is_some())
                     .count()
             });
-        });
-        group.bench_function(BenchmarkId::new("solid_angle", block.x.len()), |b| {
-            b.iter(|| pairs.iter().map(|(p, _)| cuts.solid_angle(*p)).sum::<f64>());
         });
         let mut factors = block.factors(Rule::Diffraction);
         factors.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {

@@ -3,11 +3,11 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::bounds::Bounds;
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use crate::front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
 use crate::graph::Graph;
-use crate::index::Bounds;
 use crate::polyline::{
     divided, largest_distance, pieces, resampled, shares, swept_surface, within,
 };
@@ -385,17 +385,8 @@ mod tests {
     /// each pair across its plane, in however many sweeps, and no other.
     #[test]
     fn a_blade_through_a_block_crosses_the_pairs_across_its_plane() {
-        let at = |k: u32| f64::from(k) - 3.0;
-        let nodes: Vec<DVec3> = (0..343)
-            .map(|k| DVec3::new(at(k % 7), at(k / 7 % 7), at(k / 49)))
-            .collect();
-        let near = |x: DVec3, y: DVec3| x != y && x.distance(y) < 1.8;
-        let (mut offsets, mut indices) = (vec![0], Vec::new());
-        for x in &nodes {
-            let row = (0_u32..).zip(&nodes).filter(|(_, y)| near(*x, **y));
-            indices.extend(row.map(|(node, _)| node));
-            offsets.push(u32::try_from(indices.len()).unwrap());
-        }
+        let block = crate::tests::slow::Cloud::block();
+        let (nodes, indices) = (&block.x, &block.indices);
         let nearest = |world: DVec3| {
             let order = |a: &u32, b: &u32| {
                 let [a, b] = [a, b].map(|&k| nodes[k as usize].distance_squared(world));
@@ -407,8 +398,8 @@ mod tests {
         for sweeps in [1, 2, 9] {
             let mut cuts = Cuts::new(&crate::cuts::CutSettings::for_spacing(1.0));
             let body = DeformedBody {
-                rest: &nodes,
-                present: Graph::new(&nodes, &offsets, &indices).unwrap(),
+                rest: nodes,
+                present: block.graph(),
                 spacing: 1.0,
                 inside: &inside,
                 preimage: &|world, seen| {
@@ -419,7 +410,7 @@ mod tests {
                 known: &|_| false,
             };
             let edge = |y: f64| [DVec3::new(0.4, y, -5.0), DVec3::new(0.4, y, 5.0)];
-            let mut blade = Blade::new(&edge(-5.0), 1.0, &nodes);
+            let mut blade = Blade::new(&edge(-5.0), 1.0, nodes);
             for k in 0..=sweeps {
                 let y = -5.0 + 10.0 * f64::from(k) / f64::from(sweeps);
                 let (sweep, missed) = blade

@@ -4,11 +4,11 @@ use std::ops::{ControlFlow, Range};
 
 use glam::DVec3;
 
-use crate::edges::Edges;
+use crate::bounds::Bounds;
+use crate::edges::{DiffractionPoint, Edges};
 use crate::error::CutError;
 use crate::forest::Forest;
-use crate::index::{Bounds, BoxIndex};
-use crate::obstacle::{DiffractionPoint, Obstacle, index32, share_to_zero};
+use crate::index32;
 use crate::predicate::{normal_signs, segment_crosses_triangle};
 
 /// Lengths that a cut needs to know.
@@ -17,10 +17,11 @@ use crate::predicate::{normal_signs, segment_crosses_triangle};
 pub struct CutSettings {
     /// A new point this near to a vertex becomes that vertex, and one this near to a face of an earlier
     /// piece goes a little through that face (m). Closes the gap between two strokes and lets a blade that
-    /// stands still make no triangles. Strokes may have tolerances of their own.
+    /// stands still make no triangles.
     pub weld_tolerance: f64,
-    /// Smallest cell of the spatial index (m); a few node spacings.
-    pub index_cell: f64,
+    /// Distance (m) over which nodes are coupled, about: paths bend around nearly flat edges of triangles
+    /// that are smaller than an eighth of it.
+    pub influence_radius: f64,
 }
 
 impl CutSettings {
@@ -30,38 +31,24 @@ impl CutSettings {
     pub fn for_spacing(spacing: f64) -> Self {
         Self {
             weld_tolerance: 0.1 * spacing,
-            index_cell: 2.0 * spacing,
+            influence_radius: 2.0 * spacing,
         }
     }
 
-    /// What both kinds of cuts ask of their settings.
-    ///
-    /// # Panics
-    /// If the index cell is not positive or the weld tolerance is negative, infinite or NaN.
-    pub(crate) fn check(&self) {
+    fn check(&self) {
+        let Self {
+            weld_tolerance,
+            influence_radius,
+        } = *self;
         assert!(
-            self.index_cell > 0.0 && self.index_cell.is_finite(),
-            "index cell of {} is not positive",
-            self.index_cell
+            influence_radius > 0.0 && influence_radius.is_finite(),
+            "influence radius of {influence_radius} is not positive"
         );
-        check_tolerance(self.weld_tolerance);
+        assert!(
+            weld_tolerance >= 0.0 && weld_tolerance.is_finite(),
+            "weld tolerance of {weld_tolerance} is not a length"
+        );
     }
-}
-
-fn check_tolerance(weld_tolerance: f64) {
-    assert!(
-        weld_tolerance >= 0.0 && weld_tolerance.is_finite(),
-        "weld tolerance of {weld_tolerance} is not a length"
-    );
-}
-
-/// Triangles that were not taken, by reason.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Dropped {
-    /// Triangles of exactly zero area, most of them because two corners were welded.
-    pub zero_area: usize,
-    /// Triangles that were there already.
-    pub duplicate: usize,
 }
 
 #[derive(Debug, Clone)]
@@ -70,34 +57,25 @@ struct Stroke {
     start: Vec<DVec3>,
     /// Vertices of the last blade edge, from its first move on.
     blade: Vec<u32>,
-    weld_tolerance: f64,
     ended: bool,
-}
-
-/// How far a cut had grown, to go back to ([`Cuts::go_back`]).
-#[derive(Debug, Clone)]
-pub struct CutsMark {
-    vertices: usize,
-    triangles: usize,
-    strokes: usize,
-    /// Strokes that were open, whose blades may have moved since.
-    open: Vec<(usize, Stroke)>,
-    settings: CutSettings,
-    dropped: Dropped,
-}
-
-impl CutsMark {
-    /// Number of triangles there were.
-    #[must_use]
-    pub fn triangle_count(&self) -> usize {
-        self.triangles
-    }
 }
 
 /// All cuts of one body, as one set of triangles in material coordinates.
 ///
-/// Several strokes may be open at once; they may cross, branch, close, fold and leave the body. See
-/// the crate's page for what a stroke is.
+/// `start` puts a blade in, each `append` spans a strip from the blade's last position to its new one, `end` lifts
+/// it. Several strokes may be open at once; they may cross, branch, close, fold and leave the body. Points within
+/// the weld tolerance become one, so a blade that stands still makes nothing, and one that is lifted and put back
+/// close by leaves no gap. A point that stops within the tolerance of a face of an earlier piece goes 0.3
+/// tolerances through that face. Triangles without area and triangles that are there already are ignored.
+///
+/// In the plane: nodes at z = 0 and upright blades that are longer than nodes are coupled.
+///
+/// Crossings are exact under one rule for ties: all query points are thought moved by the same infinitesimal
+/// vector `(e, e², e³)`. A node exactly on a cut belongs to the side of larger x; where the cut contains the x
+/// direction, of larger y, then z. Crossings do not depend on the order or direction of triangles.
+///
+/// Not joined: an older cut whose end a newer face passes within the tolerance, as only new points move. They move
+/// by up to 1.3 tolerances. A cut holds about 1 kB per triangle.
 ///
 /// # Examples
 /// ```
@@ -117,19 +95,17 @@ pub struct Cuts {
     settings: CutSettings,
     pub(crate) vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    stroke_of: Vec<u32>,
     strokes: Vec<Stroke>,
     edges: Edges,
-    pub(crate) vertex_index: BoxIndex,
+    pub(crate) vertex_index: Forest,
     forest: Forest,
-    dropped: Dropped,
 }
 
 impl Cuts {
     /// No cut yet.
     ///
     /// # Panics
-    /// If the index cell is not positive or the weld tolerance is negative, infinite or NaN.
+    /// If the influence radius is not positive or the weld tolerance is negative, infinite or NaN.
     #[must_use]
     pub fn new(settings: &CutSettings) -> Self {
         settings.check();
@@ -137,12 +113,10 @@ impl Cuts {
             settings: *settings,
             vertices: Vec::new(),
             triangles: Vec::new(),
-            stroke_of: Vec::new(),
             strokes: Vec::new(),
             edges: Edges::default(),
-            vertex_index: BoxIndex::new(settings.index_cell.max(settings.weld_tolerance)),
+            vertex_index: Forest::default(),
             forest: Forest::default(),
-            dropped: Dropped::default(),
         }
     }
 
@@ -163,22 +137,6 @@ impl Cuts {
     /// # Errors
     /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
     pub fn start(&mut self, blade: &[DVec3]) -> Result<usize, CutError> {
-        self.start_within(blade, self.settings.weld_tolerance)
-    }
-
-    /// The same for a stroke with a weld tolerance of its own (m), in place of that of the settings.
-    ///
-    /// # Errors
-    /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
-    ///
-    /// # Panics
-    /// If the tolerance is negative, infinite or NaN.
-    pub fn start_within(
-        &mut self,
-        blade: &[DVec3],
-        weld_tolerance: f64,
-    ) -> Result<usize, CutError> {
-        check_tolerance(weld_tolerance);
         check_points(blade)?;
         if blade.len() < 2 {
             return Err(CutError::TooFewPoints { found: blade.len() });
@@ -186,7 +144,6 @@ impl Cuts {
         self.strokes.push(Stroke {
             start: blade.to_vec(),
             blade: Vec::new(),
-            weld_tolerance,
             ended: false,
         });
         Ok(self.strokes.len() - 1)
@@ -231,10 +188,10 @@ impl Cuts {
                 along_old[i + 1] <= along_new[j + 1]
             };
             if move_old {
-                self.add(stroke, [old[i], old[i + 1], new[j]]);
+                self.add([old[i], old[i + 1], new[j]]);
                 i += 1;
             } else {
-                self.add(stroke, [new[j], old[i], new[j + 1]]);
+                self.add([new[j], old[i], new[j + 1]]);
                 j += 1;
             }
         }
@@ -252,7 +209,7 @@ impl Cuts {
         Ok(())
     }
 
-    /// Adds any triangles at once, as a stroke of their own.
+    /// Adds any triangles at once.
     ///
     /// # Returns
     /// The new triangles.
@@ -294,70 +251,33 @@ impl Cuts {
                     .unwrap_or_else(|| self.new_vertex(p))
             })
             .collect();
-        self.strokes.push(Stroke {
-            start: Vec::new(),
-            blade: Vec::new(),
-            weld_tolerance,
-            ended: true,
-        });
         for corners in triangles {
-            self.add(self.strokes.len() - 1, corners.map(|c| welded[c as usize]));
+            self.add(corners.map(|c| welded[c as usize]));
         }
         let places = welded.iter().map(|&v| self.vertices[v as usize]);
         Ok((first..self.triangles.len(), places.collect()))
     }
 
-    /// How far the cut has grown so far.
-    #[must_use]
-    pub fn mark(&self) -> CutsMark {
-        let strokes = self.strokes.iter().enumerate();
-        let open = strokes.filter(|(_, stroke)| !stroke.ended);
-        CutsMark {
-            vertices: self.vertices.len(),
-            triangles: self.triangles.len(),
-            strokes: self.strokes.len(),
-            open: open.map(|(k, stroke)| (k, stroke.clone())).collect(),
-            settings: self.settings,
-            dropped: self.dropped,
-        }
-    }
-
-    /// Goes back to a mark of this cut, as if nothing had been added since. What finds triangles by place is built
-    /// anew, which takes as long as adding what stays; a mark itself takes no time.
+    /// Removes what was added since the cut had so many vertices and triangles ([`Cuts::surface`]): the cut answers
+    /// and grows as it would have then. Strokes that have moved since are ended. As slow as adding what stays.
     ///
     /// # Panics
-    /// If the mark is one of a longer cut.
-    pub fn go_back(&mut self, mark: &CutsMark) {
-        assert!(
-            mark.vertices <= self.vertices.len()
-                && mark.triangles <= self.triangles.len()
-                && mark.strokes <= self.strokes.len(),
-            "a mark of this cut"
-        );
-        if (mark.vertices, mark.triangles) != (self.vertices.len(), self.triangles.len()) {
-            let points = std::mem::take(&mut self.vertices);
-            let triangles = std::mem::take(&mut self.triangles);
-            let strokes = std::mem::take(&mut self.stroke_of);
-            let mut kept = Self {
-                strokes: std::mem::take(&mut self.strokes),
-                vertex_index: self.vertex_index.emptied(),
-                ..Self::new(&mark.settings)
-            };
-            for &point in &points[..mark.vertices] {
-                kept.new_vertex(point);
-            }
-            let whole = triangles.iter().zip(&strokes).take(mark.triangles);
-            for (&corners, &stroke) in whole {
-                kept.push(stroke, corners);
-            }
-            *self = kept;
+    /// If the cut has fewer of them.
+    pub fn truncate(&mut self, vertices: usize, triangles: usize) {
+        if (vertices, triangles) == (self.vertices.len(), self.triangles.len()) {
+            return;
         }
-        self.strokes.truncate(mark.strokes);
-        for (k, stroke) in &mark.open {
-            self.strokes[*k] = stroke.clone();
+        let old = std::mem::replace(self, Self::new(&self.settings));
+        for &point in &old.vertices[..vertices] {
+            self.new_vertex(point);
         }
-        self.settings = mark.settings;
-        self.dropped = mark.dropped;
+        for &corners in &old.triangles[..triangles] {
+            self.push(corners);
+        }
+        self.strokes = old.strokes;
+        for stroke in &mut self.strokes {
+            stroke.ended |= stroke.blade.iter().any(|&v| v as usize >= vertices);
+        }
     }
 
     /// Number of triangles.
@@ -401,29 +321,6 @@ impl Cuts {
         0.5 * (q - p).cross(r - p).length()
     }
 
-    /// Number of the stroke that made a triangle.
-    ///
-    /// # Panics
-    /// If there is no such triangle.
-    #[must_use]
-    pub fn stroke(&self, triangle: usize) -> usize {
-        self.stroke_of[triangle] as usize
-    }
-
-    /// Number of strokes started, and whether one of them is still open.
-    #[must_use]
-    pub fn strokes(&self) -> (usize, bool) {
-        (
-            self.strokes.len(),
-            self.strokes.iter().any(|stroke| !stroke.ended),
-        )
-    }
-
-    /// End points of all edges at which the cut ends (m): those with one triangle.
-    pub fn free_edges(&self) -> impl Iterator<Item = [DVec3; 2]> + '_ {
-        self.edges.free(&self.vertices)
-    }
-
     /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
     /// within a distance. Of edges that meet at that point it is the one most across the way to it.
     pub(crate) fn nearest_free_edge(
@@ -432,12 +329,6 @@ impl Cuts {
         within: f64,
     ) -> Option<([DVec3; 2], DVec3)> {
         self.edges.nearest_free(&self.vertices, point, within)
-    }
-
-    /// Triangles that were not taken so far.
-    #[must_use]
-    pub fn dropped(&self) -> Dropped {
-        self.dropped
     }
 
     /// Whether the segment `ab` (m, material coordinates) crosses the cut.
@@ -460,11 +351,40 @@ impl Cuts {
         out.sort_unstable();
     }
 
+    /// Number of triangles that the segment `ab` crosses.
+    pub(crate) fn crossings(&self, a: DVec3, b: DVec3) -> usize {
+        let mut count = 0;
+        let _ = self.forest.on_segment(a, b, |_, &[p, q, r]| {
+            count += usize::from(segment_crosses_triangle(a, b, p, q, r));
+            ControlFlow::Continue(())
+        });
+        count
+    }
+
+    /// Whether the segment `ab` crosses one triangle.
+    pub(crate) fn triangle_crosses(&self, triangle: usize, a: DVec3, b: DVec3) -> bool {
+        let [p, q, r] = self.triangle(triangle);
+        Bounds::of(&[a, b]).meets(&Bounds::of(&[p, q, r]))
+            && segment_crosses_triangle(a, b, p, q, r)
+    }
+
+    /// Numbers of the edges that a path may bend around and that may meet the box, sorted, each once; replaces what
+    /// `out` held. Gives whether the cut may end in the box: false only if an even number of triangles meets at each
+    /// of its edges there.
+    pub(crate) fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+        self.edges.diffraction_edges_into(near, out)
+    }
+
+    /// The shortest path over one of these edges.
+    pub(crate) fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
+        self.edges.diffraction_point(&self.vertices, edge, a, b)
+    }
+
     /// Bytes held on the heap, about.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.vertices.capacity() * 24
-            + self.triangles.capacity() * 16
+            + self.triangles.capacity() * 12
             + self.edges.bytes()
             + self.vertex_index.bytes()
             + self.forest.bytes()
@@ -481,8 +401,8 @@ impl Cuts {
         }
     }
 
-    pub(crate) fn stroke_tolerance(&self, stroke: usize) -> f64 {
-        self.strokes[stroke].weld_tolerance
+    pub(crate) fn weld_tolerance(&self) -> f64 {
+        self.settings.weld_tolerance
     }
 
     /// Whether a vertex is one of the stroke's last edge.
@@ -518,27 +438,20 @@ impl Cuts {
         lengths
     }
 
-    fn add(&mut self, stroke: usize, corners: [u32; 3]) {
+    fn add(&mut self, corners: [u32; 3]) {
         let [p, q, r] = corners.map(|v| self.vertices[v as usize]);
-        if normal_signs(p, q, r) == [0; 3] {
-            self.dropped.zero_area += 1;
-            return;
+        if normal_signs(p, q, r) != [0; 3] && !self.edges.has(&self.vertices, corners) {
+            self.push(corners);
         }
-        if self.edges.has(&self.vertices, corners) {
-            self.dropped.duplicate += 1;
-            return;
-        }
-        self.push(index32(stroke), corners);
     }
 
-    fn push(&mut self, stroke: u32, corners: [u32; 3]) {
+    fn push(&mut self, corners: [u32; 3]) {
         let triangle = index32(self.triangles.len());
         self.triangles.push(corners);
-        self.stroke_of.push(stroke);
         let places = corners.map(|v| self.vertices[v as usize]);
         self.forest.insert(triangle, places);
         self.edges
-            .add(&self.vertices, corners, self.settings.index_cell);
+            .add(&self.vertices, corners, self.settings.influence_radius);
     }
 }
 
@@ -549,59 +462,5 @@ fn check_points(points: &[DVec3]) -> Result<(), CutError> {
             position: points[point],
         }),
         None => Ok(()),
-    }
-}
-
-impl Obstacle for Cuts {
-    fn piece_count(&self) -> usize {
-        self.triangles.len()
-    }
-
-    fn piece_bounds(&self, piece: usize) -> Bounds {
-        Bounds::of(&self.triangle(piece))
-    }
-
-    fn piece_crosses(&self, piece: usize, a: DVec3, b: DVec3) -> bool {
-        let [p, q, r] = self.triangle(piece);
-        Bounds::of(&[a, b]).meets(&Bounds::of(&[p, q, r]))
-            && segment_crosses_triangle(a, b, p, q, r)
-    }
-
-    fn crosses(&self, a: DVec3, b: DVec3) -> bool {
-        Self::crosses(self, a, b)
-    }
-
-    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
-        let mut count = 0;
-        let _ = self.forest.on_segment(a, b, |_, &[p, q, r]| {
-            count += usize::from(segment_crosses_triangle(a, b, p, q, r));
-            ControlFlow::Continue(())
-        });
-        count
-    }
-
-    fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
-        self.edges.diffraction_edges_into(near, out)
-    }
-
-    fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
-        self.edges.diffraction_point(&self.vertices, edge, a, b)
-    }
-
-    fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
-        out.clear();
-        self.forest.in_box(near, |triangle| out.push(triangle));
-        out.sort_unstable();
-    }
-
-    fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3 {
-        let [p, q, r] = self.triangle(piece);
-        let normal = (q - p).cross(r - p);
-        let (to_a, to_b) = (normal.dot(a - p), normal.dot(b - p));
-        a.lerp(b, share_to_zero(to_a, to_b))
-    }
-
-    fn edge_distance(&self, edge: u32, point: DVec3) -> f64 {
-        self.edges.distance(&self.vertices, edge, point)
     }
 }

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
+use crate::bounds::Bounds;
 use crate::cuts::Cuts;
-use crate::index::Bounds;
-use crate::obstacle::Obstacle;
 use crate::predicate::above;
 
 /// Nearest point of a cut.
@@ -29,7 +28,10 @@ impl Cuts {
     #[must_use]
     pub fn nearest(&self, point: DVec3, within: f64) -> Option<NearestCut> {
         let mut near = Vec::new();
-        self.pieces_into(&Bounds::of(&[point]).grown(within), &mut near);
+        self.faces_in(&Bounds::of(&[point]).grown(within), |triangle| {
+            near.push(triangle);
+        });
+        near.sort_unstable();
         let mut best: Option<(f64, f64, u32, DVec3)> = None;
         for triangle in near {
             let corners = self.triangle(triangle as usize);
@@ -62,6 +64,13 @@ impl Cuts {
             }
         })
     }
+}
+
+/// Nearest point of a segment.
+pub(crate) fn nearest_on_segment([p, q]: [DVec3; 2], point: DVec3) -> DVec3 {
+    let along = q - p;
+    let t = (point - p).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    p + t.clamp(0.0, 1.0) * along
 }
 
 /// Nearest point of a triangle (Ericson 2005, section 5.1.5).

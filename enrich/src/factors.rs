@@ -6,10 +6,12 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::graph::{Graph, InfluenceRadius, Runs};
-use crate::index::Bounds;
-use crate::obstacle::{Obstacle, index32};
-use crate::rule::{Rule, Scratch};
+use crate::bounds::Bounds;
+use crate::cuts::Cuts;
+use crate::graph::{Graph, InfluenceRadius};
+use crate::index32;
+use crate::path::PathScratch;
+use crate::rule::Rule;
 
 /// How far nodes are coupled, and by what rule a cut weakens a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,8 +71,10 @@ pub struct Touched {
 #[derive(Debug, Clone)]
 pub struct PairFactors {
     settings: FactorSettings,
-    runs: Runs,
+    node_count: usize,
     pair_count: usize,
+    /// Distance (m) from a node beyond which a triangle changes none of its pairs; the largest of all nodes.
+    span: f64,
     /// Factors below 1 by directed pair.
     crossed: BTreeMap<u32, f64>,
     /// Directions out of the cut of the ways of those that are bent round its front, by directed pair.
@@ -106,7 +110,8 @@ impl PairFactors {
         );
         Self {
             settings: *settings,
-            runs: Runs::new(graph, settings.influence_radius),
+            node_count: graph.positions.len(),
+            span: settings.influence_radius.span(graph),
             pair_count: graph.indices.len(),
             crossed: BTreeMap::new(),
             conormals: BTreeMap::new(),
@@ -128,33 +133,33 @@ impl PairFactors {
     /// # Panics
     /// If `new` names pieces that are not there, or the graph has other numbers of nodes and pairs
     /// than that of the start.
-    pub fn update<C: Obstacle>(
+    pub fn update(
         &mut self,
         graph: &Graph<'_>,
-        cut: &C,
+        cut: &Cuts,
         new: Range<usize>,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Touched {
         self.check_same(graph);
         assert!(
-            new.end <= cut.piece_count(),
-            "piece {} of {}",
+            new.end <= cut.triangle_count(),
+            "triangle {} of {}",
             new.end,
-            cut.piece_count()
+            cut.triangle_count()
         );
         let candidates = self.candidates(graph, cut, new);
         let FactorSettings {
             influence_radius,
             rule,
         } = self.settings;
-        let evaluate = |scratch: &mut Scratch, &(i, pair): &(u32, u32)| {
+        let evaluate = |scratch: &mut PathScratch, &(i, pair): &(u32, u32)| {
             let (i, j) = (i as usize, graph.indices[pair as usize] as usize);
             let (a, b) = (graph.positions[i], graph.positions[j]);
             let radius = influence_radius.of_pair(graph, i, j);
             rule.crossed_factor(cut, a, b, radius, inside, scratch)
         };
         let values: Vec<(f64, DVec3)> = if candidates.len() < PARALLEL {
-            let mut scratch = Scratch::default();
+            let mut scratch = PathScratch::default();
             candidates
                 .iter()
                 .map(|candidate| evaluate(&mut scratch, candidate))
@@ -163,7 +168,7 @@ impl PairFactors {
             candidates
                 .par_iter()
                 .with_min_len(TOGETHER)
-                .map_init(Scratch::default, evaluate)
+                .map_init(PathScratch::default, evaluate)
                 .collect()
         };
         let mut touched = Touched::default();
@@ -272,7 +277,7 @@ impl PairFactors {
     pub fn normals_near(
         &self,
         graph: &Graph<'_>,
-        cut: &crate::Cuts,
+        cut: &Cuts,
         nodes: &[u32],
     ) -> (Vec<u32>, Vec<DVec3>) {
         self.check_same(graph);
@@ -299,15 +304,13 @@ impl PairFactors {
     /// Bytes held on the heap, at most.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.runs.bytes()
-            + self.crossed.len() * Self::BYTES_PER_PAIR
-            + self.conormals.len() * Self::BYTES_PER_CONORMAL
+        self.crossed.len() * Self::BYTES_PER_PAIR + self.conormals.len() * Self::BYTES_PER_CONORMAL
     }
 
     pub(crate) fn check_same(&self, graph: &Graph<'_>) {
         assert_eq!(
             (graph.positions.len(), graph.offsets.len()),
-            (self.runs.node_count(), self.runs.node_count() + 1),
+            (self.node_count, self.node_count + 1),
             "the nodes of the start"
         );
         assert_eq!(
@@ -335,23 +338,21 @@ impl PairFactors {
     }
 
     /// Undirected pairs `(i, pair)`, with `i` the lower number, that the new pieces may change.
-    fn candidates<C: Obstacle>(
-        &self,
-        graph: &Graph<'_>,
-        cut: &C,
-        new: Range<usize>,
-    ) -> Vec<(u32, u32)> {
+    fn candidates(&self, graph: &Graph<'_>, cut: &Cuts, new: Range<usize>) -> Vec<(u32, u32)> {
         let reach = self.settings.influence_radius;
         let mut candidates = Vec::new();
-        let all = new.clone().map(|piece| cut.piece_bounds(piece));
-        let Some(all) = all.reduce(Bounds::union) else {
+        let bounds: Vec<Bounds> = new.clone().map(|t| Bounds::of(&cut.triangle(t))).collect();
+        let Some(all) = bounds.iter().copied().reduce(Bounds::union) else {
             return candidates;
         };
-        let runs = self.runs.near(&all);
-        for piece in new {
-            let bounds = cut.piece_bounds(piece);
-            self.runs.for_nodes(graph, &runs, &bounds, |i| {
-                let a = graph.positions[i];
+        let x = graph.positions;
+        let reach_of_all = all.grown(self.span);
+        let near = (0..x.len()).filter(|&i| reach_of_all.contains(x[i]));
+        for i in near {
+            for (triangle, bounds) in new.clone().zip(&bounds) {
+                if bounds.distance(x[i]) > self.span {
+                    continue;
+                }
                 let mut crossed = self.crossed_in(graph, i).peekable();
                 for pair in graph.pairs(i) {
                     let known = crossed.next_if(|&(known, _)| known == pair);
@@ -359,14 +360,14 @@ impl PairFactors {
                     if j < i {
                         continue;
                     }
-                    let b = graph.positions[j];
                     let look = match known {
                         None => {
-                            Bounds::of(&[a, b]).meets(&bounds) && cut.piece_crosses(piece, a, b)
+                            Bounds::of(&[x[i], x[j]]).meets(bounds)
+                                && cut.triangle_crosses(triangle, x[i], x[j])
                         }
                         Some((_, factor)) => {
                             factor > 0.0
-                                && bounds.distance(a.midpoint(b))
+                                && bounds.distance(x[i].midpoint(x[j]))
                                     <= Rule::MARGIN * reach.of_pair(graph, i, j)
                         }
                     };
@@ -374,7 +375,7 @@ impl PairFactors {
                         candidates.push((index32(i), index32(pair)));
                     }
                 }
-            });
+            }
         }
         candidates.sort_unstable_by_key(|&(_, pair)| pair);
         candidates.dedup();

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3Swizzles};
 
-use crate::index::Bounds;
+use crate::bounds::Bounds;
 use crate::predicate::segment_crosses_triangle;
 
 /// Triangles per leaf.

@@ -17,7 +17,7 @@ use glam::DVec3;
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use step::{Step, Surroundings};
-pub use swept::{SweptPair, close_edge, missed_pairs, swept_pairs};
+pub(crate) use swept::{SweptPair, close_edge, missed_pairs, swept_pairs};
 
 /// Below this share of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.
@@ -39,7 +39,7 @@ const LARGEST_TURN: f64 = 0.5;
 /// Where a point of a blade's edge is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum EdgePlace {
+pub(crate) enum EdgePlace {
     /// In tissue.
     Inside {
         /// Material position (m).
@@ -71,7 +71,7 @@ pub struct Patch {
 /// The front of one stroke, point by point of the blade's edge.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Front {
+pub(crate) struct Front {
     /// Distance of the nodes (m).
     spacing: f64,
     samples: Vec<Sample>,
@@ -112,8 +112,7 @@ impl Front {
     ///
     /// # Panics
     /// If the spacing is not positive.
-    #[must_use]
-    pub fn new(samples: usize, spacing: f64) -> Self {
+    pub(crate) fn new(samples: usize, spacing: f64) -> Self {
         assert!(
             spacing > 0.0 && spacing.is_finite(),
             "spacing of {spacing} is not positive"
@@ -132,14 +131,12 @@ impl Front {
     }
 
     /// Number of points along the blade's edge.
-    #[must_use]
-    pub fn sample_count(&self) -> usize {
+    pub(crate) fn sample_count(&self) -> usize {
         self.samples.len()
     }
 
     /// Whether all of it is finite and hangs together, as one that was read from a file may not.
-    #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let is_finite = |sample: &Sample| {
             let Some(anchor) = &sample.anchor else {
                 return !sample.joined;
@@ -163,16 +160,9 @@ impl Front {
             && self.samples.iter().enumerate().all(hangs)
     }
 
-    /// Where the front is now (m), by sample; `None` where there is none.
-    pub fn points(&self) -> impl Iterator<Item = Option<DVec3>> + '_ {
-        let anchors = self.samples.iter().map(|sample| sample.anchor.as_ref());
-        anchors.map(|anchor| anchor.map(|anchor| anchor.at))
-    }
-
     /// First and last point (m) of the line at which the sheet began, and of the front when it moved
     /// last, also those beyond the surface; `None` if there is no sheet yet.
-    #[must_use]
-    pub fn line(&self) -> Option<[[DVec3; 2]; 2]> {
+    pub(crate) fn line(&self) -> Option<[[DVec3; 2]; 2]> {
         self.line
     }
 
@@ -194,7 +184,7 @@ impl Front {
     ///
     /// # Panics
     /// If there is not one place per sample.
-    pub fn advance(
+    pub(crate) fn advance(
         &mut self,
         cuts: &mut Cuts,
         places: &[EdgePlace],
@@ -224,7 +214,7 @@ impl Front {
     ///
     /// # Errors
     /// [`CutError::NotFinite`]; cut and front are then unchanged.
-    pub fn reach(
+    pub(crate) fn reach(
         &mut self,
         cuts: &mut Cuts,
         points: &[DVec3],

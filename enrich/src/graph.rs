@@ -5,8 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::error::GraphError;
-use crate::index::Bounds;
-use crate::obstacle::index32;
+use crate::index32;
 use crate::rule::Rule;
 
 /// Nodes and pairs of a body, borrowed from their owner and checked.
@@ -34,7 +33,7 @@ impl<'a> Graph<'a> {
         offsets: &'a [u32],
         indices: &'a [u32],
     ) -> Result<Self, GraphError> {
-        let graph = Self::trusted(positions, offsets, indices);
+        let graph = Self::new_unchecked(positions, offsets, indices);
         graph.check()?;
         Ok(graph)
     }
@@ -43,7 +42,7 @@ impl<'a> Graph<'a> {
     /// from an owner that guarantees the form. With other data results are wrong or a later call
     /// panics.
     #[must_use]
-    pub fn trusted(positions: &'a [DVec3], offsets: &'a [u32], indices: &'a [u32]) -> Self {
+    pub fn new_unchecked(positions: &'a [DVec3], offsets: &'a [u32], indices: &'a [u32]) -> Self {
         Self {
             positions,
             offsets,
@@ -247,99 +246,26 @@ impl InfluenceRadius {
         scale * total / count
     }
 
+    /// Distance (m) from any node beyond which a triangle changes none of its pairs.
+    pub(crate) fn span(self, graph: &Graph<'_>) -> f64 {
+        let radii: Vec<f64> = (0..graph.positions.len())
+            .map(|node| self.of(graph, node))
+            .collect();
+        let mut span = 0.0_f64;
+        for (i, x) in graph.positions.iter().enumerate() {
+            for &j in graph.row(i) {
+                let j = j as usize;
+                let length = x.distance(graph.positions[j]);
+                let around = 0.5 * length + Rule::MARGIN * 0.5 * (radii[i] + radii[j]);
+                span = span.max(around).max(length);
+            }
+        }
+        span
+    }
+
     /// Influence radius (m) of the pair between two nodes.
     pub(crate) fn of_pair(self, graph: &Graph<'_>, i: usize, j: usize) -> f64 {
         0.5 * (self.of(graph, i) + self.of(graph, j))
-    }
-}
-
-/// Boxes round runs of consecutive nodes and round what their pairs ask of a cut: the pairs near a
-/// new piece are found through them without a word per node.
-///
-/// About `4 √n` boxes over runs of `√n / 4` nodes: a search looks at all boxes and at the nodes of
-/// the few that it meets. Where consecutive nodes are far from each other it looks at every node;
-/// it is exact in any order.
-#[derive(Debug, Clone)]
-pub(crate) struct Runs {
-    nodes: usize,
-    length: usize,
-    runs: Vec<Run>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Run {
-    /// Box round the nodes.
-    bounds: Bounds,
-    /// Distance (m) from each of these nodes beyond which a piece can change none of its pairs.
-    span: f64,
-}
-
-impl Runs {
-    pub(crate) fn new(graph: &Graph<'_>, radius: InfluenceRadius) -> Self {
-        let nodes = graph.positions.len();
-        let radii: Vec<f64> = (0..nodes).map(|node| radius.of(graph, node)).collect();
-        let length = (nodes.isqrt() / 4).max(8);
-        let runs = (0..nodes)
-            .step_by(length)
-            .map(|first| {
-                let end = (first + length).min(nodes);
-                let mut span = 0.0_f64;
-                for i in first..end {
-                    for &j in graph.row(i) {
-                        let j = j as usize;
-                        let length = graph.positions[i].distance(graph.positions[j]);
-                        let around = 0.5 * length + Rule::MARGIN * 0.5 * (radii[i] + radii[j]);
-                        span = span.max(around).max(length);
-                    }
-                }
-                let bounds = Bounds::of(&graph.positions[first..end]);
-                Run { bounds, span }
-            })
-            .collect();
-        Self {
-            nodes,
-            length,
-            runs,
-        }
-    }
-
-    /// Runs with nodes that may not be too far from the box for a piece in it to change a pair.
-    pub(crate) fn near(&self, bounds: &Bounds) -> Vec<usize> {
-        let runs = self.runs.iter().enumerate();
-        let near = runs.filter(|(_, run)| run.bounds.grown(run.span).meets(bounds));
-        near.map(|(index, _)| index).collect()
-    }
-
-    /// Calls `f` for every node of these runs that is not too far from the box for a piece in it to change a pair.
-    pub(crate) fn for_nodes(
-        &self,
-        graph: &Graph<'_>,
-        runs: &[usize],
-        near: &Bounds,
-        mut f: impl FnMut(usize),
-    ) {
-        for &index in runs {
-            let run = &self.runs[index];
-            if !run.bounds.grown(run.span).meets(near) {
-                continue;
-            }
-            let first = index * self.length;
-            for node in first..(first + self.length).min(self.nodes) {
-                if near.distance(graph.positions[node]) <= run.span {
-                    f(node);
-                }
-            }
-        }
-    }
-
-    /// Number of nodes.
-    pub(crate) fn node_count(&self) -> usize {
-        self.nodes
-    }
-
-    /// Bytes held on the heap.
-    pub(crate) fn bytes(&self) -> usize {
-        self.runs.capacity() * size_of::<Run>()
     }
 }
 

@@ -1,13 +1,11 @@
 //! Where a blade's new edge joins what is cut already.
 
-use std::ops::ControlFlow;
-
 use glam::DVec3;
 
+use crate::bounds::Bounds;
 use crate::cuts::Cuts;
-use crate::face::nearest_on_triangle;
-use crate::index::Bounds;
-use crate::obstacle::index32;
+use crate::face::{nearest_on_segment, nearest_on_triangle};
+use crate::index32;
 use crate::predicate::segment_crosses_triangle;
 
 /// A point that joins a face goes through it by this share of the weld tolerance, by default 0.03 spacings,
@@ -30,7 +28,7 @@ impl Cuts {
     /// The nearest vertex within the tolerance; else a new one, through the nearest face that the stroke
     /// would stop short of by less than the tolerance.
     fn weld(&mut self, stroke: usize, point: DVec3, other: &[DVec3]) -> u32 {
-        let tolerance = self.stroke_tolerance(stroke);
+        let tolerance = self.weld_tolerance();
         let vertex = self.vertex_near(point, tolerance);
         if tolerance == 0.0 || vertex.is_some_and(|v| !self.is_in_front(stroke, v)) {
             return vertex.unwrap_or_else(|| self.new_vertex(point));
@@ -95,12 +93,11 @@ impl Cuts {
     pub(crate) fn vertex_near(&self, point: DVec3, tolerance: f64) -> Option<u32> {
         let mut best: Option<(f64, u32)> = None;
         let near = Bounds::of(&[point]).grown(tolerance);
-        let _ = self.vertex_index.query(&near, |vertex| {
+        self.vertex_index.in_box(&near, |vertex| {
             let distance = self.vertices[vertex as usize].distance(point);
             if distance <= tolerance && best.is_none_or(|found| (distance, vertex) < found) {
                 best = Some((distance, vertex));
             }
-            ControlFlow::Continue(())
         });
         best.map(|(_, vertex)| vertex)
     }
@@ -108,19 +105,14 @@ impl Cuts {
     pub(crate) fn new_vertex(&mut self, point: DVec3) -> u32 {
         let vertex = index32(self.vertices.len());
         self.vertices.push(point);
-        self.vertex_index.insert(vertex, Bounds::of(&[point]));
+        self.vertex_index.insert(vertex, [point; 3]);
         vertex
     }
 }
 
 fn nearest_on_polyline(line: &[DVec3], point: DVec3) -> DVec3 {
-    let near = |ends: &[DVec3]| {
-        let along = ends[1] - ends[0];
-        let t = (point - ends[0]).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-        ends[0] + t.clamp(0.0, 1.0) * along
-    };
     line.windows(2)
-        .map(near)
+        .map(|ends| nearest_on_segment([ends[0], ends[1]], point))
         .min_by(|p, q| p.distance(point).total_cmp(&q.distance(point)))
         .unwrap_or(point)
 }

@@ -2,9 +2,10 @@
 #![doc = include_str!("../README.md")]
 
 mod blade;
+mod bounds;
 mod checks;
-mod choice;
 mod comparators;
+mod cut_rule;
 mod cuts;
 mod edges;
 mod error;
@@ -13,36 +14,39 @@ mod factors;
 mod forest;
 mod front;
 mod graph;
-mod index;
 mod joint;
 mod ligament;
-mod obstacle;
+mod path;
 mod pieces;
 mod polyline;
 mod predicate;
 mod rule;
-mod way;
 
 pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
 pub use checks::BadSetting;
-pub use choice::{CutRule, Factors, SMALLEST_PART};
 pub use comparators::{
-    Enrichment, EnrichmentGrid, GridError, GridFactors, GridForm, GridSettings, GridSheets,
-    PlanarCuts, grid_pair_factors, product_of_segments, segment_enrichment, triangle_enrichment,
-    triangle_solid_angle,
+    Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors,
+    product_of_segments, segment_enrichment, triangle_enrichment,
 };
-pub use cuts::{CutSettings, Cuts, CutsMark, Dropped};
+pub use cut_rule::{CutRule, Factors, SMALLEST_PART};
+pub use cuts::{CutSettings, Cuts};
 pub use error::{CutError, GraphError};
 pub use face::NearestCut;
 pub use factors::{FactorSettings, PairFactors, Touched};
-pub use front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
+pub use front::Patch;
 pub use glam;
 pub use graph::{Graph, InfluenceRadius, Rows};
-pub use index::Bounds;
-pub use obstacle::{DiffractionPoint, Obstacle};
 pub use pieces::{Pieces, connected_pieces, is_parted, nodes_in_small_pieces};
 pub use polyline::{largest_distance, resampled};
-pub use rule::{Rule, Scratch};
+pub use rule::Rule;
+
+/// Converts a count to an index of 32 bits.
+///
+/// # Panics
+/// If there are 2³² of them or more.
+fn index32(count: usize) -> u32 {
+    u32::try_from(count).expect("fewer than 2^32 triangles, nodes and pairs")
+}
 
 #[cfg(test)]
 mod tests;

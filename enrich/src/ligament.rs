@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::factors::{PairFactors, Touched};
 use crate::graph::Graph;
-use crate::obstacle::index32;
+use crate::index32;
 use crate::pieces::Walks;
 
 /// Parts by the number of a walk.

@@ -27,7 +27,7 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
     assert_eq!(indices.len(), factors.len(), "one factor per pair");
     let nodes = offsets.len() - 1;
     // The lowest node of a piece stands for it; on the way to it every second link is shortened.
-    let mut lower: Vec<u32> = (0..crate::obstacle::index32(nodes)).collect();
+    let mut lower: Vec<u32> = (0..crate::index32(nodes)).collect();
     let lowest = |lower: &mut [u32], mut node: usize| {
         while lower[node] as usize != node {
             lower[node] = lower[lower[node] as usize];
@@ -40,7 +40,7 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
             if factors[pair] > 0.0 {
                 let ends = [node, indices[pair] as usize].map(|end| lowest(&mut lower, end));
                 let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-                lower[high] = crate::obstacle::index32(low);
+                lower[high] = crate::index32(low);
             }
         }
     }
@@ -50,7 +50,7 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
         let first = lowest(&mut lower, node);
         piece[node] = if first == node {
             sizes.push(0);
-            crate::obstacle::index32(sizes.len() - 1)
+            crate::index32(sizes.len() - 1)
         } else {
             piece[first]
         };
@@ -134,7 +134,7 @@ impl Walks {
         let at = node as usize;
         let begins = self.of_node[at] == 0;
         if begins {
-            self.of_node[at] = crate::obstacle::index32(self.into.len());
+            self.of_node[at] = crate::index32(self.into.len());
             self.into.push(self.of_node[at]);
             self.ends.push(vec![node]);
             self.piece.push(piece);
@@ -219,7 +219,7 @@ impl Walks {
     }
 
     fn reach(&mut self, walk: usize, node: u32) {
-        let own = self.root(crate::obstacle::index32(walk));
+        let own = self.root(crate::index32(walk));
         match self.of_node[node as usize] {
             0 => {
                 self.of_node[node as usize] = own;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::index::Bounds;
+use crate::bounds::Bounds;
 
 /// Number of pieces of a length that is `ratio` of them.
 #[allow(

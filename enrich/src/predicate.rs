@@ -93,19 +93,6 @@ pub(crate) fn left_of(p: DVec2, q: DVec2, a: DVec2) -> bool {
     value > 0
 }
 
-/// Whether the segment `ab` crosses the segment `pq` in the plane.
-pub(crate) fn segments_cross(a: DVec2, b: DVec2, p: DVec2, q: DVec2) -> bool {
-    if left_of(p, q, a) == left_of(p, q, b) {
-        return false;
-    }
-    // Where p stands to the line ab when a and b move by the infinitesimal vector.
-    let side = |c: DVec2| match area_sign((a.x, a.y), (b.x, b.y), (c.x, c.y)) {
-        0 => first_nonzero([sign(b.y - a.y), sign(a.x - b.x), 0]),
-        s => s,
-    };
-    side(p) != side(q)
-}
-
 /// Exact sign of `(m0 − m1)(m2 − m3) − (n0 − n1)(n2 − n3)`.
 fn product_difference_sign(m: [f64; 4], n: [f64; 4]) -> i8 {
     /// Bounds the relative round-off of either product and of their difference (4.5e-16).
@@ -237,12 +224,6 @@ mod tests {
                 assert_eq!(segment_crosses_triangle(a, b, x, y, z), hit);
                 assert_eq!(segment_crosses_triangle(b, a, x, y, z), hit);
             }
-            let flat = |v: DVec3| v.truncate();
-            if flat(p) != flat(q) {
-                let hit = segments_cross(flat(a), flat(b), flat(p), flat(q));
-                assert_eq!(segments_cross(flat(b), flat(a), flat(p), flat(q)), hit);
-                assert_eq!(segments_cross(flat(a), flat(b), flat(q), flat(p)), hit);
-            }
         }
         assert!(hits > 300, "{hits}");
     }
@@ -285,9 +266,5 @@ mod tests {
         let on = DVec3::new(0.0, 0.25, 0.25);
         assert!(!segment_crosses_triangle(on, on + DVec3::X, p, q, r));
         assert!(segment_crosses_triangle(on, on - DVec3::X, p, q, r));
-        let line = (DVec2::ZERO, DVec2::Y);
-        let on = DVec2::new(0.0, 0.5);
-        assert!(!segments_cross(on, on + DVec2::X, line.0, line.1));
-        assert!(segments_cross(on, on - DVec2::X, line.0, line.1));
     }
 }

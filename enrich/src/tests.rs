@@ -16,7 +16,6 @@ mod ligaments;
 mod memory;
 mod pieces;
 mod planar_cases;
-mod planar_growth;
 mod shapes;
-mod slow;
+pub(crate) mod slow;
 mod space_cases;

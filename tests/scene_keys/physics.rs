@@ -289,7 +289,6 @@ fn every_rule_parts_a_body_that_is_cut_through() {
     for rule in [
         "Diffraction()",
         "Visibility",
-        "Transparency(depth: 0.5)",
         "Grid()",
         "Grid(spacing: 0.001)",
     ] {

@@ -1,13 +1,12 @@
-//! Fields of a cut to compare with, and the closed-form solid angle.
+//! Fields of single pieces of a cut to compare with.
 
 use glam::{DVec2, DVec3};
 
-use crate::cuts::Cuts;
 use crate::face::nearest_on_triangle;
 
 /// Enrichment by one plane segment in its own frame: `φ = s / d2` (Aras 2014, eqs. (34)–(37)).
 ///
-/// 1 to the left of the segment, −1 to the right, smooth round its ends; 1 on the segment itself.
+/// 1 to the left of the segment, −1 to the right, smooth around its ends; 1 on the segment itself.
 ///
 /// # Examples
 /// ```
@@ -47,7 +46,7 @@ fn ratio(s: f64, d_plus: f64) -> f64 {
     if d > 0.0 { s / d } else { 1.0 }
 }
 
-/// Product of `(1 + φ_l) / 2` over consecutive segments (Aras 2014, eq. (38)), the way that the
+/// Product of `(1 + φ_l) / 2` over consecutive segments (Aras 2014, eq. (38)), which the
 /// dissertation's fig. 23 shows to be wrong: it falls with every subdivision of the cut.
 #[must_use]
 pub fn product_of_segments(polyline: &[DVec2], point: DVec2) -> f64 {
@@ -55,29 +54,4 @@ pub fn product_of_segments(polyline: &[DVec2], point: DVec2) -> f64 {
         .windows(2)
         .map(|w| 0.5 * (1.0 + segment_enrichment([w[0], w[1]], point)))
         .product()
-}
-
-/// Signed solid angle of a triangle (sr), positive on the side that its normal points to; 0 at its
-/// corners (Van Oosterom and Strackee 1983).
-#[must_use]
-pub fn triangle_solid_angle(triangle: [DVec3; 3], point: DVec3) -> f64 {
-    let [a, b, c] = triangle.map(|v| v - point);
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let numerator = a.dot(b.cross(c));
-    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    // The triple product is positive where the normal points away from the point.
-    -2.0 * numerator.atan2(denominator)
-}
-
-impl Cuts {
-    /// Signed solid angle of the whole cut (sr): jumps by 4π across it, harmonic elsewhere.
-    ///
-    /// Its half sign is a cheap side label near the middle of a cut; it is not a weight (see the
-    /// crate's page). Work in proportion to the number of triangles.
-    #[must_use]
-    pub fn solid_angle(&self, point: DVec3) -> f64 {
-        (0..self.triangle_count())
-            .map(|t| triangle_solid_angle(self.triangle(t), point))
-            .sum()
-    }
 }

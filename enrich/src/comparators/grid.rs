@@ -4,15 +4,15 @@ mod factors;
 mod frame;
 mod sheets;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 pub use factors::{GridForm, grid_pair_factors};
 pub use frame::GridError;
 pub(super) use frame::piece_between;
-pub use sheets::GridSheets;
+pub(crate) use sheets::GridSheets;
 
-use crate::index::Bounds;
+use crate::bounds::Bounds;
 use frame::Frame;
 
 /// How fine the lattice is and how far it reaches.
@@ -89,11 +89,19 @@ impl EnrichmentGrid {
     ///
     /// # Errors
     /// See [`GridError`].
-    pub fn from_polyline(
-        points: &[glam::DVec2],
-        settings: &GridSettings,
-    ) -> Result<Self, GridError> {
-        Self::build(Frame::planar(points)?, settings, None)
+    pub fn from_polyline(points: &[DVec2], settings: &GridSettings) -> Result<Self, GridError> {
+        if let Some(point) = points.iter().position(|p| !p.is_finite()) {
+            return Err(GridError::NotFinite { point });
+        }
+        let flat: Vec<DVec3> = points.iter().map(|p| p.extend(0.0)).collect();
+        let bounds = Bounds::of(&flat);
+        // The cut in the plane is that in space by upright blades.
+        let up = DVec3::Z * bounds.low.distance(bounds.high);
+        let blades: Vec<[DVec3; 2]> = flat.iter().map(|&p| [p - up, p + up]).collect();
+        let frame = Frame::new(&blades)?;
+        let mut bounds = bounds.grown(settings.inflate.max(0.0));
+        (bounds.low.z, bounds.high.z) = (0.0, 0.0);
+        Self::build(frame, bounds, settings, None)
     }
 
     /// The grid of a cut in space: end points of the blade's edge at each capture (m).
@@ -101,29 +109,19 @@ impl EnrichmentGrid {
     /// # Errors
     /// See [`GridError`].
     pub fn from_blades(blades: &[[DVec3; 2]], settings: &GridSettings) -> Result<Self, GridError> {
-        Self::build(Frame::spatial(blades)?, settings, None)
+        Self::within(Frame::new(blades)?, settings, None)
     }
 
-    /// As [`EnrichmentGrid::from_blades`], with a lattice as in the text's appendix: `cells` of them along
-    /// x, y and z, over a box (m) of the whole body that is grown by `settings.inflate`. The spacing of
-    /// `settings` then counts for nothing.
-    ///
-    /// # Errors
-    /// See [`GridError`].
-    ///
-    /// # Panics
-    /// If there is no cell along an axis.
-    pub fn from_blades_in(
-        blades: &[[DVec3; 2]],
-        body: Bounds,
-        cells: [u32; 3],
+    /// With `cells`, a lattice as in the text's appendix: so many cells along x, y and z over the box (m) of the
+    /// whole body, grown by `settings.inflate`, in place of a spacing.
+    fn within(
+        frame: Frame,
         settings: &GridSettings,
+        cells: Option<(Bounds, [u32; 3])>,
     ) -> Result<Self, GridError> {
-        assert!(
-            cells.iter().all(|count| *count > 0),
-            "no cell along an axis"
-        );
-        Self::build(Frame::spatial(blades)?, settings, Some((body, cells)))
+        let around = cells.map_or_else(|| frame.bounds(), |(body, _)| body);
+        let bounds = around.grown(settings.inflate.max(0.0));
+        Self::build(frame, bounds, settings, cells.map(|(_, cells)| cells))
     }
 
     #[allow(
@@ -134,18 +132,13 @@ impl EnrichmentGrid {
     )]
     fn build(
         frame: Frame,
+        bounds: Bounds,
         settings: &GridSettings,
-        cells: Option<(Bounds, [u32; 3])>,
+        cells: Option<[u32; 3]>,
     ) -> Result<Self, GridError> {
-        let box_of = cells.map_or_else(|| frame.bounds(), |(body, _)| body);
-        let mut bounds = box_of.grown(settings.inflate.max(0.0));
-        if frame.is_planar() {
-            bounds.low.z = 0.0;
-            bounds.high.z = 0.0;
-        }
         let extent = bounds.high - bounds.low;
         let (spacing, counts) = match cells {
-            Some((_, cells)) => {
+            Some(cells) => {
                 let cells = DVec3::from_array(cells.map(f64::from));
                 (extent / cells, cells + DVec3::ONE)
             }
@@ -181,7 +174,7 @@ impl EnrichmentGrid {
     /// Enrichment at any point by the formulas themselves, without the lattice.
     #[must_use]
     pub fn evaluate(&self, point: DVec3) -> Enrichment {
-        self.frame.evaluate(point)
+        self.frame.evaluate(self.flattened(point))
     }
 
     /// Enrichment of the lattice point nearest to `point`, as the dissertation looks it up; none
@@ -194,8 +187,7 @@ impl EnrichmentGrid {
     /// As [`EnrichmentGrid::look_up`], but by the formulas themselves where the nearest lattice point is so near to
     /// the cut that it may lie on the other side. The text takes its side then, and a layer of nodes beside a
     /// cut, half a cell from it, comes to the wrong piece.
-    #[must_use]
-    pub fn on_its_side(&self, point: DVec3) -> Option<Enrichment> {
+    pub(super) fn on_its_side(&self, point: DVec3) -> Option<Enrichment> {
         let found = self.look_up(point)?;
         // No point is farther from its nearest lattice point, and s changes by no more than the way.
         let farthest = 0.5 * self.spacing.length();
@@ -204,12 +196,6 @@ impl EnrichmentGrid {
         } else {
             found
         })
-    }
-
-    /// Places in the lattice of the nodes' nearest points, once for all look-ups (section 5.6).
-    #[must_use]
-    pub fn linear_indices(&self, positions: &[DVec3]) -> Vec<Option<usize>> {
-        positions.iter().map(|&p| self.index_of(p)).collect()
     }
 
     /// Nodes nearer to the cut than their support radius, by looking up d3 (eq. (64), fig. 66).
@@ -230,14 +216,11 @@ impl EnrichmentGrid {
             .collect()
     }
 
-    /// The common frame: its origin (m), eqs. (39) and (45), and a unit vector, in the plane that of
-    /// the t axis, eq. (40), in space the normal of the common plane, eq. (46).
+    /// The common frame: its origin (m), eqs. (39) and (45), and the unit normal of the common plane, eq. (46); in the
+    /// plane that is the t axis of eq. (40) turned to the left.
     #[must_use]
     pub fn frame(&self) -> (DVec3, DVec3) {
-        match &self.frame {
-            Frame::Planar(frame) => (frame.origin.extend(0.0), frame.along.extend(0.0)),
-            Frame::Spatial(frame) => (frame.origin, frame.normal),
-        }
+        (self.frame.origin, self.frame.normal)
     }
 
     /// Number of lattice points along x, y, z; one along z in the plane.
@@ -270,6 +253,15 @@ impl EnrichmentGrid {
         self.values.capacity() * size_of::<Enrichment>()
     }
 
+    /// A point in the lattice's plane, if that is all there is.
+    fn flattened(&self, point: DVec3) -> DVec3 {
+        if self.size[2] == 1 {
+            point.with_z(self.origin.z)
+        } else {
+            point
+        }
+    }
+
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -277,10 +269,7 @@ impl EnrichmentGrid {
         reason = "checked to lie in the lattice before the cast"
     )]
     fn index_of(&self, point: DVec3) -> Option<usize> {
-        let mut at = ((point - self.origin) / self.spacing).round();
-        if self.frame.is_planar() {
-            at.z = 0.0;
-        }
+        let at = ((self.flattened(point) - self.origin) / self.spacing).round();
         let mut index = 0;
         for (k, c) in at.to_array().into_iter().enumerate().rev() {
             if !(c >= 0.0 && c < self.size[k] as f64) {

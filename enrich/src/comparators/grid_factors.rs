@@ -7,48 +7,39 @@ use glam::DVec3;
 use super::grid::{
     EnrichmentGrid, GridForm, GridSettings, GridSheets, grid_pair_factors, piece_between,
 };
+use crate::bounds::Bounds;
 use crate::cuts::Cuts;
 use crate::face::nearest_on_triangle;
-use crate::factors::{FactorSettings, PairFactors};
+use crate::factors::PairFactors;
 use crate::graph::Graph;
-use crate::index::Bounds;
 
 /// The dissertation's enrichment grids and what they make of the pairs (Aras 2014, eqs. (39)-(48),
-/// (64)): a chain of grids for each stroke ([`GridSheets`]), its last one built anew with each edge of the
-/// blade. For comparison with [`PairFactors`]; takes the two ends of an edge alone.
+/// (64)): a chain of grids for each stroke ([`GridSheets`]), its last one built again with each edge of the
+/// blade. Takes the two ends of an edge alone.
 ///
 /// [`PairFactors`] decides what no grid does: pairs that it severs and none of them, pairs that it
 /// weakens where none of them has a say, and pairs that no cut crosses of a node that would be alone: a grid
 /// knows the ends of the blade's edge alone, and a node between the cut and the straight line of these ends is on
 /// the one side for the cut and on the other for the grid. Of the first kind are those that cross a piece which has
 /// no grid, as it folds, or as the cut between two edges is not what their ends span; and those beside the
-/// end of a grid whose last piece is tilted. [`GridFactors::count_without_lattice`] counts them.
+/// end of a grid whose last piece is tilted.
 #[derive(Debug, Clone)]
-pub struct GridFactors {
+pub(crate) struct GridFactors {
     settings: GridSettings,
     /// Box of the body (m) and cells along x, y and z, for lattices as in the appendix.
     cells: Option<(Bounds, [u32; 3])>,
     radii: Vec<f64>,
-    strokes: Vec<Blade>,
-    /// What decides where no lattice does.
-    rest: PairFactors,
-    /// Factors of the lattices alone, and of both.
+    /// Strokes and their lattices.
+    strokes: Vec<(usize, GridSheets)>,
+    /// Factors of the lattices alone, and with those of [`PairFactors`].
     by_lattice: Vec<f64>,
-    factors: Vec<f64>,
-}
-
-/// A stroke and its lattices.
-#[derive(Debug, Clone)]
-struct Blade {
-    stroke: usize,
-    sheets: GridSheets,
+    pub(crate) factors: Vec<f64>,
 }
 
 impl GridFactors {
     /// All factors 1; `radii` are the support radii of the nodes (m), `cells` the numbers of lattice cells
     /// along x, y and z over the nodes' box with its margin, in place of a spacing.
-    #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         graph: &Graph<'_>,
         radii: Vec<f64>,
         settings: &GridSettings,
@@ -60,60 +51,33 @@ impl GridFactors {
             cells: cells.map(|cells| (body, cells)),
             radii,
             strokes: Vec::new(),
-            rest: PairFactors::new(graph, &FactorSettings::default()),
             by_lattice: vec![1.0; graph.indices.len()],
             factors: vec![1.0; graph.indices.len()],
         }
     }
 
-    /// Factor of a directed pair, by its place in the graph's indices.
-    #[must_use]
-    pub fn factor(&self, pair: usize) -> f64 {
-        self.factors[pair]
-    }
-
-    /// Number of undirected pairs whose factor is below 1.
-    #[must_use]
-    pub fn crossed_count(&self) -> usize {
-        self.factors.iter().filter(|f| **f < 1.0).count() / 2
-    }
-
-    /// Number of undirected pairs whose factor is 0.
-    #[must_use]
-    pub fn severed_count(&self) -> usize {
-        self.factors.iter().filter(|f| **f == 0.0).count() / 2
-    }
-
     /// The lattices, stroke by stroke.
-    pub fn lattices(&self) -> impl Iterator<Item = &EnrichmentGrid> {
-        self.strokes.iter().flat_map(|blade| blade.sheets.grids())
-    }
-
-    /// Number of lattices.
-    #[must_use]
-    pub fn lattice_count(&self) -> usize {
-        self.lattices().count()
+    pub(crate) fn lattices(&self) -> impl Iterator<Item = &EnrichmentGrid> {
+        self.strokes.iter().flat_map(|(_, sheets)| sheets.grids())
     }
 
     /// Gives nodes that have lost all of their pairs those back that a lattice severs and no cut crosses.
-    fn join_single_nodes(&self, graph: &Graph<'_>, factors: &mut [f64]) {
+    fn join_single_nodes(graph: &Graph<'_>, pairs: &PairFactors, factors: &mut [f64]) {
         let nodes = 0..graph.positions.len();
         let severed = |node| graph.pairs(node).all(|pair| factors[pair] <= 0.0);
         let alone: Vec<bool> = nodes.clone().map(severed).collect();
         for node in nodes {
             for pair in graph.pairs(node) {
-                let rest = self.rest.factor(pair);
                 let single = alone[node] || alone[graph.indices[pair] as usize];
-                if single && rest >= 1.0 {
-                    factors[pair] = rest;
+                if single && pairs.factor(pair) >= 1.0 {
+                    factors[pair] = 1.0;
                 }
             }
         }
     }
 
     /// Number of undirected pairs that no lattice decides, and that [`PairFactors`] weakens or severs.
-    #[must_use]
-    pub fn count_without_lattice(&self) -> usize {
+    pub(crate) fn count_without_lattice(&self) -> usize {
         let both = self.factors.iter().zip(&self.by_lattice);
         both.filter(|(factor, lattice)| factor.to_bits() != lattice.to_bits())
             .count()
@@ -121,63 +85,53 @@ impl GridFactors {
     }
 
     /// Bytes held on the heap, about.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let lattices = self.strokes.iter().map(|blade| blade.sheets.bytes());
+    pub(crate) fn bytes(&self) -> usize {
+        let lattices = self.strokes.iter().map(|(_, sheets)| sheets.bytes());
         lattices.sum::<usize>()
             + size_of_val(&*self.factors)
             + size_of_val(&*self.by_lattice)
             + size_of_val(&*self.radii)
-            + self.rest.bytes()
     }
 
-    /// Notes the ends (m) of the front with which a stroke starts to cut.
-    pub fn start(&mut self, stroke: usize, ends: [DVec3; 2]) {
-        self.strokes.push(Blade {
-            stroke,
-            sheets: GridSheets::new(ends, &self.settings, self.cells),
-        });
-    }
-
-    /// Takes the way of the front of a stroke between two pairs of ends (m), with which `cuts` grew by the
-    /// triangles `new`, and brings all factors up to date; the nodes of the pairs that changed, rising.
-    /// Without ends, or for a stroke that was not started, no lattice grows. `inside` as in
-    /// [`PairFactors::update`].
-    ///
-    /// # Panics
-    /// If the graph is not of as many pairs and nodes as at the start.
-    pub fn update(
+    /// Takes the path of the front of a stroke between two pairs of ends (m), with which `cuts` grew by the
+    /// triangles `new`, and brings all factors up to date; the nodes of the pairs that changed, ascending.
+    /// Without ends no lattice grows. `pairs` has been brought up to date.
+    pub(crate) fn update(
         &mut self,
         graph: &Graph<'_>,
         cuts: &Cuts,
         new: Range<usize>,
         (stroke, ends): (usize, Option<[[DVec3; 2]; 2]>),
-        inside: &(dyn Fn(DVec3) -> bool + Sync),
+        pairs: &PairFactors,
     ) -> Vec<u32> {
-        let cell = self.settings.spacing;
-        let known = |blade: &&mut Blade| blade.stroke == stroke;
-        if let (Some(blade), Some([before, now])) = (self.strokes.iter_mut().find(known), ends) {
-            if blade.sheets.last_edge() != before {
-                blade.sheets.go_on_from(before);
+        if let Some([before, now]) = ends {
+            let known = self.strokes.iter().position(|(known, _)| *known == stroke);
+            let at = known.unwrap_or_else(|| {
+                let sheets = GridSheets::new(before, &self.settings, self.cells);
+                self.strokes.push((stroke, sheets));
+                self.strokes.len() - 1
+            });
+            let sheets = &mut self.strokes[at].1;
+            if sheets.last_edge() != before {
+                sheets.continue_from(before);
             }
-            if spans(before, now, cuts, new.clone(), cell) {
+            if spans(before, now, cuts, new, self.settings.spacing) {
                 // A piece that no lattice takes leaves those that there are as they were.
-                let _refused = blade.sheets.append(now);
+                let _refused = sheets.append(now);
             } else {
-                blade.sheets.go_on_from(now);
+                sheets.continue_from(now);
             }
         }
-        self.rest.update(graph, cuts, new, inside);
-        let grids = self.strokes.iter().flat_map(|blade| blade.sheets.grids());
-        self.by_lattice = grid_pair_factors(grids, graph, &self.radii, GridForm::default());
-        let both = self.by_lattice.iter().enumerate();
-        let mut factors: Vec<f64> = both
-            .map(|(pair, &lattice)| match self.rest.factor(pair) {
+        self.by_lattice =
+            grid_pair_factors(self.lattices(), graph, &self.radii, GridForm::default());
+        let lattice = self.by_lattice.iter().enumerate();
+        let mut factors: Vec<f64> = lattice
+            .map(|(pair, &lattice)| match pairs.factor(pair) {
                 rest if rest <= 0.0 || lattice >= 1.0 => rest,
                 _ => lattice,
             })
             .collect();
-        self.join_single_nodes(graph, &mut factors);
+        Self::join_single_nodes(graph, pairs, &mut factors);
         let rows = graph.offsets.windows(2).zip(0_u32..);
         let touched = rows
             .filter(|(row, _)| {
@@ -213,6 +167,7 @@ fn spans(from: [DVec3; 2], to: [DVec3; 2], cuts: &Cuts, new: Range<usize>, cell:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cut_rule::{CutRule, Factors};
     use crate::cuts::CutSettings;
 
     /// Two nodes beside a cut: severed once the blade is past them, and both told of; by the lattice, or by
@@ -222,23 +177,27 @@ mod tests {
         let positions = [DVec3::new(-0.2, 0.0, 0.0), DVec3::new(0.2, 0.0, 0.0)];
         let graph = Graph::new(&positions, &[0, 1, 2], &[1, 0]).expect("a pair");
         let edge = |y: f64| [DVec3::new(0.0, y, -2.0), DVec3::new(0.0, y, 2.0)];
-        for (most_points, lattices, without) in [(1 << 20, 1, 0), (1, 0, 1)] {
-            let settings = GridSettings {
-                most_points,
-                ..GridSettings::for_spacing(0.2)
-            };
+        // A margin of a billion lattice points is refused.
+        for (inflate, lattices, without) in [(None, 1, 0), (Some(100.0), 0, 1)] {
             let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
-            let mut factors = GridFactors::new(&graph, vec![0.6; 2], &settings, None);
+            let rule = CutRule::Grid {
+                spacing: None,
+                inflate,
+                cells: None,
+            };
+            let mut factors = Factors::new(rule, &graph, vec![0.6; 2], 0.2);
             let stroke = cuts.start(&edge(-3.0)).expect("an edge");
-            factors.start(stroke, edge(-3.0));
             let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
             let ends = Some([edge(-3.0), edge(3.0)]);
             let touched = factors.update(&graph, &cuts, new, (stroke, ends), &|_| true);
             assert_eq!(touched, [0, 1], "both rows changed");
             let counts = (factors.severed_count(), factors.crossed_count());
             assert_eq!(counts, (1, 1), "{factors:?}");
-            let counts = (factors.lattice_count(), factors.count_without_lattice());
-            assert_eq!(counts, (lattices, without), "{factors:?}");
+            assert_eq!(
+                factors.grid_counts(),
+                Some((lattices, without)),
+                "{factors:?}"
+            );
         }
     }
 
@@ -255,15 +214,19 @@ mod tests {
             [at(0.0, -2.0), at(0.12, 0.0), at(0.0, 2.0)]
         };
         let ends = |y: f64| [edge(y)[0], edge(y)[2]];
-        let settings = GridSettings::for_spacing(0.3);
+        let rule = CutRule::Grid {
+            spacing: None,
+            inflate: None,
+            cells: None,
+        };
         let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
-        let mut factors = GridFactors::new(&graph, vec![0.6; 3], &settings, None);
+        let mut factors = Factors::new(rule, &graph, vec![0.6; 3], 0.3);
         let stroke = cuts.start(&edge(-3.0)).expect("an edge");
-        factors.start(stroke, ends(-3.0));
         let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
         let way = (stroke, Some([ends(-3.0), ends(3.0)]));
         factors.update(&graph, &cuts, new, way, &|_| true);
-        assert_eq!(factors.lattice_count(), 1, "the lattice takes the piece");
+        let lattices = factors.grid_counts().map(|(lattices, _)| lattices);
+        assert_eq!(lattices, Some(1), "the lattice takes the piece");
         // From the left one to the middle, to the right one; from the middle to the right one.
         let found = [factors.factor(0), factors.factor(1), factors.factor(3)];
         let bits = [1.0_f64, 0.0, 0.0].map(f64::to_bits);

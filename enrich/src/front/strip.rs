@@ -6,7 +6,7 @@ use super::step::{Met, Step, Surroundings};
 use super::{Anchor, EdgePlace, Front, LOOK, OVERSHOOT, Patch, SKIN};
 use crate::cuts::Cuts;
 use crate::error::CutError;
-use crate::obstacle::index32;
+use crate::index32;
 
 /// Samples of one run that begin or join it may be this far apart (in spacings): they lie a spacing
 /// apart on the blade, and tissue is rarely pressed to less than half.

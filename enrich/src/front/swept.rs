@@ -4,21 +4,21 @@ use glam::DVec3;
 
 use super::step::Surroundings;
 use super::{NEAR, Patch, THROUGH};
+use crate::bounds::Bounds;
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use crate::graph::Graph;
-use crate::index::Bounds;
-use crate::obstacle::{index32, share_to_zero};
+use crate::index32;
 use crate::predicate::segment_crosses_triangle;
 
 /// A pair between whose nodes a blade has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SweptPair {
+pub(crate) struct SweptPair {
     /// Its nodes, the lower number first.
-    pub nodes: [u32; 2],
+    pub(crate) nodes: [u32; 2],
     /// The place (m) on the line between them, in the material, that the blade passed.
-    pub point: DVec3,
+    pub(crate) point: DVec3,
 }
 
 /// Pairs whose nodes, where they are now, have some of the triangles between them that a blade swept
@@ -35,8 +35,7 @@ pub struct SweptPair {
 ///
 /// # Panics
 /// If there is not one rest position per node.
-#[must_use]
-pub fn swept_pairs(
+pub(crate) fn swept_pairs(
     present: &Graph<'_>,
     rest: &[DVec3],
     sweep: &[[DVec3; 3]],
@@ -88,6 +87,16 @@ pub fn swept_pairs(
     found
 }
 
+/// Fraction of the way from one value to another at which their line is zero; a half if it is nowhere.
+fn share_to_zero(from: f64, to: f64) -> f64 {
+    let fall = from - to;
+    if fall.abs() > 0.0 {
+        (from / fall).clamp(0.0, 1.0)
+    } else {
+        0.5
+    }
+}
+
 /// A bit for each side of a box that a point lies beyond.
 fn sides_beyond(bounds: &Bounds, x: DVec3) -> u8 {
     let low = x.cmplt(bounds.low).bitmask();
@@ -108,8 +117,7 @@ fn sides_beyond(bounds: &Bounds, x: DVec3) -> u8 {
 /// * `swept` -- of [`swept_pairs`].
 /// * `rest` -- rest positions X (m), shape `(n)`.
 /// * `spacing` -- distance of the nodes (m).
-#[must_use]
-pub fn missed_pairs(
+pub(crate) fn missed_pairs(
     swept: &[SweptPair],
     rest: &[DVec3],
     cuts: &Cuts,
@@ -136,7 +144,7 @@ pub fn missed_pairs(
 ///
 /// # Errors
 /// [`CutError::NotFinite`]; the cut is then unchanged.
-pub fn close_edge(
+pub(crate) fn close_edge(
     cuts: &mut Cuts,
     point: DVec3,
     spacing: f64,

@@ -5,53 +5,19 @@ use glam::DVec3;
 use super::*;
 use crate::cuts::CutSettings;
 use crate::factors::{FactorSettings, PairFactors};
-use crate::graph::Graph;
 use crate::pieces::connected_pieces;
+use crate::tests::slow::Cloud;
 
 /// Half the width of the block; its nodes lie one apart.
 const HALF: f64 = 3.0;
 
-/// A block of nodes at rest, in which the material is the world.
-struct Block {
-    nodes: Vec<DVec3>,
-    offsets: Vec<u32>,
-    indices: Vec<u32>,
-}
-
-impl Block {
-    fn new() -> Self {
-        let at = |k: u32| f64::from(k) - HALF;
-        let nodes: Vec<DVec3> = (0..7 * 7 * 7)
-            .map(|k| DVec3::new(at(k % 7), at(k / 7 % 7), at(k / 49)))
-            .collect();
-        let (mut offsets, mut indices) = (vec![0], Vec::new());
-        for (i, x) in nodes.iter().enumerate() {
-            let near = nodes
-                .iter()
-                .enumerate()
-                .filter(|&(j, y)| i != j && x.distance(*y) < 1.8);
-            indices.extend(near.map(|(j, _)| u32::try_from(j).unwrap()));
-            offsets.push(u32::try_from(indices.len()).unwrap());
-        }
-        Self {
-            nodes,
-            offsets,
-            indices,
-        }
-    }
-
-    fn graph(&self) -> Graph<'_> {
-        Graph::new(&self.nodes, &self.offsets, &self.indices).unwrap()
-    }
-
-    /// Nodes on each side once a blade has been where `path` says.
-    fn pieces(&self, cuts: &Cuts) -> Vec<u32> {
-        let mut factors = PairFactors::new(&self.graph(), &FactorSettings::default());
-        factors.update(&self.graph(), cuts, 0..cuts.triangle_count(), &inside);
-        let mut sizes = connected_pieces(&self.offsets, &self.indices, &factors.to_vec()).sizes;
-        sizes.sort_unstable_by(|a, b| b.cmp(a));
-        sizes
-    }
+/// Nodes on each side once a blade has been where `path` says, in a block in which the material is the world.
+fn pieces(block: &Cloud, cuts: &Cuts) -> Vec<u32> {
+    let mut factors = PairFactors::new(&block.graph(), &FactorSettings::default());
+    factors.update(&block.graph(), cuts, 0..cuts.triangle_count(), &inside);
+    let mut sizes = connected_pieces(&block.offsets, &block.indices, &factors.to_vec()).sizes;
+    sizes.sort_unstable_by(|a, b| b.cmp(a));
+    sizes
 }
 
 fn inside(x: DVec3) -> bool {
@@ -79,13 +45,13 @@ fn edge(x: f64, z: f64) -> Vec<DVec3> {
 }
 
 /// Leads a blade along places; asserts that the cut crosses all that it sweeps.
-fn lead(block: &Block, path: &[Vec<DVec3>]) -> Cuts {
+fn lead(block: &Cloud, path: &[Vec<DVec3>]) -> Cuts {
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     lead_into(block, &mut cuts, path);
     cuts
 }
 
-fn lead_into(block: &Block, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
+fn lead_into(block: &Cloud, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
     let mut front = Front::new(path[0].len(), 1.0);
     let mut last = &path[0];
     for now in path {
@@ -96,8 +62,8 @@ fn lead_into(block: &Block, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
             .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
             .collect();
         let graph = block.graph();
-        let swept = swept_pairs(&graph, &block.nodes, &sweep, &|_| false);
-        let missed = |cuts: &Cuts| missed_pairs(&swept, &block.nodes, cuts, 1.0);
+        let swept = swept_pairs(&graph, &block.x, &sweep, &|_| false);
+        let missed = |cuts: &Cuts| missed_pairs(&swept, &block.x, cuts, 1.0);
         let points: Vec<DVec3> = missed(cuts).iter().map(|pair| pair.point).collect();
         front.reach(cuts, &points, &inside).unwrap();
         for pair in missed(cuts) {
@@ -133,12 +99,12 @@ fn folds(cuts: &Cuts) -> (f64, f64) {
 
 #[test]
 fn a_blade_that_ends_on_the_surface_or_a_little_short_of_it_severs_the_block() {
-    let block = Block::new();
+    let block = Cloud::block();
     for offset in 0..24 {
         let x = -0.5 + f64::from(offset) / 24.0 + 1e-3;
         for short in [0.0, 0.05, -0.2] {
             let cuts = lead(&block, &down(x, -HALF + short));
-            let sizes = block.pieces(&cuts);
+            let sizes = pieces(&block, &cuts);
             assert_eq!(sizes.len(), 2, "x {x}, {short} short: {sizes:?}");
             assert!(folds(&cuts).0 < 1.0 + 1e-9, "x {x}: {:?}", folds(&cuts));
         }
@@ -147,9 +113,9 @@ fn a_blade_that_ends_on_the_surface_or_a_little_short_of_it_severs_the_block() {
 
 #[test]
 fn a_blade_that_ends_inside_leaves_the_rest() {
-    let block = Block::new();
+    let block = Cloud::block();
     let cuts = lead(&block, &down(0.3, -1.4));
-    assert_eq!(block.pieces(&cuts), [343]);
+    assert_eq!(pieces(&block, &cuts), [343]);
     let (vertices, _) = cuts.surface();
     let lowest = vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
     assert!((lowest + 1.4).abs() <= SKIN, "the cut ends at {lowest}");
@@ -157,7 +123,7 @@ fn a_blade_that_ends_inside_leaves_the_rest() {
 
 #[test]
 fn a_blade_that_trembles_cuts_once() {
-    let block = Block::new();
+    let block = Cloud::block();
     for tremble in [0.1, 0.2] {
         let mut path = Vec::new();
         for step in 0..60 {
@@ -168,7 +134,7 @@ fn a_blade_that_trembles_cuts_once() {
         }
         path.push(edge(0.3, -3.4));
         let cuts = lead(&block, &path);
-        assert_eq!(block.pieces(&cuts).len(), 2, "tremble {tremble}");
+        assert_eq!(pieces(&block, &cuts).len(), 2, "tremble {tremble}");
         let (ratio, back) = folds(&cuts);
         assert!(back < 1e-9, "tremble {tremble}: {back} faces backwards");
         assert!(ratio < 1.0 + 2.0 * tremble, "tremble {tremble}: {ratio}");
@@ -177,7 +143,7 @@ fn a_blade_that_trembles_cuts_once() {
 
 #[test]
 fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
-    let block = Block::new();
+    let block = Cloud::block();
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     let mut front = Front::new(13, 1.0);
     let path = down(0.3, 0.0);
@@ -212,13 +178,13 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
         cuts.triangle_count() > before,
         "it goes on from where it was"
     );
-    let inner = block.nodes.len();
-    assert_eq!(block.pieces(&cuts), [u32::try_from(inner).unwrap()]);
+    let inner = block.x.len();
+    assert_eq!(pieces(&block, &cuts), [u32::try_from(inner).unwrap()]);
 }
 
 #[test]
 fn a_branch_starts_through_the_sheet_and_severs() {
-    let block = Block::new();
+    let block = Cloud::block();
     // Down the middle and out, then sideways out of the gap.
     let mut cuts = lead(&block, &down(0.3, -3.4));
     let mut front = Front::new(13, 1.0);
@@ -239,7 +205,12 @@ fn a_branch_starts_through_the_sheet_and_severs() {
         front.advance(&mut cuts, &places, 0.4, &inside).unwrap();
         last = now;
     }
-    assert_eq!(block.pieces(&cuts).len(), 3, "{:?}", block.pieces(&cuts));
+    assert_eq!(
+        pieces(&block, &cuts).len(),
+        3,
+        "{:?}",
+        pieces(&block, &cuts)
+    );
 }
 
 #[test]
@@ -260,12 +231,13 @@ fn the_same_patches_give_the_same_cut() {
         last.clone_from(now);
     }
     assert_eq!(cuts.surface(), again.surface());
-    assert!(front.points().all(|at| at.is_none()), "the blade is out");
+    let out = front.samples.iter().all(|sample| sample.anchor.is_none());
+    assert!(out, "the blade is out");
 }
 
 #[test]
 fn the_edge_of_a_cut_is_carried_through_a_point() {
-    let block = Block::new();
+    let block = Cloud::block();
     let mut cuts = lead(&block, &down(0.3, 0.2));
     let pair = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(1.0, 0.0, -0.4)];
     assert!(!cuts.crosses(pair[0], pair[1]));
@@ -277,7 +249,7 @@ fn the_edge_of_a_cut_is_carried_through_a_point() {
 
 #[test]
 fn cuts_across_each_other_dice_the_block() {
-    let block = Block::new();
+    let block = Cloud::block();
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     for axis in 0..3 {
         for side in [-1.2, 1.2] {
@@ -297,11 +269,11 @@ fn cuts_across_each_other_dice_the_block() {
             lead_into(&block, &mut cuts, &path);
             println!(
                 "axis {axis} side {side}: {} pieces",
-                block.pieces(&cuts).len()
+                pieces(&block, &cuts).len()
             );
         }
     }
-    let sizes = block.pieces(&cuts);
+    let sizes = pieces(&block, &cuts);
     assert_eq!(sizes.len(), 27, "{sizes:?}");
 }
 
@@ -319,31 +291,31 @@ fn sideways(from: f64, to: f64, z: f64) -> Vec<Vec<DVec3>> {
 
 #[test]
 fn a_blade_that_ends_at_a_face_of_an_older_sheet_severs() {
-    let block = Block::new();
+    let block = Cloud::block();
     let face = 0.3;
     for end in [0.09, 0.05, 0.0, -0.05, -0.2] {
         let mut cuts = lead(&block, &down(face, -3.4));
         lead_into(&block, &mut cuts, &sideways(5.0, face + end, 0.4));
-        let sizes = block.pieces(&cuts);
+        let sizes = pieces(&block, &cuts);
         assert_eq!(sizes.len(), 3, "{end} from the face: {sizes:?}");
     }
 }
 
 #[test]
 fn a_blade_that_is_put_in_beside_a_sheet_severs_where_it_leaves_it() {
-    let block = Block::new();
+    let block = Cloud::block();
     let face = 0.3;
     for beside in [0.0, 0.04, 0.09, -0.2] {
         let mut cuts = lead(&block, &down(face, -3.4));
         lead_into(&block, &mut cuts, &sideways(face + beside, 4.0, 0.4));
-        let sizes = block.pieces(&cuts);
+        let sizes = pieces(&block, &cuts);
         assert_eq!(sizes.len(), 3, "{beside} beside the face: {sizes:?}");
     }
 }
 
 #[test]
 fn a_blade_that_is_put_in_near_a_sheet_does_not_turn_to_it() {
-    let block = Block::new();
+    let block = Cloud::block();
     let mut cuts = lead(&block, &down(1.3, -3.4));
     let older = cuts.triangle_count();
     lead_into(&block, &mut cuts, &sideways(0.2, -1.6, 0.4));
@@ -356,7 +328,7 @@ fn a_blade_that_is_put_in_near_a_sheet_does_not_turn_to_it() {
 
 #[test]
 fn the_front_is_led_to_points_straight_ahead_of_it_only() {
-    let block = Block::new();
+    let block = Cloud::block();
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     let mut front = Front::new(13, 1.0);
     let path = down(0.3, 0.2);
@@ -382,7 +354,7 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     assert!(again.unwrap().triangles.is_empty(), "behind it");
     let again = front.reach(&mut cuts, &[DVec3::new(0.9, 0.8, -0.5)], &inside);
     assert!(again.unwrap().triangles.is_empty(), "beside it");
-    assert!(front.is_sound() && block.nodes.len() == 343);
+    assert!(front.is_sound() && block.x.len() == 343);
 }
 
 /// A segment through a point, across the plane x.

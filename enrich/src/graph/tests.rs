@@ -159,10 +159,7 @@ fn crossed_pairs_are_those_below_one() {
 fn settings_survive_being_written() {
     let settings = FactorSettings {
         influence_radius: InfluenceRadius::Length(0.01),
-        rule: Rule::Transparency {
-            kappa: 1.0,
-            exponent: 2.0,
-        },
+        rule: Rule::Visibility,
     };
     let text = ron::to_string(&(settings, CutSettings::for_spacing(0.01))).unwrap();
     assert_eq!(

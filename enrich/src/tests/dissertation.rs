@@ -6,9 +6,11 @@ use testkit::tol::{assert_below, assert_within};
 
 use super::shapes::{plane, space};
 use super::slow::Cloud;
+use crate::bounds::Bounds;
+use crate::comparators::GridSheets;
 use crate::{
-    Bounds, CutSettings, Cuts, EnrichmentGrid, Graph, GridError, GridForm, GridSettings,
-    GridSheets, grid_pair_factors, product_of_segments, triangle_solid_angle,
+    EnrichmentGrid, Graph, GridError, GridForm, GridSettings, grid_pair_factors,
+    product_of_segments,
 };
 
 fn through() -> Vec<DVec2> {
@@ -366,8 +368,10 @@ fn lattices_as_in_the_appendix_have_their_cells_over_the_body() {
         low: DVec3::new(-1.0, -2.0, 0.0),
         high: DVec3::new(1.0, 2.0, 1.0),
     };
-    let blades = [0.0, 0.5].map(|x| [-0.5, 0.5].map(|z| DVec3::new(x, 0.0, z)));
-    let grid = EnrichmentGrid::from_blades_in(&blades, body, [6, 10, 4], &settings).unwrap();
+    let edge = |x: f64| [-0.5, 0.5].map(|z| DVec3::new(x, 0.0, z));
+    let mut sheets = GridSheets::new(edge(0.0), &settings, Some((body, [6, 10, 4])));
+    sheets.append(edge(0.5)).unwrap();
+    let grid = &sheets.grids()[0];
     assert_eq!(grid.size(), [7, 11, 5]);
     let last = grid.values().len() - 1;
     assert_eq!(grid.lattice_point(0), body.low - DVec3::splat(0.5));
@@ -380,43 +384,4 @@ fn lattices_as_in_the_appendix_have_their_cells_over_the_body() {
         let point = grid.lattice_point(k);
         assert_eq!(grid.look_up(point), Some(grid.evaluate(point)));
     }
-}
-
-#[test]
-fn solid_angle_has_its_closed_forms() {
-    // Disc seen from its axis, 2 pi (1 - z / sqrt(z^2 + a^2)).
-    let mut cuts = Cuts::new(&CutSettings::for_spacing(1e-3));
-    let ring: Vec<DVec3> = (0..400)
-        .map(|k| {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 400.0).sin_cos();
-            DVec3::new(cos, sin, 0.0)
-        })
-        .collect();
-    for k in 0..400 {
-        let corners = [DVec3::ZERO, ring[k], ring[(k + 1) % 400]];
-        cuts.add_surface(&corners, &[[0, 1, 2]]).unwrap();
-    }
-    for z in [0.1, 0.5, 2.0] {
-        let expected = std::f64::consts::TAU * (1.0 - z / (z * z + 1.0_f64).sqrt());
-        assert_within("disc", cuts.solid_angle(DVec3::Z * z), expected, 2e-4);
-        assert_within("below", cuts.solid_angle(DVec3::Z * -z), -expected, 2e-4);
-    }
-    let jump = cuts.solid_angle(DVec3::new(0.3, 0.2, 1e-9))
-        - cuts.solid_angle(DVec3::new(0.3, 0.2, -1e-9));
-    assert_within("jump", jump, 4.0 * std::f64::consts::PI, 1e-6);
-    // Closed surface: 4 pi inside, 0 outside.
-    let c = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    let total = |p: DVec3| -> f64 {
-        [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-            .iter()
-            .map(|f: &[usize; 3]| triangle_solid_angle(f.map(|k| c[k]), p))
-            .sum()
-    };
-    assert_within(
-        "inside",
-        total(DVec3::splat(0.2)),
-        -4.0 * std::f64::consts::PI,
-        1e-12,
-    );
-    assert_within("outside", total(DVec3::splat(0.6)), 0.0, 1e-12);
 }

@@ -1,10 +1,10 @@
 //! Random strips through random clouds against shortest ways that are searched, not derived.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use testkit::cloud::{self, Random};
 
 use super::slow::{Cloud, cross3, inside, kernel};
-use super::space_cases::{cut, errors_of_extruded, factors, settings};
+use super::space_cases::{cut, factors, settings};
 use crate::face::nearest_on_triangle;
 
 /// Shortest ways in space round triangles over many points close to their edges.
@@ -301,68 +301,4 @@ fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_points() {
         }
         assert!(rms[0] <= 2e-3, "twist of {turn}: rms {rms:?}");
     }
-}
-
-#[test]
-fn ways_round_rolled_and_wavy_strips_are_the_shortest_of_any_number_of_points() {
-    let spiral = |turns: f64, low: f64, high: f64, count: u32| -> Vec<DVec2> {
-        let place = |k: u32| {
-            let t = f64::from(k) / f64::from(count);
-            let (sin, cos) = (turns * std::f64::consts::TAU * t).sin_cos();
-            let r = low + (high - low) * t;
-            DVec2::new(0.5 + r * cos, 0.5 + r * sin)
-        };
-        (0..=count).map(place).collect()
-    };
-    let mut cases = vec![];
-    for count in [12, 48] {
-        for (turns, low, high) in [
-            (2.0, 0.08, 0.38),
-            (2.0, 0.02, 0.4),
-            (1.0, 0.05, 0.2),
-            (3.0, 0.1, 0.4),
-            (0.5, 0.06, 0.06),
-        ] {
-            cases.push((
-                format!("{turns} turns from {low} to {high} in {count}"),
-                vec![spiral(turns, low, high, count)],
-            ));
-        }
-        let wave = |k: u32| {
-            let t = f64::from(k) / f64::from(count);
-            DVec2::new(0.2 + 0.6 * t, 0.5 + 0.2 * (std::f64::consts::TAU * t).sin())
-        };
-        cases.push((
-            format!("wave in {count}"),
-            vec![(0..=count).map(wave).collect()],
-        ));
-    }
-    for (name, lines, _) in super::shapes::plane() {
-        if ["thin", "sliver", "hook", "zigzag"]
-            .iter()
-            .any(|s| name.contains(s))
-        {
-            cases.push((name.to_owned(), lines));
-        }
-    }
-    let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
-    let mut worst = 0.0_f64;
-    for (name, lines) in cases {
-        let errors = errors_of_extruded(&cloud, &lines);
-        let (mut squares, mut above, mut below) = (0.0, 0.0_f64, 0.0_f64);
-        for error in &errors {
-            squares += error.powi(2);
-            above = above.max(*error);
-            below = below.max(-error);
-        }
-        let count = errors.len();
-        let rms = (squares / count.max(1) as f64).sqrt();
-        if testkit::tol::print_residuals() {
-            println!(
-                "{name}: rms of the weight {rms:.1e} over {count}, above {above:.1e}, below {below:.1e}"
-            );
-        }
-        worst = worst.max(rms);
-    }
-    assert!(worst <= 2e-3, "rms {worst}");
 }

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use testkit::cloud::Random;
 
-use super::shapes::{plane, space};
-use super::slow::{Cloud, inside, kernel};
+use super::shapes::space;
+use super::slow::{inside, kernel};
 use super::space_cases::{body, cut, factors, settings};
-use crate::{Bounds, CutSettings, Cuts, DiffractionPoint, Obstacle};
+use crate::{CutError, CutSettings, Cuts};
 
 #[test]
 fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
@@ -113,8 +113,6 @@ fn order_direction_and_repetition_of_triangles_do_not_matter() {
         soup.extend([[p, q, p], [p, p, p]]);
         let shuffled = from_soup(&soup, &exact);
         assert_eq!(shuffled.triangle_count(), count);
-        assert_eq!(shuffled.dropped().duplicate, again.len());
-        assert_eq!(shuffled.dropped().zero_area, 2);
         let found = factors(&cloud, &shuffled);
         for (pair, (a, b)) in reference.iter().zip(&found).enumerate() {
             assert_eq!(a.to_bits(), b.to_bits(), "{name}: pair {pair}, {a} and {b}");
@@ -151,74 +149,7 @@ fn subdivision_of_plane_strips_moves_factors_by_round_off_only() {
 }
 
 #[test]
-fn update_work_does_not_grow_with_the_cut() {
-    // A long zigzag cut in a flat body, one step at a time: candidates of an update stay the same.
-    let cloud = Cloud::lattice(60, 1, 0.2, 2.5);
-    let lines = plane();
-    let wave = &lines
-        .iter()
-        .find(|(name, _, _)| *name == "zigzag")
-        .unwrap()
-        .1[0];
-    let mut cuts = crate::PlanarCuts::new(&CutSettings::for_spacing(1.0 / 60.0));
-    let mut factors = cloud.factors();
-    let stroke = cuts.start(wave[0]).unwrap();
-    for corner in wave.windows(2) {
-        for k in 1..=10 {
-            let to = corner[0].lerp(corner[1], f64::from(k) / 10.0);
-            let new = cuts.append(stroke, to).unwrap().unwrap();
-            let touched = factors.update(&cloud.graph(), &cuts, new..new + 1, &inside);
-            assert!(touched.pairs.len() < 200, "{}", touched.pairs.len());
-        }
-    }
-    assert!(factors.crossed_count() > 300);
-}
-
-/// A cut that counts what it is asked.
-struct Counted<'a>(&'a Cuts, AtomicUsize);
-
-impl Counted<'_> {
-    fn cut(&self) -> &Cuts {
-        self.1.fetch_add(1, Ordering::Relaxed);
-        self.0
-    }
-}
-
-impl Obstacle for Counted<'_> {
-    fn piece_count(&self) -> usize {
-        self.0.piece_count()
-    }
-    fn piece_bounds(&self, piece: usize) -> Bounds {
-        self.cut().piece_bounds(piece)
-    }
-    fn piece_crosses(&self, piece: usize, a: DVec3, b: DVec3) -> bool {
-        self.cut().piece_crosses(piece, a, b)
-    }
-    fn crosses(&self, a: DVec3, b: DVec3) -> bool {
-        self.cut().crosses(a, b)
-    }
-    fn crossings(&self, a: DVec3, b: DVec3) -> usize {
-        self.cut().crossings(a, b)
-    }
-    fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
-        self.cut().diffraction_edges_into(near, out)
-    }
-    fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
-        self.cut().diffraction_point(edge, a, b)
-    }
-    fn pieces_into(&self, near: &Bounds, out: &mut Vec<u32>) {
-        self.cut().pieces_into(near, out);
-    }
-    fn meeting_point(&self, piece: usize, a: DVec3, b: DVec3) -> DVec3 {
-        self.cut().meeting_point(piece, a, b)
-    }
-    fn edge_distance(&self, edge: u32, point: DVec3) -> f64 {
-        self.cut().edge_distance(edge, point)
-    }
-}
-
-#[test]
-fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
+fn an_update_tries_as_many_paths_after_a_thousand_triangles_as_after_ten() {
     // A bar without jitter, so that each step of the blade meets the same nodes again.
     let x = testkit::cloud::lattice([530, 4, 3], 1.0, 0.0, 1);
     let mut indices = Vec::new();
@@ -240,21 +171,25 @@ fn an_update_asks_the_cut_as_often_after_a_thousand_triangles_as_after_ten() {
     let mut asked = Vec::new();
     for k in 1..=510 {
         let new = cuts.append(stroke, &blade(k)).unwrap();
-        let counted = Counted(&cuts, AtomicUsize::new(0));
-        factors.update(&graph, &counted, new, &|_| true);
-        asked.push(counted.1.into_inner());
+        let tried = AtomicUsize::new(0);
+        let touched = factors.update(&graph, &cuts, new, &|_| {
+            tried.fetch_add(1, Ordering::Relaxed);
+            true
+        });
+        assert!(touched.pairs.len() < 200, "{}", touched.pairs.len());
+        asked.push(tried.into_inner());
     }
     let sum = |range: std::ops::Range<usize>| asked[range].iter().sum::<usize>();
     let (early, late) = (sum(5..15), sum(500..510));
     if testkit::tol::print_residuals() {
-        println!("asked {early} times in 10 updates after 10 triangles, {late} after 1,000");
+        println!("tried {early} paths in 10 updates after 10 triangles, {late} after 1,000");
     }
-    assert!(early > 500 && late * 100 <= early * 101, "{early} {late}");
+    assert!(early > 50 && late * 100 <= early * 101, "{early} {late}");
 }
 
-/// A cut that goes back to a mark is the one of then, in all that it tells and in how it grows on.
+/// A truncated cut is the one of then, in all that it answers and in how it grows.
 #[test]
-fn a_cut_that_goes_back_is_as_it_was() {
+fn a_truncated_cut_is_as_it_was() {
     let settings = CutSettings::for_spacing(0.1);
     let mut random = Random::new(7);
     let mut edge = |x: f64| -> Vec<DVec3> {
@@ -269,11 +204,8 @@ fn a_cut_that_goes_back_is_as_it_was() {
         cuts.add_surface(&points, &triangles).unwrap();
     };
     let told = |cuts: &Cuts| {
-        let free: Vec<[DVec3; 2]> = cuts.free_edges().collect();
         let (vertices, triangles) = cuts.surface();
-        let surface = (vertices.to_vec(), triangles.to_vec());
-        let strokes: Vec<usize> = (0..triangles.len()).map(|t| cuts.stroke(t)).collect();
-        (surface, free, strokes, cuts.strokes(), cuts.dropped())
+        (vertices.to_vec(), triangles.to_vec())
     };
     let mut cuts = Cuts::new(&settings);
     let stroke = cuts.start(&edges[0]).unwrap();
@@ -282,23 +214,22 @@ fn a_cut_that_goes_back_is_as_it_was() {
         strip(&mut cuts, &edges[k - 1], &edges[k]);
     }
     let mut before = cuts.clone();
-    let mark = cuts.mark();
-    assert_eq!(mark.triangle_count(), cuts.triangle_count());
-    cuts.set_weld_tolerance(0.05);
+    let (vertices, triangles) = told(&cuts);
+    let other = cuts.start(&edges[0]).unwrap();
     for k in 8..16 {
         cuts.append(stroke, &edges[k]).unwrap();
         strip(&mut cuts, &edges[k - 1], &edges[k]);
     }
-    cuts.end(stroke).unwrap();
-    assert!(cuts.triangle_count() > mark.triangle_count() + 100);
-    cuts.go_back(&mark);
+    assert!(cuts.triangle_count() > triangles.len() + 100);
+    cuts.truncate(vertices.len(), triangles.len());
     assert_eq!(told(&cuts), told(&before));
+    let ended = cuts.append(stroke, &edges[9]);
+    assert_eq!(ended, Err(CutError::StrokeEnded { stroke }), "it has moved");
+    assert_eq!(cuts.end(other), Ok(()), "it has not");
     for cuts in [&mut cuts, &mut before] {
         for k in 12..20 {
-            cuts.append(stroke, &edges[k]).unwrap();
             strip(cuts, &edges[k - 1], &edges[k]);
         }
-        cuts.end(stroke).unwrap();
     }
     assert_eq!(told(&cuts), told(&before));
     for k in 0..200 {

@@ -8,7 +8,7 @@ use testkit::strategies::vector;
 use super::slow::{Cloud, inside};
 use super::space_cases::{cut, factors};
 use crate::{
-    CutError, CutSettings, Cuts, Dropped, FactorSettings, Graph, InfluenceRadius, PairFactors,
+    CutError, CutSettings, Cuts, FactorSettings, Graph, InfluenceRadius, PairFactors,
     connected_pieces,
 };
 
@@ -23,7 +23,7 @@ fn cloud() -> Cloud {
 fn settings(cloud: &Cloud) -> CutSettings {
     CutSettings {
         weld_tolerance: 0.05 * cloud.radius,
-        index_cell: cloud.radius,
+        influence_radius: cloud.radius,
     }
 }
 
@@ -66,7 +66,6 @@ fn bad_captures_are_refused_and_change_nothing() {
         cuts.append(stroke, &blade(0.5, 0.9)),
         Err(CutError::StrokeEnded { stroke })
     );
-    assert_eq!(cuts.strokes(), (1, false));
 }
 
 #[test]
@@ -96,11 +95,6 @@ fn blade_that_stands_still_or_trembles_makes_nothing() {
         let points: Vec<DVec3> = blade(0.5, 0.3).iter().map(|&p| p + tremor).collect();
         assert_eq!(cuts.append(stroke, &points).unwrap(), 0..0);
     }
-    let dropped = Dropped {
-        zero_area: 2000,
-        duplicate: 0,
-    };
-    assert_eq!(cuts.dropped(), dropped);
 }
 
 #[test]
@@ -108,7 +102,7 @@ fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
     let cloud = cloud();
     let mut fine = Cuts::new(&CutSettings {
         weld_tolerance: 0.0,
-        index_cell: cloud.radius,
+        influence_radius: cloud.radius,
     });
     let stroke = fine.start(&blade(0.503, -0.3)).unwrap();
     let mut grown = cloud.factors();
@@ -232,7 +226,7 @@ proptest! {
         let x: Vec<DVec3> = testkit::cloud::uniform(250, 0.5, seed)
             .into_iter().map(|p| p + DVec3::splat(0.5)).collect();
         let cloud = Cloud::joined(x, 0.3);
-        let cuts = cut(&vec![strip], &CutSettings { weld_tolerance: 1e-9, index_cell: 0.2 });
+        let cuts = cut(&vec![strip], &CutSettings { weld_tolerance: 1e-9, influence_radius: 0.2 });
         let found = factors(&cloud, &cuts);
         let graph = cloud.graph();
         for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
@@ -259,7 +253,7 @@ proptest! {
         let moved_strokes: Vec<Vec<Vec<DVec3>>> = strokes.iter()
             .map(|s| s.iter().map(|b| b.iter().map(|&p| place(p)).collect()).collect()).collect();
         let cuts = cut(&moved_strokes, &CutSettings {
-            weld_tolerance: 0.05 * cloud.radius * scale, index_cell: cloud.radius * scale });
+            weld_tolerance: 0.05 * cloud.radius * scale, influence_radius: cloud.radius * scale });
         let graph = Graph::new(&moved, cloud.graph().offsets(), cloud.graph().indices()).unwrap();
         let mut found = PairFactors::new(&graph, &FactorSettings {
             influence_radius: InfluenceRadius::Length(cloud.radius * scale),

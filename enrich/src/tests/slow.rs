@@ -28,6 +28,13 @@ impl Cloud {
         Self::joined(x, radius * spacing)
     }
 
+    /// A block of 7 x 7 x 7 nodes, one apart, about the origin.
+    pub(crate) fn block() -> Self {
+        let at = |k: u32| f64::from(k) - 3.0;
+        let nodes = (0..343).map(|k| DVec3::new(at(k % 7), at(k / 7 % 7), at(k / 49)));
+        Self::joined(nodes.collect(), 1.9)
+    }
+
     pub(crate) fn joined(x: Vec<DVec3>, radius: f64) -> Self {
         let (mut offsets, mut indices) = (vec![0], Vec::new());
         for (i, p) in x.iter().enumerate() {

@@ -56,14 +56,11 @@ pub(super) fn legend(show: Show) -> Option<(ColorScale, &'static str)> {
 
 /// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
 fn lattices(member: &Member) -> Vec<DrawnMesh> {
-    let Some(Factors::Grids(grids)) = member.cutting.as_ref().map(|cutting| cutting.factors())
-    else {
-        return Vec::new();
-    };
     let Some((scale, _)) = legend(Show::Lattice) else {
         return Vec::new();
     };
-    let lattices = grids.lattices().map(|grid| {
+    let factors = member.cutting.iter().map(|cutting| cutting.factors());
+    let lattices = factors.flat_map(Factors::lattices).map(|grid| {
         let point = move |k: usize| (grid.lattice_point(k), grid.values()[k].phi);
         (grid.size(), point)
     });

@@ -456,10 +456,6 @@ fn model_cases() -> Vec<Case> {
             "grid without cells",
             "bodies[0].cut_rule=Grid(cells: (8, 0, 8))",
         ),
-        set(
-            "transparency of exponent 0",
-            "bodies[0].cut_rule=Transparency(exponent: 0)",
-        ),
         set("misspelt precision", "bodies[0].precision=Singel"),
         set(
             "implicit scheme with viscous damping",

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_enrich::{
-    Blade, CutSettings, Cuts, CutsMark, DeformedBody, Factors, Graph, SMALLEST_PART, Sweep,
-    connected_pieces, is_parted, nodes_in_small_pieces,
+    Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, SMALLEST_PART, Sweep, connected_pieces,
+    is_parted, nodes_in_small_pieces,
 };
 use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
@@ -58,8 +58,6 @@ struct Stroke {
     cut: usize,
     /// Place among all strokes so far.
     number: usize,
-    /// Whether it has cut anything.
-    cuts: bool,
     /// `None` in a stroke that is being replayed.
     blade: Option<Blade>,
 }
@@ -95,8 +93,8 @@ pub(crate) struct CapturedEdge {
 /// What a blade's edge added to the surface of its cut; no pair, row or force knows of it yet.
 #[derive(Debug)]
 pub(crate) struct Swept {
-    /// The surface before.
-    before: CutsMark,
+    /// Vertices and triangles of the surface before.
+    before: (usize, usize),
     /// The blade where its edge is now.
     blade: Blade,
     sweep: Sweep,
@@ -231,7 +229,7 @@ impl Cutting {
             open.blade = Some(swept.blade);
         }
         self.missed += swept.missed;
-        let first = swept.before.triangle_count();
+        let (_, first) = swept.before;
         let update = self.weaken(body, (cut, stroke), first, &swept.sweep, phase);
         (update, swept.sweep)
     }
@@ -360,7 +358,6 @@ impl Cutting {
             self.strokes.push(Stroke {
                 cut,
                 number,
-                cuts: false,
                 blade: None,
             });
         }
@@ -387,7 +384,7 @@ impl Cutting {
         let graph = &body.neighborhoods;
         let deformed = DeformedBody {
             rest: &body.rest,
-            present: Graph::trusted(positions, graph.offsets(), graph.indices()),
+            present: Graph::new_unchecked(positions, graph.offsets(), graph.indices()),
             spacing: body.spacing,
             inside: &|point| body.solid.contains(point),
             preimage: &|world, seen| {
@@ -398,7 +395,8 @@ impl Cutting {
             known: &|pair| self.factors.factor(pair) < 1.0,
         };
         let ends = phase == StrokePhase::End;
-        let before = self.cuts.mark();
+        let (vertices, triangles) = self.cuts.surface();
+        let before = (vertices.len(), triangles.len());
         self.cuts
             .set_weld_tolerance(weld_tolerance_of(body, weld_tolerance));
         match blade.sweep(edge, &mut self.cuts, &deformed, ends) {
@@ -409,7 +407,7 @@ impl Cutting {
                 missed,
             }),
             Err(error) => {
-                self.cuts.go_back(&before);
+                self.cuts.truncate(before.0, before.1);
                 Err(error.into())
             }
         }
@@ -417,7 +415,8 @@ impl Cutting {
 
     /// Undoes [`Cutting::sweep`].
     pub(crate) fn take_back(&mut self, swept: &Swept) {
-        self.cuts.go_back(&swept.before);
+        let (vertices, triangles) = swept.before;
+        self.cuts.truncate(vertices, triangles);
     }
 
     /// Weakens the pairs that the new part of a cut crosses, and ends the stroke with its last edge.
@@ -432,12 +431,7 @@ impl Cutting {
         let new = first..self.cuts.triangle_count();
         let triangles = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let mut touched = Vec::new();
-        let open = self.strokes.iter_mut().find(|open| open.cut == cut);
-        if let (Some(open), false) = (open, new.is_empty()) {
-            if let (false, Some(ends)) = (open.cuts, &sweep.ends) {
-                open.cuts = true;
-                self.factors.start(stroke, ends[0]);
-            }
+        if !new.is_empty() {
             let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
             let inside = |point| body.solid.contains_within(point, round_off);
             let front = (stroke, sweep.ends);
@@ -506,7 +500,7 @@ fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
 
 /// The body's nodes and pairs, as the factors read them.
 pub(crate) fn graph_of(body: &Body) -> Graph<'_> {
-    Graph::trusted(
+    Graph::new_unchecked(
         &body.rest,
         body.neighborhoods.offsets(),
         body.neighborhoods.indices(),

@@ -36,14 +36,10 @@ impl Form {
     pub const DIFFRACTION: Self = Self::Rule(Rule::Diffraction);
 
     /// All forms that are compared.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::DIFFRACTION,
         Self::Finished,
         Self::Rule(Rule::Visibility),
-        Self::Rule(Rule::Transparency {
-            kappa: 0.5,
-            exponent: 2.0,
-        }),
         Self::Grid(GridForm::OneSided),
         Self::Grid(GridForm::OneSidedMean),
         Self::Grid(GridForm::Product),
@@ -58,7 +54,6 @@ impl Form {
             Self::Rule(Rule::Diffraction) => "diffraction (default)",
             Self::Finished => "diffraction, finished",
             Self::Rule(Rule::Visibility) => "visibility",
-            Self::Rule(Rule::Transparency { .. }) => "transparency",
             Self::Grid(GridForm::Product) => "grid, product of phi",
             Self::Grid(GridForm::OneSided) => "grid, one-sided",
             Self::Grid(GridForm::OneSidedMean) => "grid, one-sided mean",

@@ -64,7 +64,7 @@ impl Plate {
 
     /// Its nodes and pairs, as factors read them.
     pub(super) fn coupled(&self) -> Graph<'_> {
-        Graph::trusted(
+        Graph::new_unchecked(
             &self.block.rest,
             self.block.graph.offsets(),
             self.block.graph.indices(),

@@ -2,8 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use phyxel_enrich::{
-    CutSettings, EnrichmentGrid, GridSettings, PlanarCuts, Rule, Scratch, product_of_segments,
-    segment_enrichment,
+    CutSettings, Cuts, EnrichmentGrid, GridSettings, Rule, product_of_segments, segment_enrichment,
 };
 use phyxel_mls::Kernel;
 
@@ -51,12 +50,22 @@ fn surface(field: impl Fn(DVec2) -> f64, range: [f64; 2]) -> Image {
 }
 
 /// Factor between a point and a probe: what a node there knows of the other.
-fn factor(rule: Rule, cuts: &PlanarCuts, p: DVec2, probe: DVec2) -> f64 {
+fn factor(rule: Rule, cuts: &Cuts, p: DVec2, probe: DVec2) -> f64 {
     let inside = |p: DVec3| p.cmpge(DVec3::ZERO).all() && p.cmple(DVec3::ONE).all();
     let reach = 3.0 * p.distance(probe).max(1e-9);
-    let mut scratch = Scratch::default();
     let (a, b) = (p.extend(0.0), probe.extend(0.0));
-    rule.factor(cuts, a, b, reach, &inside, &mut scratch)
+    rule.factor(cuts, a, b, reach, &inside)
+}
+
+/// A cut along a polyline of the plane, by upright blades.
+fn upright(line: &[DVec2]) -> Result<Cuts, StudyError> {
+    let blade = |p: DVec2| [p.extend(-2.0), p.extend(2.0)];
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(0.02));
+    let stroke = cuts.start(&blade(line[0]))?;
+    for &point in &line[1..] {
+        cuts.append(stroke, &blade(point))?;
+    }
+    Ok(cuts)
 }
 
 pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
@@ -81,8 +90,8 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
             let label = format!("{name}-{pieces}");
             // Figure 24: the common frame, turning as the cut grows.
             let mut image = Image::new();
-            let (origin, along) = grid.frame();
-            let (origin, along) = (origin.truncate(), along.truncate());
+            let (origin, normal) = grid.frame();
+            let (origin, along) = (origin.truncate(), -normal.truncate().perp());
             image.polyline(&[origin - 2.0 * along, origin + 2.0 * along], [200.0; 3]);
             image.arrow(origin, origin + 0.3 * along, [40.0, 70.0, 200.0]);
             image.arrow(origin, origin + 0.3 * along.perp(), [40.0, 150.0, 60.0]);
@@ -115,8 +124,7 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
                 let image = picture(field, range, levels, line);
                 drawn.push(Drawn::new(number, format!("{what}, {label}"), &image));
             }
-            let mut cuts = PlanarCuts::new(&CutSettings::for_spacing(0.02));
-            cuts.add_polyline(line)?;
+            let cuts = upright(line)?;
             let probe = DVec2::new(0.5, 0.65);
             let image = picture(
                 |p| factor(Rule::Diffraction, &cuts, p, probe),
@@ -136,8 +144,7 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
 /// Figure 18: the weight of a node beside the tip of a cut.
 fn influences() -> Result<Vec<Drawn>, StudyError> {
     let line = [DVec2::new(-0.3, 0.5), DVec2::new(0.55, 0.5)];
-    let mut cuts = PlanarCuts::new(&CutSettings::for_spacing(0.02));
-    cuts.add_polyline(&line)?;
+    let cuts = upright(&line)?;
     let (node, radius) = (DVec2::new(0.4, 0.38), 0.45);
     let rules = [
         (Rule::Visibility, "(a) visibility"),

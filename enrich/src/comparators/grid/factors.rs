@@ -33,8 +33,7 @@ impl GridForm {
 /// Factors of all pairs from the grids of all cuts, multiplied over cuts (eq. (38) between cuts).
 ///
 /// Pairs of which a node is farther from the cut than its support radius keep the factor 1. Values are
-/// looked up at the nearest lattice point, as in the dissertation, but on the node's own side
-/// ([`EnrichmentGrid::on_its_side`]).
+/// looked up at the nearest lattice point, as in the dissertation, but on the node's own side.
 ///
 /// # Arguments
 /// * `grids` -- one per cut, or per sheet of it, rebuilt for each new piece of it.

@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use super::Enrichment;
+use crate::bounds::Bounds;
 use crate::face::nearest_on_triangle;
-use crate::index::Bounds;
-use crate::predicate::{left_of, segments_cross};
+use crate::predicate::left_of;
 
 /// Why the enrichment grid of a cut would be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -80,23 +80,7 @@ pub(in crate::comparators) fn piece_between(
 const SMALLEST_MEAN: f64 = 0.5;
 
 #[derive(Debug, Clone)]
-pub(super) enum Frame {
-    Planar(Planar),
-    Spatial(Spatial),
-}
-
-#[derive(Debug, Clone)]
-pub(super) struct Planar {
-    points: Vec<DVec2>,
-    /// `p0` and the unit direction of `θ0`, eqs. (39) and (40).
-    pub(super) origin: DVec2,
-    pub(super) along: DVec2,
-    /// t-coordinates of the points, eq. (42), increasing.
-    t: Vec<f64>,
-}
-
-#[derive(Debug, Clone)]
-pub(super) struct Spatial {
+pub(super) struct Frame {
     blades: Vec<[DVec3; 2]>,
     /// `c0` and `n0`, eqs. (45) and (46).
     pub(super) origin: DVec3,
@@ -109,53 +93,11 @@ pub(super) struct Spatial {
     beside: f64,
 }
 
-/// [`Spatial::beside`] over the size of the cut: far above rounding, far below any lattice.
+/// [`Frame::beside`] over the size of the cut: far above rounding, far below any lattice.
 const BESIDE: f64 = 1e-12;
 
 impl Frame {
-    pub(super) fn planar(points: &[DVec2]) -> Result<Self, GridError> {
-        if points.len() < 2 {
-            return Err(GridError::TooFewPoints {
-                found: points.len(),
-            });
-        }
-        if let Some(point) = points.iter().position(|p| !p.is_finite()) {
-            return Err(GridError::NotFinite { point });
-        }
-        let (mut total, mut origin, mut mean) = (0.0, DVec2::ZERO, DVec2::ZERO);
-        for (piece, w) in points.windows(2).enumerate() {
-            let length = w[0].distance(w[1]);
-            if length <= 0.0 {
-                return Err(GridError::DegeneratePiece { piece });
-            }
-            total += length;
-            origin += length * w[0].midpoint(w[1]);
-            // Directions are averaged as vectors: eq. (40) averages angles, which wraps at ±π.
-            mean += w[1] - w[0];
-        }
-        let (origin, mean) = (origin / total, mean / total);
-        if mean.length() < SMALLEST_MEAN {
-            return Err(GridError::NoCommonFrame {
-                length: mean.length(),
-            });
-        }
-        let along = mean.normalize();
-        let t: Vec<f64> = points.iter().map(|&p| along.dot(p - origin)).collect();
-        if let Some(piece) = t.windows(2).position(|w| w[1] <= w[0]) {
-            return Err(GridError::OverlappingProjection {
-                first: piece.saturating_sub(1),
-                second: piece,
-            });
-        }
-        Ok(Self::Planar(Planar {
-            points: points.to_vec(),
-            origin,
-            along,
-            t,
-        }))
-    }
-
-    pub(super) fn spatial(blades: &[[DVec3; 2]]) -> Result<Self, GridError> {
+    pub(super) fn new(blades: &[[DVec3; 2]]) -> Result<Self, GridError> {
         if blades.len() < 2 {
             return Err(GridError::TooFewPoints {
                 found: blades.len(),
@@ -199,7 +141,7 @@ impl Frame {
             .map(|&[p, q]| (project(p), normal.cross(project(q) - project(p))))
             .collect();
         let bounds = Bounds::of(blades.as_flattened());
-        let frame = Spatial {
+        let frame = Self {
             blades: blades.to_vec(),
             origin,
             normal,
@@ -208,68 +150,19 @@ impl Frame {
             beside: BESIDE * bounds.low.distance(bounds.high),
         };
         frame.check()?;
-        Ok(Self::Spatial(frame))
-    }
-
-    pub(super) fn is_planar(&self) -> bool {
-        matches!(self, Self::Planar(_))
+        Ok(frame)
     }
 
     pub(super) fn bounds(&self) -> Bounds {
-        match self {
-            Self::Planar(frame) => {
-                let points: Vec<DVec3> = frame.points.iter().map(|p| p.extend(0.0)).collect();
-                Bounds::of(&points)
-            }
-            Self::Spatial(frame) => Bounds::of(frame.blades.as_flattened()),
-        }
+        Bounds::of(self.blades.as_flattened())
     }
 
-    /// Cosine of the largest angle between a triangle and the common plane; 1 in the plane.
+    /// Cosine of the largest angle between a triangle and the common plane.
     pub(super) fn least_cosine(&self) -> f64 {
-        let Self::Spatial(frame) = self else {
-            return 1.0;
-        };
-        let cosines = frame.triangles.iter().map(|(.., n)| n.dot(frame.normal));
+        let cosines = self.triangles.iter().map(|(.., n)| n.dot(self.normal));
         cosines.fold(1.0, f64::min)
     }
 
-    pub(super) fn evaluate(&self, point: DVec3) -> Enrichment {
-        match self {
-            Self::Planar(frame) => frame.evaluate(point.truncate()),
-            Self::Spatial(frame) => frame.evaluate(point),
-        }
-    }
-}
-
-fn enrichment(region: usize, s: f64, d_plus: f64) -> Enrichment {
-    let distance = d_plus.hypot(s);
-    Enrichment {
-        region: crate::obstacle::index32(region),
-        s,
-        d_plus,
-        distance,
-        phi: if distance > 0.0 {
-            (s / distance).clamp(-1.0, 1.0)
-        } else {
-            1.0
-        },
-    }
-}
-
-impl Planar {
-    fn evaluate(&self, point: DVec2) -> Enrichment {
-        let last = self.t.len() - 1;
-        let t = self.along.dot(point - self.origin); // eq. (41)
-        let region = self.t[1..last].partition_point(|&end| end < t);
-        let (a, b) = (self.points[region], self.points[region + 1]);
-        let s = (b - a).normalize().perp_dot(point - a); // eq. (44)
-        let d_plus = (self.t[0] - t).max(0.0) + (t - self.t[last]).max(0.0); // eq. (43)
-        enrichment(region, s, d_plus)
-    }
-}
-
-impl Spatial {
     fn region(&self, projected: DVec3) -> usize {
         let groups = self.blades.len() - 1;
         let mut region = 0;
@@ -282,7 +175,7 @@ impl Spatial {
         region
     }
 
-    fn evaluate(&self, point: DVec3) -> Enrichment {
+    pub(super) fn evaluate(&self, point: DVec3) -> Enrichment {
         let projected = point - self.normal.dot(point - self.origin) * self.normal;
         let region = self.region(projected);
         let distance = |k: usize| {
@@ -309,7 +202,8 @@ impl Spatial {
         let flat = |p: DVec3| DVec2::new(across.dot(p), up.dot(p));
         let triangles: Vec<[DVec2; 3]> =
             self.triangles.iter().map(|(_, t, _)| t.map(flat)).collect();
-        let size = self.bounds_diagonal();
+        let bounds = self.bounds();
+        let size = bounds.low.distance(bounds.high);
         for (k, &[p, q, r]) in triangles.iter().enumerate() {
             if (q - p).perp_dot(r - p) <= 1e-12 * size * size {
                 // Seen from behind or on edge: it covers its neighbour.
@@ -334,16 +228,26 @@ impl Spatial {
             if region != piece {
                 return Err(GridError::AmbiguousRegion {
                     piece,
-                    region: crate::obstacle::index32(region),
+                    region: crate::index32(region),
                 });
             }
         }
         Ok(())
     }
+}
 
-    fn bounds_diagonal(&self) -> f64 {
-        let bounds = Bounds::of(self.blades.as_flattened());
-        bounds.low.distance(bounds.high)
+fn enrichment(region: usize, s: f64, d_plus: f64) -> Enrichment {
+    let distance = d_plus.hypot(s);
+    Enrichment {
+        region: crate::index32(region),
+        s,
+        d_plus,
+        distance,
+        phi: if distance > 0.0 {
+            (s / distance).clamp(-1.0, 1.0)
+        } else {
+            1.0
+        },
     }
 }
 
@@ -355,9 +259,10 @@ fn triangles_overlap(a: [DVec2; 3], b: [DVec2; 3]) -> bool {
         t.map(|p| p.lerp(middle, 1e-6))
     };
     let (a, b) = (shrink(a), shrink(b));
-    let inside = |t: &[DVec2; 3], p: DVec2| (0..3).all(|k| left_of(t[k], t[(k + 1) % 3], p));
-    inside(&a, b[0])
-        || inside(&b, a[0])
-        || (0..3)
-            .any(|i| (0..3).any(|j| segments_cross(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3])))
+    // They are apart if all corners of one lie to the right of an edge of the other.
+    let apart = |t: &[DVec2; 3], other: &[DVec2; 3]| {
+        let right_of = |k: usize| other.iter().all(|&p| !left_of(t[k], t[(k + 1) % 3], p));
+        (0..3).any(right_of)
+    };
+    !apart(&a, &b) && !apart(&b, &a)
 }

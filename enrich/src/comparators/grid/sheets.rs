@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::Frame;
 use super::{EnrichmentGrid, GridError, GridSettings};
-use crate::index::Bounds;
+use crate::bounds::Bounds;
 
 /// Cosine of the largest angle between a piece and the common plane of its sheet, 45 degrees: the text
 /// measures `d2⁺` in that plane, where it is shorter than along the piece by this.
@@ -21,7 +21,7 @@ const LEAST_COSINE_AT_START: f64 = 0.923_879_532_511_286_7;
 /// last piece of a sheet `d2⁺` is above 0 where that is tilted, so that its lattice does not sever there.
 /// Between the lattices of a cut factors are multiplied, as between cuts (eq. (38)).
 #[derive(Debug, Clone)]
-pub struct GridSheets {
+pub(crate) struct GridSheets {
     settings: GridSettings,
     /// Box of the body (m) and cells along x, y and z, for lattices as in the appendix.
     cells: Option<(Bounds, [u32; 3])>,
@@ -32,9 +32,8 @@ pub struct GridSheets {
 }
 
 impl GridSheets {
-    /// A cut that starts at an edge (m); `cells` as in [`EnrichmentGrid::from_blades_in`].
-    #[must_use]
-    pub fn new(
+    /// A cut that starts at an edge (m); `cells` as in [`EnrichmentGrid::within`].
+    pub(crate) fn new(
         edge: [DVec3; 2],
         settings: &GridSettings,
         cells: Option<(Bounds, [u32; 3])>,
@@ -53,7 +52,7 @@ impl GridSheets {
     /// [`GridError`] if not even the piece between the last edge and this one alone has a lattice. The
     /// lattices that there are stay, the next sheet begins at this edge, and pairs that the piece
     /// crosses are to be weakened by another rule.
-    pub fn append(&mut self, edge: [DVec3; 2]) -> Result<(), GridError> {
+    pub(crate) fn append(&mut self, edge: [DVec3; 2]) -> Result<(), GridError> {
         self.ends.push(edge);
         let count = self.ends.len();
         if let Ok(frame) = frame_within(&self.ends, LEAST_COSINE)
@@ -82,8 +81,8 @@ impl GridSheets {
         Ok(())
     }
 
-    /// Goes on from another edge (m), without a piece between the last one and that.
-    pub fn go_on_from(&mut self, edge: [DVec3; 2]) {
+    /// Continues from another edge (m), without a piece between the last one and that.
+    pub(crate) fn continue_from(&mut self, edge: [DVec3; 2]) {
         self.ends = vec![edge];
     }
 
@@ -93,27 +92,25 @@ impl GridSheets {
     }
 
     /// The lattices.
-    #[must_use]
-    pub fn grids(&self) -> &[EnrichmentGrid] {
+    pub(crate) fn grids(&self) -> &[EnrichmentGrid] {
         &self.grids
     }
 
     /// Bytes held on the heap, about.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         let lattices: usize = self.grids.iter().map(EnrichmentGrid::bytes).sum();
         lattices + self.ends.capacity() * size_of::<[DVec3; 2]>()
     }
 
     fn lattice(&self, frame: Frame) -> Result<EnrichmentGrid, GridError> {
-        EnrichmentGrid::build(frame, &self.settings, self.cells)
+        EnrichmentGrid::within(frame, &self.settings, self.cells)
     }
 }
 
 /// The common frame of the pieces between edges (m), none of which may turn from it by more than
 /// `least_cosine` says.
 fn frame_within(ends: &[[DVec3; 2]], least_cosine: f64) -> Result<Frame, GridError> {
-    let frame = Frame::spatial(ends)?;
+    let frame = Frame::new(ends)?;
     match frame.least_cosine() {
         least if least < least_cosine => Err(GridError::NoCommonFrame { length: least }),
         _ => Ok(frame),

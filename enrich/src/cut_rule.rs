@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 
 use crate::checks::{BadSetting, Checks};
-use crate::comparators::{GridFactors, GridSettings};
+use crate::comparators::{EnrichmentGrid, GridFactors, GridSettings};
 use crate::cuts::Cuts;
 use crate::factors::{FactorSettings, PairFactors};
 use crate::graph::{Graph, InfluenceRadius};
@@ -20,7 +20,7 @@ use crate::rule::Rule;
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum CutRule {
-    /// By the shortest way round the cut: the diffraction criterion.
+    /// By the shortest path around the cut: the diffraction criterion.
     #[cfg_attr(feature = "schemars", schemars(extend("x-former" = "Detour")))]
     Diffraction {
         /// Influence radius of a node, in mean lengths of its pairs.
@@ -33,17 +33,7 @@ pub enum CutRule {
     },
     /// Nothing passes a cut; for comparison, the crack acts up to half a spacing too long.
     Visibility,
-    /// By the distance of the crossing from the cut's nearest edge; for comparison, made for straight
-    /// cuts.
-    Transparency {
-        /// Depth from which nothing passes, as a share of the influence radius.
-        #[cfg_attr(feature = "serde", serde(default = "CutRule::default_depth"))]
-        depth: f64,
-        /// Exponent, 2 or more.
-        #[cfg_attr(feature = "serde", serde(default = "CutRule::default_exponent"))]
-        exponent: f64,
-    },
-    /// The dissertation's enrichment grid, one for each cut, built anew at each capture (Aras 2014,
+    /// The dissertation's enrichment grid, one for each cut, built again at each blade sample (Aras 2014,
     /// eqs. (39)-(48), (64)); for comparison. Of a blade's edge it takes the two ends in the body. Where
     /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Diffraction()` decides the
     /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
@@ -51,7 +41,7 @@ pub enum CutRule {
         /// Distance (m) of its points; half the distance of nodes where not given.
         #[cfg_attr(feature = "serde", serde(default))]
         spacing: Option<f64>,
-        /// Margin (m) round the cut; three distances of nodes where not given.
+        /// Margin (m) around the cut; three distances of nodes where not given.
         #[cfg_attr(feature = "serde", serde(default))]
         inflate: Option<f64>,
         /// Numbers of its cells along x, y and z over the body's box with the margin, in place of
@@ -73,12 +63,6 @@ impl CutRule {
                 checks.positive("influence_radius", influence_radius, hint);
             }
             Self::Visibility => {}
-            Self::Transparency { depth, exponent } => {
-                checks.positive("depth", depth, "");
-                let holds = exponent.is_finite() && exponent >= 2.0;
-                let must = "it must be finite and 2 or more";
-                checks.require("exponent", exponent, holds, must, &[]);
-            }
             Self::Grid {
                 spacing,
                 inflate,
@@ -107,16 +91,6 @@ impl CutRule {
     const fn default_influence_radius() -> f64 {
         2.0
     }
-
-    #[cfg(feature = "serde")]
-    const fn default_depth() -> f64 {
-        1.0
-    }
-
-    #[cfg(feature = "serde")]
-    const fn default_exponent() -> f64 {
-        2.0
-    }
 }
 
 impl Default for CutRule {
@@ -127,17 +101,16 @@ impl Default for CutRule {
     }
 }
 
-/// Parts of fewer nodes are debris. They are not taken for a part that a cut parts from the rest: right at a front are nodes all
-/// of whose pairs it bends. Other bounds were not tried.
+/// Parts of fewer nodes are debris, not a part that a cut parts from the rest: right at a front are nodes all of
+/// whose pairs it bends.
 pub const SMALLEST_PART: usize = 12;
 
-/// Factors of either kind.
+/// Factors of all pairs by a rule of choice.
 #[derive(Debug, Clone)]
-pub enum Factors {
-    /// Pair by pair, where a cut crosses it.
-    Pairs(PairFactors),
-    /// From the dissertation's grids, one for each stroke.
-    Grids(Box<GridFactors>),
+pub struct Factors {
+    pairs: PairFactors,
+    /// The dissertation's grids, for each stroke.
+    grids: Option<Box<GridFactors>>,
 }
 
 impl Factors {
@@ -147,110 +120,97 @@ impl Factors {
     /// If there is not one radius for each node.
     #[must_use]
     pub fn new(rule: CutRule, graph: &Graph<'_>, radii: Vec<f64>, spacing: f64) -> Self {
-        let usual = FactorSettings::default();
-        let settings = match rule {
-            CutRule::Diffraction { influence_radius } => FactorSettings {
-                influence_radius: InfluenceRadius::Neighbors(influence_radius),
-                rule: Rule::Diffraction,
-            },
-            CutRule::Visibility => FactorSettings {
-                rule: Rule::Visibility,
-                ..usual
-            },
-            CutRule::Transparency { depth, exponent } => FactorSettings {
-                rule: Rule::Transparency {
-                    kappa: depth,
-                    exponent,
-                },
-                ..usual
-            },
+        assert_eq!(radii.len(), graph.positions.len(), "one radius per node");
+        let mut settings = FactorSettings::default();
+        let mut grids = None;
+        match rule {
+            CutRule::Diffraction { influence_radius } => {
+                settings.influence_radius = InfluenceRadius::Neighbors(influence_radius);
+            }
+            CutRule::Visibility => settings.rule = Rule::Visibility,
             CutRule::Grid {
                 spacing: points,
                 inflate,
                 cells,
             } => {
-                let ours = GridSettings::for_spacing(spacing);
+                let usual = GridSettings::for_spacing(spacing);
                 let settings = GridSettings {
-                    spacing: points.unwrap_or(ours.spacing),
-                    inflate: inflate.unwrap_or(ours.inflate),
-                    ..ours
+                    spacing: points.unwrap_or(usual.spacing),
+                    inflate: inflate.unwrap_or(usual.inflate),
+                    ..usual
                 };
-                let grids =
-                    GridFactors::new(graph, radii, &settings, cells.map(|cells| cells.into()));
-                return Self::Grids(Box::new(grids));
+                let cells = cells.map(|cells| cells.into());
+                grids = Some(Box::new(GridFactors::new(graph, radii, &settings, cells)));
             }
-        };
-        Self::Pairs(PairFactors::new(graph, &settings))
+        }
+        let pairs = PairFactors::new(graph, &settings);
+        Self { pairs, grids }
     }
 
-    /// Factor of a directed pair.
+    /// Factor of a directed pair, by its position in the graph's indices.
     #[must_use]
     pub fn factor(&self, pair: usize) -> f64 {
-        match self {
-            Self::Pairs(factors) => factors.factor(pair),
-            Self::Grids(grids) => grids.factor(pair),
+        match &self.grids {
+            Some(grids) => grids.factors[pair],
+            None => self.pairs.factor(pair),
         }
     }
 
     /// How a cut ends beside a node, see [`PairFactors::front_matrix`]; zero with the dissertation's grids, which know no
-    /// ways.
+    /// paths.
     ///
     /// # Panics
     /// If there is no such node, or the graph has other numbers of nodes and pairs than that of the start.
     #[must_use]
     pub fn front_matrix(&self, graph: &Graph<'_>, node: usize) -> DMat3 {
-        match self {
-            Self::Pairs(factors) => factors.front_matrix(graph, node),
-            Self::Grids(_) => DMat3::ZERO,
+        match &self.grids {
+            Some(_) => DMat3::ZERO,
+            None => self.pairs.front_matrix(graph, node),
         }
     }
 
     /// Number of undirected pairs whose factor is below 1.
     #[must_use]
     pub fn crossed_count(&self) -> usize {
-        match self {
-            Self::Pairs(factors) => factors.crossed_count(),
-            Self::Grids(grids) => grids.crossed_count(),
+        match &self.grids {
+            Some(grids) => grids.factors.iter().filter(|f| **f < 1.0).count() / 2,
+            None => self.pairs.crossed_count(),
         }
     }
 
     /// Number of undirected pairs whose factor is 0.
     #[must_use]
     pub fn severed_count(&self) -> usize {
-        match self {
-            Self::Pairs(factors) => factors.severed_count(),
-            Self::Grids(grids) => grids.severed_count(),
+        match &self.grids {
+            Some(grids) => grids.factors.iter().filter(|f| **f == 0.0).count() / 2,
+            None => self.pairs.severed_count(),
         }
     }
 
     /// Heap bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        match self {
-            Self::Pairs(factors) => factors.bytes(),
-            Self::Grids(grids) => grids.bytes(),
-        }
+        self.pairs.bytes() + self.grids.as_ref().map_or(0, |grids| grids.bytes())
     }
 
-    /// Lattices of the dissertation's grids and undirected pairs without one; `None` where the rule is
-    /// another.
+    /// Lattices of the dissertation's grids, stroke by stroke; none where the rule is another.
+    pub fn lattices(&self) -> impl Iterator<Item = &EnrichmentGrid> {
+        self.grids.iter().flat_map(|grids| grids.lattices())
+    }
+
+    /// Number of lattices, and of undirected pairs that no lattice decides and [`PairFactors`] weakens or severs; `None`
+    /// where the rule is another.
     #[must_use]
     pub fn grid_counts(&self) -> Option<(usize, usize)> {
-        match self {
-            Self::Pairs(_) => None,
-            Self::Grids(grids) => Some((grids.lattice_count(), grids.count_without_lattice())),
-        }
-    }
-
-    /// Notes where the front of a stroke starts to cut.
-    pub fn start(&mut self, stroke: usize, ends: [DVec3; 2]) {
-        if let Self::Grids(grids) = self {
-            grids.start(stroke, ends);
-        }
+        let grids = self.grids.as_ref()?;
+        Some((grids.lattices().count(), grids.count_without_lattice()))
     }
 
     /// Brings the factors up to date with the `new` triangles, by which a cut grew as the front of a
-    /// stroke went from ends to ends; the nodes of the pairs that changed, rising.
+    /// stroke went from ends to ends (m); the nodes of the pairs that changed, ascending.
+    ///
+    /// # Panics
+    /// As [`PairFactors::update`].
     pub fn update(
         &mut self,
         graph: &Graph<'_>,
@@ -259,13 +219,12 @@ impl Factors {
         front: (usize, Option<[[DVec3; 2]; 2]>),
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Vec<u32> {
-        match self {
-            Self::Pairs(factors) => {
-                let mut touched = factors.update(graph, cuts, new, inside);
-                factors.sever_ligaments(graph, &mut touched, SMALLEST_PART);
-                touched.nodes
-            }
-            Self::Grids(grids) => grids.update(graph, cuts, new, front, inside),
+        let mut touched = self.pairs.update(graph, cuts, new.clone(), inside);
+        if let Some(grids) = &mut self.grids {
+            return grids.update(graph, cuts, new, front, &self.pairs);
         }
+        let smallest = SMALLEST_PART;
+        self.pairs.sever_ligaments(graph, &mut touched, smallest);
+        touched.nodes
     }
 }

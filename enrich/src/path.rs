@@ -1,27 +1,28 @@
-//! The shortest free way round a cut.
+//! The shortest free path around a cut.
 
 use glam::DVec3;
 
-use crate::index::Bounds;
-use crate::obstacle::{DiffractionPoint, Obstacle};
+use crate::bounds::Bounds;
+use crate::cuts::Cuts;
+use crate::edges::DiffractionPoint;
 
 /// Work space of a search; contents do not matter.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct WayScratch {
+pub(crate) struct PathScratch {
     near: Vec<u32>,
     stops: Vec<Stop>,
     path: Vec<(u32, DiffractionPoint)>,
 }
 
-/// An edge that a way may pass round.
+/// An edge that a path may bend around.
 #[derive(Debug, Clone, Copy)]
 struct Stop {
     id: u32,
-    /// Length of the way round this edge alone: no way over the edge is shorter.
+    /// Length of the path around this edge alone: no path over the edge is shorter.
     least: f64,
-    /// Where the shortest way found so far passes it.
+    /// Where the shortest path found so far passes it.
     diffraction: DiffractionPoint,
-    /// Length of that way from its start; infinite while none is known.
+    /// Length of that path from its start; infinite while none is known.
     reached: f64,
     /// The stop before this one on it.
     from: Option<usize>,
@@ -32,11 +33,11 @@ struct Stop {
 /// severs pairs at a joint that is not quite closed, and along a cut that overshoots the body by a little.
 pub(crate) const OFFSET: f64 = 0.05;
 
-/// Shares of the offset at which a way that is free at the whole offset is tried again, so that its
-/// length is that of a way that is there: over the edge itself but for round-off, or farther outside.
+/// Fractions of the offset at which a path that is free at the whole offset is tried again, so that its
+/// length is that of a path that is there: over the edge itself but for round-off, or farther outside.
 const TIGHTER: [f64; 2] = [1e-4, 0.125];
 
-/// Sweeps over the diffraction points of a way, each moved to its best place between its neighbours: at most so many,
+/// Sweeps over the diffraction points of a path, each moved to its best position between its neighbours: at most so many,
 /// and no more once a sweep gains less than `GAIN` of the length.
 const SWEEPS: usize = 60;
 const GAIN: f64 = 1e-6;
@@ -44,8 +45,8 @@ const GAIN: f64 = 1e-6;
 const EXCHANGES: usize = 10;
 
 /// What a search asks again and again.
-struct Ways<'a, C> {
-    cut: &'a C,
+struct Paths<'a> {
+    cut: &'a Cuts,
     inside: &'a (dyn Fn(DVec3) -> bool + Sync),
     /// Distance (m) from an edge at which a diffraction point must be free.
     offset: f64,
@@ -53,31 +54,31 @@ struct Ways<'a, C> {
     b: DVec3,
 }
 
-/// Length of a way (m), and the mean direction at its diffraction points out of the cut: of unit length, or zero where they
+/// Length of a path (m), and the mean direction at its diffraction points out of the cut: of unit length, or zero where they
 /// cancel.
-pub(crate) type Way = (f64, DVec3);
+pub(crate) type Path = (f64, DVec3);
 
-/// The shortest free way from `a` to `b`, if its length is below the influence `radius` (m).
+/// The shortest free path from `a` to `b`, if its length is below the influence `radius` (m).
 ///
-/// A way is free if, moved outward by the offset at each of its diffraction points, it crosses nothing and each of
-/// these lies in the body. Its length is that over the edges themselves where such a way is free as well, and
-/// that of a way a little outside of them where it is not.
+/// A path is free if, moved outward by the offset at each of its diffraction points, it crosses nothing and each of
+/// these lies in the body. Its length is that over the edges themselves where such a path is free as well, and
+/// that of a path a little outside of them where it is not.
 ///
-/// A way over an edge is never shorter than the one that passes there alone. The first free one of
-/// these in order of length is therefore the shortest of all but for ways over those before it, and
+/// A path over an edge is never shorter than the one that passes there alone. The first free one of
+/// these in order of length is therefore the shortest of all but for paths over those before it, and
 /// only if there are such is there anything to search.
-pub(crate) fn shortest_way<C: Obstacle>(
-    cut: &C,
+pub(crate) fn shortest_path(
+    cut: &Cuts,
     a: DVec3,
     b: DVec3,
     radius: f64,
     inside: &(dyn Fn(DVec3) -> bool + Sync),
-    scratch: &mut WayScratch,
-) -> Option<Way> {
-    let WayScratch { near, stops, path } = scratch;
+    scratch: &mut PathScratch,
+) -> Option<Path> {
+    let PathScratch { near, stops, path } = scratch;
     let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * radius);
     let ends = cut.diffraction_edges_into(&around, near);
-    // Sheets that go on all round part the neighbourhood: an odd number of them is between a and b.
+    // Where the cut does not end nearby, an odd number of crossings means that a and b are on different sides.
     if !ends && cut.crossings(a, b) % 2 == 1 {
         return None;
     }
@@ -97,7 +98,7 @@ pub(crate) fn shortest_way<C: Obstacle>(
         }
     }
     stops.sort_unstable_by(|x, y| x.least.total_cmp(&y.least).then(x.id.cmp(&y.id)));
-    let ways = Ways {
+    let paths = Paths {
         cut,
         inside,
         offset: OFFSET * radius,
@@ -110,7 +111,7 @@ pub(crate) fn shortest_way<C: Obstacle>(
         let Stop {
             id, diffraction, ..
         } = stops[shorter];
-        if let Some(length) = ways.length(&[(id, diffraction)])
+        if let Some(length) = paths.length(&[(id, diffraction)])
             && length < best.0
         {
             best = (length, diffraction.outward);
@@ -118,21 +119,21 @@ pub(crate) fn shortest_way<C: Obstacle>(
         shorter += 1;
     }
     stops.retain(|stop| {
-        stop.least < best.0 && inside(point_outside(&stop.diffraction, ways.offset))
+        stop.least < best.0 && inside(point_outside(&stop.diffraction, paths.offset))
     });
-    if stops.len() > 1 && ways.some_seen_from(a, stops) && ways.some_seen_from(b, stops) {
-        best = ways.search(best, stops, path, true);
-        best = ways.search(best, stops, path, false);
+    if stops.len() > 1 && paths.some_seen_from(a, stops) && paths.some_seen_from(b, stops) {
+        best = paths.search(best, stops, path, true);
+        best = paths.search(best, stops, path, false);
     }
     (best.0 < radius).then_some(best)
 }
 
-/// The place so far outside of a diffraction point.
+/// The point so far outside of a diffraction point.
 fn point_outside(diffraction: &DiffractionPoint, offset: f64) -> DVec3 {
     diffraction.point + offset * diffraction.outward
 }
 
-impl<C: Obstacle> Ways<'_, C> {
+impl Paths<'_> {
     fn some_seen_from(&self, end: DVec3, stops: &[Stop]) -> bool {
         stops.iter().any(|stop| {
             !self
@@ -141,7 +142,7 @@ impl<C: Obstacle> Ways<'_, C> {
         })
     }
 
-    /// Whether a way crosses nothing if its diffraction points are moved outward by `offset`.
+    /// Whether a path crosses nothing if its diffraction points are moved outward by `offset`.
     fn is_free(&self, path: &[(u32, DiffractionPoint)], offset: f64) -> bool {
         let mut last = self.a;
         for (_, diffraction) in path {
@@ -154,7 +155,7 @@ impl<C: Obstacle> Ways<'_, C> {
         !self.cut.crosses(last, self.b)
     }
 
-    /// Length of a way whose diffraction points are moved outward by `offset`.
+    /// Length of a path whose diffraction points are moved outward by `offset`.
     fn length_at(&self, path: &[(u32, DiffractionPoint)], offset: f64) -> f64 {
         let mut last = self.a;
         let mut length = 0.0;
@@ -166,7 +167,7 @@ impl<C: Obstacle> Ways<'_, C> {
         length + last.distance(self.b)
     }
 
-    /// Length of a way, if it is free.
+    /// Length of a path, if it is free.
     fn length(&self, path: &[(u32, DiffractionPoint)]) -> Option<f64> {
         let in_body = |(_, diffraction): &(u32, DiffractionPoint)| {
             (self.inside)(point_outside(diffraction, self.offset))
@@ -184,7 +185,7 @@ impl<C: Obstacle> Ways<'_, C> {
         })
     }
 
-    /// Whether the way from one place to a diffraction point, or from one to the other end, is free; a `tight` one
+    /// Whether the path from one point to a diffraction point, or from one to the other end, is free; a `tight` one
     /// also right beside the edges.
     fn sees(
         &self,
@@ -192,27 +193,27 @@ impl<C: Obstacle> Ways<'_, C> {
         to: Option<&DiffractionPoint>,
         tight: bool,
     ) -> bool {
-        let place = |diffraction: Option<&DiffractionPoint>, end: DVec3, offset: f64| {
+        let point = |diffraction: Option<&DiffractionPoint>, end: DVec3, offset: f64| {
             diffraction.map_or(end, |diffraction| point_outside(diffraction, offset))
         };
         let free = |offset: f64| {
-            let (from, to) = (place(from, self.a, offset), place(to, self.b, offset));
+            let (from, to) = (point(from, self.a, offset), point(to, self.b, offset));
             !self.cut.crosses(from, to)
         };
         free(self.offset) && (!tight || free(TIGHTER[0] * self.offset))
     }
 
-    /// The shortest way over any number of the stops, or `best` if none is shorter.
+    /// The shortest path over any number of the stops, or `best` if none is shorter.
     ///
-    /// Hart, Nilsson, Raphael 1968 with the straight line to the end as the bound. The place of a point
-    /// is the best between the stop before it and the end; all are moved to their best places at last.
+    /// Hart, Nilsson, Raphael 1968 with the straight line to the end as the bound. The position of a point
+    /// is the best between the stop before it and the end; all are moved to their best positions at last.
     fn search(
         &self,
-        best: Way,
+        best: Path,
         stops: &mut [Stop],
         path: &mut Vec<(u32, DiffractionPoint)>,
         tight: bool,
-    ) -> Way {
+    ) -> Path {
         for stop in &mut *stops {
             stop.reached = f64::INFINITY;
             stop.done = false;
@@ -250,7 +251,7 @@ impl<C: Obstacle> Ways<'_, C> {
         }
     }
 
-    /// Goes on from a stop, or from the start, to all stops that are seen from there.
+    /// Extends the search from a stop, or from the start, to all stops that are seen from there.
     fn extend(&self, from: Option<usize>, best: f64, stops: &mut [Stop], tight: bool) {
         let (start, reached) = match from {
             Some(k) => (Some(stops[k].diffraction), stops[k].reached),
@@ -277,7 +278,7 @@ impl<C: Obstacle> Ways<'_, C> {
         }
     }
 
-    /// Length of a way after its diffraction points were moved to their best places, or of the way itself if it is
+    /// Length of a path after its diffraction points were moved to their best positions, or of the path itself if it is
     /// free no more there.
     fn tightened(&self, path: &mut [(u32, DiffractionPoint)], stops: &[Stop]) -> Option<f64> {
         let before = self.length(path);
@@ -293,7 +294,7 @@ impl<C: Obstacle> Ways<'_, C> {
         }
     }
 
-    /// Moves each diffraction point along its edge to the best place between those beside it, again and again.
+    /// Moves each diffraction point along its edge to the best position between those beside it, again and again.
     fn sweep(&self, path: &mut [(u32, DiffractionPoint)]) {
         let mut length = self.length_at(path, 0.0);
         for _ in 0..SWEEPS {
@@ -309,7 +310,7 @@ impl<C: Obstacle> Ways<'_, C> {
         }
     }
 
-    /// Moves diffraction points to other edges where that makes the way shorter, as from one piece of a divided edge
+    /// Moves diffraction points to other edges where that makes the path shorter, as from one piece of a divided edge
     /// to the next; whether one was moved.
     fn exchange(&self, path: &mut [(u32, DiffractionPoint)], stops: &[Stop]) -> bool {
         let mut exchanged = false;
@@ -338,7 +339,7 @@ impl<C: Obstacle> Ways<'_, C> {
         exchanged
     }
 
-    /// Points of a way before and after one of its diffraction points.
+    /// Points of a path before and after one of its diffraction points.
     fn beside(&self, path: &[(u32, DiffractionPoint)], k: usize) -> (DVec3, DVec3) {
         let point = |&(_, diffraction): &(u32, DiffractionPoint)| diffraction.point;
         let last = path[..k].last().map_or(self.a, point);
