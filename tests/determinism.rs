@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use phyxel::output::{Interrupt, read_checkpoint, read_input};
-use phyxel::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, replay, resume, run};
 use phyxel::scene::Scene;
+use phyxel_cli::output::{Interrupt, read_checkpoint, read_input};
+use phyxel_cli::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, replay, resume, run};
 
 /// A block that hangs, is cut through and pushed while it settles into motion, and is drawn.
 const SCENE: &str = r#"(

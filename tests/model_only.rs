@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel::picture::Painter;
+use phyxel::Phase;
+use phyxel::World;
 use phyxel::scene::Scene;
-use phyxel::world::Phase;
-use phyxel::world::World;
+use phyxel_cli::picture::Painter;
 
 const BARE: &str =
     "version: 1, bodies: [(shape: Box(size: (0.04, 0.03, 0.05)), sampling: (target: Nodes(400)))],

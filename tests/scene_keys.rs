@@ -9,9 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel::run::{RunOptions, run};
+use phyxel::World;
 use phyxel::scene::{Override, Scene, key_reference};
-use phyxel::world::World;
+use phyxel_cli::run::{RunOptions, run};
 use rayon::prelude::*;
 use testkit::cloud::BOX_FACES;
 
@@ -54,11 +54,17 @@ const ROWS: &str = include_str!("scene_keys/rows.txt");
 const ELSEWHERE: [(&str, &str); 5] = [
     (
         "Shape.Mesh.largest_hole",
-        "sim/tests/cli: an open mesh is refused with the value that closes it",
+        "sim/app/tests/cli: an open mesh is refused with the value that closes it",
     ),
-    ("Scene.version", "sim/tests/cli: other versions are refused"),
+    (
+        "Scene.version",
+        "sim/app/tests/cli: other versions are refused",
+    ),
     ("Scene.description", "for people"),
-    ("Sampling.limit", "sim/tests/cli: more nodes are refused"),
+    (
+        "Sampling.limit",
+        "sim/app/tests/cli: more nodes are refused",
+    ),
     (
         "Observe.checkpoint",
         "tests/determinism.rs: runs go on from checkpoints",

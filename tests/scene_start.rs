@@ -5,7 +5,7 @@ use phyxel::scene::{
     Body, Cut, Key, Region, Rest, Scene, SceneError, Settle, Shape, Support, Target, TextError,
     Tool, ToolShape,
 };
-use phyxel::world::{World, WorldError};
+use phyxel::{World, WorldError};
 
 /// A small block that hangs from its top.
 fn hanging(limit: f64) -> Scene {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use phyxel::scene::{Pose, Scene};
-use phyxel::world::{Action, Input, InputError, World};
+use phyxel::{Action, Input, InputError, World};
 
 const BLOCK: &str = r#"
     version: 1,

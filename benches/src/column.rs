@@ -8,8 +8,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use phyxel::World;
 use phyxel::scene::{Body, Region, Sampling, Scene, Shape, Support, SupportMotion, Target};
-use phyxel::world::World;
 use serde::Serialize;
 
 use crate::error::StudyError;

@@ -1,7 +1,7 @@
 //! The largest eigenvalue by a method that shares nothing with the one that chooses the step.
 
 use glam::DVec3;
-use phyxel::world::Body;
+use phyxel::Body;
 use testkit::cloud::Random;
 
 /// Largest eigenvalue (1/s²) of `M⁻¹ K` of a body where it is now, from below.

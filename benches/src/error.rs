@@ -14,10 +14,10 @@ pub enum StudyError {
     Override(#[from] phyxel::scene::OverrideError),
     /// A body of a study cannot be built or moved.
     #[error("{0}")]
-    World(Box<phyxel::world::WorldError>),
+    World(Box<phyxel::WorldError>),
     /// A body of a study cannot be drawn.
     #[error(transparent)]
-    Picture(#[from] phyxel::picture::PictureError),
+    Picture(#[from] phyxel_cli::picture::PictureError),
     /// A kept state does not read as it was written.
     #[error("a kept state: {0}")]
     State(#[source] serde_json::Error),
@@ -70,7 +70,7 @@ pub enum StudyError {
     },
     /// A result cannot be written.
     #[error(transparent)]
-    Output(#[from] phyxel::output::OutputError),
+    Output(#[from] phyxel_cli::output::OutputError),
     /// A plot cannot be drawn.
     #[error("plot '{plot}': {reason}")]
     Plot {
@@ -141,8 +141,8 @@ pub enum StudyError {
     Grid(#[from] phyxel_enrich::GridError),
 }
 
-impl From<phyxel::world::WorldError> for StudyError {
-    fn from(error: phyxel::world::WorldError) -> Self {
+impl From<phyxel::WorldError> for StudyError {
+    fn from(error: phyxel::WorldError) -> Self {
         Self::World(Box::new(error))
     }
 }

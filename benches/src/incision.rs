@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 use phyxel::scene::{Capture, Scene, Target};
-use phyxel::world::{Member, World};
+use phyxel::{Member, World};
 use serde::Serialize;
 
 use crate::batch::Case;

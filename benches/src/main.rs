@@ -18,7 +18,7 @@ use benches::{
     matrix, organs, prove, random, spin,
 };
 use clap::{Args, Command, FromArgMatches, Subcommand};
-use phyxel::output::OutputFolder;
+use phyxel_cli::output::OutputFolder;
 use serde::Serialize;
 
 /// Name of the command that runs all of [`STUDIES`].

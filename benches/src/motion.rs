@@ -1,7 +1,7 @@
 //! Bodies that move from the start, which no scene can say.
 
 use glam::DVec3;
-use phyxel::world::{World, WorldState};
+use phyxel::{World, WorldState};
 use serde_json::{Value, json};
 
 use crate::error::StudyError;

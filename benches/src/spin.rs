@@ -1,8 +1,8 @@
 //! A free block that spins while it is cut: what nothing from outside acts on keeps its momenta.
 
 use glam::DVec3;
+use phyxel::World;
 use phyxel::scene::{Body, Capture, Cut, Key, Sampling, Scene, Shape, Target};
-use phyxel::world::World;
 use serde::Serialize;
 
 use crate::error::StudyError;
@@ -96,7 +96,7 @@ pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> 
         damping_ratio,
         angular,
         linear,
-        severed: cutting.map_or(0, phyxel::world::Cutting::severed_pairs),
+        severed: cutting.map_or(0, phyxel::Cutting::severed_pairs),
     })
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel::scene::{Rest, Scene};
-use phyxel::world::{Body, CutEnergy, Cutting, Member, World, WorldError};
+use phyxel::{Body, CutEnergy, Cutting, Member, World, WorldError};
 use phyxel_enrich::{SMALLEST_PART, connected_pieces};
 
 use crate::eigenvalue::largest_eigenvalue;

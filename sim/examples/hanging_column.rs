@@ -6,8 +6,8 @@
 #![allow(clippy::print_stdout, reason = "it prints what it found")]
 
 use glam::DVec3;
+use phyxel::World;
 use phyxel::scene::{Body, Region, Scene, Shape, Support, Target};
-use phyxel::world::World;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let length = 0.1;

@@ -5,10 +5,10 @@
 #![allow(clippy::print_stdout, reason = "it prints what it found")]
 
 use glam::DVec3;
+use phyxel::World;
 use phyxel::scene::{
     Body, Capture, Cut, Gravity, Key, Region, Scene, Shape, Support, SupportMotion, Target,
 };
-use phyxel::world::World;
 
 const STEPS: u64 = 100_000;
 const CUTS: u32 = 20;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let severed = member
             .cutting
             .as_ref()
-            .map_or(0, phyxel::world::Cutting::severed_pairs);
+            .map_or(0, phyxel::Cutting::severed_pairs);
         println!(
             "{:>8} {done:>6} {severed:>10} {off:>12.1e} {:>10}",
             world.steps(),

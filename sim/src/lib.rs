@@ -1,28 +1,505 @@
-// Documentation has no files beside it: what is defined first counts.
-#![doc = "[scene]: phyxel_scene"]
-#![cfg_attr(feature = "cli", doc = "[sweep]: mod@sweep")]
-#![cfg_attr(feature = "live", doc = "[page]: phyxel_live")]
-#![doc = ""]
 #![doc = include_str!("../README.md")]
 
-pub use phyxel_scene as scene;
-pub use phyxel_world as world;
+mod body;
+mod body_state;
+mod capture;
+mod contact_surface;
+mod cutting;
+mod decay;
+mod energy;
+mod error;
+mod grip;
+mod guard;
+mod input;
+mod member;
+mod model;
+mod parts;
+mod phases;
+mod scheme;
+mod shape;
+mod shares;
+mod state;
+mod stencils;
+mod stiffness;
+mod support;
+mod tool;
+mod warnings;
+
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use glam::DVec3;
 
 // The leaves and the vectors that the public types speak of.
 pub use glam;
+pub use phyxel_scene as scene;
 pub use {
     phyxel_discretize as discretize, phyxel_elastic as elastic, phyxel_enrich as enrich,
     phyxel_integrate as integrate, phyxel_mls as mls, phyxel_splat as splat,
 };
 
-#[cfg(feature = "cli")]
-pub mod cli;
-#[cfg(feature = "live")]
-pub mod live;
-#[cfg(feature = "cli")]
-pub mod output;
-pub mod picture;
-#[cfg(feature = "cli")]
-pub mod run;
-#[cfg(feature = "cli")]
-pub mod sweep;
+pub use body::Body;
+use capture::capture_times;
+use cutting::CapturedEdge;
+pub use cutting::Cutting;
+pub use energy::{CutEnergy, StrokeEnergy};
+pub use error::{BodyProblem, WorldError};
+pub use guard::Retaken;
+pub use input::{Action, Input, InputError, StrokePhase};
+pub use member::Member;
+pub use parts::PartCost;
+pub use phases::{Phase, Phases, Spent};
+pub use shape::extent;
+pub use shares::BodyShares;
+pub use state::WorldState;
+pub use stencils::BodyStencils;
+pub use tool::ToolForce;
+
+use grip::Adjusted;
+use guard::Kept;
+use input::InputSource;
+use scene::{Rest, Scene};
+
+/// Products with the stiffness for the step where an equilibrium was found.
+const EQUILIBRIUM_PRODUCTS: usize = 16;
+
+/// New pieces of a cut in one body, for whoever draws or records them.
+#[derive(Debug, Clone)]
+pub struct CutPiece {
+    /// Index of the body.
+    pub member: usize,
+    /// New triangles, corners in material coordinates (m).
+    pub triangles: Vec<[DVec3; 3]>,
+}
+
+/// Bodies and the clock of one scene.
+#[derive(Debug, Clone)]
+pub struct World {
+    scene: Scene,
+    members: Vec<Member>,
+    step: f64,
+    first_step: f64,
+    /// Motion time at which scene time is 0; `None` while settling.
+    origin: Option<f64>,
+    gravity: Option<DVec3>,
+    input: InputSource,
+    phases: Phases,
+    /// When the newest blade update began, until the step that follows it is done.
+    waiting: Option<Instant>,
+    latencies: Vec<f64>,
+    new_pieces: Vec<CutPiece>,
+    /// Every captured edge; copies of a world share them.
+    captured: Vec<Arc<CapturedEdge>>,
+    /// Where to return to if a step fails.
+    kept: Option<Kept>,
+    /// Divisor of the step after steps that failed.
+    caution: f64,
+    retaken: Retaken,
+    /// Whether each of the scene's cuts has changed any body.
+    cut_through: Vec<bool>,
+    /// What users changed of what the scene says.
+    adjusted: Adjusted,
+}
+
+impl World {
+    /// Builds the bodies of a scene and chooses the step. The scene settles first unless it says
+    /// otherwise: [`World::play`] does all of it.
+    ///
+    /// # Errors
+    /// [`WorldError`] with the value of the scene or the body at fault.
+    pub fn new(scene: Scene) -> Result<Self, WorldError> {
+        Self::with(scene, |scene, description| {
+            Member::new(scene, description, Body::new(scene, description)?)
+        })
+    }
+
+    /// As [`World::new`], with the nodes of the bodies shared out: shares estimate the eigenvalue from which the step is
+    /// chosen and take all steps. Until they have their nodes, whoever holds them waits: `builders` are the threads that
+    /// build the body meanwhile. Every clone of the world uses the same shares: only one of them may take steps.
+    ///
+    /// # Errors
+    /// As [`World::new`], and with [`BodyProblem::NotShared`] if the scene has something that is not shared out, more
+    /// than one body included.
+    pub fn new_shared(
+        scene: Scene,
+        shares: Arc<Mutex<dyn BodyShares>>,
+        builders: &rayon::ThreadPool,
+    ) -> Result<Self, WorldError> {
+        let alone = scene.bodies.len() == 1;
+        Self::with(scene, |scene, description| {
+            let named = |problem: BodyProblem| problem.named(&description.name);
+            if !alone {
+                return Err(named(BodyProblem::NotShared("one of several bodies")));
+            }
+            let mut member = builders.install(|| {
+                let body = Body::build(scene, description).map_err(named)?;
+                Member::new(scene, description, body)
+            })?;
+            let shared = member.share_out(shares.clone(), description.damping_ratio);
+            shared.map_err(named)?;
+            Ok(member)
+        })
+    }
+
+    fn with(
+        scene: Scene,
+        member: impl Fn(&Scene, &scene::Body) -> Result<Member, WorldError>,
+    ) -> Result<Self, WorldError> {
+        scene.validate().map_err(Box::new)?;
+        let mut phases = Phases::default();
+        let members = phases.time(Phase::Setup, || {
+            let bodies = scene.bodies.iter();
+            let members = bodies.map(|description| member(&scene, description));
+            members.collect::<Result<Vec<_>, WorldError>>()
+        })?;
+        let captures = scene.cuts.iter().map(|cut| capture_times(cut, &members));
+        let captures = captures.collect::<Result<_, _>>()?;
+        let mut world = Self {
+            gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
+            input: InputSource::of(&scene, captures),
+            cut_through: vec![false; scene.cuts.len()],
+            scene,
+            members,
+            step: 0.0,
+            first_step: 0.0,
+            origin: None,
+            phases,
+            waiting: None,
+            latencies: Vec::new(),
+            new_pieces: Vec::new(),
+            captured: Vec::new(),
+            kept: None,
+            caution: 1.0,
+            retaken: Retaken::default(),
+            adjusted: Adjusted::default(),
+        };
+        world.step = world.smallest_step_size();
+        world.first_step = world.step;
+        match world.scene.integration.settle {
+            Some(settle) => world.set_damping(Some(settle.damping))?,
+            None => world.start_scene()?,
+        }
+        Ok(world)
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The bodies.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// Time (s) since the first step, settling included.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.members
+            .first()
+            .map_or(0.0, |member| member.body.motion.time())
+    }
+
+    /// Scene time (s); `None` while settling.
+    #[must_use]
+    pub fn scene_time(&self) -> Option<f64> {
+        self.origin.map(|origin| self.time() - origin)
+    }
+
+    /// Step (s).
+    #[must_use]
+    pub fn step_size(&self) -> f64 {
+        self.step
+    }
+
+    /// Step (s) that was chosen for the uncut bodies.
+    #[must_use]
+    pub fn first_step(&self) -> f64 {
+        self.first_step
+    }
+
+    /// Steps taken, settling included.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.members
+            .first()
+            .map_or(0, |member| member.body.motion.steps())
+    }
+
+    /// Stopwatches; the run loop adds its own phases here too.
+    pub fn phases(&mut self) -> &mut Phases {
+        &mut self.phases
+    }
+
+    /// Milliseconds from each blade update that changed the connectivity to the end of the step
+    /// that followed it.
+    #[must_use]
+    pub fn latencies(&self) -> &[f64] {
+        &self.latencies
+    }
+
+    /// Takes the pieces that blades have added since the last call.
+    pub fn take_new_pieces(&mut self) -> Vec<CutPiece> {
+        std::mem::take(&mut self.new_pieces)
+    }
+
+    /// Whether [`World::take_new_pieces`] would return any.
+    #[must_use]
+    pub fn has_new_pieces(&self) -> bool {
+        !self.new_pieces.is_empty()
+    }
+
+    /// Root of the mean squared speed of all mass (m/s).
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        let (mut kinetic, mut mass) = (0.0, 0.0);
+        for Member { body, .. } in &self.members {
+            kinetic += body.motion.audit().kinetic;
+            mass += body.masses.iter().sum::<f64>();
+        }
+        (2.0 * kinetic / mass).sqrt()
+    }
+
+    /// Whether gravity has reached its full size.
+    #[must_use]
+    pub fn gravity_is_full(&self) -> bool {
+        let full = self.scene.gravity.map(|gravity| gravity.acceleration);
+        self.gravity == full || self.adjusted.gravity.is_some()
+    }
+
+    /// Whether the bodies are at rest under all of gravity, as the scene's settling asks.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        let settle = self.scene.integration.settle;
+        self.gravity_is_full() && settle.is_none_or(|settle| self.speed() < settle.speed)
+    }
+
+    /// Lets the bodies come to rest as the scene's `integration.settle` says, and starts the scene;
+    /// nothing once it has started. Whether they came to rest within the time given for it.
+    ///
+    /// # Errors
+    /// As [`World::step`] and [`World::rest_in_equilibrium`].
+    pub fn settle(&mut self) -> Result<bool, WorldError> {
+        let (None, Some(settle)) = (self.origin, self.scene.integration.settle) else {
+            return Ok(true);
+        };
+        let mut rested = settle.rest == Rest::Equilibrium;
+        if rested {
+            self.rest_in_equilibrium()?;
+        }
+        while !rested && self.time() < settle.limit {
+            self.step()?;
+            rested = self.is_at_rest();
+        }
+        self.start_scene()?;
+        Ok(rested)
+    }
+
+    /// Settles, unless the scene has started, and plays it until scene time `until` (s); `each` sees
+    /// the world after every step of the scene.
+    ///
+    /// # Errors
+    /// As [`World::settle`].
+    ///
+    /// # Examples
+    /// ```
+    /// use phyxel::scene::{Body, Region, Scene, Shape, Support, Target};
+    /// use phyxel::World;
+    /// use glam::DVec3;
+    ///
+    /// let mut body = Body::new(Shape::Box { size: DVec3::splat(0.1) });
+    /// body.sampling.target = Target::Nodes(285);
+    /// let mut scene = Scene::new("hanging", vec![body]);
+    /// let top = Region::HalfSpace { point: DVec3::Z * 0.049, normal: DVec3::Z };
+    /// scene.supports.push(Support::fixed(top));
+    /// let mut steps = 0;
+    /// World::new(scene)?.play(0.1, |world| {
+    ///     steps += 1;
+    ///     assert!(world.scene_time().is_some());
+    /// })?;
+    /// assert!(steps > 10);
+    /// # Ok::<(), phyxel::WorldError>(())
+    /// ```
+    pub fn play(&mut self, until: f64, mut each: impl FnMut(&Self)) -> Result<(), WorldError> {
+        self.settle()?;
+        while self.scene_time().is_some_and(|time| time < until) {
+            self.step()?;
+            each(self);
+        }
+        Ok(())
+    }
+
+    /// Puts every body where it is in equilibrium with all of gravity, in place of settling by motion;
+    /// tools have no part in it. [`World::start_scene`] follows.
+    ///
+    /// # Errors
+    /// [`WorldError`] if a body has no equilibrium or none is found.
+    pub fn rest_in_equilibrium(&mut self) -> Result<(), WorldError> {
+        let start = Instant::now();
+        let gravity = self.scene.gravity.map(|gravity| gravity.acceleration);
+        self.set_gravity(gravity)?;
+        let now = gravity.unwrap_or(DVec3::ZERO);
+        for Member { body, .. } in &mut self.members {
+            let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
+            body.come_to_rest(&loads)
+                .map_err(|problem| problem.named(&body.name))?;
+        }
+        self.phases.add(Phase::Setup, start.elapsed());
+        self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
+    }
+
+    /// Ends settling: scene time is 0 from here.
+    ///
+    /// # Errors
+    /// [`WorldError`] if a motion refuses its damping.
+    pub fn start_scene(&mut self) -> Result<(), WorldError> {
+        self.start_scene_at(self.time())
+    }
+
+    fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {
+        self.origin = Some(start);
+        self.forget_kept();
+        self.set_damping(None)?;
+        for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
+            let body = &mut member.body;
+            body.fetch();
+            let driven = support::driven_supports_of(&self.scene, description, &body.rest, start);
+            if let Some(supports) = driven {
+                body.set_supports(supports);
+            }
+            if body.motion.supports().entries().is_empty() && !body.motion.has_pieces() {
+                // Nothing holds it: from here on it falls and turns freely.
+                body.motion.set_pieces(&vec![0; body.rest.len()]);
+            }
+            let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
+            for contact in &mut member.contacts {
+                if let Some(release) = &self.scene.tools[contact.tool].release {
+                    let force = release.force + gravity * release.mass;
+                    contact.led.release(release.mass, force, release.damping);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// From the next step on, tools and blades do what they are given and no longer what the scene's
+    /// paths say: a recording, or what someone does now. Steps are counted as [`World::steps`] does;
+    /// what is given for a step that is past is done at the next. A tool stays where it was led last.
+    ///
+    /// # Errors
+    /// [`InputError`]; nothing is taken over then.
+    pub fn push(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
+        self.input.push(&self.scene, inputs)
+    }
+
+    /// What tools and blades did so far; `None` unless the scene's `observe.input` asks for a record.
+    #[must_use]
+    pub fn record(&self) -> Option<&[Input]> {
+        self.input.record()
+    }
+
+    /// Forces on the tools at the end of the last step, in the scene's order.
+    #[must_use]
+    pub fn tool_forces(&self) -> Vec<ToolForce> {
+        let tools = self.scene.tools.iter().enumerate();
+        let forces = tools.map(|(index, tool)| {
+            let mut sum = ToolForce::free(self.input.poses()[index]);
+            for contact in self.members.iter().flat_map(|member| &member.contacts) {
+                if contact.tool == index {
+                    contact.add_to(&tool.solid(), &mut sum);
+                }
+            }
+            sum
+        });
+        forces.collect()
+    }
+
+    /// Takes one step: blades first, then motion with the tools.
+    ///
+    /// # Errors
+    /// [`WorldError`] if a blade's edge cannot be captured, a motion diverges, or the bodies have
+    /// settled for as long as they may and nobody started the scene. A capture that cannot be computed changes
+    /// nothing: the world is as it was before it, and the next step tries it again. Only a bug makes it fail where it is applied,
+    /// and leaves the body half cut.
+    pub fn step(&mut self) -> Result<(), WorldError> {
+        if let (None, Some(settle)) = (self.origin, self.scene.integration.settle)
+            && self.time() >= settle.limit
+        {
+            let limit = settle.limit;
+            return Err(WorldError::NeverStarted { limit });
+        }
+        let number = self.steps();
+        self.capture_blades(number)?;
+        self.hold(number)?;
+        let step = self.step;
+        let end = self.scene_time().map(|now| now + step);
+        let poses = self.input.tools(&self.scene, number, end);
+        self.advance_safely(step, &poses)?;
+        self.input.set_poses(poses);
+        if let Some(since) = self.waiting.take() {
+            self.latencies.push(1e3 * since.elapsed().as_secs_f64());
+        }
+        Ok(())
+    }
+
+    /// Stretches of steps that were done again.
+    #[must_use]
+    pub fn retaken(&self) -> Retaken {
+        self.retaken
+    }
+
+    fn smallest_step_size(&self) -> f64 {
+        let steps = self.members.iter().map(|member| member.body.step_size());
+        steps.fold(f64::INFINITY, f64::min) / self.caution
+    }
+
+    fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
+        for Member { body, .. } in &mut self.members {
+            let value = damping.or(self.adjusted.damping);
+            let value = value.unwrap_or(body.damping);
+            body.motion
+                .set_damping(value)
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
+        }
+        Ok(())
+    }
+
+    /// Sets the weights at the end of a step (s) while gravity grows.
+    fn load_gravity(&mut self, step: f64) -> Result<(), WorldError> {
+        let (Some(gravity), Some(present)) = (self.scene.gravity, self.gravity) else {
+            return Ok(());
+        };
+        if present == gravity.acceleration || self.adjusted.gravity.is_some() {
+            return Ok(());
+        }
+        let reached = if gravity.ramp > 0.0 {
+            ((self.time() + step) / gravity.ramp).min(1.0)
+        } else {
+            1.0
+        };
+        let now = if reached < 1.0 {
+            gravity.acceleration * reached
+        } else {
+            gravity.acceleration
+        };
+        self.set_gravity(Some(now))
+    }
+
+    fn set_gravity(&mut self, gravity: Option<DVec3>) -> Result<(), WorldError> {
+        self.gravity = gravity;
+        let Some(now) = gravity else {
+            return Ok(());
+        };
+        for Member { body, .. } in &mut self.members {
+            body.fetch();
+            let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
+            body.motion
+                .set_loads(&loads)
+                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
+            body.moved_here();
+        }
+        Ok(())
+    }
+}

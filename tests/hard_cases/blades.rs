@@ -1,7 +1,7 @@
 //! Blades: strokes that end at a surface, begin anew, and weld as their own cut says.
 
 use glam::DVec3;
-use phyxel::world::{Action, Input, StrokePhase, World};
+use phyxel::{Action, Input, StrokePhase, World};
 
 use super::stage::*;
 

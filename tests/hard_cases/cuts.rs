@@ -1,7 +1,7 @@
 //! Hard cases of cutting.
 
 use glam::DVec3;
-use phyxel::world::World;
+use phyxel::World;
 
 use super::stage::*;
 

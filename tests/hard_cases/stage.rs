@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use phyxel::scene::Scene;
-use phyxel::world::{Body, World, WorldError};
+use phyxel::{Body, World, WorldError};
 
 /// The held block of most cases: 40 x 40 x 60 mm, its top fixed.
 pub(super) const BLOCK: &str =
@@ -79,7 +79,7 @@ pub(super) fn severed(world: &World) -> usize {
     world.members()[0]
         .cutting
         .as_ref()
-        .map_or(0, phyxel::world::Cutting::severed_pairs)
+        .map_or(0, phyxel::Cutting::severed_pairs)
 }
 
 /// A stroke of a blade whose edge runs along `edge` through `from` and `to`.

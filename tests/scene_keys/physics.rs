@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::DVec3;
+use phyxel::World;
 use phyxel::scene::Scene;
-use phyxel::world::World;
 use phyxel_elastic::Material;
 
 use super::sag;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel::picture::Painter;
-use phyxel::run::{RunOptions, run};
+use phyxel::World;
 use phyxel::scene::Scene;
-use phyxel::world::World;
+use phyxel_cli::picture::Painter;
+use phyxel_cli::run::{RunOptions, run};
 
 use super::{points_on_box, sag};
 

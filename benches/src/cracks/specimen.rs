@@ -1,8 +1,8 @@
 //! A body of a scene that its blades have cut, at rest: small displacements under uniform stress.
 
 use glam::{DMat3, DVec3};
+use phyxel::World;
 use phyxel::scene::{Body, Cut, Sampling, Scene, Shape, Target};
-use phyxel::world::World;
 use phyxel_discretize::boundary_triangles;
 use phyxel_elastic::Elastic;
 use phyxel_enrich::Cuts;

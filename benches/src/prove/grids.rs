@@ -1,7 +1,7 @@
 //! The dissertation's enrichment grid in bodies that move.
 
+use phyxel::World;
 use phyxel::scene::{EMBEDDED, Override, Scene};
-use phyxel::world::World;
 
 use super::Proof;
 

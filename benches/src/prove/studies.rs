@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use crate::report::{Cell, Table};
 use crate::studies::write_page;
 use crate::{Effort, Findings, Study};
-use phyxel::output::OutputFolder;
+use phyxel_cli::output::OutputFolder;
 
 /// The words of a row.
 fn label(row: &[Cell]) -> String {

@@ -9,7 +9,7 @@ use crate::problems::model::Law;
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
 use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
-use phyxel::world::{Body, World};
+use phyxel::{Body, World};
 
 /// Length (m); the section is a square of a fifth of it.
 const LENGTH: f64 = 1.0;

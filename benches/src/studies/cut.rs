@@ -3,9 +3,9 @@
 use crate::problems::cracks::{Form, gravity_slit};
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
+use phyxel::Phase;
+use phyxel::World;
 use phyxel::scene::{Override, Scene};
-use phyxel::world::Phase;
-use phyxel::world::World;
 
 /// Time (s) in which the timed blade passes: short, so that few steps are taken besides.
 const PASSING: f64 = 0.02;
@@ -196,7 +196,7 @@ fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
         nodes: member.body.rest.len(),
         triangles: cutting.map_or(0, |cutting| cutting.cuts().triangle_count()),
         captures: cutting.map_or(0, |cutting| cutting.counts().0),
-        severed: cutting.map_or(0, phyxel::world::Cutting::severed_pairs),
+        severed: cutting.map_or(0, phyxel::Cutting::severed_pairs),
         median: middle(&mut times),
         worst,
         latency: middle(&mut latencies),

@@ -10,9 +10,9 @@ use super::cut::{columns, middle};
 use super::sag::{self, Sag};
 use crate::report::{Axis, Cell, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
-use phyxel::picture::Painter;
 use phyxel::scene::Scene;
-use phyxel::world::{Cutting, World};
+use phyxel::{Cutting, World};
+use phyxel_cli::picture::Painter;
 
 /// A body in one state.
 #[derive(Debug, Clone)]

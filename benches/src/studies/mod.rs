@@ -18,7 +18,7 @@ mod time;
 
 use std::path::PathBuf;
 
-use phyxel::output::OutputFolder;
+use phyxel_cli::output::OutputFolder;
 use serde::Serialize;
 
 use crate::StudyError;

@@ -1,8 +1,8 @@
 //! The bodies of chapter 6 hanging at small strain, in both models, against finite elements.
 
 use glam::DVec3;
+use phyxel::Body;
 use phyxel::scene::Scene;
-use phyxel::world::Body;
 use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
 use phyxel_integrate::{ForceLaw, Supports};

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
+use phyxel::World;
 use phyxel::scene::{Override, Scene};
-use phyxel::world::World;
 
 /// Batches of steps of which the median is taken, and steps in each.
 const BATCHES: usize = 5;

@@ -19,8 +19,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Parser;
 use mpi::Threading;
-use phyxel::output::{Interrupt, read_checkpoint};
-use phyxel::run::{RunOptions, RunState, run_shared, table};
+use phyxel_cli::output::{Interrupt, read_checkpoint};
+use phyxel_cli::run::{RunOptions, RunState, run_shared, table};
 use phyxel::scene::{Override, Scene};
 
 use front::Front;

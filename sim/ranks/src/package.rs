@@ -9,7 +9,7 @@ mod locals;
 mod weak;
 
 use glam::{DMat3, DVec3};
-use phyxel::world::{BodyProblem, Member};
+use phyxel::{BodyProblem, Member};
 use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{Motion, MotionSettings, Supports};
 use serde::{Deserialize, Serialize};

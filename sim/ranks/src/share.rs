@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use phyxel::world::BodyProblem;
+use phyxel::BodyProblem;
 use phyxel_elastic::{Early, Elastic, WATCHED_NODES};
 use phyxel_integrate::{Motion, Pass, PassSums, State};
 

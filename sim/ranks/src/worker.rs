@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use phyxel::world::BodyProblem;
+use phyxel::BodyProblem;
 use phyxel_integrate::State;
 
 use crate::command::{Command, LENGTH};

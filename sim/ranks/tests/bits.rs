@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use phyxel::output::read_checkpoint;
-use phyxel::run::{RunOptions, RunState, run};
+use phyxel_cli::output::read_checkpoint;
+use phyxel_cli::run::{RunOptions, RunState, run};
 use phyxel::scene::{Override, Scene};
 
 const CHECKPOINT: &str = "state.checkpoint";
@@ -264,7 +264,7 @@ fn a_killed_job_is_gone_on_with() {
         quiet: true,
         interrupt: None,
     };
-    phyxel::run::resume(&scene, state, &options).unwrap();
+    phyxel_cli::run::resume(&scene, state, &options).unwrap();
     same(&whole, &alone, "begun by 3 ranks, ended by one process");
 }
 

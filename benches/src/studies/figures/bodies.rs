@@ -1,8 +1,8 @@
 //! Figures 74 to 84: the bodies of chapter 6, by the embedded scenes of their names.
 
-use phyxel::picture::{Painter, Style};
+use phyxel::World;
 use phyxel::scene::{Pictures, Scene, Show, View};
-use phyxel::world::World;
+use phyxel_cli::picture::{Painter, Style};
 use phyxel_splat::{
     Frame, Measure, Overlay, RadiusRule, RenderSettings, Renderer, SplatView, Splats, Surface,
     TissueSettings, measures,

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use phyxel::picture::Painter;
+use phyxel::World;
 use phyxel::scene::{Pictures, Scene, View};
-use phyxel::world::World;
+use phyxel_cli::picture::Painter;
 
 use super::{MODULUS, columns};
 use crate::problems::reference::Reference;

@@ -10,8 +10,8 @@ use super::exact::{Difference, Exact, mean_square};
 use super::{at_rest, plain_renderer};
 use crate::report::{Cell, Column, Table};
 use crate::{Effort, StudyError};
-use phyxel::picture::surfels_on_solid;
 use phyxel::scene::SurfelSpacing;
+use phyxel_cli::picture::surfels_on_solid;
 
 /// The widest spacing of surfels over the narrowest.
 const RANGE: f64 = 3.0;

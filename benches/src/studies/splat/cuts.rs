@@ -7,9 +7,9 @@ use phyxel_splat::{
 use super::sheet::{Panel, sheet};
 use crate::report::Picture;
 use crate::{Effort, StudyError};
-use phyxel::picture::{Painter, Style};
+use phyxel::World;
 use phyxel::scene::{Override, Pictures, Scene, View};
-use phyxel::world::World;
+use phyxel_cli::picture::{Painter, Style};
 
 /// An embedded scene and when its first cut is done (s).
 struct Play {

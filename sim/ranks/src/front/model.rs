@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
-use phyxel::world::{BodyProblem, BodyShares, Member};
+use phyxel::{BodyProblem, BodyShares, Member};
 use phyxel_elastic::StiffNode;
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, State};
 

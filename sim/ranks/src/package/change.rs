@@ -1,7 +1,7 @@
 //! What a cut changes in what a rank was given.
 
 use glam::{DMat3, DVec3};
-use phyxel::world::{BodyProblem, Member};
+use phyxel::{BodyProblem, Member};
 use phyxel_elastic::{Elastic, Offsets, Rows};
 use serde::{Deserialize, Serialize};
 

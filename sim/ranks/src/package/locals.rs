@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use phyxel::world::Member;
+use phyxel::Member;
 use phyxel_elastic::WATCHED_NODES;
 
 use crate::layout::Halo;

@@ -1,7 +1,7 @@
 //! What cuts and corners leave in a rank's model beside its rows: weak nodes and offsets of deformation gradients.
 
 use glam::DVec3;
-use phyxel::world::{Cutting, Member};
+use phyxel::{Cutting, Member};
 use phyxel_elastic::{Elastic, Offsets};
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use phyxel::glam::DVec3;
 use phyxel::scene::{Body, Cut, Key, Region, Scene, Shape, Support, Target};
-use phyxel::world::World;
+use phyxel::World;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let at = DVec3::new;

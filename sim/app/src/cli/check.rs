@@ -1,0 +1,268 @@
+//! `phyxel check`.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::time::Instant;
+
+use clap::Args;
+use phyxel_discretize::Bounds;
+use serde::Serialize;
+
+use super::source::Source;
+use super::{CliError, Overrides, printable};
+use crate::picture::Painter;
+use crate::run::RunError;
+use phyxel::scene::Scene;
+use phyxel::{Member, World};
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArguments {
+    /// Embedded scene, scene file (.ron) or mesh file.
+    #[arg(value_name = "SCENE|MESH")]
+    scene: OsString,
+    #[command(flatten)]
+    overrides: Overrides,
+    /// Print the costs as one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a scene would cost.
+#[derive(Debug, Serialize)]
+struct Costs {
+    scene: String,
+    bodies: Vec<BodyCosts>,
+    parts: Vec<PartCosts>,
+    /// Step (s), and the share of the largest stable one that it is.
+    step: f64,
+    step_factor: f64,
+    /// Steps after settling, and of settling at most.
+    steps: f64,
+    settling_steps: f64,
+    strokes: usize,
+    captures: usize,
+    /// Frames after settling.
+    frames: f64,
+    /// What the scene asks for in vain, or is of another size than its bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct BodyCosts {
+    name: String,
+    nodes: usize,
+    pairs: usize,
+    tetrahedra: usize,
+    /// Nodes that supports hold or drive.
+    held: usize,
+    /// Corners of the box round the nodes (m).
+    low: [f64; 3],
+    high: [f64; 3],
+    spacing: f64,
+    volume: f64,
+    mass: f64,
+}
+
+/// A part of the model, over all bodies.
+#[derive(Debug, Serialize)]
+struct PartCosts {
+    name: &'static str,
+    /// Heap bytes before the first cut; 0 where the scene does not need it.
+    bytes: usize,
+    /// Milliseconds of a step; 0 where it is off, `null` where it is counted with another part.
+    milliseconds: Option<f64>,
+}
+
+/// Steps that are timed.
+const TIMED_STEPS: u32 = 40;
+
+/// Reads and validates a scene, builds its bodies, takes a few steps and prints what it would cost.
+pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
+    let overrides = arguments.overrides.parse()?;
+    let source = Source::of(Some(&arguments.scene))?;
+    let (scene, note) = source.scene(&overrides)?;
+    let mut out = io::stdout().lock();
+    let costs = costs(&scene).map_err(|error| source.locate(&scene, &overrides, error))?;
+    if arguments.json {
+        writeln!(out, "{}", serde_json::to_string(&costs)?)?;
+        return Ok(());
+    }
+    if let Some(note) = note {
+        writeln!(out, "{}", printable(&note))?;
+    }
+    let mut text = Vec::new();
+    print(&mut text, &costs)?;
+    write!(out, "{}", printable(&String::from_utf8_lossy(&text)))?;
+    Ok(())
+}
+
+fn costs(scene: &Scene) -> Result<Costs, RunError> {
+    let integration = scene.integration;
+    let strokes = scene.cuts.len();
+    let frames = scene.pictures.as_ref().map_or(0.0, |pictures| {
+        (pictures.rate * integration.duration).floor() + 1.0
+    });
+    let name = scene.name.clone();
+    let mut world = World::new(scene.clone())?;
+    let mut warnings = world.warnings();
+    warnings.extend(world.misses());
+    let captures = (world.scene().cuts.iter())
+        .map(|cut| world.capture_count(cut))
+        .sum();
+    let step = world.step_size();
+    let parts = parts(&mut world)?;
+    Ok(Costs {
+        parts,
+        scene: name,
+        bodies: world.members().iter().map(body_costs).collect(),
+        step,
+        step_factor: integration.step_factor,
+        steps: (integration.duration / step).ceil(),
+        settling_steps: integration
+            .settle
+            .map_or(0.0, |settle| (settle.limit / step).ceil()),
+        strokes,
+        captures,
+        frames,
+        warnings,
+    })
+}
+
+fn body_costs(member: &Member) -> BodyCosts {
+    let body = &member.body;
+    let bounds = Bounds::of(body.rest.iter().copied());
+    BodyCosts {
+        name: body.name.clone(),
+        nodes: body.rest.len(),
+        pairs: body.neighborhoods.pair_count(),
+        tetrahedra: body.tetrahedra.len(),
+        held: body.motion.supports().entries().len(),
+        low: bounds.min.to_array(),
+        high: bounds.max.to_array(),
+        spacing: body.spacing,
+        volume: body.volumes.iter().sum(),
+        mass: body.masses.iter().sum(),
+    }
+}
+
+/// Takes the first steps of the scene, and draws a frame if it has pictures.
+fn parts(world: &mut World) -> Result<Vec<PartCosts>, RunError> {
+    for _ in 0..TIMED_STEPS {
+        world.step()?;
+    }
+    let spent =
+        |world: &mut World, phase| 1e3 * world.phases().of(phase).seconds / f64::from(TIMED_STEPS);
+    let mut parts: Vec<PartCosts> = Vec::new();
+    for part in world.parts() {
+        let milliseconds = match part.phase {
+            Some(phase) => Some(spent(world, phase)),
+            None if part.bytes == 0 => Some(0.0),
+            None => None,
+        };
+        parts.push(PartCosts {
+            name: part.name,
+            bytes: part.bytes,
+            milliseconds,
+        });
+    }
+    let mut pictures = PartCosts {
+        name: "pictures",
+        bytes: 0,
+        milliseconds: Some(0.0),
+    };
+    if let Some(spec) = &world.scene().pictures {
+        let mut painter = Painter::new(world, spec)?;
+        let start = Instant::now();
+        painter.carry(world);
+        painter.draw(world);
+        let frames_per_step = spec.rate * world.step_size();
+        pictures.bytes = painter.bytes();
+        pictures.milliseconds = Some(1e3 * start.elapsed().as_secs_f64() * frames_per_step);
+    }
+    parts.push(pictures);
+    Ok(parts)
+}
+
+fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
+    writeln!(out, "{}", costs.scene)?;
+    for body in &costs.bodies {
+        writeln!(
+            out,
+            "  {}: {} nodes {:.2} mm apart, {} pairs, {} tetrahedra; {:.4} l, {:.4} kg",
+            body.name,
+            body.nodes,
+            1e3 * body.spacing,
+            body.pairs,
+            body.tetrahedra,
+            1e3 * body.volume,
+            body.mass
+        )?;
+        let corner = |[x, y, z]: [f64; 3]| format!("({x:.4}, {y:.4}, {z:.4})");
+        writeln!(
+            out,
+            "  {}: lies from {} to {} m; supports hold {} nodes",
+            body.name,
+            corner(body.low),
+            corner(body.high),
+            body.held
+        )?;
+    }
+    print_parts(out, &costs.parts)?;
+    writeln!(
+        out,
+        "  step: {:.4} ms, {} of the largest stable one; {:.0} steps after at most {:.0} of settling",
+        1e3 * costs.step,
+        costs.step_factor,
+        costs.steps,
+        costs.settling_steps
+    )?;
+    writeln!(
+        out,
+        "  cuts: {} strokes, {} captures; nothing is kept for them before the first",
+        costs.strokes, costs.captures
+    )?;
+    if costs.frames > 0.0 {
+        writeln!(
+            out,
+            "  pictures: {:.0} frames and those of settling",
+            costs.frames
+        )?;
+    } else {
+        writeln!(out, "  pictures: off, so no surfels either")?;
+    }
+    for warning in &costs.warnings {
+        writeln!(out, "  warning: {warning}")?;
+    }
+    Ok(())
+}
+
+fn print_parts(out: &mut impl Write, parts: &[PartCosts]) -> io::Result<()> {
+    #[allow(clippy::cast_precision_loss, reason = "memory is far below 2^53 bytes")]
+    let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
+    let memory: f64 = parts.iter().map(|part| mebibytes(part.bytes)).sum();
+    let time: f64 = parts.iter().filter_map(|part| part.milliseconds).sum();
+    writeln!(
+        out,
+        "  {:<16}{:>10}{:>8}{:>12}{:>8}",
+        "part", "MiB", "share", "ms a step", "share"
+    )?;
+    for part in parts {
+        let bytes = mebibytes(part.bytes);
+        write!(
+            out,
+            "  {:<16}{bytes:>10.3}{:>6.1} %",
+            part.name,
+            1e2 * bytes / memory
+        )?;
+        match part.milliseconds {
+            Some(own) => writeln!(out, "{own:>12.4}{:>6.1} %", 1e2 * own / time)?,
+            None => writeln!(out, "{:>12}{:>8}", "*", "")?,
+        }
+    }
+    writeln!(
+        out,
+        "  {:<16}{memory:>10.3}{:>8}{time:>12.4}   mean of the first {TIMED_STEPS} steps; * counted in motion and elasticity",
+        "all", ""
+    )
+}

@@ -1,0 +1,132 @@
+//! What clients' hands do.
+
+use glam::{DQuat, DVec3};
+use phyxel_live::{ClientId, Event, Hand, HandPhase, To};
+
+use super::Show;
+use phyxel::scene::Pose;
+
+impl Show {
+    /// Does what a client did or asked for.
+    pub(super) fn take(&mut self, client: ClientId, event: Event) {
+        match event {
+            Event::Joined => {
+                self.heard[client] = 0;
+                self.seen[client] = 0;
+                self.introduce(To::One(client));
+            }
+            Event::Left => self.leave(client),
+            Event::Hand(sequence, hand) => {
+                self.heard[client] = sequence;
+                self.hurried = true;
+                self.hand(client, hand);
+            }
+            Event::Control(control) => {
+                if let Err(error) = self.control(client, control) {
+                    self.complain(To::One(client), &error.to_string());
+                }
+            }
+            Event::Mesh(extension, content) => self.take_mesh(client, &extension, &content),
+            Event::Ready => {}
+        }
+        if self.fresh && !self.is_moving() && self.server.wants_state() {
+            self.send_state();
+        }
+    }
+
+    pub(super) fn leave(&mut self, client: ClientId) {
+        if self.owners.blade == Some(client) {
+            self.owners.blade = None;
+            self.session.end_stroke();
+        }
+        if self.owners.grip == Some(client) {
+            self.owners.grip = None;
+            self.session.let_go();
+        }
+        let (own, others): (Vec<_>, Vec<_>) = self
+            .owners
+            .tools
+            .iter()
+            .partition(|(_, owner)| *owner == client);
+        self.owners.tools = others;
+        for (tool, _) in own {
+            self.session.put_tool(tool, None);
+        }
+    }
+
+    pub(super) fn hand(&mut self, client: ClientId, hand: Hand) {
+        match hand {
+            Hand::Pose {
+                tool,
+                phase,
+                position,
+                rotation,
+            } => {
+                let pose = Pose {
+                    rotation: DQuat::from_array(rotation).normalize(),
+                    position: DVec3::from_array(position),
+                };
+                if tool >= self.session.world().scene().tools.len() {
+                    return self.complain(To::One(client), &format!("there is no tool {tool}"));
+                }
+                self.owners.tools.retain(|(led, _)| *led != tool);
+                if phase == HandPhase::End {
+                    return self.session.put_tool(tool, None);
+                }
+                self.owners.tools.push((tool, client));
+                match phase {
+                    HandPhase::Begin => self.session.put_tool(tool, Some(pose)),
+                    _ => self.session.lead_tool(tool, pose),
+                }
+            }
+            Hand::Edge { phase, points } => {
+                let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
+                if self.owners.blade.is_some_and(|owner| owner != client) {
+                    if phase == HandPhase::Begin {
+                        self.complain(To::One(client), "someone else is cutting");
+                    }
+                    return;
+                }
+                match phase {
+                    HandPhase::Begin => {
+                        self.owners.blade = Some(client);
+                        self.session.begin_stroke(points);
+                    }
+                    _ if self.owners.blade.is_none() => {}
+                    HandPhase::Move => self.session.lead_stroke(&points),
+                    HandPhase::End => {
+                        if points.len() >= 2 {
+                            self.session.lead_stroke(&points);
+                        }
+                        self.session.end_stroke();
+                        self.owners.blade = None;
+                    }
+                }
+            }
+            Hand::Grip {
+                phase,
+                position,
+                radius,
+            } => {
+                if self.owners.grip.is_some_and(|owner| owner != client) {
+                    if phase == HandPhase::Begin {
+                        self.complain(To::One(client), "someone else holds the tissue");
+                    }
+                    return;
+                }
+                let point = DVec3::from_array(position);
+                match phase {
+                    HandPhase::Begin => {
+                        self.owners.grip = Some(client);
+                        self.session.grip(point, radius);
+                    }
+                    HandPhase::Move => self.session.pull(point),
+                    HandPhase::End => {
+                        self.owners.grip = None;
+                        self.session.let_go();
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,563 @@
+//! The world with the hands in it, step by step.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+use phyxel_enrich::resampled;
+use phyxel_live::{BladeLead, Forces, Led, Placement, PoseLead, Ring, Score};
+
+use super::setting::{PARKED, prepare};
+use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
+use crate::picture::{Painter, PictureError, Surfaces};
+use crate::run::RunState;
+use phyxel::scene::{Pose, Scene, SceneError};
+use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
+
+/// Way (distances of nodes) of a blade between two captures: half of a tetrahedron, as finely as a cut
+/// can be told apart.
+const CAPTURE: f64 = 0.6;
+/// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
+/// several steps, and a hand is answered between two helpings.
+const HELPING: usize = 8;
+
+/// A session that cannot start or go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// The scene does not fit.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The world cannot be built, or a step failed.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The world cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// An input does not belong to the scene.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// A session between two steps: copies, so that going back gives the same bits.
+#[derive(Debug, Clone)]
+struct Checkpoint {
+    world: World,
+    surfaces: Surfaces,
+    /// Pieces of cuts that surfaces lag behind by.
+    lagging: VecDeque<CutPiece>,
+    /// Inputs recorded before.
+    recorded: usize,
+    leads: Vec<PoseLead>,
+    strokes: usize,
+}
+
+impl Checkpoint {
+    fn bytes(&self) -> usize {
+        let parts = self.world.parts();
+        let model: usize = parts.iter().map(|part| part.bytes).sum();
+        model + self.surfaces.bytes()
+    }
+}
+
+/// A stroke on its way, or one that waits for the one before.
+#[derive(Debug)]
+struct Stroke {
+    lead: BladeLead,
+    /// The first edge, until it is captured: a blade that never moves leaves nothing behind.
+    first: Option<Vec<DVec3>>,
+    /// The state before the stroke.
+    before: Option<Checkpoint>,
+    /// An edge that is to be captured in the next step.
+    due: Option<(StrokePhase, Vec<DVec3>)>,
+}
+
+/// The hand that grips.
+#[derive(Debug)]
+struct Hand {
+    from: DVec3,
+    lead: PoseLead,
+    radius: f64,
+    gripped: bool,
+    open: bool,
+}
+
+/// A scene with hands in it.
+#[derive(Debug)]
+pub struct Session {
+    world: World,
+    painter: Painter,
+    /// Pieces of cuts that surfaces have still to grow by.
+    lagging: VecDeque<CutPiece>,
+    leads: Vec<PoseLead>,
+    stroke: VecDeque<Stroke>,
+    hand: Option<Hand>,
+    /// What is given with the next step beside tools and blades.
+    pending: Vec<Action>,
+    record: Vec<Input>,
+    ring: Ring<Checkpoint>,
+    strokes: usize,
+    score: Score,
+    forces: Forces,
+    /// Ways (m) of blade, tools and gripping hand in this step.
+    moved: [f64; 3],
+}
+
+impl Session {
+    /// Builds the world of a scene, made ready for hands.
+    ///
+    /// # Errors
+    /// [`SessionError`].
+    pub fn new(scene: &Scene) -> Result<Self, SessionError> {
+        let scene = prepare(scene, extent(scene)?)?;
+        let (world, painter) = Self::build(&scene)?;
+        let leads =
+            (0..scene.tools.len()).map(|tool| PoseLead::new(placement(world.tool_pose(tool))));
+        let mut session = Self {
+            leads: leads.collect(),
+            world,
+            painter,
+            lagging: VecDeque::new(),
+            stroke: VecDeque::new(),
+            hand: None,
+            pending: Vec::new(),
+            record: Vec::new(),
+            ring: Ring::default(),
+            strokes: 0,
+            score: Score::default(),
+            forces: Forces::default(),
+            moved: [0.0; 3],
+        };
+        let start = session.checkpoint();
+        session.ring.set_start(start);
+        Ok(session)
+    }
+
+    fn build(scene: &Scene) -> Result<(World, Painter), SessionError> {
+        let mut world = World::new(scene.clone())?;
+        // Paths are left to hands from here on.
+        world.push(Vec::new())?;
+        let pictures = scene.pictures.clone().unwrap_or_default();
+        let painter = Painter::new(&world, &pictures)?;
+        Ok((world, painter))
+    }
+
+    /// The world.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The surfaces.
+    #[must_use]
+    pub fn painter(&self) -> &Painter {
+        &self.painter
+    }
+
+    /// The surfaces, to draw them, and the world.
+    pub fn drawing(&mut self) -> (&mut Painter, &World) {
+        (&mut self.painter, &self.world)
+    }
+
+    /// What hands did so far; the scene with this is the session, to the bit.
+    #[must_use]
+    pub fn record(&self) -> &[Input] {
+        &self.record
+    }
+
+    /// Whether bodies still come to rest.
+    #[must_use]
+    pub fn is_settling(&self) -> bool {
+        self.world.scene_time().is_none()
+    }
+
+    /// Strokes so far, and how many of them can be undone.
+    #[must_use]
+    pub fn strokes(&self) -> (usize, usize) {
+        (self.strokes, self.ring.len())
+    }
+
+    /// The blade's edge as it is led (m); empty without a stroke.
+    #[must_use]
+    pub fn blade(&self) -> &[DVec3] {
+        self.stroke.front().map_or(&[], |stroke| stroke.lead.edge())
+    }
+
+    pub(super) fn score(&self) -> &Score {
+        &self.score
+    }
+
+    pub(super) fn forces(&mut self) -> &mut Forces {
+        &mut self.forces
+    }
+
+    /// Way (m) of a blade between two captures.
+    #[must_use]
+    pub fn capture(&self) -> f64 {
+        CAPTURE * self.spacing()
+    }
+
+    /// Smallest distance (m) of nodes of all bodies.
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        let bodies = self.world.members().iter();
+        bodies
+            .map(|member| member.body.spacing)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Puts a tool somewhere at once: a hand takes it up, or lays it aside (`None`).
+    pub fn put_tool(&mut self, tool: usize, pose: Option<Pose>) {
+        let parked = Pose {
+            position: PARKED,
+            ..Pose::IDENTITY
+        };
+        if let Some(lead) = self.leads.get_mut(tool) {
+            let pose = pose.unwrap_or(parked);
+            lead.put(placement(&pose));
+            let action = Action::Tool { tool, pose };
+            self.pending.push(action);
+        }
+    }
+
+    /// Sets where a tool shall go.
+    pub fn lead_tool(&mut self, tool: usize, pose: Pose) {
+        if let Some(lead) = self.leads.get_mut(tool) {
+            lead.aim(placement(&pose));
+        }
+    }
+
+    /// Starts a stroke of the blade with an edge of two points or more, as soon as the one before is
+    /// done. The state before it is kept for [`Session::undo`].
+    pub fn begin_stroke(&mut self, edge: Vec<DVec3>) {
+        self.end_stroke();
+        self.stroke.push_back(Stroke {
+            first: Some(edge.clone()),
+            lead: BladeLead::new(edge, self.capture()),
+            before: None,
+            due: None,
+        });
+    }
+
+    /// Leads the blade of the newest stroke on.
+    pub fn lead_stroke(&mut self, edge: &[DVec3]) {
+        if let Some(stroke) = self.stroke.back_mut() {
+            let count = stroke.lead.edge().len();
+            let edge = if edge.len() == count {
+                edge.to_vec()
+            } else {
+                resampled(edge, count)
+            };
+            stroke.lead.pass(edge);
+        }
+    }
+
+    /// Ends the newest stroke where its blade was led last.
+    pub fn end_stroke(&mut self) {
+        if let Some(stroke) = self.stroke.back_mut() {
+            stroke.lead.end();
+        }
+    }
+
+    /// Grips the surface within `radius` (m) of a point (m).
+    pub fn grip(&mut self, point: DVec3, radius: f64) {
+        self.hand = Some(Hand {
+            from: point,
+            lead: PoseLead::new(at(point)),
+            radius,
+            gripped: false,
+            open: false,
+        });
+    }
+
+    /// Sets where the hand that grips shall go.
+    pub fn pull(&mut self, point: DVec3) {
+        if let Some(hand) = &mut self.hand {
+            hand.lead.aim(at(point));
+        }
+    }
+
+    /// Opens the hand.
+    pub fn let_go(&mut self) {
+        if let Some(hand) = &mut self.hand {
+            hand.open = true;
+        }
+    }
+
+    /// Sets gravity (m/s²) from the next step on.
+    pub fn set_gravity(&mut self, acceleration: DVec3) {
+        self.pending.push(Action::Gravity { acceleration });
+    }
+
+    /// Sets the mass-proportional damping (1/s) from the next step on.
+    pub fn set_damping(&mut self, rate: f64) {
+        self.pending.push(Action::Damping { rate });
+    }
+
+    /// Takes one step. Surfaces lag behind cuts until [`Session::grow`].
+    ///
+    /// # Errors
+    /// [`SessionError`] if it is lost; [`Session::recover`] brings a good state back.
+    pub fn step(&mut self) -> Result<(), SessionError> {
+        let step = self.world.step_size();
+        let actions = self.actions(step);
+        let number = self.world.steps();
+        let inputs = actions.into_iter().map(|action| Input {
+            step: number,
+            action,
+        });
+        let inputs: Vec<Input> = inputs.collect();
+        self.world.push(inputs.clone())?;
+        self.record.extend(inputs);
+        self.world.step()?;
+        self.settle()?;
+        self.observe(step);
+        Ok(())
+    }
+
+    /// Whether there is a cut that surfaces do not show yet.
+    #[must_use]
+    pub fn surfaces_lag(&self) -> bool {
+        !self.lagging.is_empty() || self.world.has_new_pieces()
+    }
+
+    /// Grows the surfaces by some of what was cut and they do not show yet: a few triangles, so that it takes
+    /// no longer than some steps. The surfels of each body that may be other than before; nothing without a cut.
+    ///
+    /// # Errors
+    /// [`SessionError`] if a piece of a cut is not finite.
+    pub fn grow(&mut self) -> Result<Vec<Vec<u32>>, SessionError> {
+        self.lagging.extend(self.world.take_new_pieces());
+        let Some(next) = self.lagging.front_mut() else {
+            return Ok(Vec::new());
+        };
+        let rest = next.triangles.split_off(HELPING.min(next.triangles.len()));
+        let piece = CutPiece {
+            member: next.member,
+            triangles: std::mem::replace(&mut next.triangles, rest),
+        };
+        self.lagging.retain(|piece| !piece.triangles.is_empty());
+        Ok(self.painter.grow(&self.world, &[piece])?)
+    }
+
+    /// What hands do in a step of `step` (s).
+    fn actions(&mut self, step: f64) -> Vec<Action> {
+        self.moved = [0.0; 3];
+        let mut actions = std::mem::take(&mut self.pending);
+        for (tool, lead) in self.leads.iter_mut().enumerate() {
+            let (before, _) = lead.now();
+            if let Some((position, rotation)) = lead.lead(step) {
+                self.moved[1] = self.moved[1].max(before.distance(position));
+                let pose = Pose { rotation, position };
+                actions.push(Action::Tool { tool, pose });
+            }
+        }
+        if let Some((phase, edge)) = self.lead_blade(step) {
+            actions.push(Action::Blade {
+                cut: 0,
+                phase,
+                edge,
+            });
+        }
+        if let Some(hand) = &mut self.hand {
+            if !hand.gripped {
+                hand.gripped = true;
+                actions.push(Action::Grip {
+                    point: hand.from,
+                    radius: hand.radius,
+                });
+            }
+            let (before, _) = hand.lead.now();
+            if let Some((position, _)) = hand.lead.lead(step) {
+                self.moved[2] = before.distance(position);
+                actions.push(Action::Pull {
+                    by: position - hand.from,
+                });
+            } else if hand.open {
+                actions.push(Action::LetGo);
+                self.hand = None;
+            }
+        }
+        actions
+    }
+
+    /// Leads the blade for a step (s); the edge that is to be captured in it, one at most.
+    fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
+        if self.stroke.front()?.before.is_none() {
+            let before = Some(self.checkpoint());
+            self.stroke.front_mut()?.before = before;
+        }
+        let stroke = self.stroke.front_mut()?;
+        if let Some(due) = stroke.due.take() {
+            if due.0 == StrokePhase::End {
+                self.stroke.pop_front();
+            }
+            return Some(due);
+        }
+        let before = stroke.lead.edge()[0];
+        let led = stroke.lead.lead(step);
+        self.moved[0] = stroke.lead.edge()[0].distance(before);
+        let due = match led {
+            Led::Nothing => return None,
+            Led::Capture(edge) => (StrokePhase::Update, edge),
+            Led::End(edge) => (StrokePhase::End, edge),
+        };
+        match stroke.first.take() {
+            Some(first) if due.0 == StrokePhase::End && first == due.1 => {
+                self.stroke.pop_front();
+                None
+            }
+            Some(first) => {
+                stroke.due = Some(due);
+                if let Some(before) = stroke.before.clone() {
+                    let bytes = before.bytes();
+                    self.ring.push(before, bytes);
+                }
+                self.strokes += 1;
+                Some((StrokePhase::Start, first))
+            }
+            None => {
+                if due.0 == StrokePhase::End {
+                    self.stroke.pop_front();
+                }
+                Some(due)
+            }
+        }
+    }
+
+    /// Ends settling when the bodies are at rest, as a run does.
+    fn settle(&mut self) -> Result<(), SessionError> {
+        let Some(settle) = self.world.scene().integration.settle else {
+            return Ok(());
+        };
+        if !self.is_settling() {
+            return Ok(());
+        }
+        if self.world.is_at_rest() || self.world.time() >= settle.limit {
+            self.world.start_scene()?;
+            let start = self.checkpoint();
+            self.ring.set_start(start);
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, step: f64) {
+        let tools = self.world.tool_forces();
+        let grip = self.world.grip_force();
+        let mut forces: Vec<([f64; 3], f64)> = tools
+            .iter()
+            .map(|tool| (tool.force.to_array(), tool.penetration))
+            .collect();
+        forces.push((grip.unwrap_or(DVec3::ZERO).to_array(), 0.0));
+        for tool in &tools {
+            self.score.peak[0] = self.score.peak[0].max(tool.force.length());
+        }
+        self.score.peak[1] = self.score.peak[1].max(grip.map_or(0.0, DVec3::length));
+        self.forces.take(self.world.time(), &forces);
+        let touching = tools.iter().any(|tool| tool.penetration > 0.0);
+        let acting = [!self.stroke.is_empty(), touching, grip.is_some()];
+        for (k, acting) in acting.into_iter().enumerate() {
+            if acting {
+                self.score.time[k] += step;
+                self.score.path[k] += self.moved[k];
+            }
+        }
+    }
+
+    /// The state between two steps.
+    fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            world: self.world.clone(),
+            surfaces: self.painter.surfaces(),
+            lagging: self.lagging.clone(),
+            recorded: self.record.len(),
+            leads: self.leads.clone(),
+            strokes: self.strokes,
+        }
+    }
+
+    /// Goes back to before the last stroke; `false` if there is none, or it is too long ago.
+    pub fn undo(&mut self) -> bool {
+        let before = self.ring.pop();
+        before.map(|before| self.restore(before)).is_some()
+    }
+
+    /// Goes back to the start: after settling, or at its beginning while it lasts.
+    pub fn reset(&mut self) {
+        if let Some(start) = self.ring.reset() {
+            self.restore(start);
+        }
+    }
+
+    /// Goes back to the newest good state, after a step was lost.
+    pub fn recover(&mut self) {
+        if let Some(good) = self.ring.last_good() {
+            self.restore(good);
+        }
+    }
+
+    fn restore(&mut self, checkpoint: Checkpoint) {
+        self.world = checkpoint.world;
+        self.painter.set_surfaces(checkpoint.surfaces);
+        self.lagging = checkpoint.lagging;
+        self.record.truncate(checkpoint.recorded);
+        self.leads = checkpoint.leads;
+        self.strokes = checkpoint.strokes;
+        self.stroke.clear();
+        self.pending.clear();
+        // Who gripped then holds no more.
+        self.hand = None;
+        if self.world.grip_force().is_some() {
+            self.pending.push(Action::LetGo);
+        }
+        self.forces.restart(self.world.time());
+    }
+
+    /// Writes the recording (`scene.ron` and `input.csv`: `phyxel run scene.ron --replay input.csv` repeats
+    /// it), a checkpoint of the world and the score sheet; the files' names.
+    ///
+    /// # Errors
+    /// [`SessionError::Output`].
+    pub fn save(&self, folder: &OutputFolder) -> Result<Vec<String>, SessionError> {
+        let mut scene = self.world.scene().clone();
+        // A run ends with the first step that reaches the duration.
+        scene.integration.duration = self.world.scene_time().unwrap_or(0.0);
+        let names = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
+        folder.write(names[0], scene.to_ron().as_bytes())?;
+        folder.write(names[1], &input_csv(&scene, &self.record))?;
+        write_checkpoint(folder, names[2], &scene, &RunState::of(&self.world))?;
+        let severed: usize = self.severed_pairs();
+        let rows = [
+            ("simulated_time_s", format!("{:.4}", self.world.time())),
+            ("steps", self.world.steps().to_string()),
+            ("strokes", self.strokes.to_string()),
+            ("severed_pairs", severed.to_string()),
+        ];
+        folder.write(names[3], &self.score.csv(&rows))?;
+        Ok(names.map(str::to_owned).to_vec())
+    }
+
+    /// Pairs of nodes that cuts severed.
+    #[must_use]
+    pub fn severed_pairs(&self) -> usize {
+        let cuttings = self
+            .world
+            .members()
+            .iter()
+            .filter_map(|m| m.cutting.as_ref());
+        cuttings.map(phyxel::Cutting::severed_pairs).sum()
+    }
+}
+
+fn at(position: DVec3) -> Placement {
+    placement(&Pose {
+        position,
+        ..Pose::IDENTITY
+    })
+}
+
+fn placement(pose: &Pose) -> Placement {
+    (pose.position, pose.rotation)
+}

@@ -1,0 +1,65 @@
+//! A scene made ready for hands.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use phyxel::scene::{
+    Capture, Cut, Key, Observe, Pictures, Rest, Scene, SceneError, Tool, ToolShape,
+};
+
+/// Name of the blade that hands lead.
+pub(super) const BLADE: &str = "hand";
+/// Name of the probe of a scene without tools.
+const PROBE: &str = "probe";
+/// Radius of that probe over the diagonal of the bodies: 10 mm for a liver.
+const PROBE_SIZE: f64 = 0.045;
+/// Where tools wait that no hand leads (m): far from all bodies.
+pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
+
+/// Makes a scene ready for hands: one blade takes the place of its cuts, a scene without tools gets a
+/// probe, pictures are on so that there are surfels, and nothing moves by a path. `extent` is the
+/// diagonal (m) of its bodies.
+///
+/// # Errors
+/// [`SceneError`] if the scene was not valid before.
+pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
+    let mut scene = scene.clone();
+    let key = |time: f64| Key {
+        time,
+        position: PARKED,
+        rotation: DVec3::ZERO,
+    };
+    scene.cuts = vec![Cut {
+        name: BLADE.to_owned(),
+        body: None,
+        edge: vec![DVec3::ZERO, DVec3::Z * 0.01],
+        path: vec![key(0.0), key(1.0)],
+        capture: Capture::default(),
+        weld_tolerance: scene.cuts.iter().find_map(|cut| cut.weld_tolerance),
+    }];
+    if scene.tools.is_empty() {
+        let radius = PROBE_SIZE * extent;
+        let mut probe = Tool::new(ToolShape::Sphere { radius }, Vec::new());
+        PROBE.clone_into(&mut probe.name);
+        probe.friction = 0.1;
+        scene.tools.push(probe);
+    }
+    for tool in &mut scene.tools {
+        tool.position = DVec3::ZERO;
+        tool.path = vec![key(0.0)];
+        tool.release = None;
+    }
+    if let Some(settle) = &mut scene.integration.settle {
+        settle.rest = Rest::Motion;
+    }
+    scene.observe = Observe {
+        state_rate: None,
+        input: false,
+        checkpoint: None,
+        ..scene.observe
+    };
+    scene.pictures.get_or_insert_with(Pictures::default);
+    // The same checks as for any other scene.
+    Scene::from_text(&scene.to_ron(), "live scene", Path::new(""), &[])
+}

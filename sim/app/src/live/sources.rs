@@ -1,0 +1,89 @@
+//! Scenes that a session can be about.
+
+use std::path::Path;
+
+use phyxel::scene::{EMBEDDED, Scene, SceneError};
+
+/// Reads the default scene of a mesh file; the words of a failure are for people.
+pub type MeshReader = dyn Fn(&Path) -> Result<(Scene, String), String> + Send;
+
+/// A scene that can be asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneSource {
+    /// Name by which it is asked for.
+    pub name: String,
+    /// One line for people.
+    pub summary: String,
+    scene: Option<Scene>,
+}
+
+/// All of them, and how mesh files are understood.
+pub struct Sources {
+    list: Vec<SceneSource>,
+    meshes: Box<MeshReader>,
+}
+
+impl std::fmt::Debug for Sources {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Sources")
+            .field("list", &self.list)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Sources {
+    /// The embedded scenes, with `first` before them.
+    #[must_use]
+    pub fn new(first: &Scene, meshes: Box<MeshReader>) -> Self {
+        let embedded = EMBEDDED.iter().map(|scene| SceneSource {
+            name: scene.name.to_owned(),
+            summary: scene.summary.to_owned(),
+            scene: None,
+        });
+        let mut sources = Self {
+            list: embedded.collect(),
+            meshes,
+        };
+        sources.add(first);
+        sources
+    }
+
+    /// Adds a scene, in place of one of the same name.
+    fn add(&mut self, scene: &Scene) {
+        self.list.retain(|source| source.name != scene.name);
+        let source = SceneSource {
+            name: scene.name.clone(),
+            summary: scene.description.clone(),
+            scene: Some(scene.clone()),
+        };
+        self.list.insert(0, source);
+    }
+
+    /// Names and summaries.
+    #[must_use]
+    pub fn list(&self) -> &[SceneSource] {
+        &self.list
+    }
+
+    /// The scene of a name.
+    ///
+    /// # Errors
+    /// [`SceneError`] if there is none.
+    pub fn scene(&self, name: &str) -> Result<Scene, SceneError> {
+        let known = self.list.iter().find(|source| source.name == name);
+        match known.and_then(|source| source.scene.as_ref()) {
+            Some(scene) => Ok(scene.clone()),
+            None => Scene::embedded(name, &[]),
+        }
+    }
+
+    /// The default scene of a mesh file, which can be asked for from now on.
+    ///
+    /// # Errors
+    /// Words for people.
+    pub fn take_mesh(&mut self, file: &Path) -> Result<(Scene, String), String> {
+        let (scene, note) = (self.meshes)(file)?;
+        self.add(&scene);
+        Ok((scene, note))
+    }
+}

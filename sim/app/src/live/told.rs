@@ -1,0 +1,196 @@
+//! What clients are told of a world.
+
+use glam::DVec3;
+use phyxel_live::{BodyInfo, BodyState, Control, Scene as SceneInfo, Stats, ToolInfo, ToolState};
+use phyxel_splat::Camera;
+
+use super::session::Session;
+use super::sources::Sources;
+use phyxel::World;
+use phyxel::scene::{Scene, ToolShape, View};
+
+/// Bodies' nodes as plain numbers.
+pub(super) struct Moved {
+    positions: Vec<[f64; 3]>,
+    gradients: Vec<[f64; 9]>,
+}
+
+impl Moved {
+    pub(super) fn view(&self) -> BodyState<'_> {
+        BodyState {
+            positions: &self.positions,
+            gradients: &self.gradients,
+        }
+    }
+}
+
+pub(super) fn bodies_of(world: &World) -> Vec<Moved> {
+    let bodies = world.members().iter().map(|member| {
+        let gradients = member.body.elastic.deformation_gradients();
+        Moved {
+            positions: super::skin::plain(member.body.motion.positions()),
+            gradients: gradients.iter().map(glam::DMat3::to_cols_array).collect(),
+        }
+    });
+    bodies.collect()
+}
+
+pub(super) fn tool_states(world: &World) -> Vec<ToolState> {
+    let tools = world.tool_forces().into_iter().map(|tool| ToolState {
+        position: tool.pose.position.to_array(),
+        rotation: tool.pose.rotation.to_array(),
+        force: tool.force.to_array(),
+        torque: tool.torque.to_array(),
+        penetration: tool.penetration,
+    });
+    tools.collect()
+}
+
+/// The scene as clients see it. `base` is what it was before hands got it.
+pub(super) fn scene_of(
+    epoch: u32,
+    session: &Session,
+    base: &Scene,
+    sources: &Sources,
+) -> SceneInfo {
+    let (world, painter) = (session.world(), session.painter());
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for member in world.members() {
+        let bounds = member.body.solid.bounds();
+        low = low.min(bounds.min);
+        high = high.max(bounds.max);
+    }
+    let view = base
+        .pictures
+        .as_ref()
+        .map(|pictures| pictures.view)
+        .unwrap_or_default();
+    let view = match view {
+        View::Around {
+            azimuth,
+            elevation,
+            zoom,
+            ..
+        } => [azimuth, elevation, zoom],
+        View::Explicit { eye, target, .. } => {
+            let from = eye - target;
+            let azimuth = from.x.atan2(-from.y).to_degrees();
+            let elevation = from.z.atan2(from.x.hypot(from.y)).to_degrees();
+            [azimuth, elevation, 1.0]
+        }
+    };
+    let settings = painter.settings();
+    let bodies = world.members().iter().enumerate().map(|(index, member)| {
+        let (_, surfaces) = painter.texture(index);
+        let surfaces = surfaces
+            .iter()
+            .map(|s| [s.specular, s.shininess, s.relief, s.relief_frequency]);
+        BodyInfo {
+            name: member.body.name.clone(),
+            nodes: member.body.rest.len(),
+            outer: painter.tissue(index).outer_count(),
+            surfaces: surfaces.collect(),
+            inside: painter.depth_color(index).to_array(),
+        }
+    });
+    let background = &settings.background;
+    SceneInfo {
+        epoch,
+        name: base.name.clone(),
+        description: base.description.clone(),
+        scenes: sources
+            .list()
+            .iter()
+            .map(|source| [source.name.clone(), source.summary.clone()])
+            .collect(),
+        low: low.to_array(),
+        high: high.to_array(),
+        view,
+        bodies: bodies.collect(),
+        tools: world.scene().tools.iter().map(tool_of).collect(),
+        values: values_of(session),
+        capture: session.capture(),
+        spacing: session.spacing(),
+        background: [background.top.to_array(), background.bottom.to_array()],
+        tolerance: settings.tolerance,
+        max_stretch: phyxel_splat::TissueSettings::default().max_stretch,
+        settling: session.is_settling(),
+    }
+}
+
+fn tool_of(tool: &phyxel::scene::Tool) -> ToolInfo {
+    let (shape, points, radius) = shape_of(tool.solid());
+    ToolInfo {
+        name: tool.name.clone(),
+        shape,
+        points,
+        radius,
+    }
+}
+
+/// Gravity, damping and Young's modulus as they are.
+fn values_of(session: &Session) -> [f64; 3] {
+    let world = session.world();
+    let first = world.scene().bodies.first();
+    let modulus = first.map_or(0.0, |body| body.material.youngs_modulus);
+    [world.gravity().length(), world.damping(), modulus]
+}
+
+pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
+    let world = session.world();
+    let (strokes, undo) = session.strokes();
+    let score = session.score();
+    let (mut balance, mut scale) = (0.0, f64::MIN_POSITIVE);
+    for member in world.members() {
+        let audit = member.body.motion.audit();
+        balance += audit.balance();
+        scale += audit.scale() + member.body.elastic.energy_round_off();
+    }
+    Stats {
+        settling: session.is_settling(),
+        nodes: world.members().iter().map(|m| m.body.rest.len()).sum(),
+        surfels,
+        severed: session.severed_pairs(),
+        strokes,
+        undo,
+        path: score.path,
+        peak: score.peak,
+        balance: balance / scale,
+        values: values_of(session),
+        ..Stats::default()
+    }
+}
+
+/// The camera and the size of a picture that a client asks for; `None` if there is no such camera.
+pub(super) fn camera_of(asked: &Control) -> Option<(Camera, [u32; 2])> {
+    let Control::Picture {
+        eye,
+        target,
+        up,
+        field_of_view,
+        width,
+        height,
+    } = asked
+    else {
+        return None;
+    };
+    let [eye, target, up] = [*eye, *target, *up].map(DVec3::from_array);
+    (target - eye).try_normalize()?.cross(up).try_normalize()?;
+    let eye = Some(eye).filter(|eye| eye.is_finite())?;
+    let angle = Some(*field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
+    let camera = Camera::looking_at(eye, target, up, angle.to_radians());
+    Some((camera, [*width, *height]))
+}
+
+/// The name of a tool's shape, up to two points or directions (m) and a radius (m), as the live page is told.
+fn shape_of(shape: ToolShape) -> (&'static str, [[f64; 3]; 2], f64) {
+    let zero = [0.0; 3];
+    match shape {
+        ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
+        ToolShape::Capsule { from, to, radius } => {
+            ("capsule", [from.to_array(), to.to_array()], radius)
+        }
+        ToolShape::Box { size } => ("box", [size.to_array(), zero], 0.0),
+        ToolShape::Plane { normal } => ("plane", [normal.to_array(), zero], 0.0),
+    }
+}

@@ -1,0 +1,249 @@
+//! `input.csv`: what tools, blades and hands did, step by step; written by a run, read by a replay.
+//!
+//! A tool's row has its place and its rotation as a quaternion at the end of the step; an edge has a
+//! row per point. A grip has its point and its radius as the value, a pull its way, gravity its
+//! acceleration (m/s²) in place of a point, damping its rate (1/s) as the value. Numbers are written so that reading gives the same bits.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use phyxel_text::{DidYouMean, nearest, read_file};
+
+use phyxel::scene::{Pose, Scene};
+use phyxel::{Action, Input, StrokePhase};
+
+/// A recorded input that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputFileError {
+    /// The file cannot be read, or a row is not as it must be.
+    #[error("{}: {source}; such a file is written by a run with observe.input", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the reader said, with the line.
+        source: csv::Error,
+    },
+    /// A row says something that cannot be.
+    #[error("{}: line {line}: {problem}", file.display())]
+    Row {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Row {
+    step: u64,
+    kind: Kind,
+    name: String,
+    phase: Option<StrokePhase>,
+    point: usize,
+    x_m: f64,
+    y_m: f64,
+    z_m: f64,
+    qx: Option<f64>,
+    qy: Option<f64>,
+    qz: Option<f64>,
+    qw: Option<f64>,
+    #[serde(default)]
+    value: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Tool,
+    Blade,
+    Grip,
+    Pull,
+    LetGo,
+    Gravity,
+    Damping,
+}
+
+/// The rows of `inputs`.
+#[must_use]
+pub fn input_csv(scene: &Scene, inputs: &[Input]) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in inputs.iter().flat_map(|input| rows(scene, input)) {
+        // Writing into memory cannot fail.
+        let _ = writer.serialize(row);
+    }
+    writer.into_inner().unwrap_or_default()
+}
+
+fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
+    let row = |kind, name: &str, point, place: DVec3| Row {
+        step: *step,
+        kind,
+        name: name.to_owned(),
+        phase: None,
+        point,
+        x_m: place.x,
+        y_m: place.y,
+        z_m: place.z,
+        qx: None,
+        qy: None,
+        qz: None,
+        qw: None,
+        value: None,
+    };
+    match action {
+        Action::Tool { tool, pose } => {
+            let turn = pose.rotation;
+            vec![Row {
+                qx: Some(turn.x),
+                qy: Some(turn.y),
+                qz: Some(turn.z),
+                qw: Some(turn.w),
+                ..row(Kind::Tool, &scene.tools[*tool].name, 0, pose.position)
+            }]
+        }
+        Action::Blade { cut, phase, edge } => {
+            let name = &scene.cuts[*cut].name;
+            let points = edge.iter().enumerate();
+            let rows = points.map(|(point, &place)| Row {
+                phase: Some(*phase),
+                ..row(Kind::Blade, name, point, place)
+            });
+            rows.collect()
+        }
+        Action::Grip { point, radius } => vec![Row {
+            value: Some(*radius),
+            ..row(Kind::Grip, "", 0, *point)
+        }],
+        Action::Pull { by } => vec![row(Kind::Pull, "", 0, *by)],
+        Action::LetGo => vec![row(Kind::LetGo, "", 0, DVec3::ZERO)],
+        Action::Gravity { acceleration } => vec![row(Kind::Gravity, "", 0, *acceleration)],
+        Action::Damping { rate } => vec![Row {
+            value: Some(*rate),
+            ..row(Kind::Damping, "", 0, DVec3::ZERO)
+        }],
+    }
+}
+
+/// Reads the inputs of a run of `scene`.
+///
+/// # Errors
+/// [`InputFileError`] with the file and the line.
+pub fn read_input(file: &Path, scene: &Scene) -> Result<Vec<Input>, InputFileError> {
+    let failed = |source| InputFileError::Read {
+        file: file.to_owned(),
+        source,
+    };
+    let content = read_file(file).map_err(|error| failed(error.into()))?;
+    let mut reader = csv::Reader::from_reader(&content[..]);
+    let headers = reader.headers().map_err(failed)?.clone();
+    let fault = |line, problem| InputFileError::Row {
+        file: file.to_owned(),
+        line,
+        problem,
+    };
+    let mut inputs: Vec<Input> = Vec::new();
+    let mut lines = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(failed)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row: Row = record.deserialize(Some(&headers)).map_err(failed)?;
+        add(scene, &mut inputs, row).map_err(|problem| fault(line, problem))?;
+        lines.resize(inputs.len(), line);
+    }
+    for (input, line) in inputs.iter().zip(lines) {
+        if matches!(&input.action, Action::Blade { edge, .. } if edge.len() < 2) {
+            let problem = "a blade's edge needs two points, a row each, at least".to_owned();
+            return Err(fault(line, problem));
+        }
+    }
+    Ok(inputs)
+}
+
+fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
+    let place = DVec3::new(row.x_m, row.y_m, row.z_m);
+    if !place.is_finite() {
+        return Err("x_m, y_m and z_m must be finite".to_owned());
+    }
+    let step = row.step;
+    if let Some(last) = inputs.last().filter(|last| last.step > step) {
+        return Err(format!("step {step} comes after step {}", last.step));
+    }
+    match row.kind {
+        Kind::Tool => {
+            let tool = index_of("tool", &row.name, scene.tools.iter().map(|t| &*t.name))?;
+            let (Some(x), Some(y), Some(z), Some(w)) = (row.qx, row.qy, row.qz, row.qw) else {
+                return Err("a tool needs its rotation: qx, qy, qz and qw".to_owned());
+            };
+            let rotation = DQuat::from_xyzw(x, y, z, w);
+            if (rotation.length() - 1.0).abs() > 1e-6 {
+                return Err("qx, qy, qz and qw must be of unit length together".to_owned());
+            }
+            let position = place;
+            let pose = Pose { rotation, position };
+            let action = Action::Tool { tool, pose };
+            inputs.push(Input { step, action });
+        }
+        Kind::Blade => {
+            let cut = index_of("cut", &row.name, scene.cuts.iter().map(|c| &*c.name))?;
+            let Some(phase) = row.phase else {
+                return Err("a blade needs a phase: Start, Update or End".to_owned());
+            };
+            let last = inputs.last_mut().filter(|last| last.step == step);
+            match last.map(|last| &mut last.action) {
+                Some(Action::Blade {
+                    cut: same, edge, ..
+                }) if *same == cut && edge.len() == row.point => edge.push(place),
+                _ if row.point == 0 => {
+                    let edge = vec![place];
+                    let action = Action::Blade { cut, phase, edge };
+                    inputs.push(Input { step, action });
+                }
+                _ => {
+                    let point = row.point;
+                    return Err(format!(
+                        "point {point} of an edge must follow the point before it"
+                    ));
+                }
+            }
+        }
+        kind => {
+            let value = row.value.filter(|value| value.is_finite() && *value >= 0.0);
+            let action = match (kind, value) {
+                (Kind::Grip, Some(radius)) => Action::Grip {
+                    point: place,
+                    radius,
+                },
+                (Kind::Damping, Some(rate)) => Action::Damping { rate },
+                (Kind::Grip | Kind::Damping, None) => {
+                    return Err("this needs a value that is not negative".to_owned());
+                }
+                (Kind::Pull, _) => Action::Pull { by: place },
+                (Kind::Gravity, _) => Action::Gravity {
+                    acceleration: place,
+                },
+                _ => Action::LetGo,
+            };
+            inputs.push(Input { step, action });
+        }
+    }
+    Ok(())
+}
+
+fn index_of<'a>(
+    what: &str,
+    name: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> Result<usize, String> {
+    names
+        .clone()
+        .position(|candidate| candidate == name)
+        .ok_or_else(|| {
+            let hint = DidYouMean(nearest(name, names));
+            format!("the scene has no {what} '{name}'{hint}")
+        })
+}

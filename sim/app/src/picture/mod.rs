@@ -1,0 +1,413 @@
+//! Pictures of the world: surfels on the bodies, new skin in cuts, tools and blades.
+
+mod coloring;
+mod error;
+mod rigid;
+mod sampling;
+mod style;
+mod surfels;
+mod textured;
+mod tool;
+mod views;
+
+pub use error::{PictureError, SkinProblem};
+pub use sampling::surfels_on_solid;
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use phyxel_splat::{
+    Camera, DrawMode, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay,
+    RenderSettings, Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
+    triangle_near_box,
+};
+
+use phyxel_text::read_file;
+
+use phyxel::scene::{self, Coloring, Pictures, Show};
+use phyxel::{CutPiece, Member, World};
+
+/// The surfaces of all bodies as cuts have left them, to be gone back to.
+#[derive(Debug, Clone)]
+pub struct Surfaces(Vec<DrawnTissue>);
+
+impl Surfaces {
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        bytes_of(&self.0)
+    }
+}
+
+/// How surfaces are covered and drawn, beside what a scene says of them.
+#[derive(Debug, Clone, Default)]
+pub struct Style {
+    /// Radii, clipping, binding; the density of skin is the scene's.
+    pub tissue: TissueSettings,
+    /// How splats are drawn.
+    pub mode: DrawMode,
+    /// Leave tools and blades away.
+    pub bare: bool,
+}
+
+/// Draws the world as a scene asks.
+#[derive(Debug)]
+pub struct Painter {
+    skins: Vec<DrawnTissue>,
+    renderer: Renderer,
+    camera: Camera,
+    coloring: Coloring,
+    splat_scale: f64,
+    show: Show,
+    bare: bool,
+    /// Rigid surfaces of the scene, and the looks of each tool in its own frame.
+    rigid: Vec<DrawnMesh>,
+    looks: Vec<Option<DrawnMesh>>,
+    frames: usize,
+}
+
+impl Painter {
+    /// Covers the bodies with surfels and sets the camera up.
+    ///
+    /// # Errors
+    /// [`PictureError`] if a surface cannot be sampled or bound to its nodes, or an image or a mesh cannot be read.
+    pub fn new(world: &World, pictures: &Pictures) -> Result<Self, PictureError> {
+        Self::build(world, pictures, None)
+    }
+
+    /// As [`Painter::new`], in another style than the scene's.
+    ///
+    /// # Errors
+    /// As [`Painter::new`].
+    pub fn styled(world: &World, pictures: &Pictures, style: &Style) -> Result<Self, PictureError> {
+        Self::build(world, pictures, Some(style))
+    }
+
+    fn build(
+        world: &World,
+        pictures: &Pictures,
+        style: Option<&Style>,
+    ) -> Result<Self, PictureError> {
+        let scene = world.scene();
+        let skins = world
+            .members()
+            .iter()
+            .zip(&scene.bodies)
+            .zip(surfels::shares(world))
+            .map(|((member, description), share)| {
+                let tissue = style.map_or_else(
+                    || style::tissue_of(&description.surfels),
+                    |style| style.tissue.clone(),
+                );
+                skin_of(member, description, share, tissue)
+                    .map_err(|problem| problem.named(&description.name))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let camera = camera_of(world, pictures);
+        let surfaces = skins.iter().flat_map(|skin| skin.surfaces.iter().cloned());
+        let plain = Surface {
+            specular: 0.0,
+            ..Surface::default()
+        };
+        let colored = pictures.color != Coloring::Tissue;
+        let surfaces = surfaces.map(|own| if colored { plain.clone() } else { own });
+        let images = skins.iter().flat_map(|skin| skin.images.iter().cloned());
+        let images = images.filter(|_| !colored).collect();
+        let rigid = pictures.meshes.iter().map(rigid::read);
+        let rigid = rigid.collect::<Result<Vec<_>, _>>()?;
+        let looks = scene.tools.iter().map(|tool| {
+            let looks = tool.looks.as_ref().map(rigid::read).transpose()?;
+            Ok(looks.map(|mesh| rigid::scaled(mesh, tool.scale)))
+        });
+        let looks = looks.collect::<Result<Vec<_>, PictureError>>()?;
+        let renderer = Renderer::new(RenderSettings {
+            width: pictures.width,
+            height: pictures.height,
+            samples: pictures.samples,
+            background: style::background_of(pictures.background),
+            mode: style.map_or(pictures.mode, |style| style.mode),
+            surfaces: surfaces.collect(),
+            images,
+            ..RenderSettings::default()
+        });
+        Ok(Self {
+            skins,
+            renderer,
+            camera,
+            coloring: pictures.color,
+            splat_scale: pictures.splat_scale,
+            show: pictures.show,
+            bare: style.is_some_and(|style| style.bare),
+            rigid,
+            looks,
+            frames: 0,
+        })
+    }
+
+    /// Positions (m), normals and areas (m², at rest) of a body's surfels where [`Painter::carry`] has
+    /// moved them, those of cuts included.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn surfels(&self, body: usize) -> (&[DVec3], &[DVec3], &[f64]) {
+        let skin = &self.skins[body];
+        let (splats, areas) = (skin.splats(), &skin.tissue.surfels().areas);
+        (&splats.positions, &splats.normals, areas)
+    }
+
+    /// The surface of a body at rest.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn tissue(&self, body: usize) -> &Tissue {
+        &self.skins[body].tissue
+    }
+
+    /// The colours and materials of a body's surface.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn texture(&self, body: usize) -> (&TissueTexture, &[Surface]) {
+        (&self.skins[body].texture, &self.skins[body].surfaces)
+    }
+
+    /// Linear colour of what gaps of a cut surface show.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn depth_color(&self, body: usize) -> Vec3 {
+        self.skins[body].depth_color()
+    }
+
+    /// The settings of the renderer.
+    #[must_use]
+    pub fn settings(&self) -> &RenderSettings {
+        self.renderer.settings()
+    }
+
+    /// Draws from another place, in another size.
+    ///
+    /// # Panics
+    /// If the size is none that [`Renderer::new`] takes.
+    pub fn look(&mut self, camera: Camera, [width, height]: [u32; 2], samples: u32) {
+        self.camera = camera;
+        self.renderer = Renderer::new(RenderSettings {
+            width,
+            height,
+            samples,
+            ..self.renderer.settings().clone()
+        });
+    }
+
+    /// The camera, the size of pictures and the samples of a pixel.
+    #[must_use]
+    pub fn view(&self) -> (Camera, [u32; 2], u32) {
+        let settings = self.renderer.settings();
+        let size = [settings.width, settings.height];
+        (self.camera, size, settings.samples)
+    }
+
+    /// Heap bytes of the surfels, as they are and as they are drawn.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        bytes_of(&self.skins)
+    }
+
+    /// A copy of the surfaces, without what the next picture computes again.
+    #[must_use]
+    pub fn surfaces(&self) -> Surfaces {
+        let skins = self.skins.iter().map(DrawnTissue::unmoved);
+        Surfaces(skins.collect())
+    }
+
+    /// Goes back to surfaces that [`Painter::surfaces`] gave.
+    pub fn set_surfaces(&mut self, surfaces: Surfaces) {
+        self.skins = surfaces.0;
+    }
+
+    /// Number of frames drawn.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Counts frames from `frames` on, as a resumed run does.
+    pub fn set_frames(&mut self, frames: usize) {
+        self.frames = frames;
+    }
+
+    /// Surfels of the outer surfaces, and all others: new skin and split surfels.
+    #[must_use]
+    pub fn surfel_counts(&self) -> (usize, usize) {
+        let outer = self.skins.iter().map(|s| s.tissue.outer_count()).sum();
+        let all: usize = self.skins.iter().map(|s| s.tissue.surfels().len()).sum();
+        (outer, all - outer)
+    }
+
+    /// Grows new skin on new pieces of cuts; the surfels of each body that may be other than before.
+    ///
+    /// # Errors
+    /// [`PictureError`] if a piece is not finite.
+    pub fn grow(
+        &mut self,
+        world: &World,
+        pieces: &[CutPiece],
+    ) -> Result<Vec<Vec<u32>>, PictureError> {
+        let mut changed = vec![Vec::new(); self.skins.len()];
+        for piece in pieces {
+            let Member { body, cutting, .. } = &world.members()[piece.member];
+            let Some(cutting) = cutting else { continue };
+            let (cuts, bounds) = (cutting.cuts(), body.solid.bounds());
+            // A blade reaches far out of the body; skin grows where it is inside or near.
+            let near: Vec<_> = piece
+                .triangles
+                .iter()
+                .filter(|[a, b, c]| {
+                    let middle = (*a + *b + *c) / 3.0;
+                    let size = a
+                        .distance(middle)
+                        .max(b.distance(middle))
+                        .max(c.distance(middle));
+                    body.solid.signed_distance(middle) < size + 2.0 * body.spacing
+                })
+                .flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
+                .collect();
+            let change = self.skins[piece.member]
+                .tissue
+                .cut(&near, &|point| body.solid.contains(point), &|a, b| {
+                    cuts.crosses(a, b)
+                })
+                .map_err(|problem| SkinProblem::from(problem).named(&body.name))?;
+            changed[piece.member].extend(change.surfels);
+        }
+        Ok(changed)
+    }
+
+    /// Moves the surfels to where the bodies are.
+    pub fn carry(&mut self, world: &World) {
+        for (skin, Member { body, .. }) in self.skins.iter_mut().zip(world.members()) {
+            skin.carry(
+                body.motion.positions(),
+                &body.elastic.deformation_gradients(),
+            );
+            if let Some((scale, _)) = coloring::legend(self.coloring) {
+                skin.colors = coloring::colors(self.coloring, &scale, skin, body);
+            }
+        }
+    }
+
+    /// Draws one frame of what [`Painter::carry`] has moved.
+    pub fn draw(&mut self, world: &World) -> Frame {
+        self.frames += 1;
+        let mut meshes = if self.bare || self.show != Show::Surface {
+            Vec::new()
+        } else {
+            let mut meshes = tool::meshes(world, &self.looks);
+            meshes.extend(self.rigid.iter().cloned());
+            meshes
+        };
+        for (skin, member) in self.skins.iter().zip(world.members()) {
+            meshes.extend(views::meshes(self.show, member, skin));
+        }
+        if self.show == Show::BladePath {
+            meshes.extend(views::blade_paths(world));
+        }
+        let mut frame = match &self.skins[..] {
+            [only] if self.splat_scale >= 1.0 && views::has_surface(self.show) => {
+                self.renderer.draw(&only.view(), &meshes, &self.camera)
+            }
+            skins => {
+                let shown = skins.iter().filter(|_| views::has_surface(self.show));
+                let mut all = MergedSplats::of(
+                    shown.map(|skin| (skin.view(), skin.surfaces.len(), skin.images.len())),
+                );
+                all.scale(self.splat_scale);
+                self.renderer.draw(&all.view(), &meshes, &self.camera)
+            }
+        };
+        let legends = [coloring::legend(self.coloring), views::legend(self.show)];
+        if let Some((scale, title)) = legends.into_iter().flatten().next() {
+            Overlay::new(&mut frame).legend(&scale, title);
+        }
+        frame
+    }
+}
+
+fn bytes_of(skins: &[DrawnTissue]) -> usize {
+    skins.iter().map(DrawnTissue::bytes).sum()
+}
+
+/// The surface of one body.
+fn skin_of(
+    member: &Member,
+    description: &scene::Body,
+    share: f64,
+    style: TissueSettings,
+) -> Result<DrawnTissue, SkinProblem> {
+    let spec = &description.surfels;
+    let body = &member.body;
+    let surfels = match &spec.points {
+        Some(points) => surfels::scanned(points, description, body)?,
+        None => surfels::spread(spec.target, spec.spacing, share, body)?,
+    };
+    let tissue = Tissue::new(
+        &surfels.positions,
+        &surfels.normals,
+        &surfels.areas,
+        &body.rest,
+        &TissueSettings {
+            skin_density: spec.cut_density,
+            ..style
+        },
+    )?;
+    let texture = TissueTexture::in_colors(
+        linear_color(spec.color),
+        linear_color(spec.cut_color),
+        body.solid.bounds().size().max_element(),
+    );
+    let mut surfaces = texture.surfaces();
+    for (surface, image) in surfaces.iter_mut().zip([&spec.image, &spec.cut_image]) {
+        surface.coat = image.as_ref().map(coat_of).transpose()?;
+    }
+    let mut skin = DrawnTissue::new(tissue, texture, surfaces);
+    if spec.textured {
+        textured::lay(description, &mut skin)?;
+    }
+    Ok(skin)
+}
+
+/// The camera that a scene's pictures ask for.
+fn camera_of(world: &World, pictures: &Pictures) -> Camera {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for member in world.members() {
+        let bounds = member.body.solid.bounds();
+        low = low.min(bounds.min);
+        high = high.max(bounds.max);
+    }
+    let aspect = f64::from(pictures.width) / f64::from(pictures.height);
+    pictures.view.camera(low, high, aspect)
+}
+
+/// The image that a scene lays on a surface.
+fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, SkinProblem> {
+    Ok(ImageCoat {
+        image: Arc::new(image_of(&image.file)?),
+        size: image.size,
+    })
+}
+
+/// The image of a file.
+fn image_of(file: &Path) -> Result<Image, SkinProblem> {
+    let problem = |source| SkinProblem::Image {
+        file: file.to_owned(),
+        source,
+    };
+    let bytes = read_file(file).map_err(|error| problem(error.into()))?;
+    Image::read_png(Cursor::new(bytes)).map_err(problem)
+}

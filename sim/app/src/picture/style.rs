@@ -1,0 +1,29 @@
+//! How a scene wants surfaces covered and drawn.
+
+use phyxel_splat::{Background, BindSettings, TissueSettings, linear_color};
+
+use phyxel::scene::{Backdrop, SurfelSettings};
+
+/// Radii, clipping and binding of a body's surfels.
+pub(super) fn tissue_of(spec: &SurfelSettings) -> TissueSettings {
+    let usual = TissueSettings::default();
+    TissueSettings {
+        bind: BindSettings {
+            neighbors: spec.nodes as usize,
+            law: spec.weights,
+            ..usual.bind
+        },
+        radius: spec.radius,
+        opening: spec.opening,
+        clip: spec.clip,
+        inside: spec.inside,
+        ..usual
+    }
+}
+
+pub(super) fn background_of(spec: Option<Backdrop>) -> Background {
+    spec.map_or_else(Background::default, |spec| Background {
+        top: linear_color(spec.top),
+        bottom: linear_color(spec.bottom),
+    })
+}

@@ -1,0 +1,93 @@
+//! Surfels on a body's surface at rest: spread on its shape, or points of a file.
+
+use phyxel_discretize::{SurfaceSamples, read_point_cloud, surface_mesh};
+use phyxel_mls::{NearestSettings, k_nearest};
+
+use super::SkinProblem;
+use super::sampling::surfels_on_solid;
+use phyxel::scene::{PointFile, SurfelSpacing, SurfelTarget};
+use phyxel::{Body, World};
+
+/// Fewest surfels of a body that shares their number: a ball's outline is still round.
+const FEWEST: usize = 300;
+/// Nearest points by which the area of a file's point is told.
+const NEAREST: usize = 12;
+/// Mean distance of that many on an even surface over the root of a point's area: the mean of
+/// `sqrt((j + 1/2) / π)`, as π r² / area - 1/2 others lie within r. On a square lattice it is 1.47.
+const MEAN_OVER_ROOT: f64 = 1.44;
+
+/// Each body's share of a number of surfels for all that share one: its size squared over the sum of
+/// them, the size being the cube root of the volume.
+pub(super) fn shares(world: &World) -> Vec<f64> {
+    let squares = world.members().iter().zip(&world.scene().bodies);
+    let squares: Vec<f64> = squares
+        .map(|(member, spec)| match spec.surfels.target {
+            SurfelTarget::Shared(_) => member.body.initial.volume.cbrt().powi(2),
+            SurfelTarget::Count(_) | SurfelTarget::Density(_) => 0.0,
+        })
+        .collect();
+    let sum: f64 = squares.iter().sum();
+    squares.iter().map(|square| square / sum).collect()
+}
+
+/// About as many as asked on the body's shape; `share` is its share of a number that bodies share.
+pub(super) fn spread(
+    target: SurfelTarget,
+    spacing: SurfelSpacing,
+    share: f64,
+    body: &Body,
+) -> Result<SurfaceSamples, SkinProblem> {
+    // Half the nodes' spacing resolves a shape's curvature better than its nodes do.
+    let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
+    let count = match target {
+        SurfelTarget::Shared(count) => rounded(share * f64::from(count)).max(FEWEST),
+        SurfelTarget::Count(count) => count as usize,
+        SurfelTarget::Density(density) => rounded(density * surface.area()),
+    };
+    Ok(surfels_on_solid(&body.solid, &surface, count, spacing))
+}
+
+/// The points of a file where the body as it is `placed` has them, with areas by how near their
+/// nearest are.
+pub(super) fn scanned(
+    points: &PointFile,
+    placed: &phyxel::scene::Body,
+    body: &Body,
+) -> Result<SurfaceSamples, SkinProblem> {
+    let mut surfels = read_point_cloud(&points.file)?;
+    let placed = placed.placement().of_file(points.scale, points.up);
+    placed.place(&mut surfels.positions);
+    for normal in &mut surfels.normals {
+        *normal = placed.turn * *normal;
+    }
+    #[allow(clippy::cast_precision_loss, reason = "a number of points")]
+    let count = surfels.positions.len() as f64;
+    let apart = surfels.positions.iter();
+    let apart: f64 = apart.map(|&x| body.solid.signed_distance(x).abs()).sum();
+    if apart / count > body.spacing {
+        return Err(SkinProblem::FarPoints {
+            file: points.file.clone(),
+            distance: apart / count,
+            spacing: body.spacing,
+        });
+    }
+    let settings = NearestSettings {
+        nearest: NEAREST,
+        limit: Some(NEAREST),
+        ..NearestSettings::default()
+    };
+    let near = k_nearest(&surfels.positions, &settings)?;
+    let areas = near.mean_distances.iter();
+    surfels.areas = areas.map(|mean| (mean / MEAN_OVER_ROOT).powi(2)).collect();
+    Ok(surfels)
+}
+
+/// A count from a number that is not negative.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to the range of u32"
+)]
+fn rounded(value: f64) -> usize {
+    value.round().clamp(0.0, f64::from(u32::MAX)) as usize
+}

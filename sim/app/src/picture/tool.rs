@@ -1,0 +1,73 @@
+//! Tools and blades as pictures show them.
+
+use glam::{DQuat, DVec3};
+use phyxel_splat::DrawnMesh;
+
+use super::rigid::posed;
+use phyxel::World;
+use phyxel::scene::{Cut, Pose, ToolShape};
+
+/// Time (s) for which a blade is shown before and after its stroke.
+const SHOWN: f64 = 0.15;
+/// Edge length of the piece of a plane that is shown, over the bodies' largest extent.
+const PLANE_SIZE: f64 = 1.6;
+
+/// Meshes of all tools, and of the blades that are shown now; `looks` take the place of tools' shapes.
+pub(super) fn meshes(world: &World, looks: &[Option<DrawnMesh>]) -> Vec<DrawnMesh> {
+    let tools = world.scene().tools.iter().zip(world.tool_forces());
+    let extent = world.members().iter().map(|member| {
+        let bounds = member.body.solid.bounds();
+        bounds.size().max_element()
+    });
+    let extent = PLANE_SIZE * extent.fold(0.0, f64::max);
+    let mut meshes: Vec<DrawnMesh> = tools
+        .zip(looks)
+        .map(|((tool, now), looks)| match looks {
+            Some(looks) => posed(looks, &now.pose),
+            None => drawn(tool.solid(), &now.pose, extent),
+        })
+        .collect();
+    meshes.extend(blades(world));
+    meshes
+}
+
+/// What is drawn of a tool at a pose; of a plane a square piece of edge length `extent` (m).
+fn drawn(shape: ToolShape, pose: &Pose, extent: f64) -> DrawnMesh {
+    match shape {
+        ToolShape::Sphere { radius } => DrawnMesh::capsule(pose.position, pose.position, radius),
+        ToolShape::Capsule { from, to, radius } => {
+            DrawnMesh::capsule(pose.apply(from), pose.apply(to), radius)
+        }
+        ToolShape::Box { size } => DrawnMesh::cuboid(pose.position, pose.rotation, size * 0.5),
+        ToolShape::Plane { normal } => {
+            let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize_or(DVec3::Z));
+            let rotation = pose.rotation * turn;
+            let half = DVec3::new(0.5, 0.5, 0.01) * extent;
+            DrawnMesh::cuboid(pose.position - rotation * DVec3::Z * half.z, rotation, half)
+        }
+    }
+}
+
+fn blades(world: &World) -> Vec<DrawnMesh> {
+    let Some(time) = world.scene_time() else {
+        return Vec::new();
+    };
+    world
+        .scene()
+        .cuts
+        .iter()
+        .filter(|cut| (cut.start() - SHOWN..=cut.end() + SHOWN).contains(&time))
+        .flat_map(|cut| DrawnMesh::knife(&cut.edge_at(time), edge_motion(cut, time)))
+        .collect()
+}
+
+/// Way of the edge's middle over a short time about now, from where it was to where it goes.
+fn edge_motion(cut: &Cut, time: f64) -> DVec3 {
+    let half = 0.01 * (cut.end() - cut.start());
+    let time = time.clamp(cut.start() + half, cut.end() - half);
+    let middle = |time: f64| {
+        let edge = cut.edge_at(time);
+        edge.iter().sum::<DVec3>() / f64::from(u32::try_from(edge.len()).unwrap_or(1))
+    };
+    middle(time + half) - middle(time - half)
+}

@@ -1,0 +1,278 @@
+//! The summary of a world when its run ends.
+
+use phyxel_integrate::Audit;
+
+use super::Records;
+use super::history::Extremes;
+use super::kept::Course;
+use super::summary::{
+    BodySummary, CutSummary, EnergySummary, PictureSummary, SteppingSummary, StrokeSummary,
+    Summary, Timings, ToolSummary,
+};
+use crate::picture::Painter;
+use phyxel::{CutEnergy, Cutting, Member, World};
+
+/// What only the run loop knows.
+pub(super) struct Ending {
+    pub(super) wall: f64,
+    pub(super) threads: usize,
+    pub(super) course: Course,
+    pub(super) files: Vec<String>,
+}
+
+/// The summary of a world at the end of its run.
+pub(super) fn of(
+    world: &mut World,
+    painter: Option<&Painter>,
+    records: &Records,
+    ending: &Ending,
+) -> Summary {
+    let bodies: Vec<BodySummary> = world
+        .members()
+        .iter()
+        .zip(records.history.worst())
+        .map(|(member, worst)| body_summary(member, worst))
+        .collect();
+    let stepping = stepping_summary(world, &ending.course);
+    let phases = world.phases().clone();
+    let scene = world.scene();
+    Summary {
+        scene: scene.name.clone(),
+        version: env!("CARGO_PKG_VERSION"),
+        bodies,
+        tools: tool_summaries(world, records),
+        warnings: warnings(world, records),
+        cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
+        pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, spec)| {
+            let (surfels, skin_surfels) = painter.surfel_counts();
+            PictureSummary {
+                frames: painter.frames(),
+                width: spec.width,
+                height: spec.height,
+                surfels,
+                skin_surfels,
+            }
+        }),
+        timings: Timings::new(
+            &phases,
+            ending.wall,
+            ending.threads,
+            stepping.steps,
+            stepping.simulated,
+            world.latencies(),
+        ),
+        stepping,
+        files: ending.files.clone(),
+    }
+}
+
+/// Share of the elastic energy above which what an update of a cut adds is told.
+const LARGEST_CUT_ADDITION: f64 = 0.01;
+
+/// Energy that nothing explains, relative to the larger of what is stored and what damping took.
+fn imbalance(audit: &Audit, round_off: f64) -> f64 {
+    let scale = audit.elastic.max(audit.dissipated);
+    // Of what moved, this much is round-off.
+    if audit.balance().abs() <= (1e-12 * audit.scale()).max(round_off) {
+        return 0.0;
+    }
+    audit.balance().abs() / scale.max(f64::MIN_POSITIVE)
+}
+
+fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
+    let Member { body, cutting, .. } = member;
+    let cuts = cutting
+        .as_ref()
+        .map_or_else(CutEnergy::default, Cutting::energy);
+    let audit = body.motion.audit();
+    let graph = &body.neighborhoods;
+    let solved = body.stencils.conservative();
+    let pieces = member.pieces();
+    let volume: f64 = body.volumes.iter().sum();
+    let round_off = body.elastic.energy_round_off();
+    let moved = audit.scale() > round_off;
+    BodySummary {
+        name: body.name.clone(),
+        nodes: body.rest.len(),
+        pairs: graph.pair_count(),
+        tetrahedra: body.tetrahedra.len(),
+        supported: body.motion.supports().entries().len(),
+        spacing: body.spacing,
+        volume,
+        volume_error: body.volume_error,
+        moved_mass: body
+            .mass_scaling
+            .map_or(0.0, |mass_scaling| mass_scaling.moved),
+        mass_before: body.initial.mass,
+        mass_after: body.motion.masses().iter().sum(),
+        volume_before: body.initial.volume,
+        volume_after: body.volumes.iter().sum(),
+        stencil_residual: solved.map(|solved| solved.report.residual),
+        stencil_iterations: solved.map(|solved| solved.report.iterations),
+        pieces: pieces.sizes.len(),
+        energy: EnergySummary {
+            kinetic: audit.kinetic,
+            elastic: audit.elastic,
+            external_work: audit.external_work(),
+            dissipated: audit.dissipated,
+            viscous: body.elastic.viscous_energy(),
+            relaxed: body.relaxed,
+            // Not -0 where there was nothing.
+            released_by_cuts: 0.0 - audit.energy_correction - body.relaxed,
+            added_by_cuts: cuts.added + cuts.decay.max(0.0),
+            largest_cut_addition: cuts.largest_addition,
+            moved,
+            imbalance: if moved {
+                imbalance(audit, round_off)
+            } else {
+                0.0
+            },
+        },
+        momentum_error: worst.momentum_error,
+        smallest_determinant: body.smallest_ratio,
+        largest_speed: worst.largest_speed,
+    }
+}
+
+/// What the scene asked for in vain, as the run has found.
+fn warnings(world: &World, records: &Records) -> Vec<String> {
+    let mut warnings = world.warnings();
+    warnings.extend(world.vain_cuts());
+    warnings.extend(world.members().iter().flat_map(doubts));
+    let largest = records.forces.iter().flat_map(|forces| forces.largest());
+    let tools = world.scene().tools.iter().zip(largest).enumerate();
+    let idle = tools.filter(|(_, (_, largest))| largest.force <= 0.0);
+    warnings.extend(
+        idle.map(|(index, (tool, _))| format!("tools[{index}] '{}' touched nothing", tool.name)),
+    );
+    warnings
+}
+
+/// What an end that looks well hides of a body.
+fn doubts(Member { body, cutting, .. }: &Member) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let name = &body.name;
+    if body.smallest_ratio <= 0.0 {
+        doubts.push(format!(
+            "body '{name}': a node that carries strain turned inside out (det F down to {:.3}); its \
+             material is soft for what pulls it, or nodes are too few there",
+            body.smallest_ratio
+        ));
+    }
+    if let Some(doubt) = &body.doubt {
+        doubts.push(format!(
+            "body '{name}': energies were off by {:+.1} % of what moved, {:.4} s after its first step, most \
+             of it at node {}: {}",
+            100.0 * doubt.relative,
+            doubt.time,
+            doubt.node,
+            doubt.cause
+        ));
+    }
+    let added = cutting
+        .as_ref()
+        .map_or(0.0, |c| c.energy().largest_addition);
+    if added > LARGEST_CUT_ADDITION {
+        doubts.push(format!(
+            "body '{name}': one update of a cut added {:.1} % of the elastic energy there was",
+            100.0 * added
+        ));
+    }
+    doubts
+}
+
+fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
+    let stiffest = world
+        .members()
+        .iter()
+        .map(|member| &member.body)
+        .min_by(|a, b| a.step_size().total_cmp(&b.step_size()));
+    let (critical_step, largest_eigenvalue, iterations) = stiffest.map_or((0.0, 0.0, 0), |body| {
+        let found = &body.eigenvalue;
+        (body.critical_step(), found.value, found.iterations)
+    });
+    let factor = world.scene().integration.step_factor;
+    let implicit = world.scene().integration.scheme.step().is_some();
+    SteppingSummary {
+        steps: world.steps(),
+        settling_steps: course.settling_steps,
+        simulated: world.time(),
+        rested: course.rested,
+        step: world.first_step(),
+        retaken: world.retaken().stretches,
+        smallest_step: course.smallest_step,
+        critical_step,
+        largest_eigenvalue,
+        chosen: if implicit {
+            format!(
+                "as the implicit scheme has it; critical {:.3} ms",
+                1e3 * critical_step
+            )
+        } else {
+            format!(
+                "{factor} of the critical {:.3} ms, from the largest eigenvalue {largest_eigenvalue:.3e} /s² ({iterations} products)",
+                1e3 * critical_step
+            )
+        },
+    }
+}
+
+fn tool_summaries(world: &World, records: &Records) -> Vec<ToolSummary> {
+    let largest = records.forces.iter().flat_map(|forces| forces.largest());
+    let tools = world.scene().tools.iter().zip(world.tool_forces());
+    tools
+        .zip(largest)
+        .map(|((tool, now), largest)| ToolSummary {
+            name: tool.name.clone(),
+            largest_force: largest.force,
+            deepest_penetration: largest.penetration,
+            force: now.force.length(),
+            work: now.work,
+        })
+        .collect()
+}
+
+fn cut_summary(world: &World) -> CutSummary {
+    let mut all = CutSummary {
+        captures: 0,
+        updates: 0,
+        triangles: 0,
+        weakened_pairs: 0,
+        severed_pairs: 0,
+        eigenvalue_growth: 1.0,
+        weak_nodes: 0,
+        loose_nodes: 0,
+        strokes: Vec::new(),
+        lattices: None,
+        pairs_without_lattice: None,
+    };
+    for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
+        let (captures, updates) = cutting.counts();
+        all.captures += captures;
+        all.updates += updates;
+        all.triangles += cutting.cuts().triangle_count();
+        all.weakened_pairs += cutting.factors().crossed_count();
+        all.severed_pairs += cutting.severed_pairs();
+        all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth());
+        if let Some((lattices, without)) = cutting.factors().grid_counts() {
+            *all.lattices.get_or_insert(0) += lattices;
+            *all.pairs_without_lattice.get_or_insert(0) += without;
+        }
+    }
+    for Member { body, cutting, .. } in world.members() {
+        let strokes = cutting.iter().flat_map(Cutting::by_stroke);
+        all.strokes.extend(strokes.map(|stroke| StrokeSummary {
+            cut: world.scene().cuts[stroke.cut].name.clone(),
+            body: body.name.clone(),
+            captures: stroke.captures,
+            updates: stroke.updates,
+            released: stroke.energy.released,
+            added: stroke.energy.added,
+            largest_addition: stroke.energy.largest_addition,
+            decay: stroke.energy.decay,
+        }));
+        all.weak_nodes += body.elastic.weak_nodes().len();
+        all.loose_nodes += body.elastic.loose_nodes();
+    }
+    all
+}

@@ -1,0 +1,491 @@
+//! Running a scene: from the validated scene to the files of its folder.
+
+mod ending;
+mod forces;
+mod history;
+mod kept;
+mod movie;
+mod report;
+mod series;
+mod states;
+mod summary;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
+use crate::picture::{Painter, PictureError};
+use phyxel::scene::{Rest, Scene};
+use phyxel::{BodyShares, Input, InputError, Phase, World, WorldError};
+
+use forces::Forces;
+use history::History;
+use kept::Course;
+pub use kept::{CHECKPOINT, RunState};
+use movie::Movie;
+pub use report::table;
+use states::States;
+pub use summary::{
+    BodySummary, CutSummary, EnergySummary, Latency, PhaseTiming, PictureSummary, SteppingSummary,
+    Summary, Timings, ToolSummary,
+};
+
+/// How a scene is run, beside what it says itself.
+#[derive(Debug, Clone)]
+pub struct RunOptions {
+    /// Folder of the results; made where it is not there.
+    pub out: PathBuf,
+    /// Number of threads; all that the machine has where not given.
+    pub threads: Option<usize>,
+    /// Whether nothing is shown while the scene runs.
+    pub quiet: bool,
+    /// What may ask the run to stop, such as Ctrl-C; it then leaves a checkpoint.
+    pub interrupt: Option<Interrupt>,
+}
+
+/// A run that did not end well.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A result cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The world cannot be built, or a step failed.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The world cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A step failed; there is a state to go on from.
+    #[error(
+        "{source}; the last good state, at {time:.4} s, is kept: to go on with smaller steps: \
+         phyxel run --resume {} --set {advice}",
+        checkpoint.display()
+    )]
+    Diverged {
+        /// The body at fault and what went wrong.
+        source: Box<WorldError>,
+        /// Time (s) of the state.
+        time: f64,
+        /// The change that halves the steps.
+        advice: String,
+        /// The file that holds it.
+        checkpoint: PathBuf,
+    },
+    /// The user asked to stop.
+    #[error("stopped at {time:.4} s; to go on: phyxel run --resume {}", checkpoint.display())]
+    Interrupted {
+        /// Time (s) reached.
+        time: f64,
+        /// The file that holds the state.
+        checkpoint: PathBuf,
+    },
+    /// An input does not belong to the scene.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The threads cannot be started.
+    #[error("cannot start {threads} threads: {source}; ask for fewer with --threads")]
+    Threads {
+        /// Number asked for.
+        threads: usize,
+        /// What the system said.
+        source: rayon::ThreadPoolBuildError,
+    },
+    /// An image cannot be encoded.
+    #[error("cannot encode {file}: {source}")]
+    Image {
+        /// The file.
+        file: String,
+        /// What the encoder said.
+        source: phyxel_splat::ImageError,
+    },
+}
+
+/// Runs `scene` and writes its results.
+///
+/// # Errors
+/// [`RunError`] says what went wrong; the folder then holds no half-written file.
+pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
+    go(scene, From::Start, options)
+}
+
+/// Runs `scene` with tools and blades doing what `inputs` say, such as those of
+/// [`crate::output::read_input`], in place of what the scene's paths say.
+///
+/// # Errors
+/// As [`run`], and [`RunError::Input`].
+pub fn replay(
+    scene: &Scene,
+    inputs: Vec<Input>,
+    options: &RunOptions,
+) -> Result<Summary, RunError> {
+    go(scene, From::Input(inputs), options)
+}
+
+/// Goes on with a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
+/// of a run that was never interrupted, to the bit, timings aside; frames drawn before are taken from
+/// the folder where they are there.
+///
+/// # Errors
+/// As [`run`].
+pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Summary, RunError> {
+    go(scene, From::State(Box::new(state)), options)
+}
+
+/// Runs `scene`, or goes on with it from a state, with its body shared out ([`World::new_shared`]) once `builders`
+/// threads have built it. The results are those of [`run`] and [`resume`], to the bit.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_shared(
+    scene: &Scene,
+    state: Option<RunState>,
+    options: &RunOptions,
+    shares: Arc<Mutex<dyn BodyShares>>,
+    builders: usize,
+) -> Result<Summary, RunError> {
+    let from = state.map_or(From::Start, |state| From::State(Box::new(state)));
+    let builders = pool(Some(builders))?;
+    go_with(scene, from, options, Some((shares, builders)))
+}
+
+/// What a run begins with, beside its scene.
+enum From {
+    Start,
+    State(Box<RunState>),
+    Input(Vec<Input>),
+}
+
+/// Shares of a body, and the threads that build it for them.
+type SharesAndBuilders = (Arc<Mutex<dyn BodyShares>>, rayon::ThreadPool);
+
+fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunError> {
+    go_with(scene, from, options, None)
+}
+
+fn go_with(
+    scene: &Scene,
+    from: From,
+    options: &RunOptions,
+    shares: Option<SharesAndBuilders>,
+) -> Result<Summary, RunError> {
+    let pool = pool(options.threads)?;
+    pool.install(|| {
+        let run = Run::start(scene, from, options, shares)?;
+        run.finish(pool.current_num_threads())
+    })
+}
+
+/// So many threads; all that the machine has where not given.
+///
+/// # Errors
+/// [`RunError::Threads`] if they cannot be started.
+pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, RunError> {
+    let threads = threads.unwrap_or_else(machine_threads);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|source| RunError::Threads { threads, source })
+}
+
+/// Threads that the machine has.
+pub(crate) fn machine_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, Into::into)
+}
+
+/// Removes what an earlier run has written, so that every file of the folder is of one run. States and
+/// frames go where the new ones are begun.
+fn clean(folder: &OutputFolder, world: &World, also: &[&str]) -> Result<(), OutputError> {
+    let names = [
+        "summary.json",
+        "history.csv",
+        forces::FILE,
+        movie::ANIMATION,
+        CHECKPOINT,
+    ];
+    for name in names.iter().chain(also) {
+        folder.remove(name)?;
+    }
+    states::remove_last(folder)?;
+    if world.scene().pictures.is_none() && folder.path().join("frames").exists() {
+        folder.fresh_subfolder("frames", "frame-", ".png", &[])?;
+    }
+    Ok(())
+}
+
+/// What is written down of a run over time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Records {
+    history: History,
+    forces: Option<Forces>,
+    states: States,
+}
+
+impl Records {
+    fn new(world: &World) -> Self {
+        Self {
+            history: History::new(),
+            forces: Forces::of(world),
+            states: States::default(),
+        }
+    }
+
+    /// Whether a row of the history is due.
+    fn is_due(&self, world: &World) -> bool {
+        self.history
+            .is_due(world, world.scene().observe.history_rate)
+    }
+
+    /// Records what is due, or a last row at the `end`.
+    fn take(&mut self, world: &World, end: bool) {
+        let observe = &world.scene().observe;
+        if end || self.is_due(world) {
+            self.history.record(world, observe.history_rate);
+        }
+        if let Some(forces) = &mut self.forces {
+            forces.record(world, observe.force_rate);
+        }
+    }
+
+    /// Writes the files; their names.
+    fn write(&self, folder: &OutputFolder, world: &World) -> Result<Vec<String>, OutputError> {
+        let mut names = vec!["history.csv".to_owned()];
+        self.history.write(folder)?;
+        if let Some(forces) = &self.forces {
+            forces.write(folder)?;
+            names.push(forces::FILE.to_owned());
+        }
+        if let Some(inputs) = world.record() {
+            folder.write("input.csv", &input_csv(world.scene(), inputs))?;
+            names.push("input.csv".to_owned());
+        }
+        Ok(names)
+    }
+}
+
+/// A scene on its way.
+struct Run {
+    begun: Instant,
+    folder: OutputFolder,
+    progress: Progress,
+    world: World,
+    painter: Option<Painter>,
+    movie: Option<Movie>,
+    records: Records,
+    course: Course,
+    interrupt: Option<Interrupt>,
+}
+
+impl Run {
+    fn start(
+        scene: &Scene,
+        from: From,
+        options: &RunOptions,
+        shares: Option<SharesAndBuilders>,
+    ) -> Result<Self, RunError> {
+        let begun = Instant::now();
+        let folder = OutputFolder::claim(&options.out)?;
+        let progress = Progress::new(options.quiet);
+        progress.phase("setup");
+        let mut world = match shares {
+            None => World::new(scene.clone())?,
+            Some((shares, builders)) => World::new_shared(scene.clone(), shares, &builders)?,
+        };
+        let mut painter = match &scene.pictures {
+            Some(pictures) => {
+                let start = Instant::now();
+                let painter = Painter::new(&world, pictures)?;
+                world.phases().add(Phase::Setup, start.elapsed());
+                Some(painter)
+            }
+            None => None,
+        };
+        match &from {
+            From::State(_) => folder.remove("summary.json")?,
+            From::Start => clean(&folder, &world, &["input.csv"])?,
+            // The recording may be the one of the run before.
+            From::Input(_) => clean(&folder, &world, &[])?,
+        }
+        let (records, movie, course) = match from {
+            From::State(state) => state.restore(&mut world, painter.as_mut())?,
+            From::Start => (Records::new(&world), None, Course::new(&world)),
+            From::Input(inputs) => {
+                world.push(inputs)?;
+                (Records::new(&world), None, Course::new(&world))
+            }
+        };
+        records.states.clear(&folder, &world)?;
+        folder.write("scene.ron", scene.to_ron().as_bytes())?;
+        let movie = scene
+            .pictures
+            .as_ref()
+            .map(|pictures| Movie::new(&folder, pictures, movie))
+            .transpose()?;
+        Ok(Self {
+            begun,
+            folder,
+            progress,
+            world,
+            painter,
+            movie,
+            records,
+            course,
+            interrupt: options.interrupt.clone(),
+        })
+    }
+
+    fn finish(mut self, threads: usize) -> Result<Summary, RunError> {
+        let outcome = self.settle().and_then(|()| self.play());
+        if outcome.is_err() {
+            // What was recorded up to the failure helps to find its cause.
+            self.records.write(&self.folder, &self.world)?;
+        }
+        outcome?;
+        self.world.fetch_all();
+        self.grow()?;
+        self.keep()?;
+        self.record(true)?;
+        let mut files = vec!["scene.ron".to_owned()];
+        files.extend(self.records.write(&self.folder, &self.world)?);
+        if let Some(movie) = self.movie.take() {
+            self.progress.phase("animation");
+            let start = Instant::now();
+            files.extend(movie.finish(&self.folder)?);
+            self.world.phases().add(Phase::Writing, start.elapsed());
+        }
+        files.extend(self.records.states.write_last(
+            &self.folder,
+            &self.world,
+            self.painter.as_mut(),
+        )?);
+        files.extend([CHECKPOINT, "summary.json"].map(str::to_owned));
+        let wall = self.course.wall + self.begun.elapsed().as_secs_f64();
+        let summary = ending::of(
+            &mut self.world,
+            self.painter.as_ref(),
+            &self.records,
+            &ending::Ending {
+                wall,
+                threads,
+                course: self.course,
+                files,
+            },
+        );
+        let mut text = serde_json::to_vec_pretty(&summary).unwrap_or_default();
+        text.push(b'\n');
+        self.folder.write("summary.json", &text)?;
+        Ok(summary)
+    }
+
+    /// Lets the bodies come to rest.
+    fn settle(&mut self) -> Result<(), RunError> {
+        let Some(settle) = self.world.scene().integration.settle else {
+            return Ok(());
+        };
+        if self.world.scene_time().is_some() {
+            return Ok(());
+        }
+        self.progress.phase("settling");
+        if settle.rest == Rest::Equilibrium {
+            self.world.rest_in_equilibrium()?;
+            self.world.start_scene()?;
+            return Ok(());
+        }
+        let duration = self.world.scene().integration.duration;
+        self.course.rested = false;
+        while self.world.time() < settle.limit {
+            self.advance()?;
+            self.course.settling_steps += 1;
+            self.progress
+                .set(self.world.time() / (duration + settle.limit));
+            if self.world.is_at_rest() {
+                self.course.rested = true;
+                break;
+            }
+        }
+        self.world.start_scene()?;
+        Ok(())
+    }
+
+    /// Plays the scene.
+    fn play(&mut self) -> Result<(), RunError> {
+        self.progress.phase("playing");
+        let duration = self.world.scene().integration.duration;
+        while let Some(time) = self.world.scene_time().filter(|&time| time < duration) {
+            self.advance()?;
+            self.course.smallest_step = self.course.smallest_step.min(self.world.step_size());
+            let settled = self.world.time() - time;
+            self.progress.set(self.world.time() / (settled + duration));
+        }
+        Ok(())
+    }
+
+    /// Writes what is due and takes one step.
+    fn advance(&mut self) -> Result<(), RunError> {
+        self.grow()?;
+        self.record(false)?;
+        let asked = self.interrupt.as_ref().is_some_and(Interrupt::asked);
+        if asked || self.is_keeping_due() {
+            self.keep()?;
+        }
+        if asked {
+            return Err(RunError::Interrupted {
+                time: self.world.time(),
+                checkpoint: self.folder.path().join(CHECKPOINT),
+            });
+        }
+        self.world.step().map_err(|source| self.failure(source))
+    }
+
+    /// Grows skin on new cuts.
+    fn grow(&mut self) -> Result<(), PictureError> {
+        let pieces = self.world.take_new_pieces();
+        if let Some(painter) = &mut self.painter
+            && !pieces.is_empty()
+        {
+            self.world.fetch_all();
+            let start = Instant::now();
+            painter.grow(&self.world, &pieces)?;
+            self.world.phases().add(Phase::Skinning, start.elapsed());
+        }
+        Ok(())
+    }
+
+    /// Writes what is due, or everything at the `end`.
+    fn record(&mut self, end: bool) -> Result<(), RunError> {
+        let movie = self.movie.as_mut();
+        let drawn = movie.is_some_and(|movie| end || movie.is_due(&self.world));
+        if end || drawn || self.records.states.is_due(&self.world) {
+            self.world.fetch_all();
+        } else if self.records.is_due(&self.world) {
+            self.world.fetch();
+        }
+        self.records.take(&self.world, end);
+        let painter = self.painter.as_mut();
+        self.records
+            .states
+            .write_due(&self.folder, &self.world, painter)?;
+        if let (Some(painter), Some(movie)) = (&mut self.painter, &mut self.movie)
+            && drawn
+        {
+            let start = Instant::now();
+            painter.carry(&self.world);
+            self.world.phases().add(Phase::Skinning, start.elapsed());
+            let start = Instant::now();
+            let frame = painter.draw(&self.world);
+            self.world.phases().add(Phase::Drawing, start.elapsed());
+            let start = Instant::now();
+            movie.add(&frame)?;
+            self.world.phases().add(Phase::Writing, start.elapsed());
+            self.progress.message(format!(
+                "{:.2} s simulated, {} frames",
+                self.world.time(),
+                painter.frames()
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,189 @@
+//! Many runs of one scene: a plan says what changes from case to case, every case is run by a process of
+//! its own, and their results are put into one table.
+//!
+//! A case is finished when its folder holds an outcome with the case's hash (of the scene as resolved, of
+//! the files it names and of the program's version), so that whoever runs cases, in whatever order and on
+//! whatever machine, shares nothing but a folder. What knows no scene of it is `phyxel-sweep`'s.
+
+use std::path::Path;
+
+pub use phyxel_sweep::{
+    Case, CollectError, Collected, Outcome, Plan, PlanError, PoolError, PoolOptions, Tally,
+    collect, run_cases, write_cases,
+};
+use phyxel_sweep::{CaseHashes, cases};
+use phyxel_text::{KeyPath, OverrideError, Place, TextError};
+
+use crate::output::{Interrupt, OutputError, OutputFolder};
+use crate::run::{RunError, RunOptions, run};
+use phyxel::scene::{Scene, SceneError, Shape};
+
+/// Files of a run that a sweep has no use for: a case is run again from its start.
+const UNUSED: [&str; 1] = [crate::run::CHECKPOINT];
+
+/// A case with a value that the scene does not take.
+#[derive(Debug, thiserror::Error)]
+#[error("{place}: case {case}: {source}")]
+pub struct RefusedCase {
+    /// Where the plan has the value.
+    pub place: Place,
+    /// Number of the case.
+    pub case: usize,
+    /// What is wrong with the scene.
+    pub source: Box<SceneError>,
+}
+
+/// A case of which nothing is known yet: it was not run to an end, good or bad.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CaseError {
+    /// Its results cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// It was asked to stop.
+    #[error("case {case} was stopped; the same command runs it again")]
+    Stopped {
+        /// Number of the case.
+        case: usize,
+    },
+}
+
+/// Where a plan says what is wrong with its scene: at one of the changes that all cases share, or where it
+/// names the scene.
+#[must_use]
+pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
+    plan.place_of_change(match error {
+        SceneError::Text(TextError::Override(OverrideError { text, .. })) => text,
+        SceneError::Text(TextError::Value { place, .. }) => {
+            place.origin.strip_prefix("--set ").unwrap_or_default()
+        }
+        _ => "",
+    })
+}
+
+/// Every case of a plan; `base` is its scene with the changes that all share.
+///
+/// # Errors
+/// [`RefusedCase`] if a case has a value that the scene does not take.
+pub fn all_cases(plan: &Plan, base: &Scene) -> Result<Vec<Case>, RefusedCase> {
+    let text = base.to_ron();
+    let mut hashes = CaseHashes::default();
+    let rows = cases(plan).into_iter().zip(1..);
+    rows.map(|(values, number)| Ok(case(plan, &text, number, values, &mut hashes)?.0))
+        .collect()
+}
+
+/// The case of a number alone with its scene, validated; nothing where the plan has fewer.
+///
+/// # Errors
+/// As [`all_cases`].
+pub fn one_case(
+    plan: &Plan,
+    base: &Scene,
+    number: usize,
+) -> Result<Option<(Case, Scene)>, RefusedCase> {
+    let index = number.checked_sub(1);
+    let values = index.and_then(|index| cases(plan).into_iter().nth(index));
+    let base = base.to_ron();
+    let case = values.map(|values| case(plan, &base, number, values, &mut CaseHashes::default()));
+    case.transpose()
+}
+
+fn case(
+    plan: &Plan,
+    base: &str,
+    number: usize,
+    values: Vec<String>,
+    hashes: &mut CaseHashes,
+) -> Result<(Case, Scene), RefusedCase> {
+    let scene = scene(plan, base, number, &values)?;
+    let text = scene.to_ron();
+    let hash = hashes.of(env!("CARGO_PKG_VERSION"), &text, files_of(&scene));
+    let case = Case {
+        number,
+        values,
+        hash,
+    };
+    Ok((case, scene))
+}
+
+/// The scene of a case.
+fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, RefusedCase> {
+    let refused = |index: Option<usize>, error: SceneError| RefusedCase {
+        place: plan.place_of_key(index),
+        case: number,
+        source: Box::new(error.without_position()),
+    };
+    let mut changes = Vec::new();
+    for (index, (key, value)) in plan.keys.iter().zip(values).enumerate() {
+        let parsed = key.overrides(value);
+        let parsed = parsed.map_err(|error| refused(Some(index), error.into()))?;
+        changes.extend(parsed.into_iter().map(|change| (index, change)));
+    }
+    let all: Vec<_> = changes.iter().map(|(_, change)| change.clone()).collect();
+    Scene::from_text(base, "the scene", Path::new(""), &all).map_err(|error| {
+        // The key whose change is at fault, if one alone is.
+        let index = changes.iter().find(|(_, change)| match &error {
+            SceneError::Text(TextError::Override(OverrideError { text, .. })) => {
+                *text == change.to_string()
+            }
+            SceneError::Text(TextError::Value { path, .. }) => {
+                KeyPath::parse(path).is_some_and(|path| change.path().contains(&path))
+            }
+            _ => false,
+        });
+        refused(index.map(|(index, _)| *index), error)
+    })
+}
+
+/// Files that a scene is built from.
+fn files_of(scene: &Scene) -> impl Iterator<Item = &Path> {
+    scene.bodies.iter().flat_map(|body| {
+        let surfels = &body.surfels;
+        let mesh = match &body.shape {
+            Shape::Mesh { file, .. } => Some(file),
+            _ => None,
+        };
+        let images = [&surfels.image, &surfels.cut_image];
+        let images = images.into_iter().flatten().map(|image| &image.file);
+        let points = surfels.points.as_ref().map(|points| &points.file);
+        let files = mesh.into_iter().chain(images).chain(points);
+        files.map(|file| &**file)
+    })
+}
+
+/// Runs a case, whose scene this is, in this process and writes down how it ended. A run that fails is an outcome.
+///
+/// # Errors
+/// [`CaseError`] if it did not come to an end of its own.
+pub fn run_case(
+    case: &Case,
+    scene: &Scene,
+    sweep: &Path,
+    threads: Option<usize>,
+    interrupt: &Interrupt,
+) -> Result<Outcome, CaseError> {
+    case.begin(sweep)?;
+    let out = case.folder(sweep);
+    let options = RunOptions {
+        out: out.clone(),
+        threads,
+        quiet: true,
+        interrupt: Some(interrupt.clone()),
+    };
+    let error = match run(scene, &options) {
+        Ok(_) => None,
+        Err(RunError::Output(error)) => return Err(error.into()),
+        Err(RunError::Interrupted { .. }) => {
+            return Err(CaseError::Stopped { case: case.number });
+        }
+        // Without the advice to go on from a checkpoint, which would be another scene.
+        Err(RunError::Diverged { source, .. }) => Some(source.to_string()),
+        Err(error) => Some(error.to_string()),
+    };
+    let folder = OutputFolder::create(&out)?;
+    for name in UNUSED {
+        folder.remove(name)?;
+    }
+    Ok(case.end(sweep, error)?)
+}

@@ -1,0 +1,116 @@
+//! An attack on the program: files made at random, broken at random, and runs ended at random.
+//!
+//! Whatever it is given, the program ends by itself, within limits of time and memory, with a result or
+//! with one line that says why not. Every case follows from a seed and its number. `cargo test` runs a
+//! few; an attack of its own runs as many as wanted:
+//!
+//! ```text
+//! PHYXEL_ATTACK_SEED=7 PHYXEL_ATTACK_MESHES=5000 PHYXEL_ATTACK_SCENES=5000 PHYXEL_ATTACK_KILLS=40 \
+//!     PHYXEL_ATTACK_CHECKPOINTS=1000 cargo test --release -p phyxel-cli --test attack -- --nocapture
+//! ```
+//!
+//! `PHYXEL_ATTACK_ONLY=N,M` runs these cases only and `PHYXEL_ATTACK_FROM=N` those from N on,
+//! `PHYXEL_ATTACK_KEEP=FOLDER` keeps the files of cases that find something, and
+//! `PHYXEL_ATTACK_PROGRAM=FILE` attacks that program in place of the one built with the test (so that an
+//! attack of hours goes on while the program is mended).
+#![cfg(target_os = "linux")]
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a failing test names its line; random numbers are small; an attack tells its table"
+)]
+
+mod broken;
+mod checkpoints;
+mod kills;
+mod meshes;
+mod random;
+mod scenes;
+mod shapes;
+mod watch;
+mod writers;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use random::Random;
+
+/// Runs as many cases of a kind as its variable says, else a few; fails if any finds something.
+///
+/// A case is given a folder of its own and its random numbers, and returns what it found.
+fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<String>) {
+    let number = |name: &str| -> Option<u64> {
+        let value = std::env::var(name).ok()?;
+        Some(
+            value
+                .parse()
+                .unwrap_or_else(|_| panic!("{name} is {value}")),
+        )
+    };
+    let cases = number(&format!("PHYXEL_ATTACK_{}", kind.to_uppercase())).unwrap_or(few);
+    let seed = number("PHYXEL_ATTACK_SEED").unwrap_or(1);
+    let from = number("PHYXEL_ATTACK_FROM").unwrap_or(0);
+    let only: Option<Vec<u64>> = std::env::var("PHYXEL_ATTACK_ONLY")
+        .ok()
+        .map(|list| list.split(',').map(|n| n.parse().unwrap()).collect());
+    let mut found = String::new();
+    let mut count = 0;
+    let mut tried = 0;
+    for at in (from..cases).filter(|at| only.as_ref().is_none_or(|only| only.contains(at))) {
+        tried += 1;
+        let folder = tempfile::tempdir().unwrap();
+        let mut random = Random::new(seed, kind, at);
+        if let Some(what) = case(folder.path(), &mut random) {
+            count += 1;
+            writeln!(found, "{kind} {at} of seed {seed}: {what}").unwrap();
+            println!("{kind} {at} of seed {seed}: {what}");
+            if let Some(keep) = std::env::var_os("PHYXEL_ATTACK_KEEP") {
+                copy(
+                    folder.path(),
+                    &Path::new(&keep).join(format!("{kind}-{seed}-{at}")),
+                );
+            }
+        }
+    }
+    println!("| {kind} | {seed} | {tried} | {count} |");
+    assert!(found.is_empty(), "{found}");
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap().flatten() {
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+#[test]
+fn meshes() {
+    attack("meshes", 40, meshes::case);
+}
+
+#[test]
+fn scenes() {
+    attack("scenes", 40, scenes::case);
+}
+
+#[test]
+fn kills() {
+    attack("kills", 2, kills::case);
+}
+
+#[test]
+fn checkpoints() {
+    let kept = checkpoints::Kept::new();
+    attack("checkpoints", 24, |folder, random| {
+        kept.case(folder, random)
+    });
+}

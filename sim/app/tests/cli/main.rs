@@ -1,0 +1,226 @@
+//! The program as a user meets it: what it prints, its exit status and what it leaves behind.
+#![allow(
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "a failing test names its line; messages are given where the values are not in sight"
+)]
+
+mod cases;
+mod program;
+mod reports;
+mod sweeps;
+
+use program::Sandbox;
+
+/// Every way to go wrong: exit status, a line on stderr for each mistake as in `messages.txt`, and no output.
+#[test]
+fn errors_say_what_where_and_how_to_mend_it() {
+    let mut said = String::new();
+    for case in cases::cases() {
+        let sandbox = Sandbox::new(&case.files);
+        let before = sandbox.files();
+        let result = sandbox.run(&case.arguments);
+        assert_eq!(result.status, 1, "{}: {result:?}", case.name);
+        assert_eq!(result.stdout, "", "{}", case.name);
+        assert_eq!(sandbox.files(), before, "{}: something was left", case.name);
+        let lines: Vec<&str> = result.stderr.lines().collect();
+        assert!(!lines.is_empty(), "{}", case.name);
+        for line in &lines {
+            assert!(line.starts_with("error: "), "{}: {line}", case.name);
+        }
+        said.push_str(&format!(
+            "{}\n  phyxel {}\n  {}\n\n",
+            case.name,
+            case.arguments.join(" "),
+            lines.join("\n  ")
+        ));
+    }
+    if std::env::var_os("PHYXEL_BLESS").is_some() {
+        std::fs::write("tests/cli/messages.txt", &said).unwrap();
+        return;
+    }
+    let agreed = include_str!("messages.txt");
+    for (said, agreed) in said.split("\n\n").zip(agreed.split("\n\n")) {
+        assert_eq!(said, agreed, "if the new one is better: PHYXEL_BLESS=1");
+    }
+    assert!(said == agreed, "cases came or went: PHYXEL_BLESS=1");
+}
+
+#[test]
+fn scenes_lists_prints_and_documents() {
+    let sandbox = Sandbox::empty();
+    let list = sandbox.run(&["scenes"]);
+    assert_eq!(list.status, 0, "{list:?}");
+    assert!(list.stdout.starts_with("liver "), "{}", list.stdout);
+    let printed = sandbox.run(&["scenes", "liver"]);
+    assert_eq!(
+        printed.stdout,
+        include_str!("../../../scene/scenes/liver.ron")
+    );
+    let keys = sandbox.run(&["scenes", "--keys"]);
+    assert_eq!(keys.stdout, include_str!("../../../scene/SCENES.md"));
+    // What is printed is a scene to start from.
+    let sandbox = Sandbox::new(&[("mine.ron", printed.stdout.as_bytes())]);
+    let check = sandbox.run(&["check", "mine.ron"]);
+    assert_eq!((check.status, check.stderr.as_str()), (0, ""), "{check:?}");
+    // All but what was timed is the same.
+    let untimed = |text: &str| -> Vec<String> {
+        let lines = text
+            .lines()
+            .map(|line| line.split(" %").next().unwrap_or(line));
+        lines
+            .filter(|line| !line.contains("  all "))
+            .map(str::to_owned)
+            .collect()
+    };
+    let embedded = sandbox.run(&["check", "liver"]);
+    assert_eq!(untimed(&check.stdout), untimed(&embedded.stdout));
+}
+
+#[test]
+fn sample_fills_a_mesh_with_nodes() {
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let sandbox = Sandbox::new(&[("organ.obj", mesh)]);
+    let vtk = sandbox.run(&["sample", "organ.obj", "--spacing", "0.1"]);
+    assert_eq!(vtk.status, 0, "{vtk:?}");
+    assert!(vtk.stderr.contains("dihedral angles"), "{}", vtk.stderr);
+    let ply = sandbox.run(&[
+        "sample",
+        "organ.obj",
+        "--nodes",
+        "500",
+        "--out",
+        "a/b.ply",
+        "--quiet",
+    ]);
+    assert_eq!((ply.status, ply.stderr.as_str()), (0, ""), "{ply:?}");
+    assert_eq!(
+        sandbox.files(),
+        ["a/", "a/b.ply", "organ.nodes.vtk", "organ.obj"]
+    );
+    let vtk = std::fs::read(sandbox.path().join("organ.nodes.vtk")).unwrap();
+    assert!(vtk.starts_with(b"# vtk DataFile"), "a VTK file");
+    let points = [
+        "sample",
+        "organ.obj",
+        "--spacing",
+        "0.1",
+        "--points",
+        "--refine",
+        "-0.1,0,0,0.3,0.5",
+    ];
+    let points = sandbox.run(&points);
+    assert_eq!(points.status, 0, "{points:?}");
+    let graded = [
+        "sample",
+        "organ.obj",
+        "--spacing",
+        "0.04",
+        "--coarsest",
+        "4",
+        "--out",
+        "a/c.vtk",
+    ];
+    let graded = sandbox.run(&graded);
+    assert_eq!(graded.status, 0, "{graded:?}");
+    std::fs::remove_file(sandbox.path().join("a/c.vtk")).unwrap();
+    // The surface that was written is a mesh that can be sampled again.
+    let again = sandbox.run(&["sample", "a/b.ply", "--nodes", "200"]);
+    assert_eq!(again.status, 0, "{again:?}");
+}
+
+/// Ctrl-C ends a run between two steps, with a checkpoint to go on from; what it had written stays.
+#[cfg(unix)]
+#[test]
+fn an_image_colours_a_body() {
+    let mut image = phyxel_splat::Frame::blank(1, 1);
+    image.pixels[0] = [0, 0, 255, 255];
+    let mut png = Vec::new();
+    image.write_png(&mut png).unwrap();
+    let scene = |surfels: &str| {
+        format!(
+            "(version: 1, bodies: [(shape: Box(size: (0.1, 0.1, 0.1)), sampling: (target: Nodes(60)), \
+             surfels: (target: Count(800), {surfels}))], integration: (duration: 1e-3), \
+             pictures: (width: 64, height: 64))"
+        )
+    };
+    let blue = |surfels: &str| {
+        let sandbox = Sandbox::new(&[
+            ("scene.ron", scene(surfels).into_bytes()),
+            ("blue.png", png.clone()),
+        ]);
+        let result = sandbox.run(&["run", "scene.ron", "--quiet", "--out", "here"]);
+        assert_eq!((result.status, result.stderr.as_str()), (0, ""));
+        let file = std::fs::File::open(sandbox.path().join("here/frames/frame-00000.png")).unwrap();
+        let frame = phyxel_splat::Frame::read_png(std::io::BufReader::new(file)).unwrap();
+        let strong = |p: &&[u8; 4]| u16::from(p[2]) > 2 * u16::from(p[0].max(p[1]));
+        frame.pixels.iter().filter(strong).count()
+    };
+    assert_eq!(blue("color: (0.5, 0.16, 0.12)"), 0);
+    assert!(blue("image: (file: \"blue.png\", size: 0.05)") > 500);
+}
+
+#[test]
+fn an_interrupted_run_can_be_gone_on_with() {
+    let sandbox = Sandbox::new(&[(
+        "block.ron",
+        r#"(
+            version: 1,
+            name: "block",
+            bodies: [(
+                shape: Box(size: (0.06, 0.03, 0.04)),
+                sampling: (target: Nodes(300)),
+                material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
+            )],
+            supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
+            integration: (duration: 1e3, settle: None),
+            observe: (history_rate: 1, checkpoint: None),
+        )"#,
+    )]);
+    let mut child = sandbox.start(&["run", "block.ron", "--out", "here", "--quiet"]);
+    // The folder appears before the first step; a little later the run is on its way.
+    while !sandbox.path().join("here/scene.ron").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let killed = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("--resume here/state.checkpoint"), "{said}");
+    let left = [
+        "block.ron",
+        "here/",
+        "here/history.csv",
+        "here/scene.ron",
+        "here/state.checkpoint",
+    ];
+    assert_eq!(sandbox.files(), left);
+    let short = ["--set", "integration.duration=1e-3", "--quiet", "--json"];
+    let mut arguments = vec!["run", "--resume", "here/state.checkpoint"];
+    arguments.extend(short);
+    let resumed = sandbox.run(&arguments);
+    assert_eq!((resumed.status, resumed.stderr.as_str()), (0, ""));
+    assert!(sandbox.path().join("here/summary.json").exists());
+}
+
+#[test]
+fn usage_errors_have_their_own_status() {
+    let sandbox = Sandbox::empty();
+    for arguments in [
+        &["chek", "liver"][..],
+        &["check"],
+        &["run", "liver", "--threads", "0"],
+        &["run", "liver", "--thread", "2"],
+        &["scenes", "liver", "--keys"],
+    ] {
+        let result = sandbox.run(arguments);
+        assert_eq!(result.status, 2, "{arguments:?}: {result:?}");
+        assert!(result.stderr.starts_with("error: "), "{arguments:?}");
+        assert_eq!(sandbox.files(), Vec::<String>::new(), "{arguments:?}");
+    }
+}

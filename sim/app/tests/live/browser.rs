@@ -1,0 +1,436 @@
+//! The page in a real browser: what is seen is what the renderer of runs draws, real pointer events cut.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+
+use phyxel::scene::Scene;
+use phyxel_cli::live::{LiveOptions, Session, Sources, serve};
+use phyxel_cli::output::Interrupt;
+use phyxel_live::Server;
+use phyxel_splat::Frame;
+use serde_json::json;
+use tempfile::TempDir;
+
+use crate::chromium::{Chromium, base64, find};
+use crate::session::liver;
+
+/// Difference of a channel (of 255) up to which two pixels are alike, and the share that must be: sums
+/// on the graphics card are of half precision.
+const ALIKE: i32 = 6;
+const SHARE: f64 = 0.99;
+
+/// A session on a thread of its own.
+struct Live {
+    url: String,
+    out: TempDir,
+    interrupt: Interrupt,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Live {
+    fn start(scene: &Scene) -> Self {
+        let server = Server::start(0, "phyxel under test").unwrap();
+        let (url, out, interrupt) = (
+            server.url().unwrap(),
+            tempfile::tempdir().unwrap(),
+            Interrupt::default(),
+        );
+        let options = LiveOptions {
+            out: out.path().to_owned(),
+            interrupt: Some(interrupt.clone()),
+        };
+        let scene = scene.clone();
+        let thread = std::thread::spawn(move || {
+            let meshes = Box::new(scene_of_mesh);
+            let sources = Sources::new(&scene, meshes);
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(1)
+                .build()
+                .unwrap();
+            pool.install(|| serve(server, &scene, sources, &options))
+                .unwrap();
+        });
+        Self {
+            url,
+            out,
+            interrupt,
+            thread: Some(thread),
+        }
+    }
+}
+
+/// A scene of a mesh file, with few nodes.
+fn scene_of_mesh(file: &Path) -> Result<(Scene, String), String> {
+    let text = format!(
+        "(version: 1, name: \"dropped\", bodies: [(shape: Mesh(file: {file:?}), \
+         sampling: (target: Nodes(200)), surfels: (target: Count(1000)), \
+         material: (youngs_modulus: 2e4, poissons_ratio: 0.4))], \
+         integration: (duration: 1, settle: None))"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("dropped.ron");
+    std::fs::write(&scene, text).unwrap();
+    let scene = Scene::load(&scene, &[]).map_err(|error| error.to_string())?;
+    Ok((scene, "dropped".to_owned()))
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.interrupt.ask();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Writes a picture where `PHYXEL_SHOTS` says.
+fn show(name: &str, png: &[u8]) {
+    if let Some(folder) = std::env::var_os("PHYXEL_SHOTS") {
+        std::fs::write(PathBuf::from(folder).join(format!("{name}.png")), png).unwrap();
+    }
+}
+
+fn frame(png: &[u8]) -> Frame {
+    Frame::read_png(Cursor::new(png)).unwrap()
+}
+
+/// Bits of the nodes' positions that the page has, as text.
+const BITS: &str = "(() => { const p = stage.state.bodies[0].positions; \
+    return [stage.state.step, ...new Uint32Array(p.slice().buffer)].join() })()";
+
+/// Takes so many steps and waits until the last is drawn.
+fn step(browser: &mut Chromium, steps: u64) {
+    let now = browser.evaluate("stage.state.step").as_u64().unwrap();
+    browser.evaluate(&format!("stage.link.ask({{ do: 'step', steps: {steps} }})"));
+    browser.wait(&format!(
+        "stage.state && stage.state.step >= {} && !stage.dirty",
+        now + steps
+    ));
+}
+
+/// The canvas alone, without hands on it.
+fn canvas(browser: &mut Chromium) -> Vec<u8> {
+    let text = browser.evaluate(
+        "(() => { stage.renderer.draw(stage.camera, []); return stage.canvas.toDataURL('image/png') })()",
+    );
+    base64(text.as_str().unwrap().split_once(',').unwrap().1)
+}
+
+/// Draws the same state by the renderer of runs and compares pixels; the share of those alike.
+fn compare(browser: &mut Chromium, live: &Live, number: u32) -> f64 {
+    let own = canvas(browser);
+    browser.evaluate("stage.savePicture()");
+    let file = live.out.path().join(format!("picture-{number:03}.png"));
+    let begun = std::time::Instant::now();
+    while !file.exists() {
+        assert!(begun.elapsed().as_secs() < 60, "no picture");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let told = std::fs::read(file).unwrap();
+    show(&format!("page-{number}"), &own);
+    show(&format!("renderer-{number}"), &told);
+    let (own, told) = (frame(&own), frame(&told));
+    assert_eq!((own.width, own.height), (told.width, told.height));
+    let near = |a: &[u8; 4], b: &[u8; 4]| {
+        a.iter()
+            .zip(b)
+            .take(3)
+            .all(|(a, b)| (i32::from(*a) - i32::from(*b)).abs() <= ALIKE)
+    };
+    let alike = own
+        .pixels
+        .iter()
+        .zip(&told.pixels)
+        .filter(|(a, b)| near(a, b))
+        .count();
+    #[allow(clippy::cast_precision_loss, reason = "pixels")]
+    let share = alike as f64 / own.pixels.len() as f64;
+    share
+}
+
+/// Where the surfels of the page are, against those of a session that took the same steps.
+fn compare_places(browser: &mut Chromium, scene: &Scene) {
+    let steps = browser.evaluate("stage.state.step").as_u64().unwrap();
+    let text = browser.evaluate(
+        "(() => { const b = new Uint8Array(stage.renderer.bodies[0].carried().buffer); let s = ''; \
+         for (let k = 0; k < b.length; k += 8192) s += String.fromCharCode(...b.subarray(k, k + 8192)); \
+         return btoa(s) })()",
+    );
+    let bytes = base64(text.as_str().unwrap());
+    let numbers: Vec<f64> = bytes
+        .chunks_exact(4)
+        .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
+        .collect();
+    let mut session = Session::new(scene).unwrap();
+    while session.world().steps() < steps {
+        session.step().unwrap();
+    }
+    let size = session.world().members()[0]
+        .body
+        .solid
+        .bounds()
+        .size()
+        .length();
+    let (painter, world) = session.drawing();
+    painter.carry(world);
+    let (places, normals, _) = painter.surfels(0);
+    assert_eq!(numbers.len(), 18 * places.len());
+    let (mut worst, mut turned) = (0.0, 1.0);
+    for ((own, place), normal) in numbers.chunks_exact(18).zip(places).zip(normals) {
+        let at = glam::DVec3::from_slice(own);
+        worst = f64::max(worst, at.distance(*place));
+        turned = f64::min(turned, glam::DVec3::from_slice(&own[9..]).dot(*normal));
+    }
+    eprintln!(
+        "carried places: largest difference {:.1e} of the body",
+        worst / size
+    );
+    assert!(worst < 1e-5 * size, "{worst} m");
+    assert!(turned > 0.9999, "cosine {turned}");
+}
+
+#[test]
+fn someone_cuts_undoes_and_presses_in_a_browser() {
+    let Some(program) = find() else {
+        eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
+        return;
+    };
+    let scene = liver(400, 4_000);
+    let live = Live::start(&scene);
+    let mut browser = Chromium::start(&program, [900, 600]);
+    browser.go(&live.url);
+    browser.wait("window.stage && stage.state && stage.panel.last && !stage.panel.last.settling");
+    // The code has left the address; the context is real.
+    assert_eq!(browser.evaluate("location.hash"), json!(""));
+    let card = browser.evaluate("stage.renderer.card");
+    eprintln!("drawn by {card}");
+    assert!(browser.evaluate("stage.renderer.gl instanceof WebGL2RenderingContext && stage.renderer.gl.getError() === 0") == json!(true));
+
+    // Lockstep: time stands from here.
+    browser.evaluate("stage.renderer.supersampling = 1; stage.link.ask({ do: 'pause' })");
+    browser.wait("!stage.panel.last.playing");
+    step(&mut browser, 3);
+    let whole = canvas(&mut browser);
+    let first = frame(&whole);
+    let colors: std::collections::HashSet<_> = first.pixels.iter().collect();
+    assert!(colors.len() > 500, "{} colours only", colors.len());
+    let share = compare(&mut browser, &live, 1);
+    eprintln!(
+        "uncut: {:.2} % of pixels within {ALIKE} of 255",
+        100.0 * share
+    );
+    assert!(share >= SHARE, "{share}");
+    compare_places(&mut browser, &scene);
+
+    // A stroke by real pointer events across the middle of what is seen.
+    let before = browser.evaluate(BITS);
+    let middle = browser.evaluate(
+        "(() => { const s = stage, m = [0, 1, 2].map((k) => 0.5 * (s.scene.low[k] + s.scene.high[k])); \
+         const p = s.camera.project(m), h = s.canvas.clientHeight; \
+         return [0.5 * s.canvas.clientWidth + h * p[0], 0.5 * h + h * p[1]] })()",
+    );
+    let at = |dx: f64, dy: f64| {
+        [
+            middle[0].as_f64().unwrap() + dx,
+            middle[1].as_f64().unwrap() + dy,
+        ]
+    };
+    browser.drag(&[at(-60.0, -60.0), at(-40.0, 0.0), at(-30.0, 50.0)]);
+    step(&mut browser, 60);
+    show("cutting", &browser.screenshot());
+    browser.mouse("mouseReleased", at(-30.0, 50.0));
+    step(&mut browser, 250);
+    browser.wait("stage.panel.last.severed > 0");
+    browser.wait("stage.renderer.bodies[0].surfels > stage.renderer.bodies[0].info.outer");
+    show("cut", &browser.screenshot());
+    let cut = frame(&canvas(&mut browser));
+    let pairs = cut.pixels.iter().zip(&first.pixels);
+    let changed = pairs
+        .filter(|(a, b)| (i32::from(a[0]) - i32::from(b[0])).abs() > 40)
+        .count();
+    // A cut that lies closed is a line of a pixel; the stroke is 114 long, and where it begins is air or light.
+    assert!(2 * changed > 114, "{changed} pixels show the cut");
+    let share = compare(&mut browser, &live, 2);
+    eprintln!(
+        "cut: {:.2} % of pixels within {ALIKE} of 255",
+        100.0 * share
+    );
+    assert!(share >= SHARE, "{share}");
+
+    // Undo: the very bits.
+    let epoch = browser.evaluate("stage.scene.epoch").as_u64().unwrap();
+    browser.evaluate("stage.link.ask({ do: 'undo' })");
+    browser.wait(&format!(
+        "stage.scene.epoch > {epoch} && stage.state && stage.panel.last.severed === 0"
+    ));
+    assert_eq!(browser.evaluate(BITS), before);
+    browser.wait("!stage.dirty");
+
+    // A probe presses: it feels a force.
+    browser.key("3");
+    browser.drag(&[at(0.0, 0.0), at(4.0, 0.0)]);
+    step(&mut browser, 200);
+    show("pressing", &browser.screenshot());
+    let force = browser
+        .evaluate("Math.hypot(...stage.state.tools[0].force)")
+        .as_f64()
+        .unwrap();
+    assert!(force > 0.05, "{force} N");
+    assert!(browser.evaluate("stage.panel.plot.peak").as_f64().unwrap() > 0.05);
+    browser.mouse("mouseReleased", at(4.0, 0.0));
+
+    // Everything is saved in the folder and nowhere else.
+    browser.evaluate("stage.link.ask({ do: 'save' })");
+    let begun = std::time::Instant::now();
+    while !live.out.path().join("score.csv").exists() {
+        assert!(begun.elapsed().as_secs() < 60, "nothing is saved");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert_eq!(browser.evaluate("stage.renderer.gl.getError()"), json!(0));
+}
+
+/// A cube of 4 cm as an OFF file.
+const CUBE: &str = "OFF\n8 6 0\n0 0 0\n0.04 0 0\n0.04 0.04 0\n0 0.04 0\n0 0 0.04\n0.04 0 0.04\n\
+    0.04 0.04 0.04\n0 0.04 0.04\n4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
+
+/// Where the middle of the bodies is on the page.
+fn middle(browser: &mut Chromium) -> [f64; 2] {
+    let place = browser.evaluate(
+        "(() => { const s = stage, m = [0, 1, 2].map((k) => 0.5 * (s.scene.low[k] + s.scene.high[k])); \
+         const p = s.camera.project(m), h = s.canvas.clientHeight; \
+         return [0.5 * s.canvas.clientWidth + h * p[0], 0.5 * h + h * p[1]] })()",
+    );
+    [0, 1].map(|k| place[k].as_f64().unwrap())
+}
+
+/// Does something and waits until the page shows the world that comes of it.
+fn anew(browser: &mut Chromium, action: &str) {
+    let epoch = browser.evaluate("stage.scene.epoch").as_u64().unwrap();
+    browser.evaluate(action);
+    browser.wait(&format!(
+        "stage.scene.epoch > {epoch} && stage.state && stage.panel.last"
+    ));
+    browser.evaluate("stage.link.ask({ do: 'pause' })");
+    browser.wait("!stage.panel.last.playing && !stage.dirty");
+}
+
+/// A small liver without load on a page whose time stands, where there is a browser.
+fn unloaded_and_paused() -> Option<(Live, Chromium)> {
+    let Some(program) = find() else {
+        eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
+        return None;
+    };
+    let mut scene = liver(300, 2_000);
+    scene.integration.settle = None;
+    scene.gravity = None;
+    let live = Live::start(&scene);
+    let mut browser = Chromium::start(&program, [900, 600]);
+    browser.go(&live.url);
+    browser.wait("window.stage && stage.state && stage.panel.last");
+    browser.evaluate("stage.renderer.supersampling = 1; stage.link.ask({ do: 'pause' })");
+    browser.wait("!stage.panel.last.playing");
+    step(&mut browser, 2);
+    Some((live, browser))
+}
+
+#[test]
+fn a_line_across_the_picture_slices_through() {
+    let Some((_live, mut browser)) = unloaded_and_paused() else {
+        return;
+    };
+    let [x, _] = middle(&mut browser);
+    browser.key("2");
+    let line = [[x, 20.0], [x + 10.0, 580.0]];
+    browser.drag(&line);
+    browser.mouse("mouseReleased", line[1]);
+    step(&mut browser, 250);
+    browser.wait("stage.panel.last.severed > 0");
+    show("sliced", &browser.screenshot());
+}
+
+#[test]
+fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
+    let Some((live, mut browser)) = unloaded_and_paused() else {
+        return;
+    };
+    let [x, y] = middle(&mut browser);
+    let severed = |browser: &mut Chromium| browser.evaluate("stage.panel.last.severed").as_u64();
+
+    // A finger cuts as a mouse does; two fingers turn and zoom the view and cut nothing.
+    browser.touch("touchStart", &[[x - 60.0, y - 50.0]]);
+    for k in 1..=8 {
+        browser.touch(
+            "touchMove",
+            &[[
+                x - 60.0 + 5.0 * f64::from(k),
+                y - 50.0 + 12.0 * f64::from(k),
+            ]],
+        );
+    }
+    browser.touch("touchEnd", &[]);
+    step(&mut browser, 250);
+    browser.wait("stage.panel.last.severed > 0");
+    show("finger", &browser.screenshot());
+    anew(&mut browser, "stage.link.ask({ do: 'reset' })");
+    browser.wait("stage.panel.last.severed === 0");
+    let zoom = "stage.camera.distance";
+    let before = browser.evaluate(zoom).as_f64().unwrap();
+    browser.touch("touchStart", &[[x - 20.0, y]]);
+    browser.touch("touchStart", &[[x - 20.0, y], [x + 20.0, y]]);
+    for k in 1..=6 {
+        let way = 10.0 * f64::from(k);
+        browser.touch("touchMove", &[[x - 20.0 - way, y], [x + 20.0 + way, y]]);
+    }
+    browser.touch("touchEnd", &[]);
+    step(&mut browser, 60);
+    let after = browser.evaluate(zoom).as_f64().unwrap();
+    assert!(after < 0.7 * before, "from {before} to {after}");
+    assert_eq!(severed(&mut browser), Some(0));
+    browser.evaluate("stage.home()");
+
+    // A pen: the harder it is pressed the deeper the blade.
+    let depth = "(() => { const e = stage.hands.active.edge; return Math.hypot(...e[0].map((v, k) => v - e.at(-1)[k])) })()";
+    let [x, y] = middle(&mut browser);
+    let mut depths = Vec::new();
+    for force in [0.1, 0.9] {
+        browser.pen("mousePressed", [x, y], force);
+        browser.pen("mouseMoved", [x + 3.0, y + 1.0], force);
+        browser.pen("mouseMoved", [x + 6.0, y + 2.0], force);
+        depths.push(browser.evaluate(depth).as_f64().unwrap());
+        browser.pen("mouseReleased", [x + 6.0, y + 2.0], 0.0);
+        anew(&mut browser, "stage.link.ask({ do: 'reset' })");
+    }
+    assert!(depths[1] > 1.5 * depths[0], "{depths:?} m");
+
+    // A stiffer tissue is another model seen from the same place.
+    let camera = browser.evaluate("JSON.stringify(stage.camera)");
+    anew(
+        &mut browser,
+        "(() => { const s = document.getElementById('stiffness'); s.value = 90; \
+         s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')) })()",
+    );
+    assert_eq!(browser.evaluate("JSON.stringify(stage.camera)"), camera);
+    browser.wait("stage.panel.last.severed === 0");
+    let shown = browser.evaluate("document.getElementById('stiffness-value').textContent");
+    assert_eq!(shown, json!("59 kPa"));
+    step(&mut browser, 3);
+
+    // A mesh file dropped on the page.
+    let drop = format!(
+        "(() => {{ const d = new DataTransfer(); d.items.add(new File([{CUBE:?}], 'cube.off')); \
+         dispatchEvent(new DragEvent('drop', {{ dataTransfer: d, cancelable: true }})) }})()"
+    );
+    anew(&mut browser, &drop);
+    let high = browser.evaluate("stage.scene.high");
+    assert!((high[2].as_f64().unwrap() - 0.04).abs() < 1e-6, "{high}");
+    let kept = std::fs::read(live.out.path().join("mesh-001.off")).unwrap();
+    assert_eq!(kept, CUBE.as_bytes());
+    step(&mut browser, 3);
+    show("dropped", &browser.screenshot());
+    // What is no mesh is said to be none, and the cube stays.
+    browser.evaluate(&drop.replace("OFF", "of").replace("cube.off", "cube.obj"));
+    browser.wait("document.getElementById('notes').textContent.includes('mesh-002.obj')");
+    step(&mut browser, 3);
+    assert_eq!(browser.evaluate("stage.renderer.gl.getError()"), json!(0));
+}

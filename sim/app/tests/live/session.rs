@@ -1,0 +1,388 @@
+//! Strokes, presses and grips by a seeded script, without a page.
+
+use glam::DVec3;
+use phyxel::scene::{Override, Pose, Scene};
+use phyxel_cli::live::Session;
+use phyxel_cli::output::{OutputFolder, read_input};
+use phyxel_cli::run::{RunOptions, replay};
+use tempfile::tempdir;
+
+/// A small liver.
+pub(crate) fn liver(nodes: u32, surfels: u32) -> Scene {
+    let changes = [
+        format!("bodies[0].sampling.target=Nodes({nodes})"),
+        format!("bodies[0].surfels.target=Count({surfels})"),
+        "pictures.samples=1".to_owned(),
+    ];
+    let changes = changes.map(|text| Override::parse(&text).unwrap());
+    Scene::embedded("liver", &changes).unwrap()
+}
+
+/// Numbers without order, 0 to 1: xorshift (Marsaglia 2003).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        #[allow(clippy::cast_precision_loss, reason = "53 bits")]
+        let value = (self.0 >> 11) as f64;
+        value / 9_007_199_254_740_992.0
+    }
+
+    fn within(&mut self, low: DVec3, high: DVec3) -> DVec3 {
+        low + (high - low) * DVec3::new(self.next(), self.next(), self.next())
+    }
+}
+
+fn at(position: DVec3) -> Pose {
+    Pose {
+        position,
+        ..Pose::IDENTITY
+    }
+}
+
+fn settle(session: &mut Session) {
+    while session.is_settling() {
+        session.step().unwrap();
+    }
+}
+
+fn positions(session: &Session) -> Vec<[u64; 3]> {
+    let body = &session.world().members()[0].body;
+    let places = body.motion.positions().iter();
+    places.map(|x| x.to_array().map(f64::to_bits)).collect()
+}
+
+/// Simulated time (s) of the scripted session; `PHYXEL_LIVE_SECONDS` makes it longer.
+fn seconds() -> f64 {
+    let asked = std::env::var("PHYXEL_LIVE_SECONDS").ok();
+    asked.and_then(|text| text.parse().ok()).unwrap_or(4.0)
+}
+
+/// End of a tenth of the session, by its number from 0.
+fn tenth(number: usize) -> f64 {
+    0.1 * f64::from(u32::try_from(number + 1).unwrap())
+}
+
+/// Kilobytes that this process holds in memory, where the system tells.
+fn resident() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS"))?;
+    line.split_whitespace().nth(1)?.parse::<f64>().ok()
+}
+
+#[test]
+fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let (mut noise, mut lost) = (Noise(88_172_645_463_325_252), 0);
+    let mut megabytes: Vec<f64> = Vec::new();
+    let start = session.world().time();
+    let mut next = start;
+    let mut done = 0;
+    while session.world().time() < start + seconds() {
+        if session.world().time() >= next {
+            next += 0.3;
+            done += 1;
+            match done % 5 {
+                0 => session.grip(noise.within(low, high), 0.02),
+                1 => {
+                    session.pull(noise.within(low, high));
+                    session.let_go();
+                    let place = noise.within(low, high);
+                    session.put_tool(0, Some(at(DVec3::new(place.x, place.y, high.z + 0.03))));
+                }
+                2 => session.lead_tool(0, at(noise.within(low, high))),
+                _ => {
+                    session.put_tool(0, None);
+                    // From above, to somewhere inside.
+                    let (a, b) = (noise.within(low, high), noise.within(low, high));
+                    let edge = |p: DVec3| vec![DVec3::new(p.x, p.y, high.z + 0.01), p];
+                    session.begin_stroke(edge(a));
+                    let way = (b - a).clamp_length_max(0.04);
+                    for k in 1..=4 {
+                        session.lead_stroke(&edge(a + way * 0.25 * f64::from(k)));
+                    }
+                    session.end_stroke();
+                }
+            }
+        }
+        if let Err(error) = session.step() {
+            eprintln!("{:.3} s: {error}", session.world().time());
+            session.recover();
+            lost += 1;
+            assert!(lost < 10, "too many steps are lost");
+        }
+        // As the server does.
+        session.grow().unwrap();
+        if session.world().time() > start + tenth(megabytes.len()) * seconds() {
+            megabytes.extend(resident().map(|kilobytes| (kilobytes / 1024.0).round()));
+        }
+    }
+    let world = session.world();
+    let body = &world.members()[0].body;
+    assert!(body.motion.positions().iter().all(|x| x.is_finite()));
+    let audit = body.motion.audit();
+    let balance = audit.balance() / audit.scale();
+    let (strokes, _) = session.strokes();
+    eprintln!(
+        "{:.1} s, {strokes} strokes, {} pairs severed, {:?} surfels, {lost} steps lost, {} stretches taken again, \
+         balance {balance:.1e}, {} inputs, MB after each tenth: {megabytes:?}",
+        world.time() - start,
+        session.severed_pairs(),
+        session.painter().surfel_counts(),
+        world.retaken().stretches,
+        session.record().len(),
+    );
+    assert!(strokes > 0 && session.severed_pairs() > 0);
+    // Velocity Verlet's own swing, and a share for stretches whose energy stays off.
+    assert!(balance.abs() < 0.02, "balance {balance}");
+
+    // The recording, as `phyxel run scene.ron --replay input.csv` runs it.
+    let folder = tempdir().unwrap();
+    let files = session
+        .save(&OutputFolder::create(folder.path()).unwrap())
+        .unwrap();
+    assert!(files.iter().all(|name| folder.path().join(name).exists()));
+    let scene = Scene::load(&folder.path().join("scene.ron"), &[]).unwrap();
+    let inputs = read_input(&folder.path().join("input.csv"), &scene).unwrap();
+    assert_eq!(inputs, session.record());
+    let options = RunOptions {
+        out: folder.path().join("again"),
+        threads: Some(1),
+        quiet: true,
+        interrupt: None,
+    };
+    let mut scene = scene;
+    // Pictures have no part in the motion.
+    scene.pictures = None;
+    let summary = replay(&scene, inputs, &options).unwrap();
+    let energy = &summary.bodies[0].energy;
+    let bits = |values: [f64; 3]| values.map(f64::to_bits);
+    assert_eq!(
+        bits([energy.kinetic, energy.elastic, energy.dissipated]),
+        bits([audit.kinetic, audit.elastic, audit.dissipated]),
+        "energies of all nodes"
+    );
+    assert_eq!(summary.stepping.steps, world.steps());
+}
+
+#[test]
+fn undo_brings_the_bits_back_and_so_does_a_reset() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    let start = (session.world().steps(), positions(&session));
+    for _ in 0..50 {
+        session.step().unwrap();
+    }
+    let before = (session.world().steps(), positions(&session));
+    let recorded = session.record().len();
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let middle = low.midpoint(high);
+    let edge = |x: f64| {
+        vec![
+            DVec3::new(x, middle.y, high.z + 0.02),
+            DVec3::new(x, middle.y, low.z),
+        ]
+    };
+    session.begin_stroke(edge(low.x - 0.01));
+    session.lead_stroke(&edge(middle.x));
+    session.end_stroke();
+    for _ in 0..400 {
+        session.step().unwrap();
+    }
+    assert!(session.severed_pairs() > 0);
+    assert_eq!(session.strokes(), (1, 1));
+    assert!(session.surfaces_lag());
+    let mut helpings = 0;
+    while session.surfaces_lag() {
+        helpings += usize::from(!session.grow().unwrap()[0].is_empty());
+    }
+    assert!(helpings > 1, "surfaces grow by some triangles at a time");
+    assert!(session.painter().surfel_counts().1 > 0, "new skin");
+    assert!(session.undo());
+    assert_eq!((session.world().steps(), positions(&session)), before);
+    assert_eq!(
+        (session.severed_pairs(), session.record().len()),
+        (0, recorded)
+    );
+    assert_eq!(session.strokes(), (0, 0));
+    assert!(!session.undo());
+    session.reset();
+    assert_eq!((session.world().steps(), positions(&session)), start);
+}
+
+/// The bits come back after each of several strokes, and taking steps again from there gives the bits that
+/// they gave before; as many strokes as the ring keeps, and no more.
+#[test]
+fn strokes_are_undone_one_by_one() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let state = |session: &Session| {
+        let surfels = session.painter().tissue(0).surfels();
+        let sums = surfels
+            .positions
+            .iter()
+            .map(|x| x.to_array().map(f64::to_bits));
+        (
+            session.world().steps(),
+            positions(session),
+            session.severed_pairs(),
+            session.record().to_vec(),
+            sums.collect::<Vec<_>>(),
+        )
+    };
+    let stroke = |session: &mut Session, k: i32| {
+        let x = low.x + (0.2 + 0.03 * f64::from(k)) * (high.x - low.x);
+        let edge = |y: f64| vec![DVec3::new(x, y, high.z + 0.02), DVec3::new(x, y, low.z)];
+        session.begin_stroke(edge(low.y - 0.01));
+        session.lead_stroke(&edge(low.y + 0.03));
+        session.end_stroke();
+        for _ in 0..120 {
+            session.step().unwrap();
+            session.grow().unwrap();
+        }
+    };
+    for k in 0..18 {
+        before.push(state(&session));
+        stroke(&mut session, k);
+        after.push(state(&session));
+    }
+    assert!(session.severed_pairs() > 0);
+    for k in (2..18_usize).rev() {
+        assert!(session.undo());
+        assert!(state(&session) == before[k], "before stroke {k}");
+        if k % 5 == 2 {
+            stroke(&mut session, i32::try_from(k).unwrap());
+            assert!(state(&session) == after[k], "stroke {k} again");
+            assert!(session.undo());
+        }
+    }
+    assert!(!session.undo(), "older ones have given way");
+}
+
+/// The second way to cut: the rays of the view through a line across the picture, from before the body to
+/// behind it. Nothing loads the body, so that all its energies are round-off.
+#[test]
+fn a_line_across_an_organ_without_load_severs_it() {
+    let mut scene = liver(300, 1_000);
+    scene.integration.settle = None;
+    scene.gravity = None;
+    let mut session = Session::new(&scene).unwrap();
+    settle(&mut session);
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let beyond = 0.3 * low.distance(high);
+    let edge = |share: f64| -> Vec<DVec3> {
+        let y = low.y + share * (high.y - low.y);
+        let z = |k: u32| low.z - beyond + f64::from(k) / 3.0 * (high.z - low.z + 2.0 * beyond);
+        let points = (0..4).map(|k| DVec3::new(0.5 * (low.x + high.x), y, z(k)));
+        points.collect()
+    };
+    session.begin_stroke(edge(-0.1));
+    for k in 1..=8 {
+        session.lead_stroke(&edge(-0.1 + 0.15 * f64::from(k)));
+    }
+    session.end_stroke();
+    let start = session.world().time();
+    while session.world().time() < start + 1.0 {
+        session.step().unwrap();
+    }
+    assert!(session.blade().is_empty(), "the stroke has ended");
+    assert!(session.severed_pairs() > 100, "{}", session.severed_pairs());
+    assert_eq!(session.world().retaken().stretches, 0, "nothing went wrong");
+    let cutting = session.world().members()[0].cutting.as_ref().unwrap();
+    assert!(cutting.energy().largest_addition < 0.01, "of nothing");
+}
+
+#[test]
+fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    let at_rest = session.world().members()[0]
+        .body
+        .motion
+        .positions()
+        .to_vec();
+    // The tip of the left lobe, up by 1 cm.
+    let tip = at_rest
+        .iter()
+        .copied()
+        .max_by(|a, b| a.x.total_cmp(&b.x))
+        .unwrap();
+    session.grip(tip, 0.02);
+    session.pull(tip + DVec3::Z * 0.01);
+    let mut moved = 0.0;
+    for _ in 0..600 {
+        session.step().unwrap();
+    }
+    let force = session.world().grip_force().unwrap();
+    for (now, before) in session.world().members()[0]
+        .body
+        .motion
+        .positions()
+        .iter()
+        .zip(&at_rest)
+    {
+        moved = f64::max(moved, now.z - before.z);
+    }
+    // A hold on few nodes is soft (see `LARGEST_PHASE`); what hangs from it pulls down.
+    assert!((0.004..0.0105).contains(&moved), "moved {moved} m");
+    assert!(force.z < -0.02, "{force} N");
+    let audit = session.world().members()[0].body.motion.audit();
+    assert!(audit.applied_work > 0.0);
+    assert!(audit.balance().abs() < 0.01 * audit.scale());
+    session.let_go();
+    session.step().unwrap();
+    session.step().unwrap();
+    assert_eq!(session.world().grip_force(), None);
+}
+
+#[test]
+fn gravity_and_damping_are_what_hands_set() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    session.set_gravity(DVec3::ZERO);
+    session.set_damping(20.0);
+    let height = |session: &Session| {
+        let places = session.world().members()[0].body.motion.positions();
+        places.iter().map(|x| x.z).sum::<f64>()
+    };
+    let before = height(&session);
+    for _ in 0..500 {
+        session.step().unwrap();
+    }
+    assert!(height(&session) > before, "without weight it rises");
+    assert_eq!(session.world().gravity(), DVec3::ZERO);
+    assert!((session.world().damping() - 20.0).abs() < 1e-12);
+    assert_eq!(
+        session.world().members()[0]
+            .body
+            .motion
+            .settings()
+            .damping
+            .to_bits(),
+        20.0_f64.to_bits()
+    );
+}
+
+#[test]
+fn every_embedded_scene_can_be_taken_in_hand() {
+    for name in ["liver", "block", "press"] {
+        let change = Override::parse("bodies[0].sampling.target=Nodes(200)").unwrap();
+        let mut session = Session::new(&Scene::embedded(name, &[change]).unwrap()).unwrap();
+        assert_eq!(session.world().scene().cuts.len(), 1);
+        assert!(!session.world().scene().tools.is_empty());
+        for _ in 0..20 {
+            session.step().unwrap();
+        }
+    }
+}

@@ -1,7 +1,0 @@
-//! The `phyxel` command line.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    phyxel::cli::main()
-}
