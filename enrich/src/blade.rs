@@ -27,7 +27,7 @@ const PARALLEL: usize = 8;
 /// Nodes within so many spacings of a place of the edge carry it: fewer would be those of one side of the cut.
 const CARRYING: f64 = 1.5;
 
-/// A blade of more points than this is looked at only round the body.
+/// A blade of more points than this is looked at only around the body.
 const MOST_POINTS: u32 = 4096;
 
 /// The blade of one stroke: its edge, looked at every half a spacing of its way, and the front of the cut
@@ -40,7 +40,7 @@ pub struct Blade {
     shares: Vec<Vec<f64>>,
     /// Where the samples were last (m), in the world.
     last: Vec<DVec3>,
-    /// Nodes round each sample there, and where all nodes were then (m); empty before.
+    /// Nodes around each sample there, and where all nodes were then (m); empty before.
     around: Vec<Vec<u32>>,
     then: Vec<DVec3>,
     /// Pairs that it passed and that the cut does not cross yet, with its way (m) since.
@@ -198,7 +198,7 @@ impl Blade {
         Ok((Sweep { patches, ends }, missed))
     }
 
-    /// Moves the last places of the edge with the tissue round them.
+    /// Moves the last places of the edge with the tissue around them.
     fn carry(&mut self, positions: &[DVec3]) {
         for (last, around) in self.last.iter_mut().zip(&self.around) {
             let moved = around
@@ -339,7 +339,7 @@ impl DeformedBody<'_> {
     }
 }
 
-/// The box round some points, grown on every side by its diagonal: farther off nothing is cut.
+/// The box around some points, grown on every side by its diagonal: farther off nothing is cut.
 fn reach_of(points: &[DVec3]) -> Bounds {
     let bounds = Bounds::of(points);
     bounds.grown(bounds.low.distance(bounds.high))

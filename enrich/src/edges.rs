@@ -1,4 +1,4 @@
-//! Edges of a cut's triangles: where it ends, and round which ways pass.
+//! Edges of a cut's triangles: where it ends, and around which paths pass.
 
 use std::collections::HashMap;
 
@@ -123,7 +123,7 @@ impl Edges {
         ))
     }
 
-    /// Edges round which ways can pass near a box, sorted; whether the cut ends there.
+    /// Edges around which paths can pass near a box, sorted; whether the cut ends there.
     pub(crate) fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         out.clear();
         let mut ends = false;

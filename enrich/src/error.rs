@@ -32,7 +32,7 @@ pub enum GraphError {
     },
     /// A row names the node itself, a node that is not there, one twice or out of order.
     #[error(
-        "row of node {node} must name other nodes in rising order, each once; found {neighbor}"
+        "row of node {node} must name other nodes in ascending order, each once; found {neighbor}"
     )]
     Row {
         /// Row's node.

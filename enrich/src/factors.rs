@@ -35,7 +35,7 @@ impl Default for FactorSettings {
 
 /// What an update changed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Touched {
+pub struct Changed {
     /// Pairs whose factor fell, sorted; with `(i, j)` always also `(j, i)`.
     pub pairs: Vec<u32>,
     /// Nodes of these pairs, sorted.
@@ -44,12 +44,20 @@ pub struct Touched {
 
 /// One factor in `0..=1` for each directed pair of a symmetric graph, equal in both directions.
 ///
-/// A pair that no cut crosses keeps exactly 1, a severed pair has exactly 0, and no factor ever
-/// rises. See the crate's page for the rule.
+/// A pair that no cut crosses keeps exactly 1. One that a cut crosses has `f = W(L/h) / W(r/h)`, `W(q) = (1 − q²)³`
+/// (Aras 2014, eq. (15) and fig. 18), with the length L of the shortest path around the cut's edges, the direct
+/// distance r and the influence radius h; exactly 0 where L ≥ h. That is the diffraction criterion (Organ, Fleming,
+/// Terry, Belytschko 1996) with exponent 1. No factor ever rises, and a cut leaves the same factors grown piece by
+/// piece or made at once.
 ///
-/// Only pairs that a cut crosses are held: memory is [`PairFactors::BYTES_PER_PAIR`] or less for each
-/// of them, [`PairFactors::BYTES_PER_CONORMAL`] besides for those that are bent round its front, and some boxes whose number
-/// grows with the square root of the body's nodes.
+/// A path bends at free edges, kinks, folds and joints of the triangles, any number of times: at edges whose unit
+/// directions into the triangles add up to 0.05 or more. It counts if it crosses no triangle with its bends moved
+/// outward by 0.05 h, and these lie in the body: that severs pairs at T joints and along a cut that overshoots the
+/// body by a little. Its length is over the edges themselves, or farther outside where another part of the cut is in
+/// between.
+///
+/// Only pairs that a cut crosses are held: at most [`PairFactors::BYTES_PER_PAIR`] for each, and
+/// [`PairFactors::BYTES_PER_CONORMAL`] besides for those that are bent around its front.
 ///
 /// # Examples
 /// ```
@@ -77,11 +85,11 @@ pub struct PairFactors {
     span: f64,
     /// Factors below 1 by directed pair.
     crossed: BTreeMap<u32, f64>,
-    /// Directions out of the cut of the ways of those that are bent round its front, by directed pair.
+    /// Directions out of the cut of the paths of those that are bent around its front, by directed pair.
     conormals: BTreeMap<u32, DVec3>,
 }
 
-/// Candidates from which an update is spread over threads, and how many one thread takes at least: a way
+/// Candidates from which an update is spread over threads, and how many one thread takes at least: a path
 /// takes 10 to 20 µs, as long as handing over a few of them.
 const PARALLEL: usize = 16;
 const TOGETHER: usize = 4;
@@ -91,7 +99,7 @@ impl PairFactors {
     /// 11 of them, and the search tree above, 240 for every 5 or more leaves.
     pub const BYTES_PER_PAIR: usize = 41;
 
-    /// The same of what a directed pair that is bent round a cut's front takes besides: 28 in leaves of 320 for 5 to
+    /// The same of what a directed pair that is bent around a cut's front takes besides: 28 in leaves of 320 for 5 to
     /// 11 of them, and the search tree above, 416 for every 5 or more leaves.
     pub const BYTES_PER_CONORMAL: usize = 81;
 
@@ -121,14 +129,14 @@ impl PairFactors {
     /// Brings the factors up to date with new pieces of a cut.
     ///
     /// Only pairs near the new pieces are looked at: those that a new piece crosses, and those
-    /// already crossed whose way may pass there. The work does not depend on the length of the
+    /// already crossed whose path may pass there. The work does not depend on the length of the
     /// cut so far.
     ///
     /// # Arguments
     /// * `graph` -- what the factors were made for.
     /// * `cut` -- all pieces, the new ones among them.
     /// * `new` -- numbers of the pieces that came since the last update.
-    /// * `inside` -- whether a point of material coordinates lies in the uncut body: a way must.
+    /// * `inside` -- whether a point of material coordinates lies in the uncut body: a path must.
     ///
     /// # Panics
     /// If `new` names pieces that are not there, or the graph has other numbers of nodes and pairs
@@ -139,7 +147,7 @@ impl PairFactors {
         cut: &Cuts,
         new: Range<usize>,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
-    ) -> Touched {
+    ) -> Changed {
         self.check_same(graph);
         assert!(
             new.end <= cut.triangle_count(),
@@ -171,7 +179,7 @@ impl PairFactors {
                 .map_init(PathScratch::default, evaluate)
                 .collect()
         };
-        let mut touched = Touched::default();
+        let mut touched = Changed::default();
         for (&(i, pair), (value, outward)) in candidates.iter().zip(values) {
             if value >= self.factor(pair as usize) {
                 continue;
@@ -211,9 +219,9 @@ impl PairFactors {
         factors
     }
 
-    /// How a cut ends beside a node: the mean of `ν νᵀ` over those pairs of the node that are bent round its front, with
-    /// the unit directions `ν` out of the cut of their ways, the front's outward conormals. Zero at nodes without such
-    /// pairs, and with [`Rule::Visibility`] and [`Rule::Transparency`], which know no ways.
+    /// How a cut ends beside a node: the mean of `ν νᵀ` over those pairs of the node that are bent around its front, with
+    /// the unit directions `ν` out of the cut of their paths, the front's outward conormals. Zero at nodes without such
+    /// pairs, and with [`Rule::Visibility`], which knows no paths.
     ///
     /// It changes in an update at nodes that the update touched alone.
     ///
@@ -236,7 +244,7 @@ impl PairFactors {
         }
     }
 
-    /// Undirected pairs that a cut crosses as `(i, j, factor)`, `i < j`, rising.
+    /// Undirected pairs that a cut crosses as `(i, j, factor)`, `i < j`, ascending.
     ///
     /// # Panics
     /// If the graph has other numbers of nodes and pairs than that of the start.
@@ -326,7 +334,7 @@ impl PairFactors {
         self.conormals.remove(&index32(pair));
     }
 
-    /// Pairs of a node that a cut crosses, rising, with their factors.
+    /// Pairs of a node that a cut crosses, ascending, with their factors.
     pub(crate) fn crossed_in(
         &self,
         graph: &Graph<'_>,

@@ -38,9 +38,8 @@ impl<'a> Graph<'a> {
         Ok(graph)
     }
 
-    /// A graph that was checked before, without the check: for those who take it anew at each update
-    /// from an owner that guarantees the form. With other data results are wrong or a later call
-    /// panics.
+    /// A graph without the check: for owners of a valid one who build it again at each update. With other data
+    /// results are wrong or a later call panics.
     #[must_use]
     pub fn new_unchecked(positions: &'a [DVec3], offsets: &'a [u32], indices: &'a [u32]) -> Self {
         Self {

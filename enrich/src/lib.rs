@@ -32,7 +32,7 @@ pub use cut_rule::{CutRule, Factors, SMALLEST_PART};
 pub use cuts::{CutSettings, Cuts};
 pub use error::{CutError, GraphError};
 pub use face::NearestCut;
-pub use factors::{FactorSettings, PairFactors, Touched};
+pub use factors::{Changed, FactorSettings, PairFactors};
 pub use front::Patch;
 pub use glam;
 pub use graph::{Graph, InfluenceRadius, Rows};

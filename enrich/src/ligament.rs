@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::factors::{PairFactors, Touched};
+use crate::factors::{Changed, PairFactors};
 use crate::graph::Graph;
 use crate::index32;
 use crate::pieces::Walks;
@@ -11,7 +11,7 @@ use crate::pieces::Walks;
 type Ties = BTreeMap<(u32, u32), f64>;
 
 impl PairFactors {
-    /// Severs the pairs that alone join two parts of the body, if a cut crosses all of them: they are bent round its
+    /// Severs the pairs that alone join two parts of the body, if a cut crosses all of them: they are bent around its
     /// front, and no pair passes through what is left ahead of it, which is thinner than a distance of nodes. Left to
     /// themselves such pairs, with a share of a whole one each, hold what hangs on them and stretch without end.
     ///
@@ -22,7 +22,7 @@ impl PairFactors {
     ///
     /// # Panics
     /// If the graph has other numbers of nodes and pairs than that of the start.
-    pub fn sever_ligaments(&mut self, graph: &Graph<'_>, touched: &mut Touched, smallest: usize) {
+    pub fn sever_ligaments(&mut self, graph: &Graph<'_>, touched: &mut Changed, smallest: usize) {
         self.check_same(graph);
         if touched.nodes.is_empty() {
             return;
@@ -86,7 +86,7 @@ impl PairFactors {
         }
     }
 
-    /// Nodes that pairs which are bent round a front join some nodes to, rising.
+    /// Nodes that pairs which are bent around a front join some nodes to, ascending.
     fn bent_to(&self, graph: &Graph<'_>, nodes: &[u32]) -> Vec<u32> {
         let crossed = nodes
             .iter()

@@ -62,7 +62,7 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
 /// Whether some nodes of one piece, all pairs between which a cut has severed, are in several now.
 ///
 /// A walk begins at every node and goes on, one neighbour farther at a time, until all that began in a
-/// piece have met or but one of them still finds new nodes: near a cut's front that is round the front,
+/// piece have met or but one of them still finds new nodes: near a cut's front that is around the front,
 /// so that the time follows the cut, and where a piece comes off the size of the smaller one.
 ///
 /// # Arguments
@@ -151,7 +151,7 @@ impl Walks {
         begins
     }
 
-    /// Nodes that walks have reached, rising.
+    /// Nodes that walks have reached, ascending.
     pub(crate) fn reached(&self) -> impl Iterator<Item = u32> + '_ {
         let nodes = (0_u32..).zip(&self.of_node);
         nodes.filter(|(_, walk)| **walk != 0).map(|(node, _)| node)

@@ -21,7 +21,7 @@ use frame::Frame;
 pub struct GridSettings {
     /// Distance of the lattice points (m).
     pub spacing: f64,
-    /// Margin of the lattice round the cut (m); at least the support radius, or nodes that the cut
+    /// Margin of the lattice around the cut (m); at least the support radius, or nodes that the cut
     /// weakens are not reached.
     pub inflate: f64,
     /// Most lattice points that are taken.

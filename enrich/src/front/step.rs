@@ -119,45 +119,7 @@ impl Front {
             };
         };
         match place {
-            EdgePlace::Inside { at, came } => {
-                let way = at - anchor.at;
-                let across = self.across(k, way);
-                let length = across.length();
-                // What is welded to the front's own vertex is no step.
-                if length <= SKIN * h {
-                    return Step::Stay;
-                }
-                // The tissue may have moved against the blade: two spacings more than the blade. One that was
-                // outside may have come in elsewhere.
-                let led = match sample.last {
-                    Some(EdgePlace::Outside { .. } | EdgePlace::Air) => 0.0,
-                    _ => sample.way,
-                };
-                let believed = way.length() <= 2.0 * (h + led);
-                if anchor.is_ahead(across) && believed {
-                    // Where it was put in beside a sheet, only now it is known which way it leaves that.
-                    let out = across / length;
-                    let back =
-                        || around.beyond(anchor.at + out * (SKIN * h), -out, 2.0 * SKIN * h, h);
-                    if anchor.ahead == DVec3::ZERO
-                        && let Some((Met::Sheet, from)) = back()
-                    {
-                        return Step::Branch { from, to: at };
-                    }
-                    return match around.beyond(at, across / length, SKIN * h, h) {
-                        Some((Met::Surface, to)) => Step::Leave(to),
-                        Some((Met::Sheet, to)) => Step::Go(to),
-                        None => Step::Go(at),
-                    };
-                }
-                if around.cuts.nearest(at, NEAR * h).is_some() {
-                    return Step::Stay;
-                }
-                match self.begin(k, at, came, around) {
-                    Step::None => Step::Stay,
-                    step => step,
-                }
-            }
+            EdgePlace::Inside { at, came } => self.step_inside(k, anchor, at, came, around),
             EdgePlace::Outside { at } => {
                 let way = at - anchor.at;
                 let across = self.across(k, way);
@@ -189,6 +151,54 @@ impl Front {
                     _ => Step::Stay,
                 }
             }
+        }
+    }
+
+    /// What a sample in tissue asks for, whose front is at `anchor`.
+    fn step_inside(
+        &self,
+        k: usize,
+        anchor: &Anchor,
+        at: DVec3,
+        came: DVec3,
+        around: &Surroundings<'_>,
+    ) -> Step {
+        let (sample, h) = (&self.samples[k], self.spacing);
+        let way = at - anchor.at;
+        let across = self.across(k, way);
+        let length = across.length();
+        // What is welded to the front's own vertex is no step.
+        if length <= SKIN * h {
+            return Step::Stay;
+        }
+        // The tissue may have moved against the blade: two spacings more than the blade. One that was
+        // outside may have come in elsewhere.
+        let led = match sample.last {
+            Some(EdgePlace::Outside { .. } | EdgePlace::Air) => 0.0,
+            _ => sample.way,
+        };
+        let believed = way.length() <= 2.0 * (h + led);
+        if anchor.is_ahead(across) && believed {
+            // Where it was put in beside a sheet, only now it is known which way it leaves that.
+            let out = across / length;
+            let back = || around.beyond(anchor.at + out * (SKIN * h), -out, 2.0 * SKIN * h, h);
+            if anchor.ahead == DVec3::ZERO
+                && let Some((Met::Sheet, from)) = back()
+            {
+                return Step::Branch { from, to: at };
+            }
+            return match around.beyond(at, across / length, SKIN * h, h) {
+                Some((Met::Surface, to)) => Step::Leave(to),
+                Some((Met::Sheet, to)) => Step::Go(to),
+                None => Step::Go(at),
+            };
+        }
+        if around.cuts.nearest(at, NEAR * h).is_some() {
+            return Step::Stay;
+        }
+        match self.begin(k, at, came, around) {
+            Step::None => Step::Stay,
+            step => step,
         }
     }
 

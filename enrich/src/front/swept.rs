@@ -24,7 +24,7 @@ pub(crate) struct SweptPair {
 /// Pairs whose nodes, where they are now, have some of the triangles between them that a blade swept
 /// through the world.
 ///
-/// Exact, by the crate's tie rule. All pairs near the box round the triangles are looked at, however
+/// Exact, by the crate's tie rule. All pairs near the box around the triangles are looked at, however
 /// long they have become.
 ///
 /// # Arguments

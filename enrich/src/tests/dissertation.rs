@@ -1,4 +1,4 @@
-//! The dissertation's way: figures 23 and 28 in numbers, refusals, and what it does wrong.
+//! The dissertation's method: figures 23 and 28 in numbers, refusals, and what it does wrong.
 
 use glam::{DVec2, DVec3};
 use testkit::cloud::Random;
@@ -279,7 +279,7 @@ fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
     }
 }
 
-/// Captures of an upright blade that goes round: from angle 0 to `turn` (degrees) at radius 1.
+/// Captures of an upright blade that goes around: from angle 0 to `turn` (degrees) at radius 1.
 fn round(turn: f64, captures: u32) -> Vec<[DVec3; 2]> {
     (0..=captures)
         .map(|k| {
@@ -314,7 +314,7 @@ fn a_cut_that_turns_has_a_lattice_for_each_sheet_and_a_flat_one_has_one() {
     assert_eq!(sheets.grids()[0].values(), one.values());
     for turn in [170.0, 350.0, 720.0] {
         let blades = round(turn, 60);
-        // Up to half a round the projection does not cover itself, but its ends are seen nearly on edge.
+        // Up to half a turn the projection does not cover itself, but its ends are seen nearly on edge.
         let alone = EnrichmentGrid::from_blades(&blades, &settings);
         assert_eq!(alone.is_err(), turn > 180.0, "{turn}");
         let sheets = chain(&blades);

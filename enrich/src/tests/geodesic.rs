@@ -1,4 +1,4 @@
-//! Random strips through random clouds against shortest ways that are searched, not derived.
+//! Random strips through random clouds against shortest paths that are searched, not derived.
 
 use glam::DVec3;
 use testkit::cloud::{self, Random};
@@ -7,10 +7,10 @@ use super::slow::{Cloud, cross3, inside, kernel};
 use super::space_cases::{cut, factors, settings};
 use crate::face::nearest_on_triangle;
 
-/// Shortest ways in space round triangles over many points close to their edges.
+/// Shortest paths in space around triangles over many points close to their edges.
 ///
 /// Each edge of each triangle, whether the cut ends there or not, has points every `STEP` of the radius
-/// along it and seven at each place round it, so that no two are on opposite sides: nothing is said of where a way may bend, nor how often.
+/// along it and seven at each place around it, so that no two are on opposite sides: nothing is said of where a path may bend, nor how often.
 struct SampledWays {
     triangles: Vec<[DVec3; 3]>,
     edges: Vec<[DVec3; 2]>,
@@ -69,7 +69,7 @@ impl SampledWays {
         !self.triangles.iter().any(|&t| cross3(a, b, t))
     }
 
-    /// Lengths of the shortest ways found with one bend, and with any number; infinite from `limit`.
+    /// Lengths of the shortest paths found with one bend, and with any number; infinite from `limit`.
     fn shortest(&self, a: DVec3, b: DVec3, limit: f64) -> [f64; 2] {
         // Triangles and stops within the ellipsoid of the limit.
         let middle = a.midpoint(b);
@@ -105,7 +105,7 @@ impl SampledWays {
         }
         let mut before = vec![usize::MAX; near.len()];
         let mut done = vec![false; near.len()];
-        // Of the sampled ways those a little longer than the best may be the best when tightened.
+        // Of the sampled paths those a little longer than the best may be the best when tightened.
         let (mut best, mut best_sampled) = (with_one, f64::INFINITY);
         while let Some(k) = (0..near.len())
             .filter(|&k| {
@@ -141,7 +141,7 @@ impl SampledWays {
         [with_one, best].map(|l| if l < limit { l } else { f64::INFINITY })
     }
 
-    /// Length of a way whose stops are moved along their edges, halving steps, as long as that makes it
+    /// Length of a path whose stops are moved along their edges, halving steps, as long as that makes it
     /// shorter and leaves it free.
     fn tight(&self, path: &[Stop], a: DVec3, b: DVec3, free: &dyn Fn(DVec3, DVec3) -> bool) -> f64 {
         let mut points: Vec<DVec3> = path.iter().map(|s| s.at).collect();
@@ -198,7 +198,7 @@ fn strip(random: &mut Random, radius: f64) -> Vec<Vec<DVec3>> {
 fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
     let radius = 0.22;
     let (mut count, mut severed) = (0_u32, 0);
-    // Squares of errors of the weight: what is found, the best of one bend, and no way round at all.
+    // Squares of errors of the weight: what is found, the best of one bend, and no path around at all.
     let mut squares = [0.0; 3];
     for seed in 0..24 {
         let mut random = Random::new(1000 + seed);
@@ -234,7 +234,7 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
             // The weight itself, not its ratio to the uncut weight.
             let weight = pair * kernel(a.distance(b) / radius);
             let [one, any] = [one, any].map(|l| kernel((l / radius).min(1.0)));
-            // A way that is found is there; the sampled one may be a little longer.
+            // A path that is found is there; the sampled one may be a little longer.
             assert!(weight < any + 0.01, "seed {seed}: {i} {j} {weight} > {any}");
             squares[0] += (weight - any).powi(2);
             squares[1] += (one - any).powi(2);
@@ -246,7 +246,7 @@ fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
         println!("{count} crossed, {severed} severed: rms {rms:.5?}");
     }
     assert!(count > 1500 && severed > 200, "{count} {severed}");
-    // Crumpled strips, a kink at every step of 0.7 of the radius: ways of one bend are not enough.
+    // Crumpled strips, a kink at every step of 0.7 of the radius: paths of one bend are not enough.
     assert!(rms[0] <= 2e-3 && rms[1] > 5e-3, "{rms:?}");
 }
 

@@ -85,7 +85,7 @@ fn no_leak_and_no_over_cut_in_any_case() {
                 "{name}: {crossing} crossing, {severed} severed, rms {rms:.4}, over {worst_leak:.1e}"
             );
         }
-        // A way that is found is there: no factor is above the true way's but for round-off.
+        // A path that is found is there: no factor is above the true path's but for round-off.
         if worst_leak > 1e-6 {
             failures.push(format!(
                 "{name}: factor above the true way's by {worst_leak}"

@@ -1,4 +1,4 @@
-//! Slow references: the rule by loops over everything, and true shortest ways.
+//! Slow references: the rule by loops over everything, and true shortest paths.
 
 use glam::{DVec2, DVec3};
 use testkit::cloud;
@@ -105,9 +105,9 @@ pub(crate) fn cross3(a: DVec3, b: DVec3, [p, q, r]: [DVec3; 3]) -> bool {
     in_edge(p, q) && in_edge(q, r) && in_edge(r, p)
 }
 
-/// True shortest ways in the plane round polylines, by a visibility graph.
+/// True shortest paths in the plane around polylines, by a visibility graph.
 ///
-/// Every corner of the polylines stands for one point in each of its angular sectors, so that no way
+/// Every corner of the polylines stands for one point in each of its angular sectors, so that no path
 /// slips through a corner from one side to the other.
 pub(crate) struct VisibilityGraph {
     segments: Vec<[DVec2; 2]>,
@@ -171,7 +171,7 @@ impl VisibilityGraph {
         if free { a.distance(b) } else { f64::INFINITY }
     }
 
-    /// Length of the shortest way, infinite beyond `limit`.
+    /// Length of the shortest path, infinite beyond `limit`.
     pub(crate) fn shortest(&self, a: DVec2, b: DVec2, limit: f64) -> f64 {
         let n = self.stops.len();
         let mut best: Vec<f64> = self.stops.iter().map(|&s| self.way(a, s)).collect();

@@ -40,7 +40,7 @@ pub(crate) fn body(name: &str) -> Cloud {
     Cloud::lattice(12, 12, jitter, 2.2)
 }
 
-/// The rule for ways of one bend by loops over all triangles and all edges, in plain floating point.
+/// The rule for paths of one bend by loops over all triangles and all edges, in plain floating point.
 ///
 /// Built on its own from the corners: nothing is shared with the crate but the statement of the rule.
 struct Twin {
@@ -154,7 +154,7 @@ fn equal_to_brute_force_in_any_case() {
                 // A way of more bends, which the tests of geodesics judge.
                 longer += 1;
             } else if (expected - found[pair]).abs() > 1e-6 {
-                // Two ways may differ when a bend's free point grazes another triangle.
+                // Two paths may differ when a bend's free point grazes another triangle.
                 borderline += 1;
             }
         }
@@ -237,7 +237,7 @@ fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
 }
 
 /// Errors of the weights of every third pair that a cut crosses which goes straight up through the plane, against the
-/// shortest way in the plane: of the weight itself, not of its ratio to the uncut weight.
+/// shortest path in the plane: of the weight itself, not of its ratio to the uncut weight.
 fn errors_of_extruded(cloud: &Cloud, lines: &Lines) -> Vec<f64> {
     let strokes = super::shapes::extruded(lines, -0.3, 1.3);
     let cuts = cut(&strokes, &settings(cloud));
