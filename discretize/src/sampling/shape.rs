@@ -373,8 +373,8 @@ impl UnitGuess {
 
 /// Longest side (m) that a mesh without a stated unit is given.
 const ORGAN_LENGTH: f64 = 0.15;
-/// Longest sides (m) that a body may have: from a gallstone to a trunk.
-const PLAUSIBLE_LENGTH: std::ops::RangeInclusive<f64> = 0.01..=1.0;
+/// Longest sides (m) that a body may have: from a gallstone to a trunk. Modelling tools scale to 1.
+const PLAUSIBLE_LENGTH: std::ops::RangeInclusive<f64> = 0.01..=0.7;
 
 /// Guesses the unit of a mesh of a body from the box of its vertices, by the longest side.
 #[must_use]
@@ -475,7 +475,7 @@ mod tests {
         };
         assert_eq!(guess_unit(&extent(0.12)), UnitGuess::Metres);
         assert_eq!(guess_unit(&extent(90.0)), UnitGuess::Millimetres);
-        for longest in [1e-6, 3.0, 5.0e5] {
+        for longest in [1e-6, 1.0, 3.0, 5.0e5] {
             let unit = guess_unit(&extent(longest));
             assert!((unit.scale() * longest - ORGAN_LENGTH).abs() < 1e-12);
         }

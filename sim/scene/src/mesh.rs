@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::{Bounds, RepairSettings, Solid, UnitGuess, guess_unit};
 
-use super::{Axis, Body, Cut, Key, Pictures, Region, Scene, SceneError, Shape, Support};
+use super::{Axis, Body, Cut, Gravity, Key, Pictures, Region, Scene, SceneError, Shape, Support};
 use phyxel_text::Override;
 
 impl Scene {
@@ -32,16 +32,20 @@ impl Scene {
             "the box of a mesh must have a size, not {size}"
         );
         let unit = guess_unit(&extent);
+        // Supports and cuts follow a scale that someone asks for.
+        let scale = Override::number(overrides, "bodies[0].shape.scale")
+            .filter(|scale| scale.is_finite() && *scale > 0.0)
+            .unwrap_or(unit.scale());
         let up = Axis::usually_up(file);
-        let turned = |corner: DVec3| up.rotation() * (corner * unit.scale());
+        let turned = |corner: DVec3| up.rotation() * (corner * scale);
         let (a, b) = (turned(extent.min), turned(extent.max));
         let to_file = up.rotation().inverse();
-        let is_tissue = |place: DVec3| solid.contains(to_file * place / unit.scale());
+        let is_tissue = |place: DVec3| solid.contains(to_file * place / scale);
         let place = Bounds {
             min: a.min(b),
             max: a.max(b),
         };
-        let mut scene = standing(file, unit.scale(), up, place, &is_tissue);
+        let mut scene = standing(file, scale, up, place, &is_tissue);
         scene.name = file
             .file_stem()
             .map(|stem| stem.to_string_lossy().into_owned())
@@ -106,6 +110,9 @@ fn place_of_blade(
     enough.unwrap_or(&best[0]).1
 }
 
+/// Least Young's modulus over the stress of a column as high as the body is long: softer ones sag into strings.
+const UPRIGHT: f64 = 3.0;
+
 /// The scene for a mesh that fills a box (m, z up).
 fn standing(
     file: &Path,
@@ -123,6 +130,9 @@ fn standing(
         largest_hole: RepairSettings::default().largest_hole,
     });
     body.name = "organ".to_owned();
+    let material = &mut body.material;
+    let weight = material.density * Gravity::default().acceleration.length() * size.max_element();
+    material.youngs_modulus = material.youngs_modulus.max(UPRIGHT * weight);
     let mut scene = Scene::new("mesh", vec![body]);
     scene.description =
         "default scene of a mesh: held from below and behind, cut from the front".to_owned();
