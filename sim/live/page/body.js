@@ -1,30 +1,32 @@
-// A body on the graphics card: nodes, surfels, clips, and the surfels where nodes have carried them.
+// A body on the graphics card: its nodes' maps, its surfels at rest, and the surfels where nodes have carried them.
+import { add, cross, dot, scale, sub, unit } from "./camera.js";
+import { halfValue } from "./protocol.js";
 import { CARRY } from "./shaders.js";
 
-const NODES_PER_ROW = 1024;
-const GRADIENTS_PER_ROW = 341;
+const NODES_PER_ROW = 341;
 const SURFELS_PER_ROW = 64;
 const CLIPS_PER_ROW = 1024;
+/** Texels of a surfel's own; then one for each of its nodes. */
 const OWN = 4;
-/** Numbers of a carried surfel. */
-export const CARRIED = 18;
+/** Targets that carried surfels are drawn into. */
+const TARGETS = 5;
 
-export function program(gl, { vertex, fragment, feedback }) {
+/** Values of all numbers of half precision: a table is ten times as fast as their arithmetic. */
+const HALVES = Float32Array.from({ length: 1 << 16 }, (_, bits) => halfValue(bits));
+
+export function program(gl, { vertex, fragment }) {
   const made = gl.createProgram();
   for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
     const shader = gl.createShader(type);
     gl.shaderSource(shader, source);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) {
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost()) {
       throw new Error(gl.getShaderInfoLog(shader));
     }
     gl.attachShader(made, shader);
   }
-  if (feedback) {
-    gl.transformFeedbackVaryings(made, feedback, gl.INTERLEAVED_ATTRIBS);
-  }
   gl.linkProgram(made);
-  if (!gl.getProgramParameter(made, gl.LINK_STATUS)) {
+  if (!gl.getProgramParameter(made, gl.LINK_STATUS) && !gl.isContextLost()) {
     throw new Error(gl.getProgramInfoLog(made));
   }
   const uniforms = {};
@@ -45,18 +47,34 @@ export function texture(gl, format, width, height) {
   return made;
 }
 
-/** Fills a texture of \`width\` with \`count\` units of \`each\` texels, row by row from its beginning. */
-function fill(gl, made, width, perRow, each, count, format, type, data, numbers) {
+/** A framebuffer of these textures. */
+export function framebuffer(gl, colors, depth) {
+  const made = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, made);
+  colors.forEach((color, k) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, color, 0));
+  depth && gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, depth, 0);
+  gl.drawBuffers(colors.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
+  if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE && !gl.isContextLost()) {
+    throw new Error("This graphics card cannot draw into the pictures that are needed.");
+  }
+  return made;
+}
+
+/** Binds textures to the uniforms that name them. */
+export function bind(gl, uniforms, textures) {
+  Object.entries(textures).forEach(([name, made], unit) => {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, made);
+    gl.uniform1i(uniforms[name], unit);
+  });
+  gl.activeTexture(gl.TEXTURE0);
+}
+
+/** Rows \`top\` to \`bottom\` of a texture of four numbers a texel, \`width\` texels wide. */
+function upload(gl, made, width, top, bottom, numbers) {
   gl.bindTexture(gl.TEXTURE_2D, made);
-  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-  const rows = Math.floor(count / perRow);
-  if (rows > 0) {
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, perRow * each, rows, format, type, data, 0);
-  }
-  const left = count - rows * perRow;
-  if (left > 0) {
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, rows, left * each, 1, format, type, data, rows * perRow * each * numbers);
-  }
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+  gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, top, width, bottom - top, gl.RGBA, gl.FLOAT, numbers, 4 * width * top);
 }
 
 export class Body {
@@ -64,119 +82,101 @@ export class Body {
     this.gl = gl;
     this.carry = carry;
     this.info = info;
-    this.nodeCount = count;
+    this.rest = rest;
     this.surfels = 0;
     this.room = 0;
     this.stride = 0;
-    const rows = Math.ceil(count / NODES_PER_ROW);
-    this.rest = texture(gl, gl.RGB32F, NODES_PER_ROW, rows);
-    this.nodes = texture(gl, gl.RGB32F, NODES_PER_ROW, rows);
-    this.gradients = texture(gl, gl.RGB16F, 3 * GRADIENTS_PER_ROW, Math.ceil(count / GRADIENTS_PER_ROW));
-    fill(gl, this.rest, NODES_PER_ROW, NODES_PER_ROW, 1, count, gl.RGB, gl.FLOAT, rest, 3);
-    this.move({ positions: rest, gradients: new Uint16Array(9 * count) });
+    this.nodeRows = Math.ceil(count / NODES_PER_ROW);
+    // Of each node the rows of F and of a = x - F X: a surfel is carried to the mean of F X + a.
+    this.maps = new Float32Array(12 * NODES_PER_ROW * this.nodeRows);
+    this.nodes = texture(gl, gl.RGBA32F, 3 * NODES_PER_ROW, this.nodeRows);
     this.records = null;
     this.numbers = new Float32Array(0);
-    this.clipAt = new Float32Array(0);
+    this.changed = [Infinity, 0];
+    this.targets = [];
     this.clipNumbers = new Float32Array(4 * CLIPS_PER_ROW);
     this.clipUsed = 0;
-    this.clipRoom = new Map();
-    this.clips = null;
-    this.clipped = 0;
-    this.feedback = gl.createTransformFeedback();
-    this.empty = gl.createVertexArray();
-    this.array = null;
+    this.clipOf = new Map();
+    this.clips = texture(gl, gl.RGBA32F, CLIPS_PER_ROW, 1);
+    this.clipRows = 1;
+    this.move({ positions: rest, gradients: new Uint16Array(9 * count) });
+  }
+
+  get each() {
+    return OWN + this.stride;
   }
 
   dispose() {
     const { gl } = this;
-    [this.rest, this.nodes, this.gradients, this.records, this.clips].forEach((made) => made && gl.deleteTexture(made));
-    [this.buffer, this.clipBuffer].forEach((made) => made && gl.deleteBuffer(made));
-    gl.deleteTransformFeedback(this.feedback);
-    [this.array, this.empty].forEach((made) => made && gl.deleteVertexArray(made));
+    [this.nodes, this.records, this.clips, ...this.targets].forEach((made) => made && gl.deleteTexture(made));
+    gl.deleteFramebuffer(this.frame);
   }
 
-  /** Takes nodes over. */
+  /** Takes nodes over: positions, and F − 1 in half precision, column by column. */
   move({ positions, gradients }) {
-    const { gl } = this;
-    const count = this.nodeCount;
-    fill(gl, this.nodes, NODES_PER_ROW, NODES_PER_ROW, 1, count, gl.RGB, gl.FLOAT, positions, 3);
-    fill(gl, this.gradients, 0, GRADIENTS_PER_ROW, 3, count, gl.RGB, gl.HALF_FLOAT, gradients, 3);
+    const { gl, maps, rest } = this;
+    for (let at = 0, g = 0, to = 0; at < rest.length; at += 3, g += 9, to += 12) {
+      for (let row = 0; row < 3; row += 1) {
+        let moved = positions[at + row];
+        for (let column = 0; column < 3; column += 1) {
+          const f = HALVES[gradients[g + 3 * column + row]] + (row === column ? 1 : 0);
+          maps[to + 4 * row + column] = f;
+          moved -= f * rest[at + column];
+        }
+        maps[to + 4 * row + 3] = moved;
+      }
+    }
+    upload(gl, this.nodes, 3 * NODES_PER_ROW, 0, this.nodeRows, maps);
     this.stale = true;
   }
 
   /** Takes surfels over: new ones, or others in place of those that were there. */
   skin({ first, count, stride, numbers }) {
     this.stride = stride;
-    const each = OWN + stride;
     const end = first + count;
-    this.reserve(end, 4 * each);
-    this.numbers.set(numbers, first * 4 * each);
+    this.reserve(end);
+    this.numbers.set(numbers, 4 * this.each * first);
     this.surfels = Math.max(this.surfels, end);
-    const { gl } = this;
-    const [top, bottom] = [Math.floor(first / SURFELS_PER_ROW), Math.ceil(end / SURFELS_PER_ROW)];
-    gl.bindTexture(gl.TEXTURE_2D, this.records);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, top, SURFELS_PER_ROW * each, bottom - top, gl.RGBA, gl.FLOAT, this.numbers, top * SURFELS_PER_ROW * 4 * each);
-    this.stale = true;
+    for (let surfel = first; surfel < end; surfel += 1) {
+      this.mark(surfel);
+    }
+  }
+
+  /** Writes down where a surfel's clip is, in a place of its record that is free for it. */
+  mark(surfel) {
+    const clip = this.clipOf.get(surfel);
+    this.numbers[4 * (this.each * surfel + 3) + 3] = clip ? clip.at + 1 : 0;
+    this.changed = [Math.min(this.changed[0], surfel), Math.max(this.changed[1], surfel + 1)];
   }
 
   /** Makes room for so many surfels. */
-  reserve(end, numbers) {
+  reserve(end) {
     if (end <= this.room) {
       return;
     }
-    const { gl } = this;
-    const room = Math.ceil(Math.max(end, 1.5 * this.room) / SURFELS_PER_ROW) * SURFELS_PER_ROW;
-    const grown = new Float32Array(room * numbers);
+    const { gl, each } = this;
+    const rows = Math.ceil(Math.max(end, 1.5 * this.room) / SURFELS_PER_ROW);
+    this.room = rows * SURFELS_PER_ROW;
+    const grown = new Float32Array(4 * each * this.room);
     grown.set(this.numbers);
     this.numbers = grown;
-    const clipAt = new Float32Array(room).fill(-1);
-    clipAt.set(this.clipAt);
-    this.clipAt = clipAt;
-    this.room = room;
-    if (this.records) {
-      gl.deleteTexture(this.records);
-      gl.deleteBuffer(this.buffer);
-      gl.deleteBuffer(this.clipBuffer);
-      gl.deleteVertexArray(this.array);
-    }
-    const rows = room / SURFELS_PER_ROW;
-    this.records = texture(gl, gl.RGBA32F, (SURFELS_PER_ROW * numbers) / 4, rows);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, (SURFELS_PER_ROW * numbers) / 4, rows, gl.RGBA, gl.FLOAT, this.numbers);
-    this.buffer = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, 4 * CARRIED * room, gl.DYNAMIC_COPY);
-    this.clipBuffer = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.clipBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, this.clipAt, gl.DYNAMIC_DRAW);
-    this.array = gl.createVertexArray();
-    gl.bindVertexArray(this.array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    for (let k = 0; k < 6; k += 1) {
-      gl.enableVertexAttribArray(k);
-      gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 4 * CARRIED, 12 * k);
-      gl.vertexAttribDivisor(k, 1);
-    }
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.clipBuffer);
-    gl.enableVertexAttribArray(6);
-    gl.vertexAttribPointer(6, 1, gl.FLOAT, false, 4, 0);
-    gl.vertexAttribDivisor(6, 1);
-    gl.bindVertexArray(null);
-    gl.bindBuffer(gl.ARRAY_BUFFER, null);
+    [this.records, ...this.targets].forEach((made) => made && gl.deleteTexture(made));
+    this.frame && gl.deleteFramebuffer(this.frame);
+    this.records = texture(gl, gl.RGBA32F, SURFELS_PER_ROW * each, rows);
+    this.targets = Array.from({ length: TARGETS }, () => texture(gl, gl.RGBA32F, SURFELS_PER_ROW, rows));
+    this.frame = framebuffer(gl, this.targets, null);
+    this.changed[0] = 0;
   }
 
   /** Takes clips over. One that grew gets another place. */
   clip({ clips }) {
     for (const { surfel, anchor, edges, walls } of clips) {
       const texels = 1 + edges.length / 3 + walls.length / 4;
-      let place = this.clipRoom.get(surfel);
+      let place = this.clipOf.get(surfel);
       if (!place || place.texels < texels) {
         place = { at: this.clipUsed, texels };
         this.clipUsed += texels;
-        this.clipped += this.clipAt[surfel] < 0 ? 1 : 0;
-        this.clipRoom.set(surfel, place);
-        this.clipAt[surfel] = place.at;
+        this.clipOf.set(surfel, place);
       }
       while (4 * this.clipUsed > this.clipNumbers.length) {
         const grown = new Float32Array(2 * this.clipNumbers.length);
@@ -192,70 +192,161 @@ export class Body {
       for (let k = 0; k < walls.length; k += 4) {
         n.set([walls[k], walls[k + 1], walls[k + 2], walls[k + 3]], (at += 4));
       }
+      this.mark(surfel);
     }
     this.clipsStale = clips.length > 0;
   }
 
-  uploadClips() {
-    if (!this.clipsStale) {
-      return;
+  /** Brings records and clips up to date on the card. */
+  refresh() {
+    const { gl, each, changed } = this;
+    if (changed[1] > changed[0]) {
+      const [top, bottom] = [Math.floor(changed[0] / SURFELS_PER_ROW), Math.ceil(changed[1] / SURFELS_PER_ROW)];
+      upload(gl, this.records, SURFELS_PER_ROW * each, top, bottom, this.numbers);
+      this.changed = [Infinity, 0];
+      this.stale = true;
     }
-    this.clipsStale = false;
-    const { gl } = this;
-    const rows = this.clipNumbers.length / (4 * CLIPS_PER_ROW);
-    if (this.clipRows !== rows) {
-      this.clips && gl.deleteTexture(this.clips);
-      this.clips = texture(gl, gl.RGBA32F, CLIPS_PER_ROW, rows);
-      this.clipRows = rows;
+    if (this.clipsStale) {
+      this.clipsStale = false;
+      const rows = this.clipNumbers.length / (4 * CLIPS_PER_ROW);
+      if (this.clipRows !== rows) {
+        gl.deleteTexture(this.clips);
+        this.clips = texture(gl, gl.RGBA32F, CLIPS_PER_ROW, rows);
+        this.clipRows = rows;
+      }
+      upload(gl, this.clips, CLIPS_PER_ROW, 0, Math.ceil(this.clipUsed / CLIPS_PER_ROW), this.clipNumbers);
     }
-    gl.bindTexture(gl.TEXTURE_2D, this.clips);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    const used = Math.ceil(this.clipUsed / CLIPS_PER_ROW);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, CLIPS_PER_ROW, used, gl.RGBA, gl.FLOAT, this.clipNumbers);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.clipBuffer);
-    gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.clipAt);
-    gl.bindBuffer(gl.ARRAY_BUFFER, null);
   }
 
-  /** Carries the surfels to where the nodes are. */
+  /** Carries the surfels to where the nodes are: each is a texel of five targets. */
   update(maxStretch) {
-    this.uploadClips();
+    this.refresh();
     if (!this.stale || this.surfels === 0) {
       return;
     }
     this.stale = false;
     const { gl, carry } = this;
     gl.useProgram(carry.made);
-    const { uniforms } = carry;
-    [[this.records, "records"], [this.rest, "restNodes"], [this.nodes, "nodes"], [this.gradients, "gradients"]].forEach(([made, name], unit) => {
-      gl.activeTexture(gl.TEXTURE0 + unit);
-      gl.bindTexture(gl.TEXTURE_2D, made);
-      gl.uniform1i(uniforms[name], unit);
-    });
-    gl.uniform1i(uniforms.stride, this.stride);
-    gl.uniform1f(uniforms.maxStretch, maxStretch);
-    gl.bindVertexArray(this.empty);
-    gl.enable(gl.RASTERIZER_DISCARD);
-    gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, this.feedback);
-    gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, this.buffer);
-    gl.beginTransformFeedback(gl.POINTS);
-    gl.drawArrays(gl.POINTS, 0, this.surfels);
-    gl.endTransformFeedback();
-    gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, null);
-    gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, null);
-    gl.disable(gl.RASTERIZER_DISCARD);
-    gl.bindVertexArray(null);
-    gl.activeTexture(gl.TEXTURE0);
+    bind(gl, carry.uniforms, { records: this.records, nodes: this.nodes });
+    gl.uniform1i(carry.uniforms.stride, this.stride);
+    gl.uniform1f(carry.uniforms.maxStretch, maxStretch);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+    gl.viewport(0, 0, SURFELS_PER_ROW, Math.ceil(this.surfels / SURFELS_PER_ROW));
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /** Where the surfels are: 18 numbers each; for tests. */
-  carried() {
+  /** Where the card has carried the surfels: numbers of one target, four each; for tests. */
+  carried(target) {
     const { gl } = this;
-    const numbers = new Float32Array(CARRIED * this.surfels);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    gl.getBufferSubData(gl.ARRAY_BUFFER, 0, numbers);
-    gl.bindBuffer(gl.ARRAY_BUFFER, null);
-    return numbers;
+    const rows = Math.ceil(this.surfels / SURFELS_PER_ROW);
+    const numbers = new Float32Array(4 * SURFELS_PER_ROW * rows);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.frame);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0 + target);
+    gl.readPixels(0, 0, SURFELS_PER_ROW, rows, gl.RGBA, gl.FLOAT, numbers);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
+    return numbers.subarray(0, 4 * this.surfels);
+  }
+
+  /** Where a node's map takes a place at rest. */
+  mapped(node, [x, y, z]) {
+    const m = this.maps;
+    const at = 12 * node;
+    return [0, 4, 8].map((row) => m[at + row] * x + m[at + row + 1] * y + m[at + row + 2] * z + m[at + row + 3]);
+  }
+
+  /** A surfel where its nodes carry it, as the card does: centre, the two axes of its disk, normal. */
+  surfel(index) {
+    const { numbers, maps } = this;
+    const at = 4 * this.each * index;
+    const own = (k) => Array.from(numbers.subarray(at + 4 * k, at + 4 * k + 3));
+    const [rest, normal] = [own(0), own(1)];
+    const radius = numbers[at + 3];
+    const sign = 1 / normal[2] < 0 ? -1 : 1;
+    const a = -1 / (sign + normal[2]);
+    const t0 = [normal[0] * normal[1] * a, sign + normal[1] * normal[1] * a, -normal[1]];
+    const tangents = [t0, cross(normal, t0)];
+    const first = this.mapped(numbers[at + 4 * OWN], rest);
+    let center = first;
+    const axes = [[0, 0, 0], [0, 0, 0]];
+    const turned = [[0, 0, 0], [0, 0, 0]];
+    for (let link = at + 4 * OWN; link < at + 4 * this.each; link += 4) {
+      const weight = numbers[link + 1];
+      const m = 12 * numbers[link];
+      const aside = sub(this.mapped(numbers[link], rest), first);
+      center = add(center, aside, weight);
+      for (const side of [0, 1]) {
+        const t = tangents[side];
+        const carried = [m, m + 4, m + 8].map((row) => maps[row] * t[0] + maps[row + 1] * t[1] + maps[row + 2] * t[2]);
+        turned[side] = add(turned[side], carried, weight);
+        axes[side] = add(axes[side], add(scale(carried, weight), aside, numbers[link + 2 + side]), radius);
+      }
+    }
+    return { center, axes, normal: unit(cross(...turned)), radius };
+  }
+
+  /** Disks under the ray \`eye + depth · ray\` that face it: depth, weight in the blend and normal; \`spacing\` (m) of the nodes. */
+  hits(eye, ray, spacing) {
+    const { numbers, maps } = this;
+    const hits = [];
+    const square = dot(ray, ray);
+    for (let k = 0, at = 0; k < this.surfels; k += 1, at += 4 * this.each) {
+      // Where the surfel's first node takes it is near enough to leave most aside.
+      const [x, y, z, m] = [numbers[at], numbers[at + 1], numbers[at + 2], 12 * numbers[at + 4 * OWN]];
+      const px = maps[m] * x + maps[m + 1] * y + maps[m + 2] * z + maps[m + 3] - eye[0];
+      const py = maps[m + 4] * x + maps[m + 5] * y + maps[m + 6] * z + maps[m + 7] - eye[1];
+      const pz = maps[m + 8] * x + maps[m + 9] * y + maps[m + 10] * z + maps[m + 11] - eye[2];
+      const along = px * ray[0] + py * ray[1] + pz * ray[2];
+      const reach = 2 * numbers[at + 3] + 0.5 * spacing;
+      if (px * px + py * py + pz * pz - (along * along) / square > reach * reach) {
+        continue;
+      }
+      const { center, axes: [u, v], normal, radius } = this.surfel(k);
+      const arm = sub(center, eye);
+      if (dot(normal, arm) >= 0) {
+        continue;
+      }
+      // eye + depth ray = center + p u + q v, by Cramer's rule.
+      const across = cross(u, v);
+      const volume = dot(ray, across);
+      const depth = dot(arm, across) / volume;
+      const p = -dot(ray, cross(arm, v)) / volume;
+      const q = -dot(ray, cross(u, arm)) / volume;
+      const fall = 1 - p * p - q * q;
+      if (fall > 0 && depth > 0 && !this.isHidden(numbers[at + 15] - 1, p * radius, q * radius)) {
+        hits.push({ depth, weight: fall * fall, normal });
+      }
+    }
+    return hits;
+  }
+
+  /** Whether a point of a disk is beyond an edge or behind a wall of its clip, as the card tells it. */
+  isHidden(clip, x, y) {
+    if (clip < 0) {
+      return false;
+    }
+    const n = this.clipNumbers;
+    let at = 4 * clip;
+    const [ax, ay, edges, walls] = n.subarray(at, at + 4);
+    const turn = (ux, uy, vx, vy) => ux * vy - uy * vx;
+    for (let k = 0; k < edges; k += 1) {
+      at += 4;
+      if (n[at + 2] < x * n[at] + y * n[at + 1]) {
+        return true;
+      }
+    }
+    const [qx, qy] = [x - ax, y - ay];
+    for (let k = 0; k < walls; k += 1) {
+      at += 4;
+      let [bx, by, cx, cy] = [n[at] - ax, n[at + 1] - ay, n[at + 2] - ax, n[at + 3] - ay];
+      if (turn(bx, by, cx, cy) < 0) {
+        [bx, by, cx, cy] = [cx, cy, bx, by];
+      }
+      const between = turn(bx, by, qx, qy) >= 0 && turn(qx, qy, cx, cy) >= 0;
+      if (between && turn(cx - bx, cy - by, qx - bx, qy - by) < 0) {
+        return true;
+      }
+    }
+    return false;
   }
 }
 

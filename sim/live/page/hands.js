@@ -29,6 +29,8 @@ export class Hands {
     });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    canvas.addEventListener("keydown", (event) => this.key(event));
+    canvas.addEventListener("blur", () => this.place(null));
   }
 
   /** Depth (m) of a blade's tip below the surface. */
@@ -59,11 +61,12 @@ export class Hands {
       this.active = { kind: "pinch" };
       return;
     }
-    if (event.button === 2 || event.button === 1 || event.altKey) {
+    if (event.button === 2 || event.button === 1 || event.altKey || this.mode === "view") {
       this.active = { kind: event.button === 1 || event.shiftKey ? "pan" : "turn" };
       return;
     }
-    const found = stage.surface(event.offsetX, event.offsetY, true);
+    this.place(null);
+    const found = stage.surface(event.offsetX, event.offsetY);
     const hand = { kind: "hand", mode: this.mode, pointer: event.pointerId, start: [event.offsetX, event.offsetY], found, pressure: event.pressure };
     if (this.mode === "through") {
       hand.last = hand.start;
@@ -71,14 +74,53 @@ export class Hands {
       stage.touch();
       return;
     }
-    if (!found) {
-      // Nothing under the pointer: the view turns.
+    if (!found && this.mode !== "cut") {
+      // Nothing to press or to pull: the view turns.
       this.active = { kind: "turn" };
       return;
     }
     this.active = hand;
     hand.last = hand.start;
     this.lead(hand, Phase.BEGIN, event);
+  }
+
+  /** Puts the cross that keys move somewhere, or away. */
+  place(at) {
+    this.cross = at;
+    document.getElementById("cross").setAttribute("transform", at ? `translate(${at})` : "translate(-99)");
+  }
+
+  /** Arrow keys move a cross; Enter marks a place, and a second one cuts from there to here. */
+  key(event) {
+    const { canvas } = this.stage;
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (way) {
+      event.preventDefault();
+      const step = event.shiftKey ? 1 : 10;
+      const [x, y] = this.cross ?? [canvas.clientWidth / 2, canvas.clientHeight / 2];
+      this.place([x + step * way[0], y + step * way[1]]);
+    } else if (event.key === "Escape") {
+      this.marked = null;
+      this.place(null);
+    } else if (event.key === "Enter" && this.cross && (this.mode === "cut" || this.mode === "through")) {
+      if (this.marked) {
+        this.cutBetween(this.marked, this.cross);
+      }
+      this.marked = this.marked ? null : this.cross;
+    }
+    this.stage.touch();
+  }
+
+  /** Cuts along a line of the picture, as a pointer that is dragged along it does. */
+  cutBetween(from, to) {
+    const stamp = performance.now();
+    const hand = { kind: "hand", mode: this.mode, start: from, found: this.stage.surface(...from) };
+    const count = this.mode === "cut" ? 24 : 0;
+    for (let k = 0; k <= count; k += 1) {
+      const [offsetX, offsetY] = [0, 1].map((i) => from[i] + (k / Math.max(count, 1)) * (to[i] - from[i]));
+      count && this.lead(hand, k ? Phase.MOVE : Phase.BEGIN, { offsetX, offsetY, timeStamp: stamp });
+    }
+    this.finish(hand, to, stamp);
   }
 
   moved(event) {
@@ -157,6 +199,18 @@ export class Hands {
     const stamp = event.timeStamp || performance.now();
     switch (hand.mode) {
       case "cut": {
+        if (!hand.found) {
+          // In the air: the blade waits, and begins from there where it comes to the surface.
+          hand.found = stage.surface(...at);
+          if (!hand.found) {
+            hand.last = at;
+            return;
+          }
+          const outside = this.edgeAt(hand, hand.last);
+          stage.link.hand((sequence) => encodeEdge(sequence, Phase.BEGIN, outside), stamp);
+          hand.edge = outside;
+          phase = Phase.MOVE;
+        }
         const edge = this.edgeAt(hand, at);
         if (phase !== Phase.BEGIN && hand.edge && length(sub(edge[0], hand.edge[0])) < 1e-5) {
           return;

@@ -1,20 +1,22 @@
-// The socket: a code for a token, a token for a session, messages in order.
+// The socket: a code for a token, a token for a session, messages in order. What breaks is opened again.
 import { PROTOCOL, decode, encodeAck } from "./protocol.js";
 
 const KEY = "phyxel-token";
+/** Time (ms) before the first and the later attempts to open the session again. */
+const RETRY = [250, 500, 1000, 2000];
+/** How a server that ends closes its sockets: "going away" (RFC 6455, section 7.4.1). */
+const ENDED = 1001;
+const WORDS = {
+  stale: "This address is not good any more. Press Enter in the terminal for another one.",
+  other: "phyxel live was started again. Open the address that it printed.",
+  ended: "The session has ended. Start phyxel live again.",
+  lost: "The connection is lost. Trying again …",
+};
 
-/** The session's token: for the code in the address, or the one this tab has. */
-async function tokenOf() {
-  const code = location.hash.slice(1);
-  if (code) {
-    // The code is good once: it has no business in the address any more.
-    history.replaceState(null, "", location.pathname);
-    const answer = await fetch(`/token?${encodeURIComponent(code)}`, { cache: "no-store" });
-    if (answer.ok) {
-      sessionStorage.setItem(KEY, await answer.text());
-    }
-  }
-  return sessionStorage.getItem(KEY);
+/** The session's token for a code or for the token itself; null where the server knows neither. Throws where there is none. */
+async function tokenFor(secret) {
+  const answer = await fetch(`/token?${encodeURIComponent(secret)}`, { cache: "no-store" });
+  return answer.ok ? answer.text() : null;
 }
 
 export class Link {
@@ -26,28 +28,57 @@ export class Link {
     this.sent = new Map();
   }
 
+  /** Opens the session, and again whenever it breaks, until it ends or this page may not come in. */
   async open() {
-    const token = await tokenOf();
-    if (!token) {
-      this.handlers.closed("This address is not good any more. Press Enter in the terminal for another one.");
-      return;
-    }
-    const socket = new WebSocket(`ws://${location.host}/session`, [PROTOCOL, `token.${token}`]);
-    socket.binaryType = "arraybuffer";
-    socket.onmessage = (event) => this.receive(event.data);
-    let opened = false;
-    socket.onopen = () => {
-      opened = true;
-      this.handlers.opened();
-    };
-    socket.onclose = () => {
-      this.socket = null;
-      if (!opened) {
-        sessionStorage.removeItem(KEY);
+    for (let attempt = 0; ; attempt += 1) {
+      try {
+        const token = await this.enter();
+        if (!token) {
+          return;
+        }
+        if (await this.session(token, () => (attempt = 0))) {
+          this.handlers.closed(WORDS.ended);
+          return;
+        }
+      } catch {
+        // There is no server: it may come back.
       }
-      this.handlers.closed(opened ? "The session has ended. Start phyxel live again." : "The session is not there, or is another one by now.");
-    };
-    this.socket = socket;
+      this.handlers.lost(WORDS.lost);
+      await new Promise((done) => setTimeout(done, RETRY[Math.min(attempt, RETRY.length - 1)]));
+    }
+  }
+
+  /** The session's token: for the code in the address, or the one that this tab has; says so where there is none. */
+  async enter() {
+    const code = location.hash.slice(1);
+    const known = sessionStorage.getItem(KEY);
+    const token = (code && (await tokenFor(code))) || (known && (await tokenFor(known)));
+    if (code) {
+      // The code is good once: it has no business in the address any more.
+      history.replaceState(null, "", location.pathname);
+    }
+    if (!token) {
+      this.handlers.closed(known && !code ? WORDS.other : WORDS.stale);
+      return null;
+    }
+    sessionStorage.setItem(KEY, token);
+    return token;
+  }
+
+  /** One connection, until it closes; whether the session has ended by then. */
+  session(token, opened) {
+    return new Promise((done) => {
+      const socket = new WebSocket(`ws://${location.host}/session`, [PROTOCOL, `token.${token}`]);
+      socket.binaryType = "arraybuffer";
+      socket.onopen = opened;
+      socket.onmessage = (event) => this.receive(event.data);
+      socket.onclose = (event) => {
+        this.socket = null;
+        this.sent.clear();
+        done(event.code === ENDED);
+      };
+      this.socket = socket;
+    });
   }
 
   receive(data) {

@@ -1,9 +1,10 @@
 // The stage: what the server sends is drawn, what hands do is sent.
-import { Camera, add, dot, length, scale, sub, unit } from "./camera.js";
+import { Camera, add, dot, length, scale, sub } from "./camera.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
 import { Panel } from "./panel.js";
 import { Kind, encodeMesh } from "./protocol.js";
+import { Quality } from "./quality.js";
 import { Renderer } from "./renderer.js";
 import { Tools } from "./tools.js";
 
@@ -22,21 +23,29 @@ class Stage {
     this.stepSize = 0;
     this.frames = 0;
     this.dirty = false;
-    this.slow = 0;
     this.link = new Link({
-      opened: () => {},
+      lost: (text) => {
+        this.hands.active = null;
+        this.panel.curtain(text);
+      },
       closed: (text) => this.panel.curtain(text),
       told: (told) => this.told(told),
       message: (message) => this.message(message),
     });
+    this.canvas.addEventListener("webglcontextlost", () => this.panel.curtain("The graphics card is gone. Getting it back …"));
+    // The session is the server's: this page only looks at it.
+    this.canvas.addEventListener("webglcontextrestored", () => location.reload());
     this.hands = new Hands(this);
     this.panel = new Panel(this);
-    this.renderer.supersampling = this.renderer.isSoftware ? 1 : 2;
-    addEventListener("resize", () => this.resize());
-    document.addEventListener("visibilitychange", () => this.touch());
+    const software = this.renderer.isSoftware;
+    this.quality = new Quality(software);
+    document.documentElement.classList.toggle("plain", software);
+    addEventListener("resize", () => this.touch());
+    document.addEventListener("visibilitychange", () => this.watch());
+    // Another address pasted into this tab is another session.
+    addEventListener("hashchange", () => location.reload());
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", (event) => this.dropped(event));
-    this.resize();
     this.frame = this.frame.bind(this);
     requestAnimationFrame(this.frame);
     this.link.open();
@@ -61,16 +70,28 @@ class Stage {
     this.dirty = true;
   }
 
-  resize() {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+  /** Makes the picture as large as the window, with so many samples to a side of a pixel. */
+  fit(samples) {
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * Math.min(samples, 1);
     const { canvas } = this;
-    canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-    canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    const size = [canvas.clientWidth, canvas.clientHeight].map((length) => Math.max(1, Math.round(length * ratio)));
+    this.renderer.supersampling = Math.max(samples, 1);
+    if (canvas.width !== size[0] || canvas.height !== size[1]) {
+      [canvas.width, canvas.height] = size;
+    }
+  }
+
+  /** Time stands while all pages are hidden. */
+  watch() {
+    this.link.ask({ do: "watch", watching: !document.hidden });
     this.touch();
   }
 
   told(told) {
     switch (told.type) {
+      case "hello":
+        this.watch();
+        break;
       case "scene":
         this.begin(told);
         break;
@@ -100,6 +121,7 @@ class Stage {
     this.tools = new Tools(this.renderer.gl, scene);
     if (!same) {
       this.home();
+      this.panel.choose(scene.hand);
     }
     this.panel.scene(scene);
     this.touch();
@@ -108,7 +130,7 @@ class Stage {
   home() {
     const { scene, canvas } = this;
     // Room for the panels at the sides.
-    const aspect = Math.max(0.5, (canvas.clientWidth - (canvas.clientWidth > 820 ? 420 : 0)) / canvas.clientHeight);
+    const aspect = Math.max(0.5, (canvas.clientWidth - (canvas.clientWidth > 600 ? 420 : 0)) / canvas.clientHeight);
     this.camera.frame(scene.low, scene.high, scene.view, aspect);
     this.touch();
   }
@@ -147,14 +169,19 @@ class Stage {
     this.touch();
   }
 
-  frame() {
+  frame(now) {
     requestAnimationFrame(this.frame);
-    if (!this.dirty || !this.scene || document.hidden) {
+    if (!this.scene || document.hidden) {
+      return;
+    }
+    const samples = this.quality.samples(now, this.dirty);
+    if (samples === null) {
       return;
     }
     this.dirty = false;
-    const begun = performance.now();
+    this.fit(samples);
     this.renderer.draw(this.camera, this.drawnTools());
+    this.panel.view(this.camera, this.height);
     this.frames += 1;
     const { unseen } = this;
     this.unseen = null;
@@ -163,15 +190,6 @@ class Stage {
       this.panel.now(force);
       this.panel.drawn(this.link.latency(unseen));
       this.link.acknowledge(unseen);
-    }
-    this.adapt(performance.now() - begun);
-  }
-
-  /** Takes fewer samples where frames take long. */
-  adapt(spent) {
-    this.slow = 0.9 * this.slow + 0.1 * spent;
-    if (this.slow > 25 && this.renderer.supersampling > 1) {
-      this.renderer.supersampling = 1;
     }
   }
 
@@ -185,7 +203,8 @@ class Stage {
       }
     });
     const { active } = hands;
-    const drawn = active?.mode === "through" ? [...active.start, ...active.last] : [-1, -1, -1, -1];
+    const line = active?.mode === "through" ? [...active.start, ...active.last] : hands.marked && [...hands.marked, ...(hands.cross ?? hands.marked)];
+    const drawn = line || [-1, -1, -1, -1];
     ["x1", "y1", "x2", "y2"].forEach((name, k) => document.getElementById("line").setAttribute(name, drawn[k]));
     return tools;
   }
@@ -217,20 +236,10 @@ class Stage {
     return this.point(at, dot(sub(through, this.camera.eye), forward));
   }
 
-  /** Surface under a pixel: depth, point and outward normal in the world; null for none. `now`: as it is, not as drawn last. */
-  surface(x, y, now = false) {
-    if (now && this.dirty && this.scene) {
-      this.renderer.draw(this.camera, []);
-    }
-    const ratio = this.canvas.width / this.canvas.clientWidth;
-    const found = this.scene && this.renderer.pick(x * ratio, y * ratio);
-    if (!found) {
-      return null;
-    }
-    const { right, up, forward } = this.camera.axes();
-    const [a, b, c] = found.normal;
-    const normal = unit(add(add(scale(right, a), up, b), forward, -c));
-    return { depth: found.depth, point: this.point([x, y], found.depth), normal };
+  /** Surface under a pixel: depth, point and outward normal in the world; null for none. */
+  surface(x, y) {
+    const found = this.scene && this.renderer.pick(this.camera.eye, this.ray([x, y]));
+    return found && { ...found, point: this.point([x, y], found.depth) };
   }
 
   /** Where a probe first touches a surface, and the direction into it. */
@@ -244,7 +253,7 @@ class Stage {
 
   savePicture() {
     const { camera, canvas } = this;
-    this.link.ask({ do: "picture", eye: camera.eye, target: camera.target, up: camera.axes().up, field_of_view: camera.fieldOfView, width: canvas.width, height: canvas.height });
+    this.link.ask({ do: "picture", eye: camera.eye, target: camera.target, up: camera.axes().up, field_of_view: camera.fieldOfView, width: canvas.clientWidth, height: canvas.clientHeight });
   }
 
   async dropped(event) {

@@ -1,6 +1,7 @@
 // Buttons, sliders, figures and messages.
 import { Plot } from "./plot.js";
 import { GRIP } from "./protocol.js";
+import { STOPS } from "./shaders.js";
 
 const get = (id) => document.getElementById(id);
 const SOFTEST = 500;
@@ -8,12 +9,16 @@ const STIFFEST = 100000;
 const toModulus = (share) => SOFTEST * (STIFFEST / SOFTEST) ** (share / 100);
 const toShare = (modulus) => (100 * Math.log(modulus / SOFTEST)) / Math.log(STIFFEST / SOFTEST);
 const kilo = (pascals) => `${(pascals / 1000).toPrecision(2)} kPa`;
+const lengthOf = (metres) => (metres < 0.01 ? `${+(1000 * metres).toPrecision(2)} mm` : metres < 1 ? `${+(100 * metres).toPrecision(2)} cm` : `${+metres.toPrecision(2)} m`);
+/** Words for people about the body and the tool of this scene. */
 const HINTS = {
-  cut: "<b>Drag across the surface</b> to cut · <b>right drag</b> turns · <b>wheel</b> zooms · <b>Shift + wheel</b> sets the depth",
-  through: "<b>Draw a line across the organ</b> to slice all the way through · <b>right drag</b> turns",
-  press: "<b>Hold and drag</b> to press with the probe · <b>wheel while pressing</b> goes deeper",
-  grab: "<b>Drag a patch</b> of the surface to pull it · <b>right drag</b> turns",
+  cut: (body) => `<b>Drag across the ${body}</b> to cut · <b>right drag</b> turns · <b>wheel</b> zooms · <b>Shift + wheel</b> sets the depth`,
+  through: (body) => `<b>Draw a line across the ${body}</b> to slice all the way through · <b>right drag</b> turns`,
+  press: (body, tool) => `<b>Hold and drag</b> to press the ${body} with the ${tool} · <b>wheel while pressing</b> goes deeper`,
+  grab: (body) => `<b>Drag a patch</b> of the ${body} to pull it · <b>right drag</b> turns`,
+  view: () => "<b>Drag</b> turns the view · <b>Shift + drag</b> moves it · <b>wheel</b> zooms",
 };
+const plain = (name) => name.replace(/[<>&]/g, "");
 
 export class Panel {
   constructor(stage) {
@@ -24,22 +29,34 @@ export class Panel {
     this.frames = [];
     this.force = 0;
     const { link } = stage;
-    const click = (id, action) => get(id).addEventListener("click", action);
     this.actions = {
       play: () => link.ask({ do: this.playing ? "pause" : "play" }),
       step: () => link.ask({ do: "step", steps: 1 }),
       undo: () => link.ask({ do: "undo" }),
-      reset: () => link.ask({ do: "reset" }),
+      reset: () => this.sure("Go back to the start?", "Reset", () => link.ask({ do: "reset" })),
       save: () => link.ask({ do: "save" }),
       picture: () => stage.savePicture(),
       home: () => stage.home(),
       invite: () => link.ask({ do: "invite" }),
     };
-    Object.entries(this.actions).forEach(([id, action]) => click(id, action));
+    Object.entries(this.actions).forEach(([id, action]) => get(id).addEventListener("click", action));
     document.querySelectorAll("[data-mode]").forEach((button) => button.addEventListener("click", () => this.choose(button.dataset.mode)));
-    get("scenes").addEventListener("change", (event) => {
-      this.curtain("Building the scene …");
-      link.ask({ do: "scene", name: event.target.value });
+    document.querySelectorAll("[data-unit]").forEach((button) => button.addEventListener("click", () => this.sure("Build the mesh in another unit?", "Build it", () => {
+      this.curtain("Building the mesh …");
+      link.ask({ do: "unit", metres: +button.dataset.unit });
+    })));
+    document.querySelectorAll("button").forEach((button) => button.addEventListener("click", (event) => {
+      // Who uses a pointer has keys for all of the page.
+      event.detail > 0 && button.blur();
+    }));
+    get("scenes").addEventListener("change", ({ target }) => {
+      const name = target.value;
+      target.blur();
+      target.value = stage.scene.name;
+      this.sure(`Show ${name}?`, "Show it", () => {
+        this.curtain("Building the scene …");
+        link.ask({ do: "scene", name });
+      });
     });
     get("depth").addEventListener("input", (event) => stage.hands.setDepth(event.target.value / 100));
     const slide = (id, show, key, live) => {
@@ -49,50 +66,78 @@ export class Panel {
         get(`${id}-value`).textContent = show(value());
         live && link.ask({ do: "set", [key]: value() });
       });
+      let shown = true;
+      input.addEventListener("pointerdown", () => (shown = false));
       input.addEventListener("change", () => {
-        if (!live) {
+        shown = true;
+        const now = value();
+        live || this.sure("Build the tissue with another stiffness?", "Build it", () => {
           this.curtain("Building the tissue …");
-          link.ask({ do: "set", [key]: value() });
-        }
-        input.blur();
+          link.ask({ do: "set", [key]: now });
+        });
       });
       return (now) => {
-        if (document.activeElement !== input) {
+        if (shown) {
           input.value = id === "stiffness" ? toShare(now) : now;
           get(`${id}-value`).textContent = show(now);
         }
       };
     };
     this.sliders = [slide("gravity", (x) => `${x.toFixed(1)} m/s²`, "gravity", true), slide("damping", (x) => `${x.toFixed(1)} 1/s`, "damping", true), slide("stiffness", kilo, "stiffness", false)];
+    get("coloring").addEventListener("change", ({ target }) => {
+      target.blur();
+      stage.renderer.coloring = target.selectedIndex;
+      this.legend();
+      stage.touch();
+    });
+    get("legend").style.background = `linear-gradient(90deg, ${STOPS.map((stop) => `rgb(${stop.map((x) => 255 * x)})`)})`;
     addEventListener("keydown", (event) => this.key(event));
     this.hint();
   }
 
   key(event) {
-    if (event.target.matches?.("select, input")) {
+    const { target, key } = event;
+    const own = target.matches?.("select") || (target.type === "range" && /^(Arrow|Home|End|Page)/.test(key)) || (target.matches?.("button") && key === " ");
+    if (event.repeat || own || get("ask").open) {
       return;
     }
     const control = event.ctrlKey || event.metaKey;
-    const modes = { 1: "cut", 2: "through", 3: "press", 4: "grab" };
+    const modes = { 1: "cut", 2: "through", 3: "press", 4: "grab", 5: "view" };
     const ids = control ? { z: "undo", s: "save" } : { " ": "play", ".": "step", r: "reset", p: "picture", h: "home" };
-    if (!control && modes[event.key]) {
-      this.choose(modes[event.key]);
-    } else if (ids[event.key]) {
+    if (!control && modes[key]) {
+      this.choose(modes[key]);
+    } else if (ids[key]) {
       event.preventDefault();
-      this.actions[ids[event.key]]();
+      this.actions[ids[key]]();
     }
   }
 
+  /** Does what would take strokes away, after a question where there are any. */
+  sure(question, yes, action) {
+    const strokes = this.last?.strokes ?? 0;
+    if (strokes === 0) {
+      action();
+      return;
+    }
+    const dialog = get("ask");
+    get("ask-text").textContent = `${question} It takes ${strokes === 1 ? "your stroke" : `your ${strokes} strokes`} away.`;
+    get("ask-yes").textContent = yes;
+    dialog.onclose = () => dialog.returnValue && action();
+    dialog.returnValue = "";
+    dialog.showModal();
+  }
+
   choose(mode) {
-    document.querySelectorAll("[data-mode]").forEach((button) => button.classList.toggle("chosen", button.dataset.mode === mode));
+    document.querySelectorAll("[data-mode]").forEach((button) => button.setAttribute("aria-pressed", button.dataset.mode === mode));
     this.stage.hands.setMode(mode);
     this.hint();
   }
 
   hint() {
     const hint = get("hint");
-    // Words of this file only.
-    hint.innerHTML = HINTS[this.stage.hands.mode];
+    const { scene, hands } = this.stage;
+    const [body, tool] = [scene?.bodies.length === 1 && scene.bodies[0].name, scene?.tools[hands.tool]?.name];
+    hint.innerHTML = HINTS[hands.mode](plain(body || "surface"), plain(tool || "probe"));
     hint.classList.remove("gone");
     clearTimeout(this.hinting);
     this.hinting = setTimeout(() => hint.classList.add("gone"), 9000);
@@ -106,14 +151,38 @@ export class Panel {
       return option;
     }));
     get("description").textContent = scene.description;
+    get("units").hidden = !scene.unit;
+    get("units").firstElementChild.textContent = `The mesh is ${lengthOf(Math.max(...scene.high.map((x, k) => x - scene.low[k])))} long. Its numbers are in`;
+    document.querySelectorAll("[data-unit]").forEach((button) => button.setAttribute("aria-pressed", Math.abs(button.dataset.unit / scene.unit - 1) < 1e-6));
     this.depth(this.stage.hands.depth);
+    this.legend();
+    this.hint();
     this.plot.clear();
     this.curtain(null);
+  }
+
+  /** The scale of what colours the surface. */
+  legend() {
+    const { coloring, most } = this.stage.renderer;
+    get("legend").hidden = coloring === 0;
+    get("coloring-most").textContent = ["", `0 – ${lengthOf(most)}`, `0 – ${100 * most} %`][coloring];
   }
 
   depth(share) {
     get("depth").value = Math.round(100 * share);
     get("depth-value").textContent = `${(1000 * share * this.stage.size).toFixed(0)} mm`;
+  }
+
+  /** Shows how long a length is in the middle of the picture, and where the axes point. */
+  view(camera, height) {
+    const metre = (camera.focal * height) / camera.distance;
+    const power = 10 ** Math.floor(Math.log10(110 / metre));
+    const long = power * [5, 2, 1].find((digit) => digit * power * metre <= 110);
+    const [bar, words] = get("scale").querySelectorAll("i, span");
+    bar.style.width = `${long * metre}px`;
+    words.textContent = lengthOf(long);
+    const { right, up } = camera.axes();
+    get("axes").querySelectorAll("path").forEach((path, k) => path.setAttribute("d", `M0 0L${20 * right[k]} ${-20 * up[k]}`));
   }
 
   /** Words over everything; none takes them away. */
@@ -137,6 +206,8 @@ export class Panel {
     get("play-icon").setAttribute("d", stats.playing ? "M8 5v14M16 5v14" : "M7 4v16l13-8z");
     get("undo").disabled = stats.undo === 0;
     get("undo-count").textContent = stats.undo || "";
+    get("undo").title = `Undo the last stroke: ${stats.undo} of ${stats.strokes} can be undone (Ctrl-Z)`;
+    get("play").setAttribute("aria-label", stats.playing ? "Pause" : "Play");
     this.sliders.forEach((show, k) => show(stats.values[k]));
     this.last = stats;
     this.show();

@@ -46,8 +46,10 @@ export class Plot {
     const x = (time) => left + ((time - from) / SPAN) * (width - left - 2);
     const y = (size) => floor - (size / top) * (floor - 12);
     context.font = "10px system-ui, sans-serif";
-    context.strokeStyle = "rgba(190, 225, 230, 0.14)";
-    context.fillStyle = "rgba(190, 225, 230, 0.6)";
+    const look = getComputedStyle(canvas);
+    const color = (name) => look.getPropertyValue(name);
+    context.strokeStyle = color("--line");
+    context.fillStyle = color("--faint");
     context.lineWidth = 1;
     for (const share of [0, 0.5, 1]) {
       const row = Math.round(y(share * top)) + 0.5;
@@ -66,12 +68,12 @@ export class Plot {
     }
     context.beginPath();
     this.samples.forEach(([time, size], k) => (k ? context.lineTo(x(time), y(size)) : context.moveTo(x(time), y(size))));
-    context.strokeStyle = "#ffb36b";
+    context.strokeStyle = color("--warm");
     context.lineWidth = 1.5;
     context.stroke();
     context.lineTo(x(this.samples[this.samples.length - 1][0]), floor);
     context.lineTo(x(this.samples[0][0]), floor);
-    context.fillStyle = "rgba(255, 179, 107, 0.16)";
+    context.fillStyle = color("--chosen");
     context.fill();
   }
 }

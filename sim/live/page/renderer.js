@@ -1,10 +1,11 @@
 // Draws bodies and tools: nearness, sums, light. No sorting.
-import { Body, carryProgram, program, texture } from "./body.js";
-import { RESOLVE, TOOL, blend, nearness } from "./shaders.js";
+import { Body, bind, carryProgram, framebuffer, program, texture } from "./body.js";
+import { add, length, sub, unit } from "./camera.js";
+import { BLEND, NEARNESS, RESOLVE, TOOL } from "./shaders.js";
 
 export class Renderer {
   constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });
+    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, powerPreference: "high-performance" });
     if (!gl) {
       throw new Error("This browser has no WebGL 2, which the picture needs.");
     }
@@ -15,8 +16,8 @@ export class Renderer {
     this.gl = gl;
     this.canvas = canvas;
     this.carry = carryProgram(gl);
-    this.near = [false, true].map((clipped) => program(gl, nearness(clipped)));
-    this.blend = [false, true].map((clipped) => program(gl, blend(clipped)));
+    this.near = program(gl, NEARNESS);
+    this.blend = program(gl, BLEND);
     this.resolve = program(gl, RESOLVE);
     this.tool = program(gl, TOOL);
     this.nothing = gl.createVertexArray();
@@ -24,6 +25,17 @@ export class Renderer {
     this.scene = null;
     this.supersampling = 1;
     this.size = [0, 0];
+    /** What colours the surface: 0 its own colours, 1 displacement, 2 strain. */
+    this.coloring = 0;
+  }
+
+  /** Value of a scale's last colour: an eighth of the bodies' size (m), rounded, or a strain. */
+  get most() {
+    if (this.coloring === 2) {
+      return 0.5;
+    }
+    const size = length(sub(this.scene.high, this.scene.low)) / 8;
+    return Number(size.toPrecision(1));
   }
 
   /** Name of the graphics card. */
@@ -55,27 +67,15 @@ export class Renderer {
       return;
     }
     this.size = [width, height];
-    [this.seen, this.depth, ...(this.sums ?? [])].forEach((made) => made && gl.deleteTexture(made));
+    [this.seen, ...(this.sums ?? [])].forEach((made) => made && gl.deleteTexture(made));
     [this.first, this.second].forEach((made) => made && gl.deleteFramebuffer(made));
-    this.seen = texture(gl, gl.R32F, width, height);
-    this.depth = texture(gl, gl.DEPTH_COMPONENT32F, width, height);
+    this.seen = texture(gl, gl.DEPTH_COMPONENT32F, width, height);
     this.sums = [gl.RGBA16F, gl.RGBA16F, this.fine ? gl.RGBA32F : gl.RGBA16F].map((format) => texture(gl, format, width, height));
-    const framebuffer = (colors, depth) => {
-      const made = gl.createFramebuffer();
-      gl.bindFramebuffer(gl.FRAMEBUFFER, made);
-      colors.forEach((color, k) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, color, 0));
-      depth && gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, depth, 0);
-      gl.drawBuffers(colors.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
-      if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) {
-        throw new Error("This graphics card cannot draw into the pictures that are needed.");
-      }
-      return made;
-    };
-    this.first = framebuffer([this.seen], this.depth);
-    this.second = framebuffer(this.sums, null);
+    this.first = framebuffer(gl, [], this.seen);
+    this.second = framebuffer(gl, this.sums, this.seen);
   }
 
-  /** Sets what both kinds of programs need to know of the camera. */
+  /** Uses a program and sets what all need to know of the camera. */
   look({ made, uniforms }, camera) {
     const { gl } = this;
     gl.useProgram(made);
@@ -87,39 +87,24 @@ export class Renderer {
     gl.uniform1f(uniforms.nearest, 0.02 * camera.distance);
   }
 
-  /** Draws all disks of all bodies with one kind of program. */
-  splats(programs, camera, away, gapsOnly) {
+  /** Draws all disks of all bodies; \`gaps\`: cut bodies' disks that face away too. */
+  splats(used, camera, gaps) {
     const { gl } = this;
-    for (const clipped of [0, 1]) {
-      for (const body of this.bodies) {
-        const cut = body.surfels > body.info.outer;
-        if (body.surfels === 0 || (clipped && body.clipped === 0) || (gapsOnly && !cut)) {
-          continue;
-        }
-        const used = programs[clipped];
-        const { uniforms } = used;
-        this.look(used, camera);
-        gl.uniform1f(uniforms.samples, this.size[1]);
-        gl.uniform1f(uniforms.tolerance, this.scene.tolerance);
-        gl.uniform1i(uniforms.away, away);
-        gl.uniform1i(uniforms.stride, body.stride);
-        gl.uniform3fv(uniforms.inside, body.info.inside);
-        gl.uniform4fv(uniforms.surfaces, surfacesOf(body.info));
-        this.bind([[body.records, uniforms.records], [clipped ? body.clips : null, uniforms.clips], [away || programs === this.blend ? this.seen : null, uniforms.seen]]);
-        gl.bindVertexArray(body.array);
-        gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, body.surfels);
-      }
+    const { uniforms } = used;
+    this.look(used, camera);
+    gl.uniform1f(uniforms.samples, this.size[1]);
+    gl.uniform1f(uniforms.tolerance, this.scene.tolerance);
+    gl.uniform1i(uniforms.coloring, this.coloring);
+    gl.uniform1f(uniforms.most, this.most);
+    for (const body of this.bodies.filter((body) => body.surfels > 0)) {
+      const [carried0, carried1, carried2, carried3, carried4] = body.targets;
+      bind(gl, uniforms, { carried0, carried1, carried2, carried3, clips: body.clips, records: body.records, ...(used === this.blend ? { carried4 } : {}) });
+      gl.uniform1i(uniforms.gaps, gaps && body.surfels > body.info.outer);
+      gl.uniform1i(uniforms.stride, body.stride);
+      gl.uniform3fv(uniforms.inside, body.info.inside);
+      gl.uniform4fv(uniforms.surfaces, surfacesOf(body.info));
+      gl.drawArrays(gl.TRIANGLES, 0, 3 * body.surfels);
     }
-  }
-
-  bind(textures) {
-    const { gl } = this;
-    textures.forEach(([made, uniform], unit) => {
-      gl.activeTexture(gl.TEXTURE0 + unit);
-      gl.bindTexture(gl.TEXTURE_2D, made);
-      made && gl.uniform1i(uniform, unit);
-    });
-    gl.activeTexture(gl.TEXTURE0);
   }
 
   /** Draws everything. \`tools\`: meshes with place, turn, colour and opacities. */
@@ -129,35 +114,36 @@ export class Renderer {
       return;
     }
     this.fit();
+    gl.bindVertexArray(this.nothing);
+    gl.disable(gl.BLEND);
+    gl.disable(gl.DEPTH_TEST);
     this.bodies.forEach((body) => body.update(this.scene.max_stretch));
     gl.viewport(0, 0, ...this.size);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.first);
-    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    gl.disable(gl.BLEND);
     gl.enable(gl.DEPTH_TEST);
-    gl.depthFunc(gl.LESS);
-    this.splats(this.near, camera, 0, false);
-    gl.disable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LEQUAL);
+    this.splats(this.near, camera, false);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.second);
     [0, 1, 2].forEach((k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
+    gl.depthMask(false);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE);
-    this.splats(this.blend, camera, 0, false);
-    this.splats(this.blend, camera, 1, true);
+    this.splats(this.blend, camera, true);
+    gl.depthMask(true);
     gl.disable(gl.BLEND);
+    gl.disable(gl.DEPTH_TEST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     const { uniforms } = this.resolve;
     gl.useProgram(this.resolve.made);
-    this.bind([[this.sums[0], uniforms.sumNormal], [this.sums[1], uniforms.sumColor], [this.sums[2], uniforms.sumPoint]]);
+    bind(gl, uniforms, { sumNormal: this.sums[0], sumColor: this.sums[1], sumPoint: this.sums[2] });
     gl.uniform1i(uniforms.supersampling, this.supersampling);
     gl.uniform2fv(uniforms.size, this.size);
     gl.uniform1f(uniforms.focal, camera.focal);
     gl.uniform4fv(uniforms.surfaces, surfacesOf(this.scene.bodies[0]));
     gl.uniform3fv(uniforms.top, this.scene.background[0]);
     gl.uniform3fv(uniforms.bottom, this.scene.background[1]);
-    gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     this.drawTools(camera, tools);
     gl.bindVertexArray(null);
@@ -175,7 +161,7 @@ export class Renderer {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.look(this.tool, camera);
     const { uniforms } = this.tool;
-    this.bind([[this.seen, uniforms.seen]]);
+    bind(gl, uniforms, { seen: this.seen });
     gl.uniform1i(uniforms.supersampling, this.supersampling);
     for (const tool of tools) {
       gl.uniform3fv(uniforms.place, tool.place);
@@ -191,27 +177,16 @@ export class Renderer {
     gl.disable(gl.DEPTH_TEST);
   }
 
-  /** Depth (m) of tissue at a pixel of the canvas (y down), and its normal (right, up, to the viewer); null for none. */
-  pick(x, y) {
-    const { gl } = this;
-    if (!this.first) {
+  /** Tissue along a ray of the camera: its depth (m) and outward normal, blended as the picture is; null for none. */
+  pick(eye, ray) {
+    const hits = this.bodies.flatMap((body) => body.hits(eye, ray, this.scene.spacing));
+    if (hits.length === 0) {
       return null;
     }
-    const at = [Math.floor(x * this.supersampling), Math.floor(this.size[1] - 1 - y * this.supersampling)];
-    const read = (framebuffer) => {
-      const numbers = new Float32Array(4);
-      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, framebuffer);
-      gl.readBuffer(gl.COLOR_ATTACHMENT0);
-      gl.readPixels(at[0], at[1], 1, 1, gl.RGBA, gl.FLOAT, numbers);
-      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
-      return numbers;
-    };
-    const near = read(this.first)[0];
-    if (!(near > 0)) {
-      return null;
-    }
-    const normal = read(this.second);
-    return { depth: 1 / near, normal: [normal[0], normal[1], normal[2]] };
+    const depth = Math.min(...hits.map((hit) => hit.depth));
+    const near = hits.filter((hit) => hit.depth < depth + 0.5 * this.scene.spacing);
+    const normal = near.reduce((sum, hit) => add(sum, hit.normal, hit.weight), [0, 0, 0]);
+    return { depth, normal: unit(normal) };
   }
 }
 

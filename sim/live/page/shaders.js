@@ -1,5 +1,6 @@
 // Programs of the graphics card. What they compute is what `phyxel-splat` computes: `carry.rs`,
 // `project.rs`, `raster.rs`, `resolve.rs`, `shade.rs`.
+import { unit } from "./camera.js";
 
 const HEAD = `#version 300 es
 precision highp float;
@@ -28,74 +29,74 @@ vec4 record(int surfel, int k) {
 }
 `;
 
+/** A triangle over the whole picture. */
+const WHOLE = `${HEAD}
+void main() {
+  gl_Position = vec4(vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0, 0.0, 1.0);
+}`;
+
+/** Carries surfels, each a texel: centre, axes of the disk, normal and its change along them, strain, place of the clip + 1. */
 export const CARRY = {
-  vertex: `${HEAD}${TANGENTS}${RECORD}
-uniform sampler2D restNodes;
+  vertex: WHOLE,
+  fragment: `${HEAD}${TANGENTS}${RECORD}
 uniform sampler2D nodes;
-uniform sampler2D gradients;
 uniform float maxStretch;
-out vec3 outX;
-out vec3 outU;
-out vec3 outV;
-out vec3 outN;
-out vec3 outBendU;
-out vec3 outBendV;
-vec3 node(sampler2D from, int i) { return texelFetch(from, ivec2(i % 1024, i / 1024), 0).xyz; }
-mat3 gradient(int i) {
-  ivec2 at = ivec2(3 * (i % 341), i / 341);
-  mat3 apart = mat3(texelFetch(gradients, at, 0).xyz, texelFetch(gradients, at + ivec2(1, 0), 0).xyz,
-                    texelFetch(gradients, at + ivec2(2, 0), 0).xyz);
-  return mat3(1.0) + apart;
-}
+layout(location = 0) out vec4 out0;
+layout(location = 1) out vec4 out1;
+layout(location = 2) out vec4 out2;
+layout(location = 3) out vec4 out3;
+layout(location = 4) out vec4 out4;
 vec3 clampLength(vec3 v, float most) {
   float size = length(v);
   return size > most ? v * (most / size) : v;
 }
 void main() {
-  int i = gl_VertexID;
+  int i = int(gl_FragCoord.y) * PER_ROW + int(gl_FragCoord.x);
   vec4 place = record(i, 0);
-  vec4 facing = record(i, 1);
+  vec3 n = record(i, 1).xyz;
   vec3 shape = record(i, 2).xyz;
-  vec3 rest = place.xyz;
+  vec4 rest = vec4(place.xyz, 1.0);
   float radius = place.w;
   vec3 first = vec3(0.0), at = vec3(0.0), driftU = vec3(0.0), driftV = vec3(0.0);
-  mat3 f = mat3(0.0);
+  mat3 rows = mat3(0.0);
   for (int k = 0; k < stride; k += 1) {
     vec4 link = record(i, OWN + k);
     int j = int(link.x);
-    mat3 own = gradient(j);
-    vec3 p = node(nodes, j) + own * (rest - node(restNodes, j));
+    ivec2 from = ivec2(3 * (j % 341), j / 341);
+    vec4 r0 = texelFetch(nodes, from, 0), r1 = texelFetch(nodes, from + ivec2(1, 0), 0), r2 = texelFetch(nodes, from + ivec2(2, 0), 0);
+    vec3 p = vec3(dot(r0, rest), dot(r1, rest), dot(r2, rest));
     if (k == 0) first = p;
     vec3 aside = p - first;
     at += aside * link.y;
-    f += own * link.y;
+    rows += mat3(r0.xyz, r1.xyz, r2.xyz) * link.y;
     driftU += aside * link.z;
     driftV += aside * link.w;
   }
-  vec3 n = facing.xyz;
   vec3 t0 = firstTangent(n);
   vec3 t1 = cross(n, t0);
-  vec3 a = f * t0, b = f * t1, c = f * n;
-  outX = first + at;
-  outU = clampLength(a + driftU, maxStretch) * radius;
-  outV = clampLength(b + driftV, maxStretch) * radius;
+  vec3 a = t0 * rows, b = t1 * rows, c = n * rows;
+  vec3 u = clampLength(a + driftU, maxStretch) * radius;
+  vec3 v = clampLength(b + driftV, maxStretch) * radius;
   vec3 raw = cross(a, b);
   float size = length(raw);
-  outN = n;
-  outBendU = vec3(0.0);
-  outBendV = vec3(0.0);
+  vec3 bendU = vec3(0.0), bendV = vec3(0.0);
   if (size > 0.0) {
     float per = radius / size;
     vec3 c0 = cross(b, c) * per, c1 = cross(c, a) * per;
-    outN = raw / size;
-    outBendU = c0 * shape.x + c1 * shape.y;
-    outBendV = c0 * shape.y + c1 * shape.z;
+    n = raw / size;
+    bendU = c0 * shape.x + c1 * shape.y;
+    bendV = c0 * shape.y + c1 * shape.z;
   }
-  gl_Position = vec4(0.0);
+  // Equivalent strain: √(2/3) of the size of the deviator of (FᵀF − 1) / 2.
+  vec3 stretch = vec3(dot(rows[0], rows[0]), dot(rows[1], rows[1]), dot(rows[2], rows[2]));
+  vec3 mixed = vec3(dot(rows[0], rows[1]), dot(rows[1], rows[2]), dot(rows[2], rows[0]));
+  stretch -= dot(stretch, vec3(1.0 / 3.0));
+  out0 = vec4(first + at, sqrt((dot(stretch, stretch) + 2.0 * dot(mixed, mixed)) / 6.0));
+  out1 = vec4(u, bendV.x);
+  out2 = vec4(v, bendV.y);
+  out3 = vec4(n, record(i, 3).w);
+  out4 = vec4(bendU, bendV.z);
 }`,
-  fragment: `${HEAD}
-void main() {}`,
-  feedback: ["outX", "outU", "outV", "outN", "outBendU", "outBendV"],
 };
 
 const CAMERA = `
@@ -108,65 +109,87 @@ vec3 toCamera(vec3 p) { return (p - eye) * axes; }
 vec4 onScreen(vec3 c) { return vec4(2.0 * focal / aspect * c.x, 2.0 * focal * c.y, -c.z - 2.0 * nearest, -c.z); }
 `;
 
-/** A quad in the plane of each disk. `clipped`: the disks with clips, or those without. */
-const splatVertex = (clipped, paint) => `${HEAD}${TANGENTS}${RECORD}${CAMERA}
-layout(location = 0) in vec3 x;
-layout(location = 1) in vec3 u;
-layout(location = 2) in vec3 v;
-layout(location = 3) in vec3 n;
-layout(location = 4) in vec3 bendU;
-layout(location = 5) in vec3 bendV;
-layout(location = 6) in float clip;
+/** Colours of values from 0 to 1 (sRGB): those of `phyxel-splat`'s legends. */
+export const STOPS = [[0.267, 0.005, 0.329], [0.23, 0.322, 0.545], [0.128, 0.567, 0.551], [0.369, 0.789, 0.383], [0.993, 0.906, 0.144]];
+const SCALE = `
+const vec3 STOPS[5] = vec3[5](${STOPS.map((stop) => `vec3(${stop})`)});
+vec3 scaleColor(float value) {
+  float place = clamp(value, 0.0, 1.0) * 4.0;
+  int k = min(int(place), 3);
+  vec3 c = mix(STOPS[k], STOPS[k + 1], place - float(k));
+  return mix(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, vec3(lessThanEqual(c, vec3(0.04045))));
+}
+`;
+
+/** A triangle about each disk, in its plane. Software draws plain triangles several times as fast as instances of a quad. */
+const splatVertex = (paint) => `${HEAD}${TANGENTS}${RECORD}${CAMERA}
+uniform sampler2D carried0;
+uniform sampler2D carried1;
+uniform sampler2D carried2;
+uniform sampler2D carried3;
+uniform sampler2D carried4;
 uniform float samples;
 uniform float tolerance;
-uniform int away;
+uniform bool gaps;
 uniform vec4 surfaces[4];
+/** What colours the surface: nothing, displacement (m), strain; and the value of the last colour. */
+uniform int coloring;
+uniform float most;
 out vec2 disk;
-flat out float slack;
-${clipped ? "flat out float radius; flat out float overhang; flat out int clipAt;" : ""}
+flat out float radius; flat out float overhang; flat out int clipAt;
 ${paint ? `
+flat out int back;
 flat out vec3 facing; flat out vec3 bend0; flat out vec3 bend1;
 flat out vec4 color; flat out vec4 point; flat out vec3 along0; flat out vec3 along1;` : ""}
-invariant gl_Position;
+${paint ? SCALE : ""}
+const vec2 CORNERS[3] = vec2[3](vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0));
 void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-  disk = vec2(0.0);
-  slack = 0.0;
-  if ((clip >= 0.0) != ${clipped}) return;
-  vec3 arm = x - eye;
-  float cosine = dot(n, arm) / length(arm);
-  if (away == 1 ? !(cosine > 0.3) : !(cosine < 0.0)) return;
-  vec3 c = toCamera(x);
+  int i = gl_VertexID / 3;
+  ivec2 at = ivec2(i % PER_ROW, i / PER_ROW);
+  vec4 place = texelFetch(carried0, at, 0), turned = texelFetch(carried3, at, 0);
+  vec3 arm = place.xyz - eye;
+  float cosine = dot(turned.xyz, arm) / length(arm);
+  bool away = cosine >= 0.0;
+  if (away && !(gaps && cosine > 0.3)) return;
+  vec4 u = texelFetch(carried1, at, 0), v = texelFetch(carried2, at, 0);
+  vec3 c = toCamera(place.xyz);
   float depth = -c.z;
   if (depth <= 0.0) return;
-  vec3 cu = u * axes, cv = v * axes;
+  vec3 cu = u.xyz * axes, cv = v.xyz * axes;
   vec3 g = cross(cu, cv);
   if (abs(dot(g, c)) <= 1e-4 * length(g) * length(c)) return;
   if (cu.z * cu.z + cv.z * cv.z >= 0.96 * depth * depth) return;
-  vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 2.0 - 1.0;
-  disk = corner;
-  gl_Position = onScreen(c + cu * corner.x + cv * corner.y);
-  slack = tolerance * max(length(u), length(v)) / (depth * depth);
-${clipped ? `
-  radius = record(gl_InstanceID, 0).w;
+  disk = CORNERS[gl_VertexID % 3];
+  gl_Position = onScreen(c + cu * disk.x + cv * disk.y);
+  radius = record(i, 0).w;
   overhang = 0.6 * depth / (focal * samples);
-  clipAt = int(clip);` : ""}
+  clipAt = int(turned.w) - 1;
 ${paint ? `
-  vec4 rest = record(gl_InstanceID, 0);
-  vec4 normal = record(gl_InstanceID, 1);
+  // What lies no farther behind the nearest than the tolerance passes the test of depth; what faces away, where nothing is.
+  float slack = tolerance * max(length(u.xyz), length(v.xyz)) / (depth * depth);
+  gl_Position.z = away ? 0.99999 * gl_Position.w : gl_Position.z - 2.0 * nearest * slack * gl_Position.w;
+  back = int(away);
+  if (away) return;
+  vec4 rest = record(i, 0);
+  vec4 normal = record(i, 1);
   vec4 surface = surfaces[min(int(normal.w), 3)];
   vec3 t0 = firstTangent(normal.xyz);
-  facing = n * axes;
-  bend0 = bendU * axes;
-  bend1 = bendV * axes;
-  color = vec4(record(gl_InstanceID, 3).xyz, surface.x);
+  vec4 bend = texelFetch(carried4, at, 0);
+  facing = turned.xyz * axes;
+  bend0 = bend.xyz * axes;
+  bend1 = vec3(u.w, v.w, bend.w) * axes;
+  color = vec4(record(i, 3).xyz, surface.x);
+  if (coloring > 0) color.xyz = scaleColor((coloring == 1 ? distance(place.xyz, rest.xyz) : place.w) / most);
   point = vec4(rest.xyz * surface.w, surface.z);
   along0 = t0 * (rest.w * surface.w);
   along1 = cross(normal.xyz, t0) * (rest.w * surface.w);` : ""}
 }`;
 
-/** Whether a fragment is hidden beyond an edge or behind a wall of its disk's clip. */
-const HIDDEN = `
+/** Leaves out what is not of the disk, beyond an edge of its clip or behind a wall. */
+const IN_DISK = `
+in vec2 disk;
+flat in float radius; flat in float overhang; flat in int clipAt;
 uniform sampler2D clips;
 vec4 clipTexel(int i) { return texelFetch(clips, ivec2(i % 1024, i / 1024), 0); }
 float turn(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
@@ -193,62 +216,46 @@ bool hidden(vec2 p) {
 }
 `;
 
-const inDisk = (clipped) => `
-  float squared = dot(disk, disk);
-  if (squared > 1.0) discard;
-  ${clipped ? "if (hidden(disk * radius)) discard;" : ""}
-`;
-const CLIP_INPUTS = "flat in float radius; flat in float overhang; flat in int clipAt;";
-
-/** First pass: nearness (1 / depth) of the nearest disk. */
-export const nearness = (clipped) => ({
-  vertex: splatVertex(clipped, false),
-  fragment: `${HEAD}
-in vec2 disk;
-flat in float slack;
-${clipped ? CLIP_INPUTS + HIDDEN : ""}
-out float near;
-void main() {${inDisk(clipped)}
-  near = gl_FragCoord.w;
+/** First pass: depth of the nearest disk. */
+export const NEARNESS = {
+  vertex: splatVertex(false),
+  fragment: `${HEAD}${IN_DISK}
+void main() {
+  if (dot(disk, disk) > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
 }`,
-});
+};
 
-/** Second pass: what is near enough is added up. With \`away\`, gaps get the colour of the inside. */
-export const blend = (clipped) => ({
-  vertex: splatVertex(clipped, true),
-  fragment: `${HEAD}
-in vec2 disk;
-flat in float slack;
-${clipped ? CLIP_INPUTS + HIDDEN : ""}
+/** Second pass: what is near enough is added up; gaps get the colour of the inside. */
+export const BLEND = {
+  vertex: splatVertex(true),
+  fragment: `${HEAD}${IN_DISK}
+flat in int back;
 flat in vec3 facing; flat in vec3 bend0; flat in vec3 bend1;
 flat in vec4 color; flat in vec4 point; flat in vec3 along0; flat in vec3 along1;
-uniform sampler2D seen;
-uniform int away;
 uniform vec3 inside;
 layout(location = 0) out vec4 sumNormal;
 layout(location = 1) out vec4 sumColor;
 layout(location = 2) out vec4 sumPoint;
-void main() {${inDisk(clipped)}
-  float limit = texelFetch(seen, ivec2(gl_FragCoord.xy), 0).x;
-  if (away == 1) {
-    if (limit > 0.0) discard;
+void main() {
+  float squared = dot(disk, disk);
+  if (squared > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
+  if (back == 1) {
     sumNormal = vec4(0.0, 0.0, 1.0, 1.0);
     sumColor = vec4(inside, 0.0);
     sumPoint = vec4(0.0);
     return;
   }
-  if (gl_FragCoord.w + slack < limit) discard;
   float fall = 1.0 - squared;
   float weight = fall * fall + 1e-4;
   sumNormal = vec4(facing + bend0 * disk.x + bend1 * disk.y, 1.0) * weight;
   sumColor = color * weight;
   sumPoint = vec4(point.xyz + along0 * disk.x + along1 * disk.y, point.w) * weight;
 }`,
-});
+};
 
 /** Light: an operating lamp from the upper left, a cool fill from the right, a rim from behind. */
 const LIGHT = `
-const vec3 DIRECTIONS[3] = vec3[3](vec3(-0.45, 0.75, 0.65), vec3(0.9, 0.15, 0.5), vec3(0.2, 0.6, -0.75));
+const vec3 DIRECTIONS[3] = vec3[3](${[[-0.45, 0.75, 0.65], [0.9, 0.15, 0.5], [0.2, 0.6, -0.75]].map((d) => `vec3(${unit(d).join(", ")})`).join(", ")});
 const vec3 LIGHTS[3] = vec3[3](vec3(2.1, 2.0, 1.9), vec3(0.38, 0.42, 0.5), vec3(0.5, 0.5, 0.55));
 const vec3 SKY = vec3(0.30, 0.31, 0.34);
 const vec3 GROUND = vec3(0.12, 0.09, 0.08);
@@ -265,7 +272,7 @@ vec3 shade(vec3 n, vec3 view, vec3 color, float specular, float shininess, float
   vec3 diffuse = hemisphere;
   vec3 highlight = hemisphere * (fresnel * 0.12);
   for (int k = 0; k < 3; k += 1) {
-    vec3 towards = normalize(DIRECTIONS[k]);
+    vec3 towards = DIRECTIONS[k];
     float cosine = dot(n, towards);
     float lambert = max(cosine, 0.0);
     float leak = max((cosine + 0.35) / 1.35, 0.0);
@@ -314,12 +321,6 @@ vec3 slopeNoise(vec3 p) {
   return mix(mix(sum[0], sum[1], s.y), mix(sum[2], sum[3], s.y), s.z);
 }
 `;
-
-/** A triangle over the whole picture. */
-const WHOLE = `${HEAD}
-void main() {
-  gl_Position = vec4(vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0, 0.0, 1.0);
-}`;
 
 /** Third pass: sums are normalised and lit; \`supersampling\` samples to a side of a pixel. */
 export const RESOLVE = {
@@ -394,6 +395,7 @@ void main() {
 in vec3 facing;
 in vec3 at;
 uniform sampler2D seen;
+uniform float nearest;
 uniform int supersampling;
 uniform vec3 color;
 uniform float opacity;
@@ -401,7 +403,7 @@ uniform float hiddenOpacity;
 uniform float specular;
 out vec4 pixel;
 void main() {
-  float limit = texelFetch(seen, ivec2(gl_FragCoord.xy) * supersampling, 0).x;
+  float limit = (1.0 - texelFetch(seen, ivec2(gl_FragCoord.xy) * supersampling, 0).x) / nearest;
   vec3 n = normalize(facing);
   vec3 view = normalize(-at);
   if (dot(n, view) < 0.0) n = -n;

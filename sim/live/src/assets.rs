@@ -43,6 +43,7 @@ pub(crate) const ASSETS: &[Asset] = &[
     script!("renderer.js"),
     script!("shaders.js"),
     script!("tools.js"),
+    script!("quality.js"),
     script!("hands.js"),
     script!("panel.js"),
     script!("plot.js"),

@@ -54,6 +54,16 @@ pub enum Control {
         #[serde(default)]
         stiffness: Option<f64>,
     },
+    /// Build the scene of a mesh file anew, its numbers in another unit.
+    Unit {
+        /// Metres per unit of the file.
+        metres: f64,
+    },
+    /// Look on or look away: time stands while there are clients and none of them looks on. Who says nothing looks on.
+    Watch {
+        /// Whether it looks on.
+        watching: bool,
+    },
     /// A code with which another client may come in.
     Invite,
     /// Something that this version does not know.
@@ -138,6 +148,11 @@ pub struct Scene {
     pub max_stretch: f64,
     /// Whether the bodies still come to rest.
     pub settling: bool,
+    /// What a hand does at first: `cut`, or `press` where the scene has tools and no cuts.
+    pub hand: &'static str,
+    /// Metres per unit of the mesh file that the scene was made for; nothing of other scenes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<f64>,
 }
 
 /// A body as clients see it.

@@ -40,8 +40,12 @@ impl Gate {
         Ok(code)
     }
 
-    /// The token for a code, which is good no more.
+    /// The token for a code, which is good no more, or for the token itself: who has it learns whether the
+    /// session is still the same.
     pub(crate) fn exchange(&self, code: &str) -> Option<&str> {
+        if self.knows(code) {
+            return Some(&self.token);
+        }
         let mut codes = self.codes.lock().unwrap_or_else(PoisonError::into_inner);
         let known = codes
             .iter()
@@ -112,6 +116,7 @@ mod tests {
         let token = gate.exchange(&code).expect("the code is good").to_owned();
         assert!(gate.knows(&token) && !gate.knows(&code) && !gate.knows(""));
         assert!(gate.exchange(&code).is_none(), "it was used");
+        assert_eq!(gate.exchange(&token), Some(&*token), "still this session");
     }
 
     #[test]

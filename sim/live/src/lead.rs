@@ -133,6 +133,32 @@ impl BladeLead {
         self.waiting.push_back(edge);
     }
 
+    /// The edges that it has still to pass, from where it is now.
+    pub fn way(&self) -> impl Iterator<Item = &[DVec3]> {
+        let waiting = self.waiting.iter().map(Vec::as_slice);
+        std::iter::once(self.edge()).chain(waiting)
+    }
+
+    /// Goes to the next edge at once, and from there as if the stroke began.
+    pub fn skip(&mut self) {
+        if let Some(next) = self.waiting.pop_front() {
+            self.captured.clone_from(&next);
+            self.edge = next;
+        }
+    }
+
+    /// Ends the stroke where the blade is.
+    pub fn stop(&mut self) {
+        self.waiting.clear();
+        self.ending = true;
+    }
+
+    /// Whether the stroke ends with the edges that wait.
+    #[must_use]
+    pub const fn is_ending(&self) -> bool {
+        self.ending
+    }
+
     /// Ends the stroke where the last edge lies.
     pub fn end(&mut self) {
         self.ending = true;

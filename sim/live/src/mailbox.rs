@@ -1,15 +1,16 @@
 //! What waits to be sent to one client.
 //!
 //! Messages that build a client's picture of the scene are queued in order. A state replaces the one
-//! that waits, and waits itself until the client has acknowledged the one before: a client that is
-//! slow, hidden or gone makes nobody wait and fills no memory.
+//! that waits, and waits itself until the client has acknowledged the one before. A client for whom too
+//! much waits is sent no more until it has taken that, and then everything anew: who is slow, hidden or
+//! gone makes nobody wait and fills no memory.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Bytes that may wait for a client before it counts as gone.
-const MOST_BYTES: usize = 96 << 20;
+/// Bytes of changes that may wait for a client before it falls behind.
+const MOST_BYTES: usize = 16 << 20;
 
 /// One message on its way; clients share its bytes.
 #[derive(Debug, Clone)]
@@ -19,7 +20,10 @@ pub(crate) enum Outgoing {
     /// Bytes of a control frame that the reading side has made.
     Raw(Vec<u8>),
     Ping,
+    /// The answer to a client that closes, which went before.
     Close,
+    /// The session ends.
+    End,
 }
 
 impl Outgoing {
@@ -28,7 +32,7 @@ impl Outgoing {
             Self::Text(text) => text.len(),
             Self::Binary(bytes) => bytes.len(),
             Self::Raw(bytes) => bytes.len(),
-            Self::Ping | Self::Close => 0,
+            Self::Ping | Self::Close | Self::End => 0,
         }
     }
 }
@@ -39,6 +43,8 @@ struct Waiting {
     bytes: usize,
     state: Option<(u32, Arc<Vec<u8>>)>,
     in_flight: Option<u32>,
+    /// Whether changes were left out.
+    behind: bool,
     closed: bool,
 }
 
@@ -55,18 +61,39 @@ impl Mailbox {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Queues a message. A client for whom too much waits is closed.
+    /// Queues a message. Changes of the scene are left out from where too many wait.
     pub(crate) fn push(&self, message: Outgoing) {
         let mut waiting = self.lock();
+        if matches!(message, Outgoing::Binary(_)) {
+            waiting.behind |= waiting.bytes + message.bytes() > MOST_BYTES;
+            if waiting.behind {
+                return;
+            }
+        }
         waiting.bytes += message.bytes();
         waiting.queue.push_back(message);
-        if waiting.bytes > MOST_BYTES {
-            waiting.queue.clear();
-            waiting.bytes = 0;
-            waiting.closed = true;
-        }
         drop(waiting);
         self.changed.notify_one();
+    }
+
+    /// Queues all of a scene, however much it is: what waits of an earlier one is out of date.
+    pub(crate) fn begin(&self, scene: impl IntoIterator<Item = Outgoing>) {
+        let mut waiting = self.lock();
+        let changes = |message: &Outgoing| matches!(message, Outgoing::Binary(_));
+        waiting.queue.retain(|message| !changes(message));
+        waiting.queue.extend(scene);
+        waiting.bytes = 0;
+        waiting.state = None;
+        waiting.in_flight = None;
+        waiting.behind = false;
+        drop(waiting);
+        self.changed.notify_one();
+    }
+
+    /// Whether changes were left out and all that waited has been taken: it is time for the whole scene.
+    pub(crate) fn has_caught_up(&self) -> bool {
+        let waiting = self.lock();
+        waiting.behind && waiting.queue.is_empty()
     }
 
     /// Puts a state in place of the one that waits.
@@ -91,11 +118,13 @@ impl Mailbox {
         self.changed.notify_one();
     }
 
-    /// Forgets states: a new epoch begins.
-    pub(crate) fn forget_states(&self) {
+    /// Lets the client know that the session ends, before all that waits.
+    pub(crate) fn end(&self) {
         let mut waiting = self.lock();
-        waiting.state = None;
-        waiting.in_flight = None;
+        waiting.queue.clear();
+        waiting.queue.push_back(Outgoing::End);
+        drop(waiting);
+        self.changed.notify_one();
     }
 
     /// Ends the client.
@@ -113,7 +142,7 @@ impl Mailbox {
                 return None;
             }
             if let Some(message) = waiting.queue.pop_front() {
-                waiting.bytes -= message.bytes();
+                waiting.bytes = waiting.bytes.saturating_sub(message.bytes());
                 return Some(message);
             }
             if waiting.in_flight.is_none()
@@ -167,13 +196,34 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_takes_nothing_is_closed_not_waited_for() {
+    fn a_client_that_takes_nothing_falls_behind_and_begins_again() {
         let mailbox = Mailbox::default();
-        let large = Arc::new(vec![0; 16 << 20]);
-        for _ in 0..7 {
-            mailbox.push(Outgoing::Binary(Arc::clone(&large)));
-        }
-        assert!(mailbox.next(Duration::ZERO).is_none(), "it is closed");
-        assert_eq!(mailbox.lock().queue.len(), 0);
+        let large = |byte| Outgoing::Binary(Arc::new(vec![byte; 6 << 20]));
+        // A scene may be as large as it is.
+        mailbox.begin((0..4).map(large));
+        (4..9).for_each(|byte| mailbox.push(large(byte)));
+        mailbox.push(Outgoing::Text("note".into()));
+        let firsts = |mailbox: &Mailbox| {
+            let taken = std::iter::from_fn(|| match mailbox.next(Duration::ZERO)? {
+                Outgoing::Binary(bytes) => Some(u32::from(bytes[0])),
+                Outgoing::Text(_) => Some(100),
+                _ => None,
+            });
+            taken.collect::<Vec<_>>()
+        };
+        assert!(!mailbox.has_caught_up(), "it has taken nothing");
+        assert_eq!(firsts(&mailbox), [0, 1, 2, 3, 4, 5, 100], "no more changes");
+        assert!(mailbox.has_caught_up());
+        mailbox.push(large(9));
+        assert_eq!(
+            firsts(&mailbox),
+            [0; 0],
+            "a change of what it does not have"
+        );
+        mailbox.begin([large(10)]);
+        mailbox.push(large(11));
+        mailbox.begin([large(12)]);
+        assert!(!mailbox.has_caught_up());
+        assert_eq!(firsts(&mailbox), [12], "what came before is out of date");
     }
 }

@@ -6,13 +6,13 @@ use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tungstenite::Message;
 use tungstenite::handshake::derive_accept_key;
 
 use crate::assets;
-use crate::control::{Control, Told};
+use crate::control::{Control, Scene, Told};
 use crate::gate::{Gate, is_from_here};
 use crate::http::{Head, read_head, respond};
 use crate::incoming::{self, Hand, Incoming, MAX_MESH};
@@ -27,6 +27,8 @@ pub const PROTOCOL: &str = "phyxel.1";
 const MOST_STRANGERS: usize = 40;
 /// Threads of connections at a time; one more waits until one ends.
 const MOST_CONNECTIONS: usize = 48 + MAX_CLIENTS;
+/// Time that clients have to take what waits for them when the server ends.
+const FAREWELL: Duration = Duration::from_millis(300);
 /// Messages of clients that may wait; readers wait then, and their clients with them.
 const MOST_EVENTS: usize = 4096;
 
@@ -236,30 +238,48 @@ impl Server {
         }
     }
 
-    /// Takes back states that are not sent: a new epoch begins.
-    pub fn forget_states(&self) {
-        for mailbox in self.shared.clients().iter().flatten() {
-            mailbox.forget_states();
-        }
+    /// Sends all of a scene, of which clients are told first. What waits for them of an earlier one is left out.
+    pub fn begin(&self, to: To, scene: Scene, messages: Vec<Vec<u8>>) {
+        let told = Told::Scene(Box::new(scene)).text();
+        let messages = messages
+            .into_iter()
+            .map(|bytes| Outgoing::Binary(Arc::new(bytes)));
+        let all: Vec<Outgoing> = std::iter::once(Outgoing::Text(told.into()))
+            .chain(messages)
+            .collect();
+        self.each(to, |mailbox| mailbox.begin(all.iter().cloned()));
     }
 
-    /// Sends a binary message.
+    /// Clients that fell behind and have taken what waited for them: changes were left out, so that they need
+    /// the whole scene ([`Server::begin`]).
+    #[must_use]
+    pub fn behind(&self) -> Vec<ClientId> {
+        let clients = self.shared.clients();
+        let behind = clients.iter().enumerate().filter(|(_, mailbox)| {
+            let mailbox = mailbox.as_ref();
+            mailbox.is_some_and(|mailbox| mailbox.has_caught_up())
+        });
+        behind.map(|(client, _)| client).collect()
+    }
+
+    /// Sends a binary message: a change of the scene. A client for whom too many wait is not sent it.
     pub fn send(&self, to: To, message: Vec<u8>) {
-        let message = Arc::new(message);
-        self.each(to, &Outgoing::Binary(message));
+        let message = Outgoing::Binary(Arc::new(message));
+        self.each(to, |mailbox| mailbox.push(message.clone()));
     }
 
     /// Tells something in JSON.
     pub fn tell(&self, to: To, message: &Told) {
-        self.each(to, &Outgoing::Text(message.text().into()));
+        let message = Outgoing::Text(message.text().into());
+        self.each(to, |mailbox| mailbox.push(message.clone()));
     }
 
-    fn each(&self, to: To, message: &Outgoing) {
+    fn each(&self, to: To, act: impl Fn(&Mailbox)) {
         for (id, mailbox) in self.shared.clients().iter().enumerate() {
             if let Some(mailbox) = mailbox
                 && (to == To::All || to == To::One(id))
             {
-                mailbox.push(message.clone());
+                act(mailbox);
             }
         }
     }
@@ -268,9 +288,13 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         self.shared.closing.store(true, Ordering::SeqCst);
-        for mailbox in self.shared.clients().iter().flatten() {
-            mailbox.close();
+        self.each(To::All, Mailbox::end);
+        // The program may end with the server: clients are to learn that the session has ended.
+        let begun = Instant::now();
+        while self.client_count() > 0 && begun.elapsed() < FAREWELL {
+            std::thread::sleep(Duration::from_millis(5));
         }
+        self.each(To::All, Mailbox::close);
         // Wakes the listener.
         drop(TcpStream::connect(self.shared.address));
     }

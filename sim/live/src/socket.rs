@@ -5,7 +5,8 @@ use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
 use std::time::Duration;
 
-use tungstenite::protocol::{Role, WebSocket, WebSocketConfig};
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::protocol::{CloseFrame, Role, WebSocket, WebSocketConfig};
 use tungstenite::{Bytes, Message};
 
 use crate::mailbox::{Mailbox, Outgoing};
@@ -118,6 +119,17 @@ fn write(stream: TcpStream, mailbox: &Mailbox) {
             Outgoing::Ping => socket.send(Message::Ping(Bytes::new())),
             Outgoing::Raw(bytes) => socket.get_mut().write_all(&bytes).map_err(Into::into),
             Outgoing::Close => break,
+            Outgoing::End => {
+                let frame = CloseFrame {
+                    code: CloseCode::Away,
+                    reason: "".into(),
+                };
+                let _ = socket.send(Message::Close(Some(frame)));
+                mailbox.close();
+                // The client answers; what it has sent before is still read, or the frame would be lost.
+                let _ = socket.get_ref().shutdown(Shutdown::Write);
+                return;
+            }
         };
         if sent.is_err() {
             break;

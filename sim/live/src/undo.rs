@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 /// Strokes that can be undone, and what they may take together: a copy of a liver of 6,000 nodes and 30,000
 /// surfels has some 20 MB. The newest is kept whatever it takes.
-const MOST: usize = 16;
-const MOST_BYTES: usize = 256 << 20;
+const MOST: usize = 24;
+const MOST_BYTES: usize = 512 << 20;
 
 /// Copies of the start, and of the state before each of the last strokes: going back takes as long after a hundred
 /// strokes as after one.
@@ -82,20 +82,20 @@ mod tests {
             (None::<u32>, None, None)
         );
         ring.set_start(0);
-        for k in 1..=20 {
+        for k in 1..=30 {
             ring.push(k, 1 << 20);
         }
         assert_eq!(
             (ring.len(), ring.pop(), ring.last_good()),
-            (MOST, Some(20), Some(19))
+            (MOST, Some(30), Some(29))
         );
-        ring.push(21, MOST_BYTES);
+        ring.push(31, MOST_BYTES);
         assert_eq!(
             (ring.len(), ring.last_good()),
-            (1, Some(21)),
+            (1, Some(31)),
             "those before are too large"
         );
-        ring.push(22, MOST_BYTES + 1);
+        ring.push(32, MOST_BYTES + 1);
         assert_eq!(
             (ring.len(), ring.reset(), ring.is_empty()),
             (1, Some(0), true)

@@ -249,6 +249,41 @@ fn one_state_is_in_flight() {
 }
 
 #[test]
+fn who_falls_behind_gets_the_scene_anew_and_an_end_is_told() {
+    let server = Server::start(0, "test").unwrap();
+    let token = token(&server);
+    let mut socket = join(&server, &token, None).unwrap();
+    event(&server);
+    socket.read().unwrap();
+    // Changes without end for one who reads nothing: the server keeps some of them.
+    for _ in 0..40 {
+        server.send(To::All, vec![0; 1 << 20]);
+    }
+    assert_eq!(server.behind(), [0; 0], "much waits for it");
+    let mut changes = 0;
+    while server.behind().is_empty() {
+        changes += usize::from(socket.read().unwrap().is_binary());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(changes < 40, "{changes} of 40");
+    server.begin(To::One(0), phyxel_live::Scene::default(), vec![vec![7]]);
+    assert_eq!(server.behind(), [0; 0]);
+    while !socket.read().unwrap().is_text() {}
+    assert_eq!(socket.read().unwrap().into_data(), vec![7]);
+    // Who has the token learns whether the session is still the same; and of its end.
+    let again = get(&server, &format!("/token?{token}"), "");
+    assert!(again.ends_with(&token), "{again}");
+    let begun = Instant::now();
+    let ended = std::thread::spawn(move || socket.read());
+    drop(server);
+    let Message::Close(Some(frame)) = ended.join().unwrap().unwrap() else {
+        unreachable!("an end is told");
+    };
+    assert_eq!(u16::from(frame.code), 1001);
+    assert!(begun.elapsed() < Duration::from_secs(2));
+}
+
+#[test]
 fn slow_half_open_and_flooding_strangers_do_not_keep_others_out() {
     let server = Server::start(0, "test").unwrap();
     // More that say nothing, or half a request, than there are places.

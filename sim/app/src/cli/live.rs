@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 
 use clap::Args;
 use phyxel_live::{Doorman, Server};
+use phyxel_text::Override;
 
 use super::source::Source;
 use super::{CliError, Overrides};
@@ -37,7 +38,8 @@ pub(super) struct LiveArguments {
 /// Serves a session until Ctrl-C.
 pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
     let overrides = arguments.overrides.parse()?;
-    let (scene, note) = Source::of(arguments.scene.as_deref())?.scene(&overrides)?;
+    let source = Source::of(arguments.scene.as_deref())?;
+    let (scene, note) = source.scene(&overrides)?;
     if let Some(note) = note {
         writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
     }
@@ -62,12 +64,20 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
             .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-live", scene.name))),
         interrupt: Some(Interrupt::listen()),
     };
-    let meshes = Box::new(|file: &std::path::Path| {
-        let source = Source::Mesh(file.to_owned());
-        let (scene, note) = source.scene(&[]).map_err(|error| error.to_string())?;
+    let meshes = Box::new(move |file: &std::path::Path, scale: Option<f64>| {
+        let scale = scale.map(|scale| format!("bodies[0].shape.scale={scale:e}"));
+        let scale = scale.map(|text| Override::parse(&text)).transpose();
+        let scale = scale.map_err(|error| error.to_string())?;
+        let changes: Vec<Override> = overrides.iter().cloned().chain(scale).collect();
+        let scene = Source::Mesh(file.to_owned()).scene(&changes);
+        let (scene, note) = scene.map_err(|error| error.to_string())?;
         Ok((scene, note.unwrap_or_default()))
     });
-    let sources = Sources::new(&scene, meshes);
+    let mesh = match source {
+        Source::Mesh(file) => Some(file),
+        _ => None,
+    };
+    let sources = Sources::new(&scene, mesh, meshes);
     let pool = pool(arguments.threads.map(usize::from))?;
     pool.install(|| serve(server, &scene, sources, &options))?;
     Ok(())

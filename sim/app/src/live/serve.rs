@@ -41,19 +41,19 @@ pub struct LiveOptions {
     pub interrupt: Option<Interrupt>,
 }
 
-/// Serves a session of `scene` until it is interrupted. Nothing is computed while no client is there or
+/// Serves a session of `scene` until it is interrupted. Nothing is computed while no client looks on or
 /// time stands.
 ///
 /// # Errors
-/// [`SessionError`] if the first world cannot be built or the folder not made; later failures are
-/// told to clients.
+/// [`SessionError`] if the first world cannot be built, or the folder cannot be made or is another's; later
+/// failures are told to clients.
 pub fn serve(
     server: Server,
     scene: &Scene,
     sources: Sources,
     options: &LiveOptions,
 ) -> Result<(), SessionError> {
-    let folder = OutputFolder::create(&options.out)?;
+    let folder = OutputFolder::claim(&options.out)?;
     let mut show = Show {
         server,
         sources,
@@ -65,6 +65,7 @@ pub fn serve(
         number: 0,
         playing: true,
         steps_left: 0,
+        away: [false; MAX_CLIENTS],
         heard: [0; MAX_CLIENTS],
         seen: [0; MAX_CLIENTS],
         owners: Owners::default(),
@@ -73,7 +74,6 @@ pub fn serve(
         clock: Clock::default(),
         lost_at: None,
         told: Instant::now(),
-        saves: 0,
     };
     show.know_skins();
     loop {
@@ -131,6 +131,8 @@ struct Show {
     playing: bool,
     /// Steps to take although time stands.
     steps_left: u32,
+    /// Clients that do not look on.
+    away: [bool; MAX_CLIENTS],
     /// Last sequence numbers of clients' hands: taken in, and part of a step.
     heard: [u32; MAX_CLIENTS],
     seen: [u32; MAX_CLIENTS],
@@ -143,13 +145,13 @@ struct Show {
     /// Steps taken when a step was lost last.
     lost_at: Option<u64>,
     told: Instant,
-    saves: u32,
 }
 
 impl Show {
     /// Whether there are steps to take.
     fn is_moving(&self) -> bool {
-        self.steps_left > 0 || (self.playing && self.server.client_count() > 0)
+        let away = self.away.iter().filter(|away| **away).count();
+        self.steps_left > 0 || (self.playing && self.server.client_count() > away)
     }
 
     /// Takes in what clients did, for as long as there is nothing better to do; `true` at the end.
@@ -229,6 +231,9 @@ impl Show {
                 self.clock.slipped += behind;
                 self.clock.origin = None;
             }
+        }
+        for client in self.server.behind() {
+            self.introduce(To::One(client));
         }
         if self.fresh && self.server.wants_state() {
             self.send_state();

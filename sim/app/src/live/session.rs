@@ -10,7 +10,7 @@ use super::setting::{PARKED, prepare};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::{Painter, PictureError, Surfaces};
 use crate::run::RunState;
-use phyxel::scene::{Pose, Scene, SceneError};
+use phyxel::scene::{Pose, Scene, SceneError, Settle};
 use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
 
 /// Way (distances of nodes) of a blade between two captures: half of a tetrahedron, as finely as a cut
@@ -19,6 +19,8 @@ const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
 /// several steps, and a hand is answered between two helpings.
 const HELPING: usize = 8;
+/// Strokes that may wait, the one on its way included: a hand draws far faster than a blade may be led.
+const MOST_STROKES: usize = 8;
 
 /// A session that cannot start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -230,15 +232,19 @@ impl Session {
     }
 
     /// Starts a stroke of the blade with an edge of two points or more, as soon as the one before is
-    /// done. The state before it is kept for [`Session::undo`].
-    pub fn begin_stroke(&mut self, edge: Vec<DVec3>) {
+    /// done. The state before it is kept for [`Session::undo`]. `false`, and nothing done, where too many wait.
+    pub fn begin_stroke(&mut self, edge: Vec<DVec3>) -> bool {
         self.end_stroke();
+        if self.stroke.len() == MOST_STROKES {
+            return false;
+        }
         self.stroke.push_back(Stroke {
             first: Some(edge.clone()),
             lead: BladeLead::new(edge, self.capture()),
             before: None,
             due: None,
         });
+        true
     }
 
     /// Leads the blade of the newest stroke on.
@@ -389,6 +395,7 @@ impl Session {
             let before = Some(self.checkpoint());
             self.stroke.front_mut()?.before = before;
         }
+        self.leave_air_out();
         let stroke = self.stroke.front_mut()?;
         if let Some(due) = stroke.due.take() {
             if due.0 == StrokePhase::End {
@@ -427,6 +434,43 @@ impl Session {
         }
     }
 
+    /// Leaves out what a stroke sweeps before it comes to a body and after it has left all: a blade that is led
+    /// through air would hold the next stroke back.
+    fn leave_air_out(&mut self) {
+        let Some(stroke) = self.stroke.front() else {
+            return;
+        };
+        if stroke.due.is_some() || (stroke.first.is_none() && !stroke.lead.is_ending()) {
+            return;
+        }
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for member in self.world.members() {
+            let (margin, positions) = (member.body.spacing, member.body.motion.positions());
+            for &position in positions {
+                low = low.min(position - margin);
+                high = high.max(position + margin);
+            }
+        }
+        let edges: Vec<&[DVec3]> = stroke.lead.way().collect();
+        let meets = |pair: &[&[DVec3]]| {
+            let points = || pair.iter().copied().flatten().copied();
+            let first = points().fold(DVec3::INFINITY, DVec3::min);
+            let last = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+            first.cmple(high).all() && last.cmpge(low).all()
+        };
+        let air = edges.windows(2).take_while(|pair| !meets(pair)).count();
+        let edges = edges.len();
+        let Some(stroke) = self.stroke.front_mut().filter(|_| air > 0) else {
+            return;
+        };
+        if stroke.first.is_some() {
+            (0..air).for_each(|_| stroke.lead.skip());
+            stroke.first = Some(stroke.lead.edge().to_vec());
+        } else if air + 1 == edges {
+            stroke.lead.stop();
+        }
+    }
+
     /// Ends settling when the bodies are at rest, as a run does.
     fn settle(&mut self) -> Result<(), SessionError> {
         let Some(settle) = self.world.scene().integration.settle else {
@@ -437,8 +481,11 @@ impl Session {
         }
         if self.world.is_at_rest() || self.world.time() >= settle.limit {
             self.world.start_scene()?;
-            let start = self.checkpoint();
-            self.ring.set_start(start);
+            // What hands did before is not part of the start: a reset goes back to before it.
+            if self.record.is_empty() {
+                let start = self.checkpoint();
+                self.ring.set_start(start);
+            }
         }
         Ok(())
     }
@@ -484,7 +531,7 @@ impl Session {
         before.map(|before| self.restore(before)).is_some()
     }
 
-    /// Goes back to the start: after settling, or at its beginning while it lasts.
+    /// Goes back to the start: after settling, or to its beginning while it lasts or where hands did something in it.
     pub fn reset(&mut self) {
         if let Some(start) = self.ring.reset() {
             self.restore(start);
@@ -522,8 +569,16 @@ impl Session {
     /// [`SessionError::Output`].
     pub fn save(&self, folder: &OutputFolder) -> Result<Vec<String>, SessionError> {
         let mut scene = self.world.scene().clone();
-        // A run ends with the first step that reaches the duration.
-        scene.integration.duration = self.world.scene_time().unwrap_or(0.0);
+        let integration = &mut scene.integration;
+        // A run ends with the first step that reaches the duration; without one it ends where settling does.
+        integration.duration = self.world.scene_time().unwrap_or(0.0);
+        if self.is_settling() {
+            let time = Some(self.world.time()).filter(|&time| time > 0.0);
+            integration.settle = integration
+                .settle
+                .zip(time)
+                .map(|(settle, limit)| Settle { limit, ..settle });
+        }
         let names = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
         folder.write(names[0], scene.to_ron().as_bytes())?;
         folder.write(names[1], &input_csv(&scene, &self.record))?;

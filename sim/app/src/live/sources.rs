@@ -1,11 +1,12 @@
 //! Scenes that a session can be about.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use phyxel::scene::{EMBEDDED, Scene, SceneError};
 
-/// Reads the default scene of a mesh file; the words of a failure are for people.
-pub type MeshReader = dyn Fn(&Path) -> Result<(Scene, String), String> + Send;
+/// Reads the default scene of a mesh file, with so many metres per unit of it or as its size suggests; the words of a
+/// failure are for people.
+pub type MeshReader = dyn Fn(&Path, Option<f64>) -> Result<(Scene, String), String> + Send;
 
 /// A scene that can be asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +22,8 @@ pub struct SceneSource {
 pub struct Sources {
     list: Vec<SceneSource>,
     meshes: Box<MeshReader>,
+    /// Names of scenes made for mesh files, and the files.
+    made: Vec<(String, PathBuf)>,
 }
 
 impl std::fmt::Debug for Sources {
@@ -32,9 +35,9 @@ impl std::fmt::Debug for Sources {
 }
 
 impl Sources {
-    /// The embedded scenes, with `first` before them.
+    /// The embedded scenes, with `first` before them, which was made for a mesh file or for none.
     #[must_use]
-    pub fn new(first: &Scene, meshes: Box<MeshReader>) -> Self {
+    pub fn new(first: &Scene, mesh: Option<PathBuf>, meshes: Box<MeshReader>) -> Self {
         let embedded = EMBEDDED.iter().map(|scene| SceneSource {
             name: scene.name.to_owned(),
             summary: scene.summary.to_owned(),
@@ -43,6 +46,10 @@ impl Sources {
         let mut sources = Self {
             list: embedded.collect(),
             meshes,
+            made: mesh
+                .map(|file| (first.name.clone(), file))
+                .into_iter()
+                .collect(),
         };
         sources.add(first);
         sources
@@ -77,13 +84,26 @@ impl Sources {
         }
     }
 
-    /// The default scene of a mesh file, which can be asked for from now on.
+    /// The default scene of a mesh file, which can be asked for from now on; as [`MeshReader`].
     ///
     /// # Errors
     /// Words for people.
-    pub fn take_mesh(&mut self, file: &Path) -> Result<(Scene, String), String> {
-        let (scene, note) = (self.meshes)(file)?;
+    pub fn take_mesh(
+        &mut self,
+        file: &Path,
+        scale: Option<f64>,
+    ) -> Result<(Scene, String), String> {
+        let (scene, note) = (self.meshes)(file, scale)?;
         self.add(&scene);
+        self.made.retain(|(name, _)| *name != scene.name);
+        self.made.push((scene.name.clone(), file.to_owned()));
         Ok((scene, note))
+    }
+
+    /// The mesh file that the scene of a name was made for.
+    #[must_use]
+    pub fn mesh_of(&self, name: &str) -> Option<&Path> {
+        let made = self.made.iter().find(|(made, _)| made == name);
+        made.map(|(_, file)| file.as_path())
     }
 }

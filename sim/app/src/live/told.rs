@@ -7,7 +7,7 @@ use phyxel_splat::Camera;
 use super::session::Session;
 use super::sources::Sources;
 use phyxel::World;
-use phyxel::scene::{Scene, ToolShape, View};
+use phyxel::scene::{Scene, Shape, ToolShape, View};
 
 /// Bodies' nodes as plain numbers.
 pub(super) struct Moved {
@@ -115,6 +115,20 @@ pub(super) fn scene_of(
         tolerance: settings.tolerance,
         max_stretch: phyxel_splat::TissueSettings::default().max_stretch,
         settling: session.is_settling(),
+        hand: if base.cuts.is_empty() && !base.tools.is_empty() {
+            "press"
+        } else {
+            "cut"
+        },
+        unit: sources.mesh_of(&base.name).and_then(|_| unit_of(base)),
+    }
+}
+
+/// Metres per unit of the mesh that is the first body's shape.
+fn unit_of(scene: &Scene) -> Option<f64> {
+    match scene.bodies.first()?.shape {
+        Shape::Mesh { scale, .. } => Some(scale),
+        _ => None,
     }
 }
 

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use phyxel::scene::{Override, Pose, Scene};
-use phyxel_cli::live::Session;
-use phyxel_cli::output::{OutputFolder, read_input};
+use phyxel_cli::live::{LiveOptions, Session, SessionError, Sources, serve};
+use phyxel_cli::output::{OutputError, OutputFolder, read_input};
 use phyxel_cli::run::{RunOptions, replay};
+use phyxel_live::Server;
 use tempfile::tempdir;
 
 /// A small liver.
@@ -102,7 +103,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
                     // From above, to somewhere inside.
                     let (a, b) = (noise.within(low, high), noise.within(low, high));
                     let edge = |p: DVec3| vec![DVec3::new(p.x, p.y, high.z + 0.01), p];
-                    session.begin_stroke(edge(a));
+                    assert!(session.begin_stroke(edge(a)));
                     let way = (b - a).clamp_length_max(0.04);
                     for k in 1..=4 {
                         session.lead_stroke(&edge(a + way * 0.25 * f64::from(k)));
@@ -181,22 +182,7 @@ fn undo_brings_the_bits_back_and_so_does_a_reset() {
     }
     let before = (session.world().steps(), positions(&session));
     let recorded = session.record().len();
-    let bounds = session.world().members()[0].body.solid.bounds();
-    let (low, high) = (bounds.min, bounds.max);
-    let middle = low.midpoint(high);
-    let edge = |x: f64| {
-        vec![
-            DVec3::new(x, middle.y, high.z + 0.02),
-            DVec3::new(x, middle.y, low.z),
-        ]
-    };
-    session.begin_stroke(edge(low.x - 0.01));
-    session.lead_stroke(&edge(middle.x));
-    session.end_stroke();
-    for _ in 0..400 {
-        session.step().unwrap();
-    }
-    assert!(session.severed_pairs() > 0);
+    cut_middle(&mut session);
     assert_eq!(session.strokes(), (1, 1));
     assert!(session.surfaces_lag());
     let mut helpings = 0;
@@ -215,6 +201,114 @@ fn undo_brings_the_bits_back_and_so_does_a_reset() {
     assert!(!session.undo());
     session.reset();
     assert_eq!((session.world().steps(), positions(&session)), start);
+}
+
+/// A stroke across the middle from above, until it is done.
+fn cut_middle(session: &mut Session) {
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let (low, high) = (bounds.min, bounds.max);
+    let middle = low.midpoint(high);
+    let edge = |x: f64| {
+        let y = middle.y;
+        vec![DVec3::new(x, y, high.z + 0.02), DVec3::new(x, y, low.z)]
+    };
+    assert!(session.begin_stroke(edge(low.x - 0.01)));
+    session.lead_stroke(&edge(middle.x));
+    session.end_stroke();
+    while !session.blade().is_empty() {
+        session.step().unwrap();
+    }
+    assert!(session.severed_pairs() > 0);
+}
+
+/// A cut while the body comes to rest is one as any other: undone, taken away by a reset once the body rests, and
+/// saved so that a run repeats it.
+#[test]
+fn a_cut_before_the_body_rests_can_be_undone_reset_and_saved() {
+    let mut scene = liver(300, 1_000);
+    if let Some(settle) = &mut scene.integration.settle {
+        (settle.speed, settle.limit) = (1e-9, 1.0);
+    }
+    let mut session = Session::new(&scene).unwrap();
+    for _ in 0..20 {
+        session.step().unwrap();
+    }
+    let before = positions(&session);
+    cut_middle(&mut session);
+    assert!(session.is_settling());
+    let folder = tempdir().unwrap();
+    session
+        .save(&OutputFolder::create(folder.path()).unwrap())
+        .unwrap();
+    let scene = Scene::load(&folder.path().join("scene.ron"), &[]).unwrap();
+    let inputs = read_input(&folder.path().join("input.csv"), &scene).unwrap();
+    let options = RunOptions {
+        out: folder.path().join("again"),
+        threads: Some(1),
+        quiet: true,
+        interrupt: None,
+    };
+    let summary = replay(
+        &Scene {
+            pictures: None,
+            ..scene
+        },
+        inputs,
+        &options,
+    );
+    let summary = summary.unwrap();
+    let audit = session.world().members()[0].body.motion.audit();
+    assert_eq!(summary.stepping.steps, session.world().steps());
+    assert_eq!(
+        summary.bodies[0].energy.elastic.to_bits(),
+        audit.elastic.to_bits()
+    );
+
+    settle(&mut session);
+    session.reset();
+    assert_eq!(session.severed_pairs(), 0, "the start has no cut");
+    while session.world().steps() < 20 {
+        session.step().unwrap();
+    }
+    assert_eq!(positions(&session), before);
+    cut_middle(&mut session);
+    settle(&mut session);
+    assert!(session.undo());
+    assert_eq!((positions(&session), session.severed_pairs()), (before, 0));
+}
+
+/// A stroke through air ends at once, and no more strokes wait than a hand may have drawn in a while.
+#[test]
+fn strokes_that_wait_or_miss_hold_nothing_up() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    let air = |x: f64| vec![DVec3::new(x, 5.0, 0.0), DVec3::new(x, 5.0, 0.1)];
+    assert!(session.begin_stroke(air(0.0)));
+    // 50 m of air would take a blade 83 s.
+    session.lead_stroke(&air(50.0));
+    session.end_stroke();
+    session.step().unwrap();
+    assert!(session.blade().is_empty());
+    assert_eq!(session.strokes(), (0, 0));
+    let taken = (0..100).filter(|_| session.begin_stroke(air(0.0)));
+    assert!((2..20).contains(&taken.count()));
+    session.reset();
+    cut_middle(&mut session);
+}
+
+#[test]
+fn a_folder_has_one_server_at_a_time() {
+    let folder = tempdir().unwrap();
+    let _held = OutputFolder::claim(folder.path()).unwrap();
+    let scene = liver(300, 1_000);
+    let sources = Sources::new(&scene, None, Box::new(|_, _| Err(String::new())));
+    let options = LiveOptions {
+        out: folder.path().to_owned(),
+        interrupt: None,
+    };
+    let server = Server::start(0, "phyxel under test").unwrap();
+    let refused = serve(server, &scene, sources, &options);
+    let in_use = |error| matches!(error, SessionError::Output(OutputError::InUse { .. }));
+    assert!(refused.is_err_and(in_use));
 }
 
 /// The bits come back after each of several strokes, and taking steps again from there gives the bits that
@@ -241,9 +335,9 @@ fn strokes_are_undone_one_by_one() {
         )
     };
     let stroke = |session: &mut Session, k: i32| {
-        let x = low.x + (0.2 + 0.03 * f64::from(k)) * (high.x - low.x);
+        let x = low.x + (0.2 + 0.025 * f64::from(k)) * (high.x - low.x);
         let edge = |y: f64| vec![DVec3::new(x, y, high.z + 0.02), DVec3::new(x, y, low.z)];
-        session.begin_stroke(edge(low.y - 0.01));
+        assert!(session.begin_stroke(edge(low.y - 0.01)));
         session.lead_stroke(&edge(low.y + 0.03));
         session.end_stroke();
         for _ in 0..120 {
@@ -251,13 +345,13 @@ fn strokes_are_undone_one_by_one() {
             session.grow().unwrap();
         }
     };
-    for k in 0..18 {
+    for k in 0..26 {
         before.push(state(&session));
         stroke(&mut session, k);
         after.push(state(&session));
     }
     assert!(session.severed_pairs() > 0);
-    for k in (2..18_usize).rev() {
+    for k in (2..26_usize).rev() {
         assert!(session.undo());
         assert!(state(&session) == before[k], "before stroke {k}");
         if k % 5 == 2 {
@@ -287,7 +381,7 @@ fn a_line_across_an_organ_without_load_severs_it() {
         let points = (0..4).map(|k| DVec3::new(0.5 * (low.x + high.x), y, z(k)));
         points.collect()
     };
-    session.begin_stroke(edge(-0.1));
+    assert!(session.begin_stroke(edge(-0.1)));
     for k in 1..=8 {
         session.lead_stroke(&edge(-0.1 + 0.15 * f64::from(k)));
     }

@@ -1,10 +1,13 @@
 //! What clients ask for: time, undo, other scenes, values, files.
 
+use std::path::Path;
+
 use glam::DVec3;
 use phyxel_live::{ClientId, Control, To, Told};
 
 use super::Show;
 use crate::live::session::{Session, SessionError};
+use crate::output::OutputFolder;
 use phyxel::scene::Scene;
 
 /// Largest picture (pixels to a side) that a client may ask for.
@@ -17,8 +20,8 @@ impl Show {
         control: Control,
     ) -> Result<(), SessionError> {
         match control {
-            Control::Play => self.playing = true,
-            Control::Pause => self.playing = false,
+            Control::Play => (self.playing, self.steps_left) = (true, 0),
+            Control::Pause => (self.playing, self.steps_left) = (false, 0),
             Control::Step { steps } => {
                 self.playing = false;
                 self.steps_left = self.steps_left.saturating_add(steps.min(100_000));
@@ -35,8 +38,13 @@ impl Show {
                 }
             }
             Control::Save => {
-                let files = self.session.save(&self.folder)?;
-                let folder = self.folder.path().display().to_string();
+                let name = self.free(|number| match number {
+                    1 => "save".to_owned(),
+                    _ => format!("save-{number}"),
+                });
+                let folder = OutputFolder::create(&self.folder.path().join(name))?;
+                let files = self.session.save(&folder)?;
+                let folder = folder.path().display().to_string();
                 self.server.tell(To::All, &Told::Saved { folder, files });
             }
             picture @ Control::Picture { .. } => self.picture(client, &picture),
@@ -49,6 +57,14 @@ impl Show {
                 damping,
                 stiffness,
             } => self.set(client, gravity, damping, stiffness)?,
+            Control::Unit { metres } => match self.sources.mesh_of(&self.base.name) {
+                Some(file) if (1e-6..=1e3).contains(&metres) => {
+                    let file = file.to_owned();
+                    self.show_mesh(client, &file, Some(metres));
+                }
+                _ => self.complain(To::One(client), "this scene was made for no mesh file"),
+            },
+            Control::Watch { watching } => self.away[client] = !watching,
             Control::Invite => match self.server.url() {
                 Ok(url) => self.server.tell(To::One(client), &Told::Invite { url }),
                 Err(error) => self.complain(To::One(client), &error.to_string()),
@@ -109,6 +125,13 @@ impl Show {
         Ok(())
     }
 
+    /// The first of some names, by number from 1, that the folder does not have: nothing is overwritten.
+    fn free(&self, name: impl Fn(u32) -> String) -> String {
+        let names = (1..).map(name);
+        let mut free = names.filter(|name| !self.folder.path().join(name).exists());
+        free.next().unwrap_or_default()
+    }
+
     /// Writes a picture as the renderer of runs draws it.
     pub(super) fn picture(&mut self, client: ClientId, asked: &Control) {
         let camera = crate::live::told::camera_of(asked);
@@ -125,8 +148,7 @@ impl Show {
         painter.look(camera, [width, height], samples);
         painter.carry(world);
         let frame = painter.draw(world);
-        self.saves += 1;
-        let name = format!("picture-{:03}.png", self.saves);
+        let name = self.free(|number| format!("picture-{number:03}.png"));
         let mut bytes = Vec::new();
         let written = frame
             .write_png(&mut bytes)
@@ -148,17 +170,21 @@ impl Show {
 
     /// Shows a mesh that someone dropped on the page; it is kept in the output folder.
     pub(super) fn take_mesh(&mut self, client: ClientId, extension: &str, content: &[u8]) {
-        self.saves += 1;
-        let name = format!("mesh-{:03}.{extension}", self.saves);
-        let shown = self
-            .folder
-            .write(&name, content)
-            .map_err(|error| error.to_string())
-            .and_then(|()| self.sources.take_mesh(&self.folder.path().join(&name)))
-            .and_then(|(scene, note)| {
-                self.show(scene).map_err(|error| error.to_string())?;
-                Ok(note)
-            });
+        let name = self.free(|number| format!("mesh-{number:03}.{extension}"));
+        let file = self.folder.path().join(&name);
+        match self.folder.write(&name, content) {
+            Ok(()) => self.show_mesh(client, &file, None),
+            Err(error) => self.complain(To::One(client), &error.to_string()),
+        }
+    }
+
+    /// Shows the default scene of a mesh file.
+    fn show_mesh(&mut self, client: ClientId, file: &Path, scale: Option<f64>) {
+        let shown = self.sources.take_mesh(file, scale);
+        let shown = shown.and_then(|(scene, note)| {
+            self.show(scene).map_err(|error| error.to_string())?;
+            Ok(note)
+        });
         match shown {
             Ok(note) => self.note(To::All, &note),
             Err(error) => self.complain(To::One(client), &error),

@@ -13,6 +13,7 @@ impl Show {
             Event::Joined => {
                 self.heard[client] = 0;
                 self.seen[client] = 0;
+                self.away[client] = false;
                 self.introduce(To::One(client));
             }
             Event::Left => self.leave(client),
@@ -35,6 +36,7 @@ impl Show {
     }
 
     pub(super) fn leave(&mut self, client: ClientId) {
+        self.away[client] = false;
         if self.owners.blade == Some(client) {
             self.owners.blade = None;
             self.session.end_stroke();
@@ -89,8 +91,12 @@ impl Show {
                 }
                 match phase {
                     HandPhase::Begin => {
-                        self.owners.blade = Some(client);
-                        self.session.begin_stroke(points);
+                        self.owners.blade = self.session.begin_stroke(points).then_some(client);
+                        if self.owners.blade.is_none() {
+                            let text =
+                                "many strokes wait already; let the blade make them, or undo";
+                            self.complain(To::One(client), text);
+                        }
                     }
                     _ if self.owners.blade.is_none() => {}
                     HandPhase::Move => self.session.lead_stroke(&points),

@@ -19,7 +19,6 @@ impl Show {
     /// Everything anew: another world is shown.
     pub(super) fn begin_epoch(&mut self) {
         self.epoch += 1;
-        self.server.forget_states();
         self.owners = Owners::default();
         self.know_skins();
         self.clock.origin = None;
@@ -31,14 +30,14 @@ impl Show {
     pub(super) fn introduce(&mut self, to: To) {
         let world = self.session.world();
         let scene = scene_of(self.epoch, &self.session, &self.base, &self.sources);
-        self.server.tell(to, &Told::Scene(Box::new(scene)));
-        for (index, member) in world.members().iter().enumerate() {
+        let nodes = world.members().iter().enumerate();
+        let nodes = nodes.map(|(index, member)| {
             let rest = plain(&member.body.rest);
-            self.server.send(to, encode_nodes(self.epoch, index, &rest));
-        }
-        for message in self.skins.whole(self.epoch, self.session.painter()) {
-            self.server.send(to, message);
-        }
+            encode_nodes(self.epoch, index, &rest)
+        });
+        let skins = self.skins.whole(self.epoch, self.session.painter());
+        let messages = nodes.chain(skins).collect();
+        self.server.begin(to, scene, messages);
         self.fresh = true;
         self.send_stats();
     }
