@@ -1,5 +1,7 @@
 //! What can go wrong with data.
 
+use std::error::Error;
+
 /// A surfel or node array holds something that cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -42,34 +44,23 @@ pub enum SurfelError {
     },
 }
 
-/// What the reader or writer of image files says; it shows as its text.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-pub struct CodecError(Codec);
-
-#[derive(Debug, thiserror::Error)]
-enum Codec {
-    #[error(transparent)]
-    Encoding(#[from] png::EncodingError),
-    #[error(transparent)]
-    Decoding(#[from] png::DecodingError),
-}
-
 impl From<png::EncodingError> for ImageError {
     fn from(error: png::EncodingError) -> Self {
-        let source = CodecError(error.into());
-        Self::Encode { source }
+        Self::Encode {
+            source: error.into(),
+        }
     }
 }
 
 impl From<png::DecodingError> for ImageError {
     fn from(error: png::DecodingError) -> Self {
-        let source = CodecError(error.into());
-        Self::Decode { source }
+        Self::Decode {
+            source: error.into(),
+        }
     }
 }
 
-/// An image could not be written.
+/// An image could not be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -77,13 +68,13 @@ pub enum ImageError {
     #[error("cannot write the image: {source}")]
     Encode {
         /// The encoder's account.
-        source: CodecError,
+        source: Box<dyn Error + Send + Sync>,
     },
     /// The file is no image, or is damaged.
     #[error("cannot read the image: {source}")]
     Decode {
         /// The decoder's account.
-        source: CodecError,
+        source: Box<dyn Error + Send + Sync>,
     },
     /// The file is a JPEG.
     #[error("it is a JPEG, and only PNG is read: convert it")]
@@ -102,27 +93,5 @@ pub enum ImageError {
         channels: usize,
         /// Bits of a channel.
         bits: u8,
-    },
-    /// A frame of an animation has another size than the first.
-    #[error("frame {frame} is {width}x{height}, the animation is {first_width}x{first_height}")]
-    FrameSize {
-        /// Index of the frame.
-        frame: u32,
-        /// Its width (px).
-        width: u32,
-        /// Its height (px).
-        height: u32,
-        /// Width of the animation (px).
-        first_width: u32,
-        /// Height of the animation (px).
-        first_height: u32,
-    },
-    /// More frames were added than announced, or fewer when finishing.
-    #[error("{added} frames added, {announced} announced")]
-    FrameCount {
-        /// Frames added.
-        added: u32,
-        /// Frames announced.
-        announced: u32,
     },
 }

@@ -1,17 +1,34 @@
 //! The renderer: tiles in parallel, same bits at any thread count.
 
-use crate::camera::{Camera, Lens};
+pub(crate) mod camera;
+pub(crate) mod clip;
+pub(crate) mod frame;
+pub(crate) mod image;
+pub(crate) mod legend;
+pub(crate) mod merged;
+pub(crate) mod mesh;
+pub(crate) mod noise;
+mod project;
+mod raster;
+mod resolve;
+pub(crate) mod scene;
+mod shade;
+pub(crate) mod splats;
+pub(crate) mod surfels;
+pub(crate) mod view;
+
 use crate::cast::{count, index, pixel, real, single};
-use crate::frame::Frame;
-use crate::image::Chart;
-use crate::project::{Chunk, Facing, Ink, Paint, Projected, Raster, TILE, project};
-use crate::raster::{
+use crate::render::camera::{Camera, Lens};
+use crate::render::frame::Frame;
+use crate::render::image::Chart;
+use crate::render::mesh::DrawnMesh;
+use crate::render::project::{Chunk, Facing, Ink, Paint, Projected, Raster, TILE, project};
+use crate::render::raster::{
     Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
 };
-use crate::resolve::{LitTriangle, Stage, TilePixels};
-use crate::scene::{DrawMode, ImageCoat, RenderSettings, SplatView, Surface};
-use crate::shade::{Rig, Transfer};
-use crate::tool::DrawnMesh;
+use crate::render::resolve::{LitTriangle, Stage, TilePixels};
+use crate::render::scene::{DrawMode, ImageCoat, RenderSettings, SplatView, Surface};
+use crate::render::shade::{Rig, Transfer};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 

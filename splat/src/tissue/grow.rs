@@ -2,10 +2,10 @@
 
 use super::{InsideTest, Tissue};
 use crate::cast::{count, index};
-use crate::clip::Clip;
-use crate::radii::sheet_radius;
-use crate::rim::{self, SkinDisk};
-use crate::texture::PARENCHYMA;
+use crate::render::clip::Clip;
+use crate::tissue::radii::sheet_radius;
+use crate::tissue::rim::{self, SkinDisk};
+use crate::tissue::texture::PARENCHYMA;
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::primitives::GeomWithData;

@@ -2,11 +2,11 @@
 
 use super::Tissue;
 use crate::cast::{count, index};
-use crate::clip::nearest_on_triangle;
-use crate::radii::{FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
-use crate::surfels::Surfels;
-use crate::texture::CAPSULE;
-use crate::tree::NodeTree;
+use crate::render::surfels::Surfels;
+use crate::tissue::geometry::nearest_on_triangle;
+use crate::tissue::radii::{FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
+use crate::tissue::texture::CAPSULE;
+use crate::tissue::tree::NodeTree;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use rstar::AABB;

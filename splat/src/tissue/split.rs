@@ -1,12 +1,13 @@
 //! Disks that a cut passes through: split, clipped, and bound again where they lose a node.
 
 use super::Tissue;
-use crate::binding::Sight;
 use crate::cast::{count, index};
-use crate::clip::{Clip, Screen, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
-use crate::rim;
-use crate::surfels::Surfels;
-use crate::texture::CAPSULE;
+use crate::render::clip::Clip;
+use crate::render::surfels::Surfels;
+use crate::tissue::binding::Sight;
+use crate::tissue::geometry::{Screen, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
+use crate::tissue::rim;
+use crate::tissue::texture::CAPSULE;
 use glam::{DVec2, DVec3};
 use rstar::AABB;
 use std::ops::Range;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::radii::Measure;
+use crate::tissue::radii::Measure;
 use glam::{DVec2, Vec3Swizzles};
 use testkit::cloud::{filled_cube, lattice, patch, swept};
 

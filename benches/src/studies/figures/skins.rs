@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use phyxel_discretize::{Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
 use phyxel_splat::{
     Camera, CutSampler, DrawMode, Frame, RadiusRule, RenderSettings, Renderer, SplatView, Splats,
-    Tissue, TissueSettings, carry_by_displacements_into,
+    Surfels, Tissue, TissueSettings,
 };
 
 use super::Drawn;
@@ -194,14 +194,8 @@ fn twisted() -> Result<Vec<Drawn>, StudyError> {
             }
         })
         .collect();
-    let (mut theirs, mut ours) = (Splats::default(), Splats::default());
-    carry_by_displacements_into(
-        tissue.surfels(),
-        tissue.binding(),
-        &nodes,
-        &moved,
-        &mut theirs,
-    );
+    let theirs = averaged_displacements(&tissue, &nodes, &moved);
+    let mut ours = Splats::default();
     tissue.carry_into(&moved, &gradients, &mut ours);
     let forward = DVec3::new(-0.5, 1.0, -0.35);
     let camera = Camera::framing(-1.2 * half, 1.2 * half, forward, DVec3::Z, 1.0);
@@ -217,6 +211,28 @@ fn twisted() -> Result<Vec<Drawn>, StudyError> {
         frame: renderer.draw(&tissue.view(splats, &colors), &[], &camera),
     });
     Ok(drawn.into())
+}
+
+/// Surfels moved by the displacements of their nodes alone, Aras 2014, eq. (59) with the sum that its numerator lacks
+/// in print: `x = X + Σ w_i u_i / Σ w_i`. The disks' axes are the derivative of that map.
+fn averaged_displacements(tissue: &Tissue, rest: &[DVec3], moved: &[DVec3]) -> Splats {
+    let (surfels, binding) = (tissue.surfels(), tissue.binding());
+    let mut splats = Splats::at_rest(surfels);
+    for (i, radius) in surfels.radii.iter().enumerate() {
+        let (row, weights) = binding.row(i);
+        let (mut u, mut v) = Surfels::tangents(surfels.normals[i]);
+        for ((&node, &weight), slope) in row.iter().zip(weights).zip(binding.slopes(i)) {
+            let displacement = moved[node as usize] - rest[node as usize];
+            splats.positions[i] += displacement * weight;
+            u += displacement * slope[0];
+            v += displacement * slope[1];
+        }
+        splats.normals[i] = u.cross(v).normalize_or(surfels.normals[i]);
+        (splats.axes_u[i], splats.axes_v[i]) = (u * *radius, v * *radius);
+        // All that displacements know of a normal is one for the whole disk.
+        (splats.bends_u[i], splats.bends_v[i]) = (DVec3::ZERO, DVec3::ZERO);
+    }
+    splats
 }
 
 /// What the test of the two nearest surfels says in a section of three bodies.

@@ -2,6 +2,9 @@
 
 mod coloring;
 mod error;
+mod inspect;
+mod knife;
+mod markers;
 mod rigid;
 mod sampling;
 mod style;

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 use phyxel_splat::DrawnMesh;
 
+use super::knife::knife;
 use super::rigid::posed;
 use phyxel::World;
 use phyxel::scene::{Cut, Pose, ToolShape};
@@ -57,7 +58,7 @@ fn blades(world: &World) -> Vec<DrawnMesh> {
         .cuts
         .iter()
         .filter(|cut| (cut.start() - SHOWN..=cut.end() + SHOWN).contains(&time))
-        .flat_map(|cut| DrawnMesh::knife(&cut.edge_at(time), edge_motion(cut, time)))
+        .flat_map(|cut| knife(&cut.edge_at(time), edge_motion(cut, time)))
         .collect()
 }
 

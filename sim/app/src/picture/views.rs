@@ -1,13 +1,12 @@
 //! What pictures show in place of surfaces, or beside them: to look into a model.
 
 use phyxel_enrich::Factors;
-use phyxel_splat::{
-    ColorScale, DrawnMesh, DrawnTissue, PairGraph, drawn_binding, drawn_lattices, drawn_normals,
-    drawn_sweep,
-};
+use phyxel_splat::{ColorScale, DrawnMesh, DrawnTissue};
 
 use phyxel::scene::{Cut, Show};
 use phyxel::{Member, World};
+
+use super::inspect::{PairGraph, drawn_binding, drawn_lattices, drawn_normals, drawn_sweep};
 
 /// Pieces into which the way of a blade is divided.
 const PIECES: u32 = 64;

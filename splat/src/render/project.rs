@@ -1,0 +1,413 @@
+//! Splats on the screen: the map from pixels to disk coordinates, and which tiles a splat meets.
+
+use crate::cast::{count, index, pixel, single};
+use crate::render::camera::{Camera, Lens};
+use crate::render::clip::Clip;
+use crate::render::scene::{DrawMode, SplatView};
+use glam::{DMat3, DVec3, Vec4};
+use rayon::prelude::*;
+
+/// Side of a tile (samples).
+pub(crate) const TILE: usize = 32;
+/// Chunks that the splats are divided into and the fewest splats of one: each chunk is projected and
+/// binned by one thread.
+const CHUNKS: usize = 32;
+const CHUNK: usize = 2048;
+/// Splats are clipped this far beyond the edge (samples), so that the two sides of an edge leave
+/// no gap between them.
+const OVERHANG: f64 = 0.6;
+
+/// A splat on the screen. With (x, y) in samples from its centre, `w = 1 + wx·x + wy·y`, a point
+/// has disk coordinates `(sx·x + sy·y, tx·x + ty·y) / w` and nearness `near + nx·x + ny·y`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Projected {
+    pub(crate) x: f32,
+    pub(crate) y: f32,
+    pub(crate) s: [f32; 2],
+    pub(crate) t: [f32; 2],
+    pub(crate) w: [f32; 2],
+    pub(crate) near: f32,
+    pub(crate) slope: [f32; 2],
+    /// How much farther a fragment may lie than what is seen, and still blend (nearness).
+    pub(crate) tolerance: f32,
+    /// Samples covered: x0, y0, x1, y1, half-open.
+    pub(crate) bounds: [i32; 4],
+    pub(crate) splat: u32,
+    /// Covers the whole square `|s|, |t| <= 1` instead of the disk.
+    pub(crate) square: bool,
+    /// Range of walls in the chunk.
+    pub(crate) walls: [u32; 2],
+}
+
+/// What a splat on the screen looks like.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Paint {
+    /// Unit normal in camera axes (right, up, towards the viewer), and 1.
+    pub(crate) normal: Vec4,
+    /// Change of the normal along the two disk coordinates, and 0.
+    pub(crate) bend: [Vec4; 2],
+    pub(crate) ink: Ink,
+}
+
+/// What a splat adds to the sums of a sample it is blended into.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ink {
+    /// Colour and specular.
+    pub(crate) color: Vec4,
+    /// Texture point (in cells of the relief) and relief.
+    pub(crate) point: Vec4,
+    /// Change of the texture point along the two disk coordinates, and 0.
+    pub(crate) along: [Vec4; 2],
+    /// Exponent of the highlight.
+    pub(crate) shininess: f32,
+}
+
+/// Shadow test of a wall: three linear functions of disk coordinates (constant, s, t); hidden
+/// where the first two are at least 0 and the third is negative.
+pub(crate) type Wall = [[f32; 3]; 3];
+
+/// A run of splats on the screen, binned.
+#[derive(Debug, Default)]
+pub(crate) struct Chunk {
+    splats: Vec<Projected>,
+    /// One entry per splat.
+    paints: Vec<Paint>,
+    walls: Vec<Wall>,
+    /// CSR over tiles: which of `splats`, in order.
+    offsets: Vec<u32>,
+    members: Vec<u32>,
+    cursor: Vec<u32>,
+}
+
+impl Chunk {
+    /// The chunk's splats that meet a tile, in order of splat.
+    pub(crate) fn in_tile(&self, tile: usize) -> impl Iterator<Item = (&Projected, &Paint)> {
+        let range = index(self.offsets[tile])..index(self.offsets[tile + 1]);
+        let members = self.members[range].iter().map(|&m| index(m));
+        members.map(|m| (&self.splats[m], &self.paints[m]))
+    }
+
+    pub(crate) fn is_empty_in(&self, tile: usize) -> bool {
+        self.offsets[tile] == self.offsets[tile + 1]
+    }
+
+    pub(crate) fn walls_of(&self, p: &Projected) -> &[Wall] {
+        &self.walls[index(p.walls[0])..index(p.walls[1])]
+    }
+}
+
+/// What the projection needs to know of the image.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Raster {
+    /// Image size (samples).
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// Tiles per row and rows of tiles.
+    pub(crate) tiles: [usize; 2],
+    pub(crate) mode: DrawMode,
+    /// Blend tolerance in disk radii.
+    pub(crate) tolerance: f64,
+}
+
+/// Which splats are projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Facing {
+    Viewer,
+    /// Those seen from behind, but for the ones near an outline.
+    Away,
+}
+
+/// Cosine between the line of sight and the normal of a splat that faces well away.
+const AWAY: f64 = 0.3;
+
+impl Facing {
+    /// Whether a splat with its normal at this cosine to the line of sight is projected; false for NaN.
+    fn takes(self, cosine: f64) -> bool {
+        match self {
+            Self::Viewer => cosine < 0.0,
+            Self::Away => cosine > AWAY,
+        }
+    }
+}
+
+/// Projects and bins the splats that face as told, each in the ink that `ink` gives it; `chunks` are
+/// overwritten.
+pub(crate) fn project(
+    view: &SplatView<'_>,
+    camera: &Camera,
+    raster: &Raster,
+    facing: Facing,
+    ink: &(impl Fn(usize) -> Ink + Sync),
+    chunks: &mut Vec<Chunk>,
+) {
+    let n = view.splats.positions.len();
+    let axes = camera.axes();
+    let size = n.div_ceil(CHUNKS).max(CHUNK);
+    chunks.resize_with(n.div_ceil(size), Chunk::default);
+    chunks.par_iter_mut().enumerate().for_each(|(c, chunk)| {
+        chunk.splats.clear();
+        chunk.paints.clear();
+        chunk.walls.clear();
+        for i in c * size..((c + 1) * size).min(n) {
+            project_one(view, camera, &axes, raster, facing, i, ink, chunk);
+        }
+        bin(chunk, raster.tiles);
+    });
+}
+
+#[allow(
+    clippy::too_many_arguments,
+    reason = "what a splat is and how it is seen"
+)]
+fn project_one(
+    view: &SplatView<'_>,
+    camera: &Camera,
+    axes: &DMat3,
+    raster: &Raster,
+    facing: Facing,
+    i: usize,
+    ink: &impl Fn(usize) -> Ink,
+    chunk: &mut Chunk,
+) {
+    let splats = view.splats;
+    let (arm, normal) = (splats.positions[i] - camera.eye, splats.normals[i]);
+    let cosine = match camera.lens {
+        Lens::Perspective { .. } => normal.dot(arm) / arm.length(),
+        Lens::Orthographic { .. } => normal.dot(camera.forward),
+    };
+    if !facing.takes(cosine) {
+        return;
+    }
+    let axes = *axes;
+    let c = axes * arm;
+    if c.z <= 0.0 {
+        return;
+    }
+    let normal = axes * normal;
+    let (mut u, mut v) = (axes * splats.axes_u[i], axes * splats.axes_v[i]);
+    let size = u.length().max(v.length());
+    let height = crate::cast::real(raster.height);
+    let centre = [0.5 * crate::cast::real(raster.width), 0.5 * height];
+    // Samples per metre at the centre.
+    let scale = match camera.lens {
+        Lens::Perspective { focal } => focal * height / c.z,
+        Lens::Orthographic { height: view } => height / view,
+    };
+    let aligned = matches!(raster.mode, DrawMode::Squares | DrawMode::Disks);
+    if aligned {
+        (u, v) = (DVec3::X * size, DVec3::Y * size);
+    }
+    let Some(mut out) = map(camera, c, u, v, height) else {
+        return;
+    };
+    let (x, y) = (centre[0] + scale * c.x, centre[1] + scale * c.y);
+    let Some((low, high)) = extent(camera, c, u, v, scale) else {
+        return;
+    };
+    // Samples whose centres lie in low..high.
+    let clamp =
+        |value: f64, end: usize| pixel(value).clamp(0, i32::try_from(end).unwrap_or(i32::MAX));
+    out.bounds = [
+        clamp(x + low[0] + 0.5, raster.width),
+        clamp(y + low[1] + 0.5, raster.height),
+        clamp(x + high[0] + 0.5, raster.width),
+        clamp(y + high[1] + 0.5, raster.height),
+    ];
+    if out.bounds[0] >= out.bounds[2] || out.bounds[1] >= out.bounds[3] {
+        return;
+    }
+    (out.x, out.y) = (single(x), single(y));
+    out.tolerance = single(match camera.lens {
+        Lens::Perspective { .. } => raster.tolerance * size / (c.z * c.z),
+        Lens::Orthographic { .. } => raster.tolerance * size,
+    });
+    let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
+    let mut paint = Paint {
+        normal: lit(normal, 1.0),
+        bend: [Vec4::ZERO; 2],
+        ink: ink(i),
+    };
+    if !aligned {
+        let bend = |field: &[DVec3]| field.get(i).map_or(Vec4::ZERO, |&b| lit(axes * b, 0.0));
+        paint.bend = [bend(&splats.bends_u), bend(&splats.bends_v)];
+    }
+    if aligned {
+        // Nothing is blended: the nearest wins.
+        out.tolerance = 0.0;
+        out.square = raster.mode == DrawMode::Squares;
+    }
+    out.splat = count(i);
+    let first = count(chunk.walls.len());
+    if let Some(clip) = view.clips.get(i).and_then(Option::as_ref)
+        && !aligned
+    {
+        add_walls(clip, view.radii[i], scale, &mut chunk.walls);
+    }
+    out.walls = [first, count(chunk.walls.len())];
+    chunk.splats.push(out);
+    chunk.paints.push(paint);
+}
+
+/// The map from samples to disk coordinates and nearness.
+fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Projected> {
+    let g = u.cross(v);
+    let blank = Projected {
+        x: 0.0,
+        y: 0.0,
+        s: [0.0; 2],
+        t: [0.0; 2],
+        w: [0.0; 2],
+        near: 0.0,
+        slope: [0.0; 2],
+        tolerance: 0.0,
+        bounds: [0; 4],
+        splat: 0,
+        square: false,
+        walls: [0; 2],
+    };
+    match camera.lens {
+        Lens::Perspective { focal } => {
+            // c + s u + t v = d / nearness with d = (x, y, 1): Cramer's rule gives s, t and the
+            // nearness 1/z as quotients of linear functions of d.
+            let g_centre = g.dot(c) / c.z;
+            if g_centre.abs() <= 1e-4 * g.length() * c.length() / c.z {
+                return None;
+            }
+            let per = 1.0 / (focal * height * g_centre);
+            let (a, b) = (v.cross(c) * per, c.cross(u) * per);
+            let w = g * per;
+            let near = 1.0 / c.z;
+            Some(Projected {
+                s: [single(a.x), single(a.y)],
+                t: [single(b.x), single(b.y)],
+                w: [single(w.x), single(w.y)],
+                near: single(near),
+                slope: [single(w.x * near), single(w.y * near)],
+                ..blank
+            })
+        }
+        Lens::Orthographic { height: shown } => {
+            if g.z.abs() <= 1e-4 * g.length() {
+                return None;
+            }
+            let per = shown / (height * g.z);
+            let (s, t) = ([v.y * per, -v.x * per], [-u.y * per, u.x * per]);
+            Some(Projected {
+                s: s.map(single),
+                t: t.map(single),
+                near: single(-c.z),
+                slope: [0, 1].map(|k| single(-(u.z * s[k] + v.z * t[k]))),
+                ..blank
+            })
+        }
+    }
+}
+
+/// Bounds of a disk on the screen, relative to its centre (samples). `None` for a disk that reaches behind the eye.
+fn extent(
+    camera: &Camera,
+    c: DVec3,
+    u: DVec3,
+    v: DVec3,
+    scale: f64,
+) -> Option<([f64; 2], [f64; 2])> {
+    let mut low = [0.0; 2];
+    let mut high = [0.0; 2];
+    match camera.lens {
+        Lens::Perspective { .. } => {
+            // Dual conic of the projected circle; its tangents x = const bound it.
+            let f = scale * c.z;
+            let ww = u.z * u.z + v.z * v.z - c.z * c.z;
+            if ww >= -0.04 * c.z * c.z {
+                return None;
+            }
+            for k in 0..2 {
+                let (a, b, d) = (f * u[k], f * v[k], f * c[k]);
+                let xw = a * u.z + b * v.z - d * c.z;
+                let xx = a * a + b * b - d * d;
+                let root = (xw * xw - xx * ww).max(0.0).sqrt();
+                low[k] = (xw + root) / ww - scale * c[k];
+                high[k] = (xw - root) / ww - scale * c[k];
+            }
+        }
+        Lens::Orthographic { .. } => {
+            for k in 0..2 {
+                high[k] = scale * u[k].hypot(v[k]);
+                low[k] = -high[k];
+            }
+        }
+    }
+    Some((low, high))
+}
+
+fn add_walls(clip: &Clip, radius: f64, scale: f64, walls: &mut Vec<Wall>) {
+    let overhang = OVERHANG / scale;
+    // The first two functions of an edge are 0: it hides all that is beyond.
+    walls.extend(clip.edges.iter().map(|&(direction, offset)| {
+        let beyond = [
+            single(offset + overhang),
+            single(-direction.x * radius),
+            single(-direction.y * radius),
+        ];
+        [[0.0; 3], [0.0; 3], beyond]
+    }));
+    for &[a, b] in &clip.walls {
+        let (mut a, mut b) = (a - clip.anchor, b - clip.anchor);
+        if a.perp_dot(b) < 0.0 {
+            std::mem::swap(&mut a, &mut b);
+        }
+        let Some(along) = (b - a).try_normalize() else {
+            continue;
+        };
+        // Functions of p = q radius - anchor, with q the disk coordinates.
+        let o = clip.anchor;
+        let linear = |c: f64, x: f64, y: f64| {
+            [
+                single(c - x * o.x - y * o.y),
+                single(x * radius),
+                single(y * radius),
+            ]
+        };
+        walls.push([
+            linear(0.0, -a.y, a.x),
+            linear(0.0, b.y, -b.x),
+            linear(overhang + along.y * a.x - along.x * a.y, -along.y, along.x),
+        ]);
+    }
+}
+
+/// Sorts the chunk's splats into tiles, keeping their order.
+fn bin(chunk: &mut Chunk, tiles: [usize; 2]) {
+    let Chunk {
+        splats,
+        offsets,
+        members,
+        cursor,
+        ..
+    } = chunk;
+    offsets.clear();
+    offsets.resize(tiles[0] * tiles[1] + 1, 0);
+    for p in &*splats {
+        for_tiles(p, tiles[0], |tile| offsets[tile + 1] += 1);
+    }
+    for k in 1..offsets.len() {
+        offsets[k] += offsets[k - 1];
+    }
+    cursor.clone_from(offsets);
+    members.resize(index(*offsets.last().unwrap_or(&0)), 0);
+    for (i, p) in splats.iter().enumerate() {
+        for_tiles(p, tiles[0], |tile| {
+            members[index(cursor[tile])] = count(i);
+            cursor[tile] += 1;
+        });
+    }
+}
+
+fn for_tiles(p: &Projected, tiles_per_row: usize, mut f: impl FnMut(usize)) {
+    let [x0, y0, x1, y1] = p.bounds.map(|b| usize::try_from(b).unwrap_or(0));
+    for ty in y0 / TILE..y1.div_ceil(TILE) {
+        for tx in x0 / TILE..x1.div_ceil(TILE) {
+            f(ty * tiles_per_row + tx);
+        }
+    }
+}

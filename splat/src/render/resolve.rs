@@ -1,0 +1,322 @@
+//! Third pass: the sums of a tile's samples are normalised, lit, averaged and encoded.
+
+use crate::cast::{index, real, single};
+use crate::render::camera::{Camera, Lens};
+use crate::render::mesh::DrawnMesh;
+use crate::render::project::{Paint, Projected, TILE};
+use crate::render::raster::{Sums, TileBuffers};
+use crate::render::scene::{DrawMode, RenderSettings};
+use crate::render::shade::{LANES, Point, Points, Rig, Transfer, relief, sqrt, tone, tones};
+use glam::{Mat4, Vec3, Vec4};
+
+/// Softness of tissue, see [`Point`].
+const SOFT: f32 = 0.5;
+
+/// Finished pixels of one tile.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct TilePixels {
+    pub(crate) color: Vec<[u8; 4]>,
+    pub(crate) depth: Vec<f32>,
+    pub(crate) normals: Vec<Vec3>,
+}
+
+/// A triangle in the camera frame, for lighting.
+pub(crate) struct LitTriangle {
+    pub(crate) normals: [Vec3; 3],
+    pub(crate) mesh: usize,
+}
+
+/// What lights samples, the same for all tiles.
+pub(crate) struct Stage<'a> {
+    pub(crate) settings: &'a RenderSettings,
+    pub(crate) transfer: &'a Transfer,
+    pub(crate) camera: &'a Camera,
+    pub(crate) rig: &'a Rig,
+    pub(crate) lit: &'a [LitTriangle],
+    pub(crate) meshes: &'a [DrawnMesh],
+}
+
+/// Sums that wait to be lit, up to one for each lane.
+struct Queue {
+    len: usize,
+    sums: [Sums; LANES],
+    gloss: [f32; LANES],
+    view: [Vec3; LANES],
+    /// Pixel of the tile, and how much of it.
+    target: [(usize, f32); LANES],
+}
+
+impl Stage<'_> {
+    fn side(&self) -> usize {
+        TILE / index(self.settings.samples)
+    }
+
+    /// A tile that shows nothing but the background.
+    pub(crate) fn fill(&self, top: usize, pixels: &mut TilePixels) {
+        let side = self.side();
+        pixels.color.resize(side * side, [0; 4]);
+        pixels.depth.clear();
+        pixels.depth.resize(side * side, f32::INFINITY);
+        pixels.normals.clear();
+        if self.settings.keep_normals {
+            pixels.normals.resize(side * side, Vec3::ZERO);
+        }
+        for (py, row) in pixels.color.chunks_exact_mut(side).enumerate() {
+            let at = top + py * index(self.settings.samples);
+            let [r, g, b] = self.transfer.encode(self.background(at));
+            row.fill([r, g, b, 255]);
+        }
+    }
+
+    /// The background's colour in a row of samples.
+    fn background(&self, row: usize) -> Vec3 {
+        let height = index(self.settings.height) * index(self.settings.samples);
+        let down = single(real(row)) / single(real(height));
+        let background = &self.settings.background;
+        background.top.lerp(background.bottom, down.min(1.0))
+    }
+
+    /// Finishes the tile whose first sample is at `origin`.
+    ///
+    /// Samples of one smooth surface are averaged before they are lit, others lit one by one.
+    pub(crate) fn finish(
+        &self,
+        buffers: &TileBuffers,
+        origin: [usize; 2],
+        pixels: &mut TilePixels,
+    ) {
+        let ss = index(self.settings.samples);
+        let side = self.side();
+        self.fill(origin[1], pixels);
+        if self.settings.keep_normals {
+            self.keep_normals(buffers, pixels);
+        }
+        let mut colors = [Vec3::ZERO; TILE * TILE];
+        let mut queue = Queue::new();
+        let part = 1.0 / single(real(ss * ss));
+        for py in 0..side {
+            let background = self.background(origin[1] + py * ss);
+            for px in 0..side {
+                let first = py * ss * TILE + px * ss;
+                let samples = (0..ss * ss).map(|s| first + s / ss * TILE + s % ss);
+                let near = &buffers.near();
+                let nearest = samples.clone().map(|k| near[k]);
+                let nearest = nearest.fold(f32::NEG_INFINITY, f32::max);
+                if nearest == f32::NEG_INFINITY {
+                    continue;
+                }
+                let pixel = py * side + px;
+                pixels.depth[pixel] = match self.camera.lens {
+                    Lens::Perspective { .. } => 1.0 / nearest,
+                    Lens::Orthographic { .. } => -nearest,
+                };
+                let at = [origin[0] + px * ss, origin[1] + py * ss];
+                let view = self.view_direction(at);
+                let mut splatted = 0.0;
+                let mut alike = true;
+                let mut mean: Sums = [Vec4::ZERO; 3];
+                let mut mean_gloss = 0.0;
+                for k in samples.clone() {
+                    match self.unlit(buffers, k, background, view) {
+                        Some(color) => colors[pixel] += color * part,
+                        None => {
+                            let s = &buffers.sums()[k];
+                            let per = 1.0 / s[0].w;
+                            if splatted > 0.0 {
+                                let cosine = s[0].truncate().dot(mean[0].truncate()) * per;
+                                alike &= cosine > 0.9 * splatted;
+                            }
+                            for (m, s) in mean.iter_mut().zip(s) {
+                                *m += *s * per;
+                            }
+                            mean_gloss += buffers.gloss()[k] * per;
+                            splatted += 1.0;
+                        }
+                    }
+                }
+                if splatted > 0.0 && alike {
+                    let target = (pixel, splatted * part);
+                    self.push(&mut queue, &mean, mean_gloss, view, target, &mut colors);
+                } else if splatted > 0.0 {
+                    for k in samples {
+                        if near[k] > f32::NEG_INFINITY && buffers.triangle()[k] == 0 {
+                            let (sums, gloss) = (&buffers.sums()[k], buffers.gloss()[k]);
+                            self.push(&mut queue, sums, gloss, view, (pixel, part), &mut colors);
+                        }
+                    }
+                }
+            }
+        }
+        self.flush(&mut queue, &mut colors);
+        let seen = pixels.depth.iter().zip(&mut pixels.color).zip(&colors);
+        for ((depth, pixel), &color) in seen {
+            if depth.is_finite() {
+                let [r, g, b] = self.transfer.encode(color);
+                *pixel = [r, g, b, 255];
+            }
+        }
+    }
+
+    fn keep_normals(&self, buffers: &TileBuffers, pixels: &mut TilePixels) {
+        let (ss, side) = (index(self.settings.samples), self.side());
+        for (k, normal) in pixels.normals.iter_mut().enumerate() {
+            let mut sum = Vec3::ZERO;
+            for sample in 0..ss * ss {
+                let (y, x) = (k / side * ss + sample / ss, k % side * ss + sample % ss);
+                let sums = buffers.sums()[y * TILE + x][0];
+                sum += sums.truncate().normalize_or_zero();
+            }
+            *normal = sum.normalize_or_zero();
+        }
+    }
+
+    /// The colour of a sample that shows no splat to be lit.
+    fn unlit(&self, buffers: &TileBuffers, k: usize, background: Vec3, view: Vec3) -> Option<Vec3> {
+        if buffers.near()[k] == f32::NEG_INFINITY {
+            return Some(background);
+        }
+        let triangle = buffers.triangle()[k].checked_sub(1);
+        let under = triangle.map(|id| tone(self.lit_triangle(&self.lit[index(id)], view)));
+        if self.settings.mode == DrawMode::SinglePass {
+            let over = buffers.sums()[k][1];
+            return Some(over.truncate() + under.unwrap_or(background) * (1.0 - over.w));
+        }
+        under
+    }
+
+    /// Queues sums to be lit; lights them where the queue is full.
+    #[inline]
+    fn push(
+        &self,
+        queue: &mut Queue,
+        sums: &Sums,
+        gloss: f32,
+        view: Vec3,
+        target: (usize, f32),
+        colors: &mut [Vec3],
+    ) {
+        let lane = queue.len;
+        queue.sums[lane] = *sums;
+        queue.gloss[lane] = gloss;
+        queue.view[lane] = view;
+        queue.target[lane] = target;
+        queue.len += 1;
+        if queue.len == LANES {
+            self.flush(queue, colors);
+        }
+    }
+
+    /// Lights what is in the queue: each lane adds to its pixel.
+    fn flush(&self, queue: &mut Queue, colors: &mut [Vec3]) {
+        let colored = tones(self.rig.shade(&queue.points()));
+        let colored = colored.map(|channel| channel.to_array());
+        for (lane, (pixel, part)) in queue.target[..queue.len].iter().enumerate() {
+            colors[*pixel] += Vec3::from_array(colored.map(|channel| channel[lane])) * *part;
+        }
+        queue.len = 0;
+    }
+
+    /// The one colour of a splat that is lit as a whole.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "on the screen"
+    )]
+    pub(crate) fn tone(&self, p: &Projected, paint: &Paint) -> Vec3 {
+        let at = [p.x.max(0.0) as usize, p.y.max(0.0) as usize];
+        tone(self.rig.shade_one(&Point {
+            normal: paint.normal.truncate(),
+            view: self.view_direction(at),
+            color: paint.ink.color.truncate(),
+            specular: paint.ink.color.w,
+            shininess: paint.ink.shininess,
+            softness: SOFT,
+        }))
+    }
+
+    /// Linear colour of a point on a tool.
+    fn lit_triangle(&self, t: &LitTriangle, view: Vec3) -> Vec3 {
+        let mesh = &self.meshes[t.mesh];
+        let normal = (t.normals[0] + t.normals[1] + t.normals[2]).normalize_or(view);
+        self.rig.shade_one(&Point {
+            normal: if normal.dot(view) < 0.0 {
+                -normal
+            } else {
+                normal
+            },
+            view,
+            color: mesh.color,
+            specular: mesh.specular,
+            shininess: mesh.shininess,
+            softness: 0.0,
+        })
+    }
+
+    /// Unit vector from a sample to the viewer, camera axes (right, up, towards the viewer).
+    #[inline]
+    fn view_direction(&self, at: [usize; 2]) -> Vec3 {
+        match self.camera.lens {
+            Lens::Orthographic { .. } => Vec3::Z,
+            Lens::Perspective { focal } => {
+                let ss = self.settings.samples;
+                let (w, h) = (
+                    single(f64::from(self.settings.width * ss)),
+                    single(f64::from(self.settings.height * ss)),
+                );
+                let per = 1.0 / (single(focal) * h);
+                let [x, y] = at.map(|v| single(real(v)) + 0.5);
+                Vec3::new((0.5 * w - x) * per, (y - 0.5 * h) * per, 1.0).normalize()
+            }
+        }
+    }
+}
+
+impl Queue {
+    fn new() -> Self {
+        Self {
+            len: 0,
+            sums: [[Vec4::W; 3]; LANES],
+            gloss: [0.0; LANES],
+            view: [Vec3::Z; LANES],
+            target: [(0, 0.0); LANES],
+        }
+    }
+
+    /// The queued sums, normalised.
+    fn points(&self) -> Points {
+        let lanes = |part: usize| {
+            let [a, b, c, d] = self.sums.map(|sums| sums[part]);
+            Mat4::from_cols(a, b, c, d).transpose()
+        };
+        let [normal, color, point] = [lanes(0), lanes(1), lanes(2)];
+        let per = normal.w_axis.recip();
+        let view = [0, 1, 2].map(|k| Vec4::from_array(self.view.map(|view| view[k])));
+        let mean = [normal.x_axis, normal.y_axis, normal.z_axis].map(|n| n * per);
+        let length = sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+        let known = length.cmpgt(Vec4::ZERO);
+        let normal = [0, 1, 2].map(|k| Vec4::select(known, mean[k] / length, view[k]));
+        let (specular, shininess) = spread_highlight(
+            length.min(Vec4::ONE),
+            color.w_axis * per,
+            Vec4::from_array(self.gloss) * per,
+        );
+        let at = [point.x_axis, point.y_axis, point.z_axis].map(|p| p * per);
+        Points {
+            normal: relief(normal, at, point.w_axis * per),
+            view,
+            color: [color.x_axis, color.y_axis, color.z_axis].map(|c| c * per),
+            specular,
+            shininess,
+            softness: SOFT,
+        }
+    }
+}
+
+/// Strength and exponent of the highlight where unit normals differ and their mean is shorter than 1
+/// (Toksvig 2005): without it the two sides of an edge, blended, shine as a third face between them.
+#[inline]
+fn spread_highlight(length: Vec4, specular: Vec4, shininess: Vec4) -> (Vec4, Vec4) {
+    let share = length / (length + shininess * (Vec4::ONE - length));
+    let strength = (Vec4::ONE + share * shininess) / (Vec4::ONE + shininess);
+    (specular * strength, share * shininess)
+}

@@ -1,0 +1,435 @@
+//! A body's surface that can be cut: surfels, their nodes, new skin and clipped rims.
+
+pub(crate) mod adapt;
+pub(crate) mod binding;
+mod border;
+pub(crate) mod carry;
+pub(crate) mod drawn;
+mod eigen;
+mod geometry;
+mod grow;
+mod memory;
+pub(crate) mod near;
+pub(crate) mod radii;
+mod renew;
+mod rim;
+pub(crate) mod skin;
+mod split;
+#[cfg(test)]
+mod tests;
+pub(crate) mod texture;
+mod tree;
+
+use crate::cast::{count, index};
+use crate::error::SurfelError;
+use crate::render::clip::Clip;
+use crate::render::scene::SplatView;
+use crate::render::splats::Splats;
+use crate::render::surfels::{Surfels, TexturePlace};
+use crate::tissue::binding::{BindSettings, Binding, Nodes, Query, View};
+use crate::tissue::border::Borders;
+use crate::tissue::carry::carry_into;
+use crate::tissue::memory::{map_bytes, tree_bytes};
+use crate::tissue::radii::{RadiusRule, shape_operators};
+use crate::tissue::skin::CutSampler;
+use crate::tissue::texture::CAPSULE;
+use crate::tissue::tree::{NodeTree, point_tree};
+use glam::{DMat3, DVec3, Vec3};
+use renew::Renewal;
+use rstar::RTree;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// How a tissue is set up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TissueSettings {
+    /// Nodes per surfel.
+    pub bind: BindSettings,
+    /// Radii of the outer surface.
+    pub radius: RadiusRule,
+    /// Samples per m² of cut; `None` takes the outer surface's own (surfels over area).
+    pub skin_density: Option<f64>,
+    /// Distance by which the two sides of a cut are held apart in the rest frame (m).
+    pub opening: f64,
+    /// Largest stretch a disk follows, see [`carry_into`].
+    pub max_stretch: f64,
+    /// How it is decided whether a sample of a cut lies in the body.
+    pub inside: InsideTest,
+    /// Clip splats at the cut's rim and at sharp edges. Off, disks stick out as in Aras 2014,
+    /// fig. 80.
+    pub clip: bool,
+}
+
+impl Default for TissueSettings {
+    fn default() -> Self {
+        Self {
+            bind: BindSettings::default(),
+            radius: RadiusRule::Covering,
+            skin_density: None,
+            opening: 0.0,
+            max_stretch: 3.0,
+            inside: InsideTest::Shape,
+            clip: true,
+        }
+    }
+}
+
+/// How it is decided whether a sample of a cut lies in the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum InsideTest {
+    /// By the body's own shape: what the caller says of a point.
+    #[default]
+    Shape,
+    /// By the two nearest surfels of the uncut surface, as in Aras 2014, fig. 65, which misjudges thin parts.
+    TwoNearest,
+}
+
+/// Depth (spacings) below its surfel at which the eye lies.
+const BEHIND: f64 = 0.02;
+
+/// What one piece of a cut changed.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CutChange {
+    /// All surfels whose disk, clip or nodes may be other than before, new ones included, rising.
+    pub surfels: Vec<u32>,
+    /// Samples on the new triangles, inside and outside the body.
+    pub samples: usize,
+    /// Surfels of new skin (two per sample inside the body or at its rim).
+    pub skin: usize,
+    /// Surfels that the cut passes through and that were doubled, one for each side.
+    pub doubled: usize,
+    /// Surfels whose nodes were sought again.
+    pub rebound: usize,
+    /// Surfels whose radius was computed: skin, new and old, and with radii that are measured again at cuts
+    /// ([`RadiusRule::Mapped`]) all that the cut touched.
+    pub resized: usize,
+}
+
+/// A body's surface in the rest frame, with everything a cut changes.
+///
+/// Order of surfels: the outer ones as given, then in order of appearance new skin and doubles of
+/// split surfels. Indices never change.
+#[derive(Debug, Clone)]
+pub struct Tissue {
+    surfels: Surfels,
+    binding: Binding,
+    clips: Vec<Option<Arc<Clip>>>,
+    settings: TissueSettings,
+    /// What no cut changes is one for all copies.
+    rest_nodes: Arc<[DVec3]>,
+    node_tree: Arc<NodeTree>,
+    outer_count: usize,
+    outer_tree: Arc<NodeTree>,
+    skin_tree: NodeTree,
+    /// Doubles of a surfel that a cut splits, by the index of the original.
+    doubles: HashMap<u32, Vec<u32>>,
+    /// Triangle of the cut that each surfel of skin lies on; 0 for the outer ones.
+    triangles: Vec<u32>,
+    borders: Borders,
+    sampler: CutSampler,
+    max_reach: f64,
+    /// Radii by a measure that are computed again at cuts.
+    renewal: Option<Renewal>,
+}
+
+impl Tissue {
+    /// Binds surface samples to the nodes of an uncut body.
+    ///
+    /// # Errors
+    /// [`SurfelError`] names the first sample or node that is not usable.
+    ///
+    /// # Panics
+    /// If the slices of samples differ in length.
+    pub fn new(
+        positions: &[DVec3],
+        normals: &[DVec3],
+        areas: &[f64],
+        rest_nodes: &[DVec3],
+        settings: &TissueSettings,
+    ) -> Result<Self, SurfelError> {
+        let mut surfels = Surfels::from_samples(positions, normals, areas)?;
+        let n = surfels.len();
+        if rest_nodes.is_empty() {
+            return Err(SurfelError::NoNodes { surfels: n });
+        }
+        if let Some(node) = rest_nodes.iter().position(|x| !x.is_finite()) {
+            return Err(SurfelError::BadNode { node });
+        }
+        surfels.radii = settings.radius.radii(&surfels.positions, &surfels.normals);
+        surfels.materials.fill(CAPSULE);
+        surfels.shapes = shape_operators(&surfels.positions, &surfels.normals);
+        let area: f64 = areas.iter().sum();
+        let density = settings
+            .skin_density
+            .unwrap_or_else(|| crate::cast::real(n.max(1)) / area.max(f64::MIN_POSITIVE));
+        let node_tree = point_tree(rest_nodes);
+        let binding = Binding::empty(&settings.bind, rest_nodes.len());
+        let outer_tree = point_tree(&surfels.positions);
+        let renewal = Renewal::new(settings.radius, &surfels.positions, &outer_tree);
+        let clips = if settings.clip {
+            rim::sharp_edges(&surfels, &outer_tree)
+        } else {
+            vec![None; n]
+        };
+        let mut tissue = Self {
+            surfels,
+            binding,
+            clips,
+            settings: settings.clone(),
+            rest_nodes: rest_nodes.into(),
+            node_tree: Arc::new(node_tree),
+            outer_count: n,
+            outer_tree: Arc::new(outer_tree),
+            skin_tree: RTree::new(),
+            doubles: HashMap::new(),
+            triangles: vec![0; n],
+            borders: Borders::default(),
+            sampler: CutSampler::new(density),
+            max_reach: 0.0,
+            renewal,
+        };
+        let all: Vec<u32> = (0..count(n)).collect();
+        tissue.rebind(&all, &|_| true, &|_, _| false);
+        Ok(tissue)
+    }
+
+    /// The surfels, rest frame.
+    #[must_use]
+    pub fn surfels(&self) -> &Surfels {
+        &self.surfels
+    }
+
+    /// Heap bytes that a copy takes for itself. What copies share, the nodes and the outer surface's search tree,
+    /// is not counted, and of a clip its part; search trees and hash tables are estimated.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let clips = self.clips.iter().flatten();
+        let clips: usize = clips
+            .map(|clip| {
+                let held =
+                    size_of_val(&**clip) + size_of_val(&*clip.edges) + size_of_val(&*clip.walls);
+                held / Arc::strong_count(clip)
+            })
+            .sum();
+        let doubles: usize = self.doubles.values().map(|all| size_of_val(&**all)).sum();
+        self.surfels.bytes()
+            + self.binding.bytes()
+            + size_of_val(&*self.clips)
+            + clips
+            + tree_bytes(&self.skin_tree)
+            + map_bytes(&self.doubles)
+            + doubles
+            + size_of_val(&*self.triangles)
+            + self.borders.bytes()
+            + self.sampler.bytes()
+            + self.renewal.as_ref().map_or(0, Renewal::bytes)
+    }
+
+    /// Nodes of each surfel.
+    #[must_use]
+    pub fn binding(&self) -> &Binding {
+        &self.binding
+    }
+
+    /// What bounds each surfel's disk, if anything.
+    #[must_use]
+    pub fn clips(&self) -> &[Option<Arc<Clip>>] {
+        &self.clips
+    }
+
+    /// Number of surfels of the uncut surface; they come first.
+    #[must_use]
+    pub fn outer_count(&self) -> usize {
+        self.outer_count
+    }
+
+    /// Lays images on the surface of an uncut body: the place of each surfel in one, if it has any. Doubles of
+    /// split surfels keep it, new skin has none.
+    ///
+    /// # Panics
+    /// If there is not one entry per surfel.
+    pub fn set_places(&mut self, places: Vec<Option<TexturePlace>>) {
+        assert_eq!(places.len(), self.surfels.len(), "one place per surfel");
+        self.surfels.places = places;
+    }
+
+    /// Carries all surfels, see [`carry_into`].
+    ///
+    /// # Panics
+    /// If there is not one position and one gradient per node.
+    pub fn carry_into(&self, nodes: &[DVec3], gradients: &[DMat3], splats: &mut Splats) {
+        carry_into(
+            &self.surfels,
+            &self.binding,
+            &self.rest_nodes,
+            nodes,
+            gradients,
+            self.settings.max_stretch,
+            splats,
+        );
+    }
+
+    /// What the renderer needs: carried splats and one linear colour per surfel.
+    #[must_use]
+    pub fn view<'a>(&'a self, splats: &'a Splats, colors: &'a [Vec3]) -> SplatView<'a> {
+        SplatView {
+            clips: &self.clips,
+            ..SplatView::new(splats, &self.surfels, colors)
+        }
+    }
+
+    /// The inside test of Aras 2014, fig. 65: whether a rest point lies behind the tangent planes of both
+    /// outer surfels nearest to it, or of one at least where each of the two stands before the other's plane
+    /// (a concave rim). It errs off sharp edges and beside parts as thin as the surfels are apart.
+    #[must_use]
+    pub fn is_behind_surfels(&self, x: DVec3) -> bool {
+        rim::behind_two_nearest(&self.surfels, &self.outer_tree, x)
+    }
+
+    /// Takes in new triangles of a cut (rest frame): new skin on both sides, disks split and
+    /// clipped at the cut, nodes sought again for surfels near it. Costs in proportion to what the
+    /// triangles touch.
+    ///
+    /// Skin ends at the body's surface and at older cuts; at the edges that only one triangle of the
+    /// cut has, its disks reach on into the tissue that hides them. Its radii are those of
+    /// [`crate::covering_radii`] within one sheet of skin, at most 1.3 spacings, computed again where
+    /// samples are new. Radii of the outer surface stay: the parts of a split disk cover what it
+    /// covered. [`RadiusRule::Mapped`] may ask for another: then surfels whose neighbourhood the cut
+    /// changed, and the new skin, are measured again among those of their own side.
+    ///
+    /// `inside(x)` tells whether a rest point lies in the uncut body; `crosses(a, b)` whether the
+    /// segment a-b crosses the cut, all of it, the new triangles included. Triangles of one cut
+    /// are oriented alike; the two sides of the skin get normals along plus and minus the
+    /// triangle's normal, each pointing out of its own piece.
+    ///
+    /// # Errors
+    /// [`SurfelError::BadTriangle`]; nothing is changed then.
+    pub fn cut(
+        &mut self,
+        triangles: &[[DVec3; 3]],
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+        crosses: &(dyn Fn(DVec3, DVec3) -> bool + Sync),
+    ) -> Result<CutChange, SurfelError> {
+        if let Some(triangle) = triangles
+            .iter()
+            .position(|t| t.iter().any(|p| !p.is_finite()))
+        {
+            return Err(SurfelError::BadTriangle { triangle });
+        }
+        let mut change = CutChange::default();
+        let first_triangle = self.borders.triangle_count();
+        let turned = self.borders.extend(triangles);
+        let near = self.near(first_triangle..self.borders.triangle_count());
+        let mut touched: Vec<u32> = Vec::new();
+        let before_all = count(self.surfels.len());
+        for (surfel, hits) in &near {
+            let before = self.surfels.len();
+            let moved = if self.settings.clip {
+                self.split(*surfel, hits)
+            } else {
+                Vec::new()
+            };
+            change.doubled += self.surfels.len() - before;
+            let fresh = count(before)..count(self.surfels.len());
+            let family = self.doubles.get(surfel).into_iter().flatten();
+            for &member in std::iter::once(surfel).chain(family) {
+                if fresh.contains(&member)
+                    || moved.contains(&member)
+                    || self.loses_a_node(member, hits)
+                    || self.is_beside(member, &turned)
+                {
+                    touched.push(member);
+                }
+            }
+        }
+        change.rebound = touched.len();
+        self.rebind(&touched, inside, crosses);
+        let first = count(self.surfels.len());
+        let grown = self.grow_skin(triangles, first_triangle, inside);
+        change.samples = grown.samples;
+        change.skin = grown.skin;
+        change.resized = grown.resized.len();
+        let seen = near.iter().map(|(surfel, _)| surfel);
+        change.surfels = self.families(seen.chain(&grown.resized));
+        change.surfels.retain(|surfel| *surfel < before_all);
+        change.surfels.extend(before_all..count(self.surfels.len()));
+        let new: Vec<u32> = (first..count(self.surfels.len())).collect();
+        self.rebind(&new, inside, crosses);
+        if self.renewal.is_some() {
+            let near = first_triangle..self.borders.triangle_count();
+            let renewed = self.renew_radii(near, before_all, crosses);
+            change.resized = renewed.len();
+            change.surfels.extend(renewed);
+            change.surfels.sort_unstable();
+            change.surfels.dedup();
+        }
+        Ok(change)
+    }
+
+    /// Surfels with their doubles, rising.
+    fn families<'a>(&self, of: impl Iterator<Item = &'a u32>) -> Vec<u32> {
+        let mut all: Vec<u32> = of
+            .flat_map(|surfel| {
+                let doubles = self.doubles.get(surfel).into_iter().flatten();
+                std::iter::once(surfel).chain(doubles).copied()
+            })
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Gives surfels without a binding row one that [`Self::rebind`] replaces.
+    fn rows_for_new(&mut self) {
+        let missing = self.surfels.len() - self.binding.len();
+        if missing > 0 {
+            self.binding.push_placeholders(missing);
+        }
+    }
+
+    /// Seeks nodes again for the given surfels.
+    fn rebind(
+        &mut self,
+        of: &[u32],
+        inside: &(dyn Fn(DVec3) -> bool + Sync),
+        crosses: &(dyn Fn(DVec3, DVec3) -> bool + Sync),
+    ) {
+        self.rows_for_new();
+        let queries: Vec<Query> = of.iter().map(|&s| self.query(s)).collect();
+        let ahead = BEHIND * self.sampler.spacing();
+        let view = View {
+            visible: &|a, b| !crosses(a, b),
+            way_round: &|query, radius| {
+                let corner = self.borders.way_round(query.inner, radius, ahead)?;
+                inside(corner).then_some(corner)
+            },
+        };
+        let nodes = Nodes {
+            positions: &self.rest_nodes,
+            tree: &self.node_tree,
+        };
+        let settings = &self.settings.bind;
+        let rows = self.binding.rows(&queries, &nodes, settings, &view);
+        for (&s, row) in of.iter().zip(&rows) {
+            self.binding.store(index(s), row);
+            self.max_reach = self.max_reach.max(self.reach(s));
+        }
+    }
+
+    /// Where a surfel looks for nodes: from its anchor, a little below the surface.
+    fn query(&self, surfel: u32) -> Query {
+        let (eye, normal) = (self.eye(surfel), self.surfels.normals[index(surfel)]);
+        let depth = if self.surfels.materials[index(surfel)] == CAPSULE {
+            self.skin_radius()
+        } else {
+            0.0
+        };
+        Query {
+            eye,
+            inner: eye - normal * depth,
+            normal,
+        }
+    }
+}

@@ -1,0 +1,407 @@
+//! Which nodes carry a surfel.
+
+use crate::cast::index;
+use crate::render::surfels::Surfels;
+use crate::tissue::tree::NodeTree;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// How the weight of a node that carries a surfel falls with its distance d.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum WeightLaw {
+    /// To 0 a little beyond the farthest, so that a node on its way out fades: `(1 - d²/h²)²` with h = 1.1
+    /// times the distance of the farthest node.
+    #[default]
+    Compact,
+    /// By a bell, `exp(-d²/h²)` with h the distance of the farthest node (Aras 2014, eq. (58)).
+    Gaussian,
+}
+
+/// How surfels are bound to nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BindSettings {
+    /// Nodes per surfel at most.
+    pub neighbors: usize,
+    /// Nodes looked at in order of distance before a surfel is content with fewer than
+    /// `neighbors`; more hides more of a cut's diffraction at some cost. A surfel that sees fewer
+    /// than four of them (on a small piece beside a ragged cut) takes those that these see, too.
+    pub pool: usize,
+    /// Weight law.
+    pub law: WeightLaw,
+}
+
+impl Default for BindSettings {
+    fn default() -> Self {
+        Self {
+            neighbors: 8,
+            pool: 48,
+            law: WeightLaw::Compact,
+        }
+    }
+}
+
+/// Nodes and weights of every surfel: rows of fixed length, CSR with `offsets[i] = i * stride`.
+///
+/// Row i holds the nodes in order of distance; weights are at least 0 and sum to 1. A row with
+/// fewer nodes than the stride is padded with its first node at weight 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binding {
+    stride: usize,
+    nodes: Vec<u32>,
+    weights: Vec<f64>,
+    /// Change of the weights along the surfel's two tangents (1/m).
+    slopes: Vec<[f64; 2]>,
+    /// Distance within which the surfel's nodes were sought (m).
+    reach: Vec<f64>,
+    sight: Vec<Sight>,
+}
+
+/// What cuts leave of a surfel's sight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sight {
+    /// It sees the nearest nodes.
+    Clear,
+    /// It sees all of its nodes, but not some that are nearer.
+    Behind,
+    /// Some of its nodes are seen round a corner or by others, or it has few.
+    Poor,
+}
+
+/// Pools of nodes after which a surfel that has seen none gives up: it is on a crumb without a node.
+/// A longer search costs a long line of sight through the whole cut for every node of the body.
+const POOLS: usize = 4;
+/// Nodes below which a surfel takes what its nodes see.
+const FEW: usize = 4;
+
+/// One row before it is stored.
+pub(crate) struct Row {
+    nodes: Vec<u32>,
+    weights: Vec<f64>,
+    slopes: Vec<[f64; 2]>,
+    reach: f64,
+    sight: Sight,
+}
+
+impl Binding {
+    /// An empty binding with rows of `min(neighbors, node_count)` entries.
+    pub(crate) fn empty(settings: &BindSettings, node_count: usize) -> Self {
+        Self {
+            stride: settings.neighbors.min(node_count).max(1),
+            nodes: Vec::new(),
+            weights: Vec::new(),
+            slopes: Vec::new(),
+            reach: Vec::new(),
+            sight: Vec::new(),
+        }
+    }
+
+    /// Heap bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes)
+            + size_of_val(&*self.weights)
+            + size_of_val(&*self.slopes)
+            + size_of_val(&*self.reach)
+            + size_of_val(&*self.sight)
+    }
+
+    /// Number of surfels bound.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.reach.len()
+    }
+
+    /// True if no surfel is bound.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.reach.is_empty()
+    }
+
+    /// Entries per row.
+    #[must_use]
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Nodes and weights of one surfel.
+    ///
+    /// # Panics
+    /// If `surfel` is out of range.
+    #[must_use]
+    #[inline]
+    pub fn row(&self, surfel: usize) -> (&[u32], &[f64]) {
+        let range = surfel * self.stride..(surfel + 1) * self.stride;
+        (&self.nodes[range.clone()], &self.weights[range])
+    }
+
+    /// Mean of the nodes' values by the weights that carry one surfel.
+    ///
+    /// # Panics
+    /// If `surfel` is out of range, or a node has no value.
+    #[must_use]
+    pub fn mean(&self, surfel: usize, values: &[f64]) -> f64 {
+        let (nodes, weights) = self.row(surfel);
+        let pairs = nodes.iter().zip(weights);
+        pairs.map(|(&node, w)| w * values[node as usize]).sum()
+    }
+
+    /// Change of a surfel's weights along its two tangents (1/m), see
+    /// [`crate::Surfels::tangents`]; each sums to 0.
+    ///
+    /// # Panics
+    /// If `surfel` is out of range.
+    #[must_use]
+    #[inline]
+    pub fn slopes(&self, surfel: usize) -> &[[f64; 2]] {
+        &self.slopes[surfel * self.stride..(surfel + 1) * self.stride]
+    }
+
+    /// Distance within which a surfel's nodes were sought (m): that of the farthest, or more where
+    /// cuts hide all others.
+    ///
+    /// # Panics
+    /// If `surfel` is out of range.
+    #[must_use]
+    pub fn reach(&self, surfel: usize) -> f64 {
+        self.reach[surfel]
+    }
+
+    /// What cuts leave of a surfel's sight.
+    pub(crate) fn sight(&self, surfel: usize) -> Sight {
+        self.sight[surfel]
+    }
+
+    /// Appends rows that hold node 0 until they are replaced.
+    pub(crate) fn push_placeholders(&mut self, n: usize) {
+        let rows = self.reach.len() + n;
+        self.nodes.resize(rows * self.stride, 0);
+        self.weights.resize(rows * self.stride, 0.0);
+        self.slopes.resize(rows * self.stride, [0.0; 2]);
+        self.reach.resize(rows, 0.0);
+        self.sight.resize(rows, Sight::Clear);
+    }
+
+    /// Replaces one row.
+    pub(crate) fn store(&mut self, surfel: usize, row: &Row) {
+        let range = surfel * self.stride..(surfel + 1) * self.stride;
+        let (nodes, weights) = (
+            &mut self.nodes[range.clone()],
+            &mut self.weights[range.clone()],
+        );
+        let slopes = &mut self.slopes[range];
+        nodes.fill(row.nodes[0]);
+        weights.fill(0.0);
+        slopes.fill([0.0; 2]);
+        slopes[..row.slopes.len()].copy_from_slice(&row.slopes);
+        nodes[..row.nodes.len()].copy_from_slice(&row.nodes);
+        weights[..row.weights.len()].copy_from_slice(&row.weights);
+        self.reach[surfel] = row.reach;
+        self.sight[surfel] = row.sight;
+    }
+
+    /// Rows for the surfels of `queries` (rest frame), in parallel.
+    pub(crate) fn rows(
+        &self,
+        queries: &[Query],
+        nodes: &Nodes<'_>,
+        settings: &BindSettings,
+        view: &View<'_>,
+    ) -> Vec<Row> {
+        queries
+            .par_iter()
+            .map(|query| self.row_of(query, nodes, settings, view))
+            .collect()
+    }
+
+    fn row_of(
+        &self,
+        query: &Query,
+        nodes: &Nodes<'_>,
+        settings: &BindSettings,
+        view: &View<'_>,
+    ) -> Row {
+        let eye = query.eye;
+        let mut found: Vec<Link> = Vec::with_capacity(self.stride);
+        let mut hidden: Vec<u32> = Vec::new();
+        let mut nearest = None;
+        let mut horizon = 0.0;
+        for (looked, node) in nodes.tree.nearest_neighbor_iter(eye.to_array()).enumerate() {
+            let at = nodes.positions[index(node.data)];
+            let link = Link::straight(eye, at, node.data);
+            nearest.get_or_insert(link);
+            // With nothing in sight the search goes on: better a far node of the own piece than a
+            // near one of another.
+            let most = if found.is_empty() {
+                POOLS * settings.pool
+            } else {
+                settings.pool
+            };
+            if found.len() == self.stride || looked >= most {
+                break;
+            }
+            horizon = link.length;
+            if (view.visible)(eye, at) {
+                found.push(link);
+            } else {
+                hidden.push(node.data);
+            }
+        }
+        let seen = found.len();
+        let mut direct = true;
+        if !hidden.is_empty()
+            && seen > 0
+            && let Some(corner) = (view.way_round)(query, horizon)
+        {
+            let links = hidden
+                .iter()
+                .map(|&node| (node, nodes.positions[index(node)]))
+                .map(|(node, at)| (Link::round(eye, corner, at, node), at))
+                .filter(|(link, _)| link.length <= horizon || seen < self.stride)
+                .filter(|&(_, at)| (view.visible)(corner, at));
+            found.extend(links.map(|(link, _)| link));
+            sort(&mut found);
+            found.truncate(self.stride);
+            direct = found.iter().all(|link| link.straight);
+        }
+        direct &= seen == self.stride;
+        if (1..FEW.min(self.stride)).contains(&found.len()) {
+            let seen = found.len();
+            let near = nodes.tree.nearest_neighbor_iter(eye.to_array());
+            for node in near.take(settings.pool) {
+                let at = nodes.positions[index(node.data)];
+                let known = found.iter().any(|link| link.node == node.data);
+                let by_another =
+                    |link: &Link| (view.visible)(nodes.positions[index(link.node)], at);
+                if !known && found[..seen].iter().any(by_another) {
+                    found.push(Link::straight(eye, at, node.data));
+                }
+                if found.len() == self.stride {
+                    break;
+                }
+            }
+        }
+        // Where sight is short, farther nodes may come in when a cut changes.
+        let sought = if found.len() < self.stride || !direct {
+            horizon
+        } else {
+            0.0
+        };
+        // Nothing visible at all (a crumb of tissue without a node): the nearest node carries it.
+        if found.is_empty() {
+            found.extend(nearest);
+        }
+        sort(&mut found);
+        let reach = found.last().map_or(0.0, |link| link.length);
+        let tangents = <[DVec3; 2]>::from(Surfels::tangents(query.normal));
+        let (mut weights, mut slopes) = (Vec::new(), Vec::new());
+        for link in &found {
+            let (weight, per) = weight(settings.law, link.length, reach);
+            weights.push(weight);
+            slopes.push(tangents.map(|t| per * link.arm.dot(t)));
+        }
+        let sum: f64 = weights.iter().sum();
+        let sums = slopes.iter().fold([0.0; 2], |sum: [f64; 2], s: &[f64; 2]| {
+            [sum[0] + s[0], sum[1] + s[1]]
+        });
+        for (w, slope) in weights.iter_mut().zip(&mut slopes) {
+            *w /= sum;
+            for (slope, total) in slope.iter_mut().zip(sums) {
+                *slope = (*slope - *w * total) / sum;
+            }
+        }
+        Row {
+            nodes: found.into_iter().map(|link| link.node).collect(),
+            weights,
+            slopes,
+            reach: if seen == 0 { reach } else { reach.max(sought) },
+            sight: match (direct, hidden.is_empty()) {
+                (false, _) => Sight::Poor,
+                (true, false) => Sight::Behind,
+                (true, true) => Sight::Clear,
+            },
+        }
+    }
+}
+
+/// A surfel that seeks its nodes.
+pub(crate) struct Query {
+    /// The point whose nearest nodes are sought and from which they must be visible.
+    pub(crate) eye: DVec3,
+    /// A point that lies well in the body beside the eye.
+    pub(crate) inner: DVec3,
+    pub(crate) normal: DVec3,
+}
+
+/// The nodes at rest.
+pub(crate) struct Nodes<'a> {
+    pub(crate) positions: &'a [DVec3],
+    pub(crate) tree: &'a NodeTree,
+}
+
+/// What cuts leave of sight.
+pub(crate) struct View<'a> {
+    /// Whether two points see each other.
+    pub(crate) visible: &'a (dyn Fn(DVec3, DVec3) -> bool + Sync),
+    /// The point within a distance at which a way goes round the end of a cut.
+    pub(crate) way_round: &'a (dyn Fn(&Query, f64) -> Option<DVec3> + Sync),
+}
+
+/// A node and the way to it.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    node: u32,
+    /// Length of the way (m).
+    length: f64,
+    /// The length times its gradient over the surfel's place (m).
+    arm: DVec3,
+    straight: bool,
+}
+
+impl Link {
+    fn straight(from: DVec3, to: DVec3, node: u32) -> Self {
+        let arm = from - to;
+        Self {
+            node,
+            length: arm.length(),
+            arm,
+            straight: true,
+        }
+    }
+
+    /// Round a corner: where the corner is near, the way is as long as if nothing was cut, so that
+    /// the two sides of a cut come together at its end.
+    fn round(from: DVec3, corner: DVec3, to: DVec3, node: u32) -> Self {
+        let length = from.distance(corner) + corner.distance(to);
+        Self {
+            node,
+            length,
+            arm: (from - corner).normalize_or_zero() * length,
+            straight: false,
+        }
+    }
+}
+
+fn sort(links: &mut [Link]) {
+    links.sort_by(|a, b| a.length.total_cmp(&b.length).then(a.node.cmp(&b.node)));
+}
+
+/// Weight at a distance, and its slope over the distance.
+fn weight(law: WeightLaw, length: f64, reach: f64) -> (f64, f64) {
+    if reach <= 0.0 {
+        return (1.0, 0.0);
+    }
+    match law {
+        WeightLaw::Compact => {
+            let per = (1.1 * reach).powi(2).recip();
+            let q = 1.0 - length * length * per;
+            (q * q, -4.0 * q * per)
+        }
+        WeightLaw::Gaussian => {
+            let per = (reach * reach).recip();
+            let weight = (-length * length * per).exp();
+            (weight, -2.0 * per * weight)
+        }
+    }
+}

@@ -1,0 +1,428 @@
+//! Splat radii: the default without holes, and the dissertation's rules.
+
+use crate::cast::{index, real};
+use crate::checks::{BadSetting, Checks};
+use crate::error::SurfelError;
+use crate::render::surfels::Surfels;
+use crate::tissue::eigen::symmetric_eigen;
+use crate::tissue::tree::{NodeTree, point_tree};
+use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
+
+/// Radii of the surfels on a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum RadiusRule {
+    /// As small as leaves no hole between neighbours: the circumradius of a surfel's Voronoi cell in its tangent
+    /// plane.
+    #[default]
+    Covering,
+    /// The same everywhere (m).
+    Constant(f64),
+    /// By what the neighbourhood says of detail, linearly from least to most (Aras 2014, section 4.5).
+    Mapped {
+        /// What is measured.
+        measure: Measure,
+        /// Nearest neighbours that are looked at.
+        #[cfg_attr(feature = "serde", serde(default = "RadiusRule::default_neighbors"))]
+        neighbors: u32,
+        /// Smallest radius (m).
+        least: f64,
+        /// Largest radius (m).
+        most: f64,
+        /// Whether it is measured again where a cut touches the surface, and on the new skin inside it (Aras
+        /// 2014, fig. 78), by the map of the uncut surface; if not, the surface keeps its radii and new skin
+        /// gets those of `Covering`.
+        #[cfg_attr(feature = "serde", serde(default))]
+        at_cuts: bool,
+    },
+}
+
+impl RadiusRule {
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        match *self {
+            Self::Covering => {}
+            Self::Constant(radius) => checks.require(
+                "",
+                format_args!("Constant({radius:?})"),
+                radius.is_finite() && radius > 0.0,
+                "it must be above 0 (m), such as 0.002",
+                &[],
+            ),
+            Self::Mapped {
+                neighbors,
+                least,
+                most,
+                ..
+            } => {
+                let holds = (3..=64).contains(&neighbors);
+                checks.require(
+                    "neighbors",
+                    neighbors,
+                    holds,
+                    "it must be from 3 to 64",
+                    &[],
+                );
+                checks.positive("least", least, " (m)");
+                let must = format_args!("it must be at least the smallest radius, {least} m");
+                let holds = most.is_finite() && most >= least;
+                checks.require("most", most, holds, must, &["least"]);
+            }
+        }
+        checks.0
+    }
+
+    #[cfg(feature = "serde")]
+    const fn default_neighbors() -> u32 {
+        12
+    }
+}
+
+/// What a surfel's neighbourhood says of detail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub enum Measure {
+    /// Mean distance to the neighbours (m), eq. (52): dense means detailed.
+    Density,
+    /// Curvature from the height over a fitted plane (1/m), eqs. (53)-(56).
+    Curvature,
+    /// Share of the neighbours' spread across their plane, eq. (57): the smallest eigenvalue of their covariance
+    /// over the sum; 0 for a plane, 1/3 for a ball of points.
+    Variation,
+}
+
+impl Surfels {
+    /// Surfels at points with normals of any length, with the radii that just cover the surface and the
+    /// curvature that their neighbours tell. The areas are those of the disks; material 0.
+    ///
+    /// # Errors
+    /// [`SurfelError::BadSurfel`] names the first point or normal that is not finite, or a zero normal;
+    /// [`SurfelError::Counts`] if there is not one normal per point.
+    ///
+    /// # Numerics
+    /// Disks cover where samples are closer together than the radius of curvature; a point without
+    /// others gets the radius 0. See [`crate::covering_radii`].
+    pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Self, SurfelError> {
+        if positions.len() != normals.len() {
+            return Err(SurfelError::Counts {
+                positions: positions.len(),
+                normals: normals.len(),
+            });
+        }
+        let areas = vec![1.0; positions.len()];
+        let mut surfels = Self::from_samples(positions, normals, &areas)?;
+        let normals = &surfels.normals;
+        surfels.radii = RadiusRule::Covering.radii(positions, normals);
+        surfels.shapes = shape_operators(positions, normals);
+        let areas = surfels.radii.iter().map(|r| std::f64::consts::PI * r * r);
+        surfels.areas = areas.collect();
+        Ok(surfels)
+    }
+}
+
+impl RadiusRule {
+    /// Radii (m) of all surfels.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    #[must_use]
+    pub fn radii(&self, positions: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+        match *self {
+            Self::Covering => {
+                let all: Vec<u32> = (0..crate::cast::count(positions.len())).collect();
+                covering_radii(positions, normals, &all)
+            }
+            Self::Constant(radius) => vec![radius; positions.len()],
+            Self::Mapped {
+                measure,
+                neighbors,
+                least,
+                most,
+                at_cuts: _,
+            } => {
+                let values = measures(positions, measure, index(neighbors));
+                mapped_radii(&values, measure, least, most)
+            }
+        }
+    }
+}
+
+/// Measures every point's neighbourhood, see [`Measure`].
+#[must_use]
+pub fn measures(positions: &[DVec3], measure: Measure, neighbors: usize) -> Vec<f64> {
+    let tree = point_tree(positions);
+    positions
+        .par_iter()
+        .enumerate()
+        .map(|(i, &x)| {
+            let near: Vec<DVec3> = tree
+                .nearest_neighbor_iter(x.to_array())
+                .map(|p| index(p.data))
+                .filter(|&j| j != i)
+                .take(neighbors)
+                .map(|j| positions[j])
+                .collect();
+            measure_of(x, &near, measure)
+        })
+        .collect()
+}
+
+/// A measure of the point `x` among those `near` it.
+pub(crate) fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
+    if near.is_empty() {
+        return 0.0;
+    }
+    let share = 1.0 / real(near.len());
+    let mean = near.iter().map(|p| p.distance(x)).sum::<f64>() * share;
+    if measure == Measure::Density {
+        return mean;
+    }
+    let centroid = near.iter().sum::<DVec3>() * share;
+    let covariance = near.iter().fold(DMat3::ZERO, |sum, &p| {
+        let d = p - centroid;
+        sum + DMat3::from_cols(d * d.x, d * d.y, d * d.z) * share
+    });
+    let (values, vectors) = symmetric_eigen(covariance);
+    match measure {
+        Measure::Density => mean,
+        Measure::Curvature if mean > 0.0 => {
+            2.0 * vectors.x_axis.dot(x - centroid).abs() / (mean * mean)
+        }
+        Measure::Variation if values.element_sum() > 0.0 => {
+            values.x.max(0.0) / values.element_sum()
+        }
+        Measure::Curvature | Measure::Variation => 0.0,
+    }
+}
+
+/// Maps measures linearly to radii: the smallest density distance, or the largest curvature or
+/// variation, gets `least` (m), the other end `most` (m). Equal measures all get `most`.
+#[must_use]
+pub fn mapped_radii(values: &[f64], measure: Measure, least: f64, most: f64) -> Vec<f64> {
+    let map = RadiusMap::of(values, measure, [least, most]);
+    values.iter().map(|&value| map.radius(value)).collect()
+}
+
+/// A linear map from a range of measures to a range of radii (Aras 2014, 4.5).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RadiusMap {
+    measure: Measure,
+    /// The smallest and the largest measure.
+    ends: [f64; 2],
+    /// The smallest and the largest radius (m).
+    radii: [f64; 2],
+}
+
+impl RadiusMap {
+    /// The map whose ends are the ends of `values`.
+    pub(crate) fn of(values: &[f64], measure: Measure, radii: [f64; 2]) -> Self {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Self {
+            measure,
+            ends: [low, high],
+            radii,
+        }
+    }
+
+    /// The radius (m) of a measure, that of an end for measures beyond it.
+    pub(crate) fn radius(&self, value: f64) -> f64 {
+        let ([low, high], [least, most]) = (self.ends, self.radii);
+        let span = high - low;
+        let rise = match self.measure {
+            _ if span > 0.0 => ((value - low) / span).clamp(0.0, 1.0),
+            // All are alike: only what is more curved than they are is told from them.
+            Measure::Curvature | Measure::Variation if value > high => 1.0,
+            _ => 0.0,
+        };
+        match self.measure {
+            Measure::Density if span > 0.0 => least + (most - least) * rise,
+            _ => most - (most - least) * rise,
+        }
+    }
+
+    /// The largest radius (m).
+    pub(crate) fn most(&self) -> f64 {
+        self.radii[1]
+    }
+}
+
+/// Surfels whose cells the tangent-plane Voronoi construction looks at.
+const CELL_NEIGHBORS: usize = 16;
+/// Overlap of neighbouring disks: at exactly the circumradius the blend weight at the cell's
+/// corner would be zero.
+const OVERLAP: f64 = 1.15;
+/// Neighbours whose normals are farther apart than this lie on another face (cosine).
+pub(crate) const FACE_COSINE: f64 = 0.5;
+/// Neighbours within 40° belong to the same smooth face (cosine).
+const SAME_FACE: f64 = 0.766;
+
+/// The smallest radii for which disks leave no hole on a plane: the circumradius of each surfel's
+/// Voronoi cell among its 16 nearest neighbours, in its tangent plane, times 1.15 so that the
+/// blend weight is positive everywhere.
+///
+/// Every point of a plane lies in the cell of its nearest surfel, hence in that surfel's disk.
+/// Denser sampling (as curvature-adapted samplers give it) makes cells and disks smaller by
+/// itself. Neighbours whose normal turns away by more than 60° are on another face, across an
+/// edge; they bound the cell by their tangent plane. A cell open to one side (the border of an
+/// open surface) is closed at twice the mean distance to the six nearest neighbours.
+///
+/// `of` lists the surfels whose radius is wanted; one radius (m) per entry is returned.
+///
+/// # Panics
+/// If an index in `of` is out of range, or the slices differ in length.
+#[must_use]
+pub fn covering_radii(positions: &[DVec3], normals: &[DVec3], of: &[u32]) -> Vec<f64> {
+    assert_eq!(positions.len(), normals.len(), "one normal per position");
+    let tree = point_tree(positions);
+    of.par_iter()
+        .map(|&i| cell_radius(&tree, positions, normals, index(i)) * OVERLAP)
+        .collect()
+}
+
+fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize) -> f64 {
+    let x = positions[i];
+    let near: Vec<usize> = tree
+        .nearest_neighbor_iter(x.to_array())
+        .map(|p| index(p.data))
+        .filter(|&j| j != i && positions[j].distance_squared(x) > 0.0)
+        .take(CELL_NEIGHBORS)
+        .collect();
+    let six = &near[..near.len().min(6)];
+    if six.is_empty() {
+        return 0.0;
+    }
+    let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / real(six.len());
+    circumradius(positions, normals, i, &near, 2.0 * mean)
+}
+
+/// Radius (m) of a disk of skin by the rule of [`covering_radii`] among the samples `beside` it,
+/// nearest first, of which those that face the same way count; at most `most`.
+pub(crate) fn sheet_radius(
+    surfels: &Surfels,
+    i: usize,
+    beside: impl Iterator<Item = usize>,
+    most: f64,
+) -> f64 {
+    let (positions, normals) = (&surfels.positions, &surfels.normals);
+    let near: Vec<usize> = beside
+        .filter(|&j| normals[j].dot(normals[i]) > FACE_COSINE)
+        .take(CELL_NEIGHBORS)
+        .collect();
+    let radius = circumradius(positions, normals, i, &near, most);
+    (radius * OVERLAP).min(most)
+}
+
+/// Circumradius (m) of the cell of `i` among `near`, cut off at `most`.
+fn circumradius(
+    positions: &[DVec3],
+    normals: &[DVec3],
+    i: usize,
+    near: &[usize],
+    most: f64,
+) -> f64 {
+    let (x, n) = (positions[i], normals[i]);
+    let (t0, t1) = Surfels::tangents(n);
+    let mut cell = vec![
+        DVec2::new(-most, -most),
+        DVec2::new(most, -most),
+        DVec2::new(most, most),
+        DVec2::new(-most, most),
+    ];
+    let mut spare = Vec::with_capacity(12);
+    for &j in near {
+        let d = positions[j] - x;
+        let (direction, offset) = if normals[j].dot(n) > FACE_COSINE {
+            // Bisector; the true distance is kept, the direction is the projected one.
+            let flat = DVec2::new(d.dot(t0), d.dot(t1));
+            let Some(direction) = flat.try_normalize() else {
+                continue;
+            };
+            (direction, 0.5 * d.length())
+        } else {
+            // The other face's plane, where it lies in front of the surfel.
+            let m = DVec2::new(normals[j].dot(t0), normals[j].dot(t1));
+            let (Some(direction), length) = (m.try_normalize(), m.length()) else {
+                continue;
+            };
+            let offset = d.dot(normals[j]) / length;
+            if offset <= 0.0 {
+                continue;
+            }
+            (direction, offset)
+        };
+        cut_cell(&cell, direction, offset, &mut spare);
+        std::mem::swap(&mut cell, &mut spare);
+    }
+    let squared = cell.iter().map(|p| p.length_squared()).fold(0.0, f64::max);
+    squared.sqrt().min(most)
+}
+
+/// Shape operators by least squares: the symmetric 2×2 matrix that best maps the tangent offsets of
+/// the eight nearest neighbours on the same face to the change of their normals; one entry per
+/// surfel, as [`Surfels::shapes`]. Zero where neighbours do not span the plane.
+///
+/// # Panics
+/// If the slices differ in length.
+#[must_use]
+pub fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVec3> {
+    assert_eq!(positions.len(), normals.len(), "one normal per position");
+    let tree = point_tree(positions);
+    (0..positions.len())
+        .into_par_iter()
+        .map(|i| {
+            let (x, n) = (positions[i], normals[i]);
+            let (t0, t1) = Surfels::tangents(n);
+            // Normal equations of xx, xy, yy.
+            let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+            let mut right = DVec3::ZERO;
+            for p in tree.nearest_neighbor_iter(x.to_array()).take(9) {
+                let j = index(p.data);
+                if normals[j].dot(n) <= SAME_FACE {
+                    continue;
+                }
+                let (d, e) = (positions[j] - x, normals[j] - n);
+                let (u, v) = (d.dot(t0), d.dot(t1));
+                let (a, b) = (e.dot(t0), e.dot(t1));
+                uu += u * u;
+                uv += u * v;
+                vv += v * v;
+                right += DVec3::new(u * a, v * a + u * b, v * b);
+            }
+            let matrix = DMat3::from_cols(
+                DVec3::new(uu, uv, 0.0),
+                DVec3::new(uv, uu + vv, uv),
+                DVec3::new(0.0, uv, vv),
+            );
+            let scale = uu + vv;
+            if matrix.determinant() <= 1e-6 * scale * scale * scale {
+                return DVec3::ZERO;
+            }
+            matrix.inverse() * right
+        })
+        .collect()
+}
+
+/// Keeps the part of a convex polygon with `p · direction <= offset`.
+fn cut_cell(cell: &[DVec2], direction: DVec2, offset: f64, out: &mut Vec<DVec2>) {
+    out.clear();
+    for (k, &p) in cell.iter().enumerate() {
+        let q = cell[(k + 1) % cell.len()];
+        let (fp, fq) = (p.dot(direction) - offset, q.dot(direction) - offset);
+        if fp <= 0.0 {
+            out.push(p);
+        }
+        if (fp < 0.0 && fq > 0.0) || (fp > 0.0 && fq < 0.0) {
+            out.push(p + (q - p) * (fp / (fp - fq)));
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Where disks end: sharp edges of the surface, and the body's surface around new skin.
+
+use crate::cast::index;
+use crate::render::clip::Clip;
+use crate::render::surfels::Surfels;
+use crate::tissue::geometry::nearest_on_segment;
+use crate::tissue::skin::order_by_distance;
+use crate::tissue::tree::NodeTree;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Faces whose normals differ by more than 40° meet at a sharp edge (cosine).
+const SHARP: f64 = 0.766;
+/// Planes that bound one disk at most: an edge, a corner, one to spare.
+const MAX_PLANES: usize = 3;
+
+/// A disk of new skin before it is clipped.
+pub(crate) struct SkinDisk {
+    pub(crate) point: DVec3,
+    pub(crate) normal: DVec3,
+    pub(crate) radius: f64,
+}
+
+/// Surfels within `radius` of `x`, nearest first.
+fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) -> Vec<u32> {
+    let found: Vec<u32> = tree
+        .locate_within_distance(x.to_array(), radius * radius)
+        .map(|p| p.data)
+        .collect();
+    order_by_distance(&surfels.positions, &found, x)
+}
+
+/// Planes of neighbouring faces that meet surfel `i`'s disk in a convex edge: pairs of surfel and
+/// the line they draw in the disk (direction, offset).
+fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)> {
+    let (x, n, r) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
+    let (t0, t1) = Surfels::tangents(n);
+    let mut chosen: Vec<DVec3> = Vec::new();
+    let mut lines = Vec::new();
+    for j in within(tree, surfels, x, 2.5 * r) {
+        let (y, m) = (surfels.positions[index(j)], surfels.normals[index(j)]);
+        let convex = (y - x).dot(n) < 0.0 && (x - y).dot(m) < 0.0;
+        if m.dot(n) > SHARP || !convex || chosen.iter().any(|c| c.dot(m) > SHARP) {
+            continue;
+        }
+        let flat = DVec2::new(m.dot(t0), m.dot(t1));
+        let Some(direction) = flat.try_normalize() else {
+            continue;
+        };
+        let offset = (y - x).dot(m) / flat.length();
+        if offset < r {
+            chosen.push(m);
+            lines.push((direction, offset));
+        }
+        if chosen.len() == MAX_PLANES {
+            break;
+        }
+    }
+    lines
+}
+
+/// Clips of all surfels at the surface's sharp edges.
+pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Arc<Clip>>> {
+    (0..surfels.len())
+        .into_par_iter()
+        .map(|i| {
+            let edges = edge_lines(surfels, tree, i);
+            (!edges.is_empty()).then(|| {
+                Arc::new(Clip {
+                    edges,
+                    ..Clip::default()
+                })
+            })
+        })
+        .collect()
+}
+
+/// Whether `x` lies inside by the two surfels nearest to it (Aras 2014, fig. 65): behind the tangent
+/// planes of both where the surface between them is convex, behind one of them at least where it is
+/// concave, that is, where each lies in front of the other.
+pub(crate) fn behind_two_nearest(surfels: &Surfels, tree: &NodeTree, x: DVec3) -> bool {
+    let mut nearest = tree.nearest_neighbor_iter(x.to_array());
+    let mut next = || nearest.next().map(|p| index(p.data));
+    let before = |x: DVec3, i: usize| (x - surfels.positions[i]).dot(surfels.normals[i]);
+    let behind = |i: usize| before(x, i) < 0.0;
+    match (next(), next()) {
+        (Some(a), Some(b)) => {
+            let (p, q) = (surfels.positions[a], surfels.positions[b]);
+            if before(p, b) > 0.0 && before(q, a) > 0.0 {
+                behind(a) || behind(b)
+            } else {
+                behind(a) && behind(b)
+            }
+        }
+        (only, _) => only.is_none_or(behind),
+    }
+}
+
+/// Moves an anchor away from new walls that pass closer than `clearance`, to the side it is on.
+pub(crate) fn clear_anchor(clip: &mut Clip, walls: &[[DVec2; 2]], clearance: f64) {
+    for &[a, b] in walls {
+        let foot = nearest_on_segment(a, b, clip.anchor);
+        let gap = clip.anchor - foot;
+        let Some(normal) = (b - a).perp().try_normalize() else {
+            continue;
+        };
+        if gap.length() < clearance {
+            let side = if gap.dot(normal) < 0.0 {
+                -normal
+            } else {
+                normal
+            };
+            clip.anchor = foot + side * clearance;
+        }
+    }
+}
+
+/// The clip of a disk of new skin at the body's outer surface; `None` if nothing of it would show.
+///
+/// The surface is taken as the tangent planes of the outer surfels next to the disk, the very
+/// planes that are drawn: so the skin ends where the outer splats, clipped by the cut, begin. A
+/// disk whose centre lies outside keeps what reaches into the body.
+pub(crate) fn at_surface(
+    disk: &SkinDisk,
+    surfels: &Surfels,
+    tree: &NodeTree,
+    inside: &(dyn Fn(DVec3) -> bool + Sync),
+) -> Option<Clip> {
+    let (x, r) = (disk.point, disk.radius);
+    let (t0, t1) = Surfels::tangents(disk.normal);
+    let is_inside = inside(x);
+    let near = within(tree, surfels, x, 3.0 * r);
+    if near.is_empty() {
+        return is_inside.then(Clip::default);
+    }
+    let mut chosen: Vec<(DVec3, DVec3)> = Vec::new();
+    let mut clip = Clip::default();
+    let mut lines: Vec<(DVec2, f64)> = Vec::new();
+    for &j in &near {
+        let (y, m) = (surfels.positions[index(j)], surfels.normals[index(j)]);
+        let flat = DVec2::new(m.dot(t0), m.dot(t1));
+        let Some(direction) = flat.try_normalize() else {
+            continue;
+        };
+        // A surface nearly parallel to the cut has no rim here.
+        if flat.length() < 0.15 {
+            continue;
+        }
+        let fresh = chosen
+            .iter()
+            .all(|&(z, k)| k.dot(m) < SHARP && (y - z).dot(k) <= 0.0 && (z - y).dot(m) <= 0.0);
+        if !fresh {
+            continue;
+        }
+        // Once more from the rim itself: the surfel nearest to the line bounds it best.
+        let first = (y - x).dot(m) / flat.length();
+        let foot = x + (t0 * direction.x + t1 * direction.y) * first;
+        let (y, m) = nearest_like(surfels, tree, foot, m).unwrap_or((y, m));
+        let flat = DVec2::new(m.dot(t0), m.dot(t1));
+        let Some(direction) = flat.try_normalize() else {
+            continue;
+        };
+        let offset = (y - x).dot(m) / flat.length();
+        chosen.push((y, m));
+        if offset < r {
+            lines.push((direction, offset));
+        }
+        if chosen.len() == MAX_PLANES {
+            break;
+        }
+    }
+    for _ in 0..4 {
+        for &(direction, offset) in &lines {
+            let over = clip.anchor.dot(direction) - (offset - 0.1 * r);
+            if over > 0.0 {
+                clip.anchor -= direction * over;
+            }
+        }
+    }
+    clip.edges = lines;
+    let eye = x + t0 * clip.anchor.x + t1 * clip.anchor.y;
+    let moved = clip.anchor.length();
+    let in_body = if moved > 0.0 {
+        inside(eye)
+    } else {
+        is_inside || !clip.edges.is_empty()
+    };
+    (in_body && moved <= r && !clip.is_beyond_edge(clip.anchor)).then_some(clip)
+}
+
+/// The surfel nearest to `x` among those that face about like `normal`.
+fn nearest_like(
+    surfels: &Surfels,
+    tree: &NodeTree,
+    x: DVec3,
+    normal: DVec3,
+) -> Option<(DVec3, DVec3)> {
+    tree.nearest_neighbor_iter(x.to_array())
+        .take(6)
+        .map(|p| index(p.data))
+        .find(|&j| surfels.normals[j].dot(normal) > SHARP)
+        .map(|j| (surfels.positions[j], surfels.normals[j]))
+}

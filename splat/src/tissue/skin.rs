@@ -1,0 +1,215 @@
+//! Samples on a growing cut surface.
+
+use crate::cast::{index, real, whole};
+use crate::tissue::memory::map_bytes;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Area of a triangle (m²).
+#[must_use]
+pub fn triangle_area(&[a, b, c]: &[DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// Step of the two-dimensional low-discrepancy sequence R2 (inverse powers of the plastic number).
+const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
+/// Candidates per sample that is kept.
+const CANDIDATES: usize = 10;
+/// Samples chosen from one pool of candidates: bounds the quadratic cost of choosing.
+const POOL: usize = 48;
+
+/// Samples a cut that arrives triangle by triangle at a fixed density.
+///
+/// Replaces the algorithm of Aras 2014, fig. 63 (which repeats a coordinate, counts by area over
+/// edge length, divides by zero at one step and samples shared edges twice). The number of samples
+/// after any number of triangles is `floor(density · area)` exactly: the remainder is carried. Each
+/// batch draws ten times as many candidates from a low-discrepancy sequence and keeps those
+/// farthest from all samples so far; candidates left in holes wait for the next batch, so spacing is
+/// even across strips that arrive one by one.
+#[derive(Debug, Clone)]
+pub struct CutSampler {
+    density: f64,
+    carried: f64,
+    sequence: usize,
+    cells: HashMap<[i64; 3], Vec<DVec3>>,
+    /// Candidates of earlier triangles in the largest holes, and how far other samples are.
+    reserve: Vec<(Sample, f64)>,
+}
+
+/// Clearance (spacings) from which a candidate that was not chosen is kept for later.
+const HOLE: f64 = 0.6;
+/// Candidates kept for later at most.
+const RESERVE: usize = 200;
+
+/// A sample: its point, its triangle's unit normal and number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    pub(crate) point: DVec3,
+    pub(crate) normal: DVec3,
+    pub(crate) triangle: u32,
+}
+
+impl CutSampler {
+    /// Starts with nothing sampled; `density` in samples per m².
+    ///
+    /// # Panics
+    /// If `density` is not positive and finite.
+    #[must_use]
+    pub fn new(density: f64) -> Self {
+        assert!(
+            density > 0.0 && density.is_finite(),
+            "the sampling density must be positive and finite"
+        );
+        Self {
+            density,
+            carried: 0.0,
+            sequence: 0,
+            cells: HashMap::new(),
+            reserve: Vec::new(),
+        }
+    }
+
+    /// Mean distance of samples (m), `1 / sqrt(density)`.
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        self.density.sqrt().recip()
+    }
+
+    /// Heap bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let points: usize = self.cells.values().map(|cell| size_of_val(&**cell)).sum();
+        points + map_bytes(&self.cells) + size_of_val(&*self.reserve)
+    }
+
+    /// Points sampled on further triangles; degenerate triangles give none.
+    pub fn points(&mut self, triangles: &[[DVec3; 3]]) -> Vec<DVec3> {
+        self.sample(triangles, 0)
+            .into_iter()
+            .map(|s| s.point)
+            .collect()
+    }
+
+    /// Samples further triangles, the first of which has the number `first`.
+    pub(crate) fn sample(&mut self, triangles: &[[DVec3; 3]], first: u32) -> Vec<Sample> {
+        let mut out = Vec::new();
+        let mut candidates = std::mem::take(&mut self.reserve);
+        let mut owed = 0.0;
+        for (number, triangle) in (first..).zip(triangles) {
+            let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+            let Some(normal) = normal.try_normalize() else {
+                continue;
+            };
+            let mut left = triangle_area(triangle) * self.density;
+            while left > 0.0 {
+                // A large triangle is taken in several goes so that no pool grows too big.
+                let take = left.min(real(POOL));
+                left -= take;
+                owed += take;
+                let draws = whole((take * real(CANDIDATES)).ceil()).max(2);
+                for _ in 0..draws {
+                    let point = self.draw(triangle);
+                    let sample = Sample {
+                        point,
+                        normal,
+                        triangle: number,
+                    };
+                    candidates.push((sample, self.clearance(point)));
+                }
+                if owed >= real(POOL) {
+                    self.choose(&mut owed, &mut candidates, &mut out);
+                }
+            }
+        }
+        self.choose(&mut owed, &mut candidates, &mut out);
+        self.reserve = candidates;
+        out
+    }
+
+    /// The next point of the sequence, folded into the triangle.
+    fn draw(&mut self, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
+        self.sequence += 1;
+        let i = real(self.sequence);
+        let (mut u, mut v) = ((i * R2[0]).fract(), (i * R2[1]).fract());
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        a + (b - a) * u + (c - a) * v
+    }
+
+    fn cell(&self, p: DVec3) -> [i64; 3] {
+        #[allow(
+            clippy::cast_possible_truncation,
+            reason = "saturates; far cells only merge"
+        )]
+        (p / (2.0 * self.spacing()))
+            .to_array()
+            .map(|x| x.floor() as i64)
+    }
+
+    /// Distance to the nearest sample so far, at most two spacings.
+    fn clearance(&self, p: DVec3) -> f64 {
+        let [x, y, z] = self.cell(p);
+        let mut best = (2.0 * self.spacing()).powi(2);
+        for dx in -1..=1 {
+            for dy in -1..=1 {
+                for dz in -1..=1 {
+                    let key = [x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz)];
+                    for q in self.cells.get(&key).into_iter().flatten() {
+                        best = best.min(q.distance_squared(p));
+                    }
+                }
+            }
+        }
+        best.sqrt()
+    }
+
+    /// Keeps the candidates farthest from everything kept, as many as are owed.
+    fn choose(
+        &mut self,
+        owed: &mut f64,
+        candidates: &mut Vec<(Sample, f64)>,
+        out: &mut Vec<Sample>,
+    ) {
+        self.carried += *owed;
+        *owed = 0.0;
+        let n = whole(self.carried);
+        self.carried -= real(n);
+        for _ in 0..n {
+            let mut best = 0;
+            for (k, candidate) in candidates.iter().enumerate() {
+                if candidate.1 > candidates[best].1 {
+                    best = k;
+                }
+            }
+            let (sample, _) = candidates.swap_remove(best);
+            let point = sample.point;
+            for candidate in candidates.iter_mut() {
+                candidate.1 = candidate.1.min(candidate.0.point.distance(point));
+            }
+            self.cells.entry(self.cell(point)).or_default().push(point);
+            out.push(sample);
+        }
+        let least = HOLE * self.spacing();
+        candidates.retain(|c| c.1 > least);
+        if candidates.len() > RESERVE {
+            candidates.sort_by(|a, b| b.1.total_cmp(&a.1));
+            candidates.truncate(RESERVE);
+        }
+    }
+
+    /// Number of samples that `u32` indices must address, for callers that preallocate.
+    #[must_use]
+    pub fn sampled(&self) -> usize {
+        self.cells.values().map(Vec::len).sum()
+    }
+}
+
+/// The outer surfel that bounds a disk nearest: a point on the body's surface and its normal.
+pub(crate) fn order_by_distance(points: &[DVec3], of: &[u32], from: DVec3) -> Vec<u32> {
+    let mut order: Vec<(f64, u32)> = of
+        .iter()
+        .map(|&i| (points[index(i)].distance_squared(from), i))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.into_iter().map(|o| o.1).collect()
+}
