@@ -21,9 +21,7 @@ use std::time::Instant;
 use benches::problems::block::view;
 use glam::DVec3;
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings};
-use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
-};
+use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 use testkit::cloud::Random;
 use testkit::kuhn::kuhn_block;
 
@@ -108,7 +106,7 @@ fn body(cells: [usize; 3], peak: f64) {
     let graph = Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
         .expect("edges of tetrahedra");
     let weights = inverse_square_weights(&block.positions, &graph);
-    let rows = ConservativeStencils::new(
+    let rows = GradientStencils::conservative(
         &block.positions,
         &block.volumes,
         &block.boundary_vectors,
@@ -117,10 +115,12 @@ fn body(cells: [usize; 3], peak: f64) {
         &ConservativeSettings::default(),
     )
     .expect("a sound block");
+    let reverse = graph.reverse_pairs().expect("edges are symmetric");
+    let gradients = rows.pair_gradients(&block.positions, &graph);
     let parts = Parts {
         graph: (graph.offsets(), graph.indices()),
-        reverse: rows.reverse_pairs(),
-        gradients: &rows.pair_gradients,
+        reverse: &reverse,
+        gradients: &gradients,
         weights: &rows.weights,
         rest: &block.positions,
         volumes: &block.volumes,

@@ -7,10 +7,9 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3};
 use phyxel_mls::{
-    Approximation, Basis, ConservativeSettings, ConservativeStencils, Dimension, GradientStencils,
-    KNearest, Kernel, MapSettings, MaterialMap, NearestSettings, Neighborhoods, Order,
-    ShapeScratch, inverse_square_weights, k_nearest, kernel_weights, mean_neighbor_distance,
-    within_radius,
+    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, KNearest, Kernel,
+    MaterialMap, NearestSettings, Neighborhoods, Order, ShapeScratch, inverse_square_weights,
+    k_nearest, kernel_weights, mean_neighbor_distance, within_radius,
 };
 use testkit::cloud::Random;
 use testkit::kuhn::{Block, kuhn_block};
@@ -93,7 +92,7 @@ fn stencils(c: &mut Criterion) {
             .throughput(Throughput::Elements(nodes))
             .sample_size(10);
         let plain =
-            || GradientStencils::new(black_box(&block.positions), &graph, weights.clone(), 1e-3);
+            || GradientStencils::plain(black_box(&block.positions), &graph, weights.clone(), 1e-3);
         group.bench_function(BenchmarkId::new("plain, all threads", nodes), |b| {
             b.iter(plain);
         });
@@ -101,7 +100,7 @@ fn stencils(c: &mut Criterion) {
             b.iter(|| one.install(plain));
         });
         let conservative = || {
-            ConservativeStencils::new(
+            GradientStencils::conservative(
                 black_box(&block.positions),
                 &block.volumes,
                 &block.boundary_vectors,
@@ -170,7 +169,7 @@ fn partial_update(c: &mut Criterion) {
             tolerance: 1e-3,
             ..Default::default()
         };
-        let mut stencils = ConservativeStencils::new(
+        let mut stencils = GradientStencils::conservative(
             &block.positions,
             &block.volumes,
             &block.boundary_vectors,
@@ -205,8 +204,7 @@ fn inverse_map(c: &mut Criterion) {
         let (block, graph) = body(cells);
         let mean = mean_neighbor_distance(&block.positions, &graph);
         let radii: Vec<f64> = mean.iter().map(|r| 1.7 * r).collect();
-        let map = MaterialMap::new(&block.positions, &radii, &graph, &MapSettings::default())
-            .expect("finite positions");
+        let map = MaterialMap::new(&block.positions, &radii, &graph).expect("finite positions");
         let twist = |x: DVec3| DMat3::from_rotation_z(0.05 * x.z) * x;
         let moved: Vec<DVec3> = block.positions.iter().map(|&x| twist(x)).collect();
         let gradient = |x: DVec3| {
@@ -230,7 +228,8 @@ fn inverse_map(c: &mut Criterion) {
             b.iter(|| {
                 asked
                     .iter()
-                    .map(|&x| frame.to_material(x).position)
+                    .filter_map(|&x| frame.preimage(x, 0.1, &|_, _| true))
+                    .map(|found| found.position)
                     .sum::<DVec3>()
             });
         });

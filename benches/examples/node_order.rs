@@ -13,9 +13,7 @@ use benches::problems::block::view;
 use glam::DVec3;
 use phyxel_discretize::{NodeOrder, layered_order, space_filling_order};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings};
-use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
-};
+use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 use testkit::cloud::Random;
 use testkit::kuhn::{Block, kuhn_block};
 
@@ -135,7 +133,8 @@ fn ordered(name: &'static str, order: &NodeOrder, block: &Block, precision: Prec
     let graph = Neighborhoods::from_graph(offsets, indices).unwrap();
     let weights = inverse_square_weights(&rest, &graph);
     let settings = ConservativeSettings::default();
-    let rows = ConservativeStencils::new(&rest, &volumes, &boundary, &graph, weights, &settings);
+    let rows =
+        GradientStencils::conservative(&rest, &volumes, &boundary, &graph, weights, &settings);
     let rows = rows.unwrap();
     let stencils = view(&rows, &graph);
     let nodes = Nodes {

@@ -86,7 +86,11 @@ fn conservative(count: usize) -> (f64, usize, SolveReport) {
     let (seconds, stencils) = time(|| {
         jittered_stencils(&block, &graph, &ConservativeSettings::default()).expect("finite data")
     });
-    (seconds, block.positions.len(), stencils.report)
+    (
+        seconds,
+        block.positions.len(),
+        stencils.report.expect("conservative stencils"),
+    )
 }
 
 fn main() -> Result<(), StudyError> {
@@ -94,7 +98,7 @@ fn main() -> Result<(), StudyError> {
         .nth(2)
         .map_or(100_000, |n| n.parse().expect("a number of nodes"));
     println!(
-        "{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7} | {:>8} {:>10} {:>10} {:>7}",
+        "{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>11} | {:>8} {:>10} {:>10} {:>7}",
         "nodes",
         "rstar ms",
         "search",
@@ -102,8 +106,7 @@ fn main() -> Result<(), StudyError> {
         "stencils",
         "sum ms",
         "ratio",
-        "B/node",
-        "B/pair",
+        "bytes",
         "nodes",
         "conserv.",
         "iterations",
@@ -118,7 +121,7 @@ fn main() -> Result<(), StudyError> {
         let points = ordered(count);
         let repeats = if count > 100_000 { 1 } else { 5 };
         let mut times = vec![Vec::new(); 4];
-        let mut memory = (0, 0);
+        let mut memory = 0;
         for _ in 0..repeats {
             times[0].push(rstar_alone(&points));
             let (search, found) =
@@ -127,13 +130,12 @@ fn main() -> Result<(), StudyError> {
             let (weighing, weights) =
                 time(|| kernel_weights(Kernel::Polynomial, &points, &found.support_radii, graph));
             let (building, stencils) = time(|| {
-                GradientStencils::new(&points, graph, weights, 1e-3).expect("finite points")
+                GradientStencils::plain(&points, graph, weights, 1e-3).expect("finite points")
             });
             times[1].push(search);
             times[2].push(weighing);
             times[3].push(building);
-            let bytes = stencils.memory_bytes();
-            memory = (bytes.per_node, bytes.per_pair);
+            memory = stencils.bytes();
         }
         let parts: Vec<f64> = times.into_iter().map(|t| 1e3 * median(t)).collect();
         let sum = parts[1] + parts[2] + parts[3];
@@ -141,14 +143,12 @@ fn main() -> Result<(), StudyError> {
         let (seconds, nodes, report) = conservative(count);
         let milliseconds = 1e3 * seconds;
         println!(
-            "{count:>8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {sum:>9.2} {ratio:>7.2} {:>7} {:>7} | {nodes:>8} \
+            "{count:>8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {sum:>9.2} {ratio:>7.2} {memory:>11} | {nodes:>8} \
              {milliseconds:>10.1} {:>10} {:>7.2}",
             parts[0],
             parts[1],
             parts[2],
             parts[3],
-            memory.0,
-            memory.1,
             report.iterations,
             milliseconds / parts[0]
         );

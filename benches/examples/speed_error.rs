@@ -145,10 +145,10 @@ fn plain(block: &Block, kernel: Kernel, nearest: usize, scale: f64) -> Made {
     let found = k_nearest(&block.positions, &settings).expect("finite points");
     let graph = found.neighborhoods;
     let weights = kernel_weights(kernel, &block.positions, &found.support_radii, &graph);
-    let made = GradientStencils::new(&block.positions, &graph, weights, 1e-3).expect("finite");
+    let made = GradientStencils::plain(&block.positions, &graph, weights, 1e-3).expect("finite");
     Made {
+        gradients: made.pair_gradients(&block.positions, &graph),
         graph,
-        gradients: made.pair_gradients,
         setup: start.elapsed().as_secs_f64(),
     }
 }
@@ -161,8 +161,8 @@ fn conservative(block: &Block) -> Made {
     let made =
         jittered_stencils(block, &graph, &ConservativeSettings::default()).expect("finite data");
     Made {
+        gradients: made.pair_gradients(&block.positions, &graph),
         graph,
-        gradients: made.pair_gradients,
         setup: start.elapsed().as_secs_f64(),
     }
 }

@@ -97,9 +97,6 @@ pub enum StudyError {
     /// Neighbourhoods could not be made symmetric.
     #[error("a study's body: {0}")]
     Graph(#[from] phyxel_mls::GraphError),
-    /// The surface could not be spread over the nodes.
-    #[error("a study's body: {0}")]
-    Boundary(#[from] phyxel_mls::BoundaryError),
     /// Shape functions do not exist at a node.
     #[error("a study's body: {0}")]
     Shape(#[from] phyxel_mls::ShapeError),

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::basis::{Basis, Dimension, Order};
 use crate::error::{CloudError, ShapeError};
-use crate::kernel::{Kernel, Weight};
+use crate::kernel::Kernel;
 use crate::search::{BallTree, NearestSettings, check, k_nearest, positive};
 use crate::shape::{Approximation, ShapeScratch};
 
@@ -14,7 +14,6 @@ const QUERIES_PER_TASK: usize = 64;
 
 /// How far the nodes of a [`Cloud`] are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SupportRule {
     /// Of each node, `scale` times the mean distance to its `nearest` nearest nodes.
     Nearest {
@@ -29,11 +28,10 @@ pub enum SupportRule {
 
 /// What a [`Cloud`] approximates with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CloudSettings {
     /// Functions that come back exactly; their dimension says which coordinates count.
     pub basis: Basis,
-    /// Weight function; [`Cloud::with_kernel`] takes your own.
+    /// Weight function.
     pub kernel: Kernel,
     /// Support radii.
     pub support: SupportRule,
@@ -83,7 +81,7 @@ pub struct Sample {
 /// Shape functions at a point: `u(x) = Σ_k values[k] u[nodes[k]]`, for fields of any kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeFunctions {
-    /// Nodes whose supports hold the point, rising.
+    /// Nodes whose supports hold the point, ascending.
     pub nodes: Vec<u32>,
     /// `φ_k(x)`, shape of `nodes`.
     pub values: Vec<f64>,
@@ -116,11 +114,11 @@ pub struct ShapeFunctions {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Cloud<W = Kernel> {
+pub struct Cloud {
     points: Vec<DVec3>,
     support_radii: Vec<f64>,
     basis: Basis,
-    kernel: W,
+    kernel: Kernel,
     tree: BallTree,
 }
 
@@ -137,8 +135,8 @@ impl Cloud {
     /// Takes points (m), shape `(n)`; coordinates that the basis does not span are dropped.
     ///
     /// # Errors
-    /// [`CloudError`] for points that are not finite, too many points, or a setting that is not
-    /// positive.
+    /// [`CloudError`] for no points, points that are not finite, too many points, or a setting that is
+    /// not positive.
     pub fn new(points: &[DVec3], settings: &CloudSettings) -> Result<Self, CloudError> {
         let flat = flatten(points, settings.basis);
         let radii = match settings.support {
@@ -158,35 +156,6 @@ impl Cloud {
         Self::build(flat, radii, settings.basis, settings.kernel)
     }
 
-    /// Takes points and the support radius of each (m), shape `(n)`.
-    ///
-    /// # Errors
-    /// [`CloudError`] as [`Cloud::new`], for lists of different lengths and for a radius that is not
-    /// positive.
-    pub fn from_supports(
-        points: &[DVec3],
-        support_radii: &[f64],
-        basis: Basis,
-        kernel: Kernel,
-    ) -> Result<Self, CloudError> {
-        if support_radii.len() != points.len() {
-            return Err(CloudError::Length {
-                name: "support radii",
-                found: support_radii.len(),
-                points: points.len(),
-            });
-        }
-        for &radius in support_radii {
-            positive("a support radius", radius)?;
-        }
-        Self::build(
-            flatten(points, basis),
-            support_radii.to_vec(),
-            basis,
-            kernel,
-        )
-    }
-
     fn build(
         points: Vec<DVec3>,
         support_radii: Vec<f64>,
@@ -194,6 +163,9 @@ impl Cloud {
         kernel: Kernel,
     ) -> Result<Self, CloudError> {
         check(&points)?;
+        if points.is_empty() {
+            return Err(CloudError::Empty);
+        }
         Ok(Self {
             tree: BallTree::new(&points, support_radii.iter().copied()),
             points,
@@ -203,20 +175,6 @@ impl Cloud {
         })
     }
 
-    /// The same cloud with another kernel.
-    #[must_use]
-    pub fn with_kernel<W: Weight>(self, kernel: W) -> Cloud<W> {
-        Cloud {
-            points: self.points,
-            support_radii: self.support_radii,
-            basis: self.basis,
-            kernel,
-            tree: self.tree,
-        }
-    }
-}
-
-impl<W: Weight> Cloud<W> {
     /// Points (m), shape `(n)`, without the coordinates that the basis does not span.
     #[must_use]
     pub fn points(&self) -> &[DVec3] {
@@ -227,15 +185,6 @@ impl<W: Weight> Cloud<W> {
     #[must_use]
     pub fn support_radii(&self) -> &[f64] {
         &self.support_radii
-    }
-
-    /// Nodes whose supports hold a point, rising: for those who assemble themselves. None hold a point
-    /// that is not finite.
-    #[must_use]
-    pub fn supports_at(&self, x: DVec3) -> Vec<u32> {
-        let mut nodes = Vec::new();
-        self.supports_into(x, &mut nodes);
-        nodes
     }
 
     /// `u(x)` of a field given at the nodes, shape `(n)`.
@@ -327,12 +276,12 @@ impl<W: Weight> Cloud<W> {
         nodes.sort_unstable();
     }
 
-    fn approximation(&self) -> Approximation<'_, &W> {
+    fn approximation(&self) -> Approximation<'_> {
         Approximation {
             nodes: &self.points,
             support_radii: &self.support_radii,
             basis: self.basis,
-            kernel: &self.kernel,
+            kernel: self.kernel,
         }
     }
 

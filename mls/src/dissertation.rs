@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use crate::error::StencilError;
 use crate::kernel::Kernel;
-use crate::masses::{NodalMasses, dissertation_masses};
 use crate::neighborhoods::Neighborhoods;
 use crate::search::KNearest;
 use crate::stencil::GradientStencils;
@@ -29,7 +28,7 @@ pub struct DissertationCloud {
 /// * `near` -- what [`crate::k_nearest`] finds by its default, the dissertation's: 16 nearest, at most 16
 ///   neighbours.
 /// * `density` -- of the material (kg/m³).
-/// * `rank_tolerance` -- as [`GradientStencils::new`] has it.
+/// * `rank_tolerance` -- as [`GradientStencils::plain`] has it.
 ///
 /// # Errors
 /// [`StencilError`] for points that are not finite.
@@ -75,49 +74,108 @@ pub fn dissertation_cloud(
         }
     }
     Ok(DissertationCloud {
-        stencils: GradientStencils::new(points, &neighborhoods, weights, rank_tolerance)?,
+        stencils: GradientStencils::plain(points, &neighborhoods, weights, rank_tolerance)?,
         masses: dissertation_masses(points, one_way, mean_distances, support_radii, density),
         neighborhoods,
     })
+}
+
+/// Integral of the polynomial kernel over its support of radius 1.
+const INTEGRAL: f64 = 64.0 * std::f64::consts::PI / 315.0;
+
+/// Masses, densities and volumes of nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodalMasses {
+    /// Scaling factor s of eq. (17), chosen so that the mean of the densities is the material's.
+    pub scale: f64,
+    /// `m_i = s r̄_i³ ρ` (kg), shape `(n)`.
+    pub masses: Vec<f64>,
+    /// `ρ_i = Σ_j m_j w_ij` (kg/m³), shape `(n)`.
+    pub densities: Vec<f64>,
+    /// `v_i = m_i / ρ_i` (m³), shape `(n)`.
+    pub volumes: Vec<f64>,
+}
+
+/// Masses, densities and volumes of Aras 2014, eqs. (17)–(18): the comparison mode.
+///
+/// The kernel is normalised to unit integral (eq. (18) as printed has the unit of a mass), the sum
+/// runs over the node itself and its neighbours, and s is the value for which the densities average
+/// to `density`. **The volumes do not add up to the body's**: nodes at the surface get as much as
+/// nodes inside, so the sum is 1.3 to 2.2 times too large. Use true volumes for mechanics.
+///
+/// A node that no neighbour and no support of its own reaches (radius 0) gets mass and volume 0.
+///
+#[allow(clippy::cast_precision_loss, reason = "node counts are far below 2^53")]
+fn dissertation_masses(
+    positions: &[DVec3],
+    neighborhoods: &Neighborhoods,
+    mean_distances: &[f64],
+    support_radii: &[f64],
+    density: f64,
+) -> NodalMasses {
+    let count = neighborhoods.node_count();
+    let cubes: Vec<f64> = mean_distances.iter().map(|r| r * r * r * density).collect();
+    let term = |i: usize, j: usize| {
+        let h = support_radii[j];
+        if h > 0.0 {
+            let q = (positions[j] - positions[i]).length() / h;
+            cubes[j] * Kernel::Polynomial.value(q) / (INTEGRAL * h * h * h)
+        } else {
+            0.0
+        }
+    };
+    let unscaled: Vec<f64> = (0..count)
+        .map(|i| {
+            let own = term(i, i);
+            let row = neighborhoods.row(i);
+            own + row.iter().map(|&j| term(i, j as usize)).sum::<f64>()
+        })
+        .collect();
+    let mean = unscaled.iter().sum::<f64>() / count.max(1) as f64;
+    let scale = if mean > 0.0 { density / mean } else { 0.0 };
+    let masses: Vec<f64> = cubes.iter().map(|m| m * scale).collect();
+    let densities: Vec<f64> = unscaled.iter().map(|d| d * scale).collect();
+    let volume = |(m, d): (&f64, &f64)| if *d > 0.0 { m / d } else { 0.0 };
+    let volumes = masses.iter().zip(&densities).map(volume).collect();
+    NodalMasses {
+        scale,
+        masses,
+        densities,
+        volumes,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::search::{NearestSettings, k_nearest};
+    use crate::symmetric::outer;
     use glam::DMat3;
+    use testkit::cloud;
+    use testkit::tol::{assert_relative, assert_within};
 
     /// Pairs that are none in one direction change nothing: the stencils are those of the neighbours
     /// that a node looks for, and a linear field is exact.
     #[test]
     fn one_way_pairs_are_those_of_the_search() {
-        let jitter =
-            |k: u32| 0.3 * f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
-        let points: Vec<DVec3> = (0..343_u32)
-            .map(|k| {
-                let at = DVec3::new(f64::from(k % 7), f64::from(k / 7 % 7), f64::from(k / 49));
-                at + DVec3::new(jitter(k), jitter(k + 500), jitter(k + 1_000))
-            })
-            .collect();
+        let points = cloud::lattice([7; 3], 1.0, 0.15, 3);
         let near = k_nearest(&points, &NearestSettings::default()).unwrap();
-        let cloud = dissertation_cloud(&points, &near, 1000.0, 1e-3).unwrap();
+        let made = dissertation_cloud(&points, &near, 1000.0, 1e-3).unwrap();
         let one_way = &near.neighborhoods;
         let weights = kernel_weights(Kernel::Polynomial, &points, &near.support_radii, one_way);
         // The kernel is 0 at a neighbour that is looked for and lies outside of the support.
         let weighted = weights.iter().filter(|weight| **weight > 0.0).count();
-        let alone = GradientStencils::new(&points, one_way, weights, 1e-3).unwrap();
+        let alone = GradientStencils::plain(&points, one_way, weights, 1e-3).unwrap();
+        let both_ways = [(&made.neighborhoods, &made.stencils), (one_way, &alone)]
+            .map(|(graph, s)| (graph, s.pair_gradients(&points, graph)));
         let map = DMat3::from_cols_array(&[0.1, 0.7, -0.3, 0.2, -0.4, 0.9, 0.5, 0.6, -0.8]);
         let (mut seen, mut both) = (0, 0);
         for node in 0..points.len() {
             let mut slopes = [DMat3::ZERO; 2];
-            for (slope, (graph, stencils)) in slopes
-                .iter_mut()
-                .zip([(&cloud.neighborhoods, &cloud.stencils), (one_way, &alone)])
-            {
+            for (slope, (graph, gradients)) in slopes.iter_mut().zip(&both_ways) {
                 for (pair, &other) in graph.pairs(node).zip(graph.row(node)) {
                     let way = map * (points[other as usize] - points[node]);
-                    let [x, y, z] = stencils.pair_gradients[pair].to_array();
-                    *slope += DMat3::from_cols(way * x, way * y, way * z);
+                    *slope += outer(way, gradients[pair]);
                 }
             }
             assert_eq!(slopes[0], slopes[1], "node {node}");
@@ -126,11 +184,59 @@ mod tests {
                 "node {node}: {}",
                 slopes[0]
             );
-            let row = &cloud.stencils.weights[cloud.neighborhoods.pairs(node)];
+            let row = &made.stencils.weights[made.neighborhoods.pairs(node)];
             seen += row.iter().filter(|weight| **weight > 0.0).count();
             both += row.len();
         }
         assert_eq!(seen, weighted);
         assert!(both > seen, "some pairs are one-way: {both}, {seen}");
+    }
+
+    #[test]
+    fn mean_density_is_the_materials_and_volumes_are_too_large() {
+        let n = 10;
+        let spacing = 1.0 / f64::from(n - 1);
+        let count = usize::try_from(n).unwrap();
+        let points = cloud::lattice([count; 3], spacing, 0.0, 0);
+        let found = k_nearest(&points, &NearestSettings::default()).unwrap();
+        let made = dissertation_masses(
+            &points,
+            &found.neighborhoods,
+            &found.mean_distances,
+            &found.support_radii,
+            1060.0,
+        );
+        let mean = made.densities.iter().sum::<f64>() / points.len() as f64;
+        assert_relative("mean density", mean, 1060.0, 0.0, 1e-12);
+        for i in 0..points.len() {
+            let product = made.volumes[i] * made.densities[i];
+            assert_relative("m = ρ v", product, made.masses[i], 0.0, 1e-14);
+            let cube = found.mean_distances[i].powi(3) * 1060.0 * made.scale;
+            assert_relative("eq. 17", made.masses[i], cube, 0.0, 1e-14);
+        }
+        // The body has the volume 1; what eqs. (17)–(18) make of it is known to be far more.
+        let sum: f64 = made.volumes.iter().sum();
+        assert_within("volume of the cube of 1,000 nodes", sum, 1.7, 0.15);
+    }
+
+    #[test]
+    fn a_coincident_cluster_has_no_mass() {
+        let mut points = vec![DVec3::ZERO; 20];
+        points.extend(cloud::uniform(60, 1.0, 2));
+        let found = k_nearest(&points, &NearestSettings::default()).unwrap();
+        let made = dissertation_masses(
+            &points,
+            &found.neighborhoods,
+            &found.mean_distances,
+            &found.support_radii,
+            1000.0,
+        );
+        assert!(
+            made.volumes
+                .iter()
+                .chain(&made.densities)
+                .all(|v| v.is_finite())
+        );
+        assert_within("radius 0", made.masses[3], 0.0, 0.0);
     }
 }

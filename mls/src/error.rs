@@ -18,19 +18,12 @@ pub enum CloudError {
         /// Largest number allowed.
         limit: usize,
     },
+    /// No points.
+    #[error("no points; give at least one")]
+    Empty,
     /// A number of neighbours of zero.
     #[error("zero nearest neighbours asked for; ask for at least one")]
     NoNeighbors,
-    /// A list that does not have one entry per point.
-    #[error("{found} {name} for {points} points; give one per point")]
-    Length {
-        /// Which list.
-        name: &'static str,
-        /// Its length.
-        found: usize,
-        /// Number of points.
-        points: usize,
-    },
     /// A radius, scale or spacing that is not positive and finite.
     #[error("{name} is {value}; it must be positive and finite")]
     NotPositive {
@@ -73,6 +66,16 @@ pub enum GraphError {
     SelfLoop {
         /// Row.
         node: usize,
+    },
+    /// A list that does not have one entry per node or pair.
+    #[error("{found} {name} given, the graph needs {wanted}")]
+    Length {
+        /// Which list.
+        name: &'static str,
+        /// Its length.
+        found: usize,
+        /// Number of nodes or pairs.
+        wanted: usize,
     },
     /// More pairs than a `u32` can number.
     #[error("{count} pairs exceed the range of 32-bit offsets")]
@@ -134,7 +137,7 @@ pub enum StencilError {
         /// `max_j |Σ_i V_i g_ij − b_j| / max_j |b_j|` reached.
         residual: f64,
     },
-    /// The graph is not symmetric.
+    /// The graph is not symmetric, or a list does not fit it.
     #[error(transparent)]
     Graph(#[from] GraphError),
 }
@@ -146,9 +149,9 @@ pub enum MapError {
     /// The cloud cannot be searched.
     #[error(transparent)]
     Cloud(#[from] CloudError),
-    /// A cloud without nodes.
-    #[error("the map has no nodes")]
-    Empty,
+    /// A list of the wrong length.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
     /// A deformation gradient that is NaN or infinite.
     #[error("deformation gradient of node {node} is not finite")]
     DeformationGradient {
@@ -182,37 +185,9 @@ pub enum ShapeError {
         function: usize,
     },
     /// A singular weight at the node itself.
-    #[error("the weight of node {node} is infinite at the point; evaluate beside the node")]
+    #[error("the weight of node {node} is infinite at the point; evaluate next to the node")]
     InfiniteWeight {
         /// The node.
         node: u32,
-    },
-    /// A kernel that cannot be normalised.
-    #[error("the kernel has no finite integral in this dimension; choose another for SPH")]
-    NoIntegral,
-}
-
-/// A surface that cannot be spread over the nodes.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum BoundaryError {
-    /// The nodes cannot be searched, or a setting is not positive.
-    #[error(transparent)]
-    Cloud(#[from] CloudError),
-    /// A quadrature point or area vector that is NaN or infinite.
-    #[error("quadrature point {point} or its area vector is not finite")]
-    NotFinite {
-        /// Index of the quadrature point.
-        point: usize,
-    },
-    /// A quadrature point that no enlargement of the supports served.
-    #[error(
-        "quadrature point {point}: no well-posed support within {radius} m; the nodes are too far from the surface or lie in a plane"
-    )]
-    Unsupported {
-        /// Index of the quadrature point.
-        point: usize,
-        /// Largest radius tried.
-        radius: f64,
     },
 }

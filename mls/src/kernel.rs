@@ -1,46 +1,10 @@
 //! Weight functions of the distance.
 
-use std::f64::consts::PI;
-
-use crate::basis::Dimension;
-
-/// A radial weight function `w(q)` of `q = r / h`: implement it for your own kernel.
+/// A radial weight function `w(q)` of `q = r / h`, zero from `q = 1` on.
 ///
-/// It is evaluated for `0 <= q < 1` only; from `q = 1` on a weight counts as 0. `w` should be positive, and fall
-/// smoothly to 0 at `q = 1`, or what is approximated has jumps where a support ends.
-pub trait Weight: Sync {
-    /// Value `w(q)`.
-    fn value(&self, q: f64) -> f64;
-    /// Derivative `dw/dq`.
-    fn derivative(&self, q: f64) -> f64;
-}
-
-impl<W: Weight> Weight for &W {
-    fn value(&self, q: f64) -> f64 {
-        (*self).value(q)
-    }
-
-    fn derivative(&self, q: f64) -> f64 {
-        (*self).derivative(q)
-    }
-}
-
-impl Weight for Kernel {
-    fn value(&self, q: f64) -> f64 {
-        Kernel::value(*self, q)
-    }
-
-    fn derivative(&self, q: f64) -> f64 {
-        Kernel::derivative(*self, q)
-    }
-}
-
-/// The weight functions of the crate, `w(q)` of `q = r / h`, zero from `q = 1` on.
-///
-/// Not normalised to unit integral: moving least squares divides the factor out. The comparator
+/// Not normalised to unit integral: moving least squares divides the factor out. The baseline
 /// [`Kernel::InverseSquare`] is singular at 0 and cut off at `q = 1`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kernel {
     /// `(1 − q²)³` (Aras 2014, eqs. (15)–(16)); two continuous derivatives at `q = 1`.
     #[default]
@@ -116,28 +80,6 @@ impl Kernel {
         }
     }
 
-    /// Integral of `w(|x| / h)` over its support for `h = 1`; `None` if it diverges.
-    ///
-    /// Dividing by `integral · h^d` normalises the kernel, as SPH and eq. (18) need; the polynomial
-    /// one then is `315 / (64 π h⁹) (h² − r²)³` in 3D.
-    #[must_use]
-    pub fn integral(self, dimension: Dimension) -> Option<f64> {
-        use Dimension::{One, Three, Two};
-        Some(match (self, dimension) {
-            (Self::Polynomial, One) => 32.0 / 35.0,
-            (Self::Polynomial, Two) => PI / 4.0,
-            (Self::Polynomial, Three) => 64.0 * PI / 315.0,
-            (Self::CubicSpline, One) => 3.0 / 4.0,
-            (Self::CubicSpline, Two) => 7.0 * PI / 40.0,
-            (Self::CubicSpline, Three) => PI / 8.0,
-            (Self::WendlandC2, One) => 2.0 / 3.0,
-            (Self::WendlandC2, Two) => PI / 7.0,
-            (Self::WendlandC2, Three) => 2.0 * PI / 21.0,
-            (Self::InverseSquare, One | Two) => return None,
-            (Self::InverseSquare, Three) => 4.0 * PI,
-        })
-    }
-
     /// Short name for tables.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -183,29 +125,6 @@ mod tests {
         for kernel in Kernel::ALL {
             assert_within(kernel.name(), kernel.value(1.0), 0.0, 0.0);
             assert_within(kernel.name(), kernel.derivative(1.5), 0.0, 0.0);
-        }
-    }
-
-    #[test]
-    fn integrals_equal_fine_sums() {
-        for kernel in Kernel::ALL {
-            for dimension in [Dimension::One, Dimension::Two, Dimension::Three] {
-                let Some(integral) = kernel.integral(dimension) else {
-                    assert_eq!(kernel, Kernel::InverseSquare);
-                    continue;
-                };
-                let shell = |q: f64| match dimension {
-                    Dimension::One => 2.0,
-                    Dimension::Two => 2.0 * PI * q,
-                    Dimension::Three => 4.0 * PI * q * q,
-                };
-                let n = 20_000;
-                let q = |step: i32| (f64::from(step) + 0.5) / f64::from(n);
-                let sum: f64 = (0..n)
-                    .map(|step| shell(q(step)) * kernel.value(q(step)))
-                    .sum();
-                assert_within(kernel.name(), sum / f64::from(n), integral, 1e-8 * integral);
-            }
         }
     }
 

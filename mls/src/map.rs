@@ -6,7 +6,6 @@
 //! one-shot solution (eq. (62)) is only a first guess: here Newton's method is run on
 //! `X + u(X) − x = 0` to convergence.
 
-mod comparators;
 mod frame;
 #[cfg(test)]
 mod tests;
@@ -14,40 +13,13 @@ mod tests;
 use glam::DVec3;
 
 use crate::error::{CloudError, MapError};
-use crate::kernel::Kernel;
 use crate::neighborhoods::Neighborhoods;
-use crate::search::{BallTree, positive};
-pub use frame::{MapFrame, MapKind, MaterialPoint, Preimage};
+use crate::search::{BallTree, check, positive};
+pub use frame::{MapFrame, Preimage};
 
 /// Connection to the start node is followed through nodes whose support, enlarged by this factor,
-/// holds the point: paths round a notch count if they stay this near.
+/// holds the point: paths around a notch count if they stay this near.
 const ENLARGED: f64 = 1.5;
-
-/// How [`MapFrame::to_material`] searches.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct MapSettings {
-    /// Weight function of the support.
-    pub kernel: Kernel,
-    /// Newton stops when a step is below `tolerance` times the support radius of the start node.
-    pub tolerance: f64,
-    /// Most Newton steps before the fallback.
-    pub iteration_limit: usize,
-    /// Number of nodes in the fallback's average.
-    pub fallback_nodes: usize,
-}
-
-impl Default for MapSettings {
-    /// Polynomial kernel, tolerance 1e-12, 12 steps, 16 nodes in the fallback.
-    fn default() -> Self {
-        Self {
-            kernel: Kernel::Polynomial,
-            tolerance: 1e-12,
-            iteration_limit: 12,
-            fallback_nodes: 16,
-        }
-    }
-}
 
 /// The part of the map that does not move: rest positions, supports and who is connected to whom.
 ///
@@ -61,7 +33,6 @@ pub struct MaterialMap {
     severed: Vec<bool>,
     /// Supports enlarged by [`ENLARGED`].
     supports: BallTree,
-    settings: MapSettings,
 }
 
 impl MaterialMap {
@@ -84,46 +55,28 @@ impl MaterialMap {
     /// * `neighborhoods` -- who is connected to whom.
     ///
     /// # Errors
-    /// [`MapError`] for an empty cloud, a position that is not finite, or a radius that is not
-    /// positive.
-    ///
-    /// # Panics
-    /// If the slices are not `n` long.
+    /// [`MapError`] for an empty cloud, a list of the wrong length, a position that is not finite, or a
+    /// radius that is not positive.
     pub fn new(
         rest_positions: &[DVec3],
         support_radii: &[f64],
         neighborhoods: &Neighborhoods,
-        settings: &MapSettings,
     ) -> Result<Self, MapError> {
-        assert_eq!(
-            rest_positions.len(),
-            neighborhoods.node_count(),
-            "one position per node"
-        );
-        assert_eq!(
-            support_radii.len(),
-            neighborhoods.node_count(),
-            "one radius per node"
-        );
+        neighborhoods.check_nodes("rest positions", rest_positions.len())?;
+        neighborhoods.check_nodes("support radii", support_radii.len())?;
         if rest_positions.is_empty() {
-            return Err(MapError::Empty);
+            return Err(CloudError::Empty.into());
         }
         for &radius in support_radii {
             positive("a support radius", radius)?;
         }
-        if let Some(point) = rest_positions.iter().position(|x| !x.is_finite()) {
-            return Err(CloudError::NotFinite { point }.into());
-        }
-        if settings.fallback_nodes == 0 {
-            return Err(CloudError::NoNeighbors.into());
-        }
+        check(rest_positions)?;
         Ok(Self {
             rest_positions: rest_positions.to_vec(),
             support_radii: support_radii.to_vec(),
             neighborhoods: neighborhoods.clone(),
             severed: vec![false; neighborhoods.pair_count()],
             supports: BallTree::new(rest_positions, support_radii.iter().map(|h| h * ENLARGED)),
-            settings: *settings,
         })
     }
 

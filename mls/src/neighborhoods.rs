@@ -13,28 +13,9 @@ use crate::parallel::{ROWS_PER_TASK, to_u32};
 /// sorted, without repetition and without the node itself. A *pair* is a position in `indices`;
 /// data on pairs are plain slices of that length. A symmetric graph holds `(i, j)` and `(j, i)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "Unchecked"))]
 pub struct Neighborhoods {
     offsets: Vec<u32>,
     indices: Vec<u32>,
-}
-
-/// A graph as it is read, before it is one.
-#[cfg(feature = "serde")]
-#[derive(serde::Deserialize)]
-struct Unchecked {
-    offsets: Vec<u32>,
-    indices: Vec<u32>,
-}
-
-#[cfg(feature = "serde")]
-impl TryFrom<Unchecked> for Neighborhoods {
-    type Error = GraphError;
-
-    fn try_from(read: Unchecked) -> Result<Self, GraphError> {
-        Self::from_graph(read.offsets, read.indices)
-    }
 }
 
 impl Neighborhoods {
@@ -45,7 +26,7 @@ impl Neighborhoods {
     /// * `indices` -- neighbours, each below `n`, repeated entries are merged.
     ///
     /// # Errors
-    /// [`GraphError`] naming the place: offsets that break the rule, an index out of range, a self
+    /// [`GraphError`] naming the position: offsets that break the rule, an index out of range, a self
     /// entry.
     pub fn from_graph(offsets: Vec<u32>, mut indices: Vec<u32>) -> Result<Self, GraphError> {
         let count = offsets.len().checked_sub(1).ok_or(GraphError::Empty)?;
@@ -182,7 +163,7 @@ impl Neighborhoods {
         self.offsets[node] as usize..self.offsets[node + 1] as usize
     }
 
-    /// Neighbours of one node, rising.
+    /// Neighbours of one node, ascending.
     ///
     /// # Panics
     /// If `node` is out of range.
@@ -197,8 +178,18 @@ impl Neighborhoods {
     /// If `node` is out of range.
     #[must_use]
     pub fn find_pair(&self, node: usize, neighbor: u32) -> Option<usize> {
-        let place = self.row(node).binary_search(&neighbor).ok()?;
-        Some(self.offsets[node] as usize + place)
+        let position = self.row(node).binary_search(&neighbor).ok()?;
+        Some(self.offsets[node] as usize + position)
+    }
+
+    /// Refuses a list that does not have one entry per node.
+    pub(crate) fn check_nodes(&self, name: &'static str, found: usize) -> Result<(), GraphError> {
+        check_length(name, found, self.node_count())
+    }
+
+    /// Refuses a list that does not have one entry per pair.
+    pub(crate) fn check_pairs(&self, name: &'static str, found: usize) -> Result<(), GraphError> {
+        check_length(name, found, self.pair_count())
     }
 
     /// For every pair `(i, j)` the position of `(j, i)`, shape `(pairs)`.
@@ -213,13 +204,13 @@ impl Neighborhoods {
         for node in 0..self.node_count() {
             for &neighbor in self.row(node) {
                 let j = neighbor as usize;
-                let place = cursor[j];
-                let missing = place == self.offsets[j + 1];
-                if missing || self.indices[place as usize] as usize != node {
+                let position = cursor[j];
+                let missing = position == self.offsets[j + 1];
+                if missing || self.indices[position as usize] as usize != node {
                     return Err(self.first_asymmetry());
                 }
-                cursor[j] = place + 1;
-                reverse.push(place);
+                cursor[j] = position + 1;
+                reverse.push(position);
             }
         }
         Ok(reverse)
@@ -254,9 +245,9 @@ impl Neighborhoods {
         let mut sources = vec![0_u32; self.indices.len()];
         for node in 0..count {
             for &neighbor in self.row(node) {
-                let place = &mut cursor[neighbor as usize];
-                sources[*place as usize] = to_u32(node);
-                *place += 1;
+                let position = &mut cursor[neighbor as usize];
+                sources[*position as usize] = to_u32(node);
+                *position += 1;
             }
         }
         let rows: Vec<Vec<u32>> = (0..count)
@@ -297,6 +288,18 @@ impl Neighborhoods {
             row.dedup();
         }
         Self::from_rows(rows)
+    }
+}
+
+fn check_length(name: &'static str, found: usize, wanted: usize) -> Result<(), GraphError> {
+    if found == wanted {
+        Ok(())
+    } else {
+        Err(GraphError::Length {
+            name,
+            found,
+            wanted,
+        })
     }
 }
 

@@ -6,11 +6,36 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::neighborhoods::Neighborhoods;
+
 /// Length of the chunks over which sums are formed.
 pub(crate) const SUM_CHUNK: usize = 1024;
 
 /// Fewest rows given to one task; below this, starting a task costs more than it saves.
 pub(crate) const ROWS_PER_TASK: usize = 256;
+
+/// Runs `fill(node, slots of its pairs)` for all nodes in parallel.
+pub(crate) fn fill_rows<T: Send>(
+    neighborhoods: &Neighborhoods,
+    mut slots: &mut [T],
+    fill: impl Fn(usize, &mut [T]) + Sync,
+) {
+    let count = neighborhoods.node_count();
+    let mut tasks = Vec::with_capacity(count.div_ceil(ROWS_PER_TASK));
+    for first in (0..count).step_by(ROWS_PER_TASK) {
+        let nodes = first..(first + ROWS_PER_TASK).min(count);
+        let start = neighborhoods.pairs(first).start;
+        let (head, tail) = slots.split_at_mut(neighborhoods.pairs(nodes.end - 1).end - start);
+        tasks.push((nodes, start, head));
+        slots = tail;
+    }
+    tasks.into_par_iter().for_each(|(nodes, start, slots)| {
+        for node in nodes {
+            let pairs = neighborhoods.pairs(node);
+            fill(node, &mut slots[pairs.start - start..pairs.end - start]);
+        }
+    });
+}
 
 /// Sum of `term(i)` for `i` in `0..count`, in a fixed order.
 pub(crate) fn ordered_sum(count: usize, term: impl Fn(usize) -> DVec3 + Sync) -> DVec3 {

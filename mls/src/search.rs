@@ -1,5 +1,5 @@
-//! Neighbour search: on a bulk-loaded R*-tree for many queries of one cloud, by boxes round runs of
-//! points for few.
+//! Neighbour search: on a bulk-loaded R*-tree for many queries of one cloud, by boxes around runs
+//! of points for few.
 
 use std::cmp::Ordering;
 
@@ -15,8 +15,8 @@ use crate::parallel::{ROWS_PER_TASK, to_u32};
 /// A point of the tree with its index.
 type Entry = GeomWithData<[f64; 3], u32>;
 
-/// Share by which the guessed ball is larger than that of the query before: small enough to hold few
-/// points in vain, large enough that neighbouring queries seldom find too few.
+/// Factor by which the guessed ball is larger than that of the query before: small enough to hold few
+/// points too many, large enough that neighbouring queries seldom find too few.
 const GUESS_MARGIN: f64 = 1.15;
 
 /// Order by distance, then by index.
@@ -121,14 +121,14 @@ impl PointTree {
     }
 }
 
-/// Boxes round runs of consecutive points: made in one pass, for a few queries of points that move.
+/// Boxes around runs of consecutive points: made in one pass, for a few queries of points that move.
 ///
-/// A query looks at all boxes round groups of runs, at the runs of near groups and at the points of near runs. Where
+/// A query looks at all boxes around groups of runs, at the runs of near groups and at the points of near runs. Where
 /// consecutive points are far from each other it looks at every point; the answer is exact in any order.
 #[derive(Debug, Clone)]
 pub(crate) struct PointRuns {
     boxes: Vec<[DVec3; 2]>,
-    /// Round every [`GROUP`] of them.
+    /// Around every [`GROUP`] of them.
     groups: Vec<[DVec3; 2]>,
 }
 
@@ -158,11 +158,11 @@ impl PointRuns {
     pub(crate) fn new(points: &[DVec3]) -> Result<Self, CloudError> {
         check(points)?;
         let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let round = |run: &[DVec3]| {
+        let enclose = |run: &[DVec3]| {
             run.iter()
                 .fold(none, |[low, high], &x| [low.min(x), high.max(x)])
         };
-        let boxes: Vec<_> = points.chunks(RUN).map(round).collect();
+        let boxes: Vec<_> = points.chunks(RUN).map(enclose).collect();
         let join = |group: &[[DVec3; 2]]| {
             let boxes = group.iter();
             boxes.fold(none, |[low, high], [a, b]| [low.min(*a), high.max(*b)])
@@ -249,7 +249,6 @@ impl BallTree {
 
 /// How [`k_nearest`] chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NearestSettings {
     /// Number of nearest nodes k whose mean distance sets the support radius.
     pub nearest: usize,
@@ -272,7 +271,6 @@ impl Default for NearestSettings {
 
 /// Neighbourhoods from the k nearest nodes, with what the search measured on the way.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct KNearest {
     /// Neighbours within the support radius, at most the limit. Not symmetric in general.
     pub neighborhoods: Neighborhoods,

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::basis::{Basis, BasisValues, LARGEST_BASIS};
 use crate::error::ShapeError;
-use crate::kernel::{Kernel, Weight};
+use crate::kernel::Kernel;
 
 /// Square of the smallest pivot, relative to its diagonal, below which a moment matrix counts as
 /// singular: at this point a reproduced polynomial keeps no digit.
@@ -14,15 +14,15 @@ const SINGULAR_PIVOT: f64 = 1e-14;
 ///
 /// Coordinates that the basis does not span are not looked at, neither in the basis nor in distances.
 #[derive(Debug, Clone, Copy)]
-pub struct Approximation<'a, W = Kernel> {
+pub struct Approximation<'a> {
     /// Node positions (m), shape `(n)`.
     pub nodes: &'a [DVec3],
     /// Support radii (m), shape `(n)`, positive.
     pub support_radii: &'a [f64],
     /// Basis of the approximation.
     pub basis: Basis,
-    /// Weight function: a [`Kernel`] or your own.
-    pub kernel: W,
+    /// Weight function.
+    pub kernel: Kernel,
 }
 
 /// Workspace of [`Approximation::shape_functions_into`]; contents on entry do not matter.
@@ -44,7 +44,7 @@ struct Fit {
     a: BasisValues,
 }
 
-impl<W: Weight> Approximation<'_, W> {
+impl Approximation<'_> {
     /// Shape functions and gradients of some nodes at one point.
     ///
     /// `φ_j = p(x)ᵀ A⁻¹ w_j p(x_j)` with `A = Σ_j w_j p(x_j) p(x_j)ᵀ` and
@@ -211,42 +211,6 @@ impl<W: Weight> Approximation<'_, W> {
     }
 }
 
-/// SPH approximation `u(x) = Σ_j w_j(x) u_j ΔV_j` with the kernel normalised to unit integral (Aras
-/// 2014, eq. (10)): the comparator that reproduces not even a constant.
-///
-/// # Arguments
-/// * `volumes` -- `ΔV_j` (m, m² or m³ after the basis' dimension), shape `(n)`.
-/// * `values` -- `u_j`, shape `(n)`.
-///
-/// # Errors
-/// [`ShapeError::NoIntegral`] for a kernel without a finite integral.
-///
-/// # Panics
-/// If a slice is shorter than the largest neighbour index.
-pub fn sph_value(
-    approximation: &Approximation<'_>,
-    x: DVec3,
-    neighbors: &[u32],
-    volumes: &[f64],
-    values: &[f64],
-) -> Result<f64, ShapeError> {
-    let dimension = approximation.basis.dimension();
-    let integral = approximation
-        .kernel
-        .integral(dimension)
-        .ok_or(ShapeError::NoIntegral)?;
-    let power = i32::try_from(dimension.count()).expect("at most three dimensions");
-    let mut sum = 0.0;
-    for &node in neighbors {
-        let j = node as usize;
-        let h = approximation.support_radii[j];
-        let q = dimension.flatten(x - approximation.nodes[j]).length() / h;
-        let w = approximation.kernel.value(q) / (integral * h.powi(power));
-        sum += w * values[j] * volumes[j];
-    }
-    Ok(sum)
-}
-
 type Matrix = [[f64; LARGEST_BASIS]; LARGEST_BASIS];
 
 /// `A += w p pᵀ`, lower triangle.
@@ -308,7 +272,13 @@ fn invert(matrix: &Matrix, m: usize) -> Result<(Matrix, f64), ShapeError> {
             }
         }
     }
-    // Inverse of the factor, then L⁻ᵀ L⁻¹.
+    let (inverse, inverse_norm) = invert_factor(&factor, &scale, m);
+    let largest = |values: &BasisValues| values.iter().fold(0.0_f64, |most, v| most.max(*v));
+    Ok((inverse, largest(&norm) * largest(&inverse_norm)))
+}
+
+/// `S L⁻ᵀ L⁻¹ S` of a Cholesky factor L and a diagonal S, and the column sums of `|L⁻ᵀ L⁻¹|`.
+fn invert_factor(factor: &Matrix, scale: &BasisValues, m: usize) -> (Matrix, BasisValues) {
     let mut back = [[0.0; LARGEST_BASIS]; LARGEST_BASIS];
     for j in 0..m {
         back[j][j] = factor[j][j].recip();
@@ -336,8 +306,7 @@ fn invert(matrix: &Matrix, m: usize) -> Result<(Matrix, f64), ShapeError> {
             inverse[j][i] = inverse[i][j];
         }
     }
-    let largest = |values: &BasisValues| values.iter().fold(0.0_f64, |most, v| most.max(*v));
-    Ok((inverse, largest(&norm) * largest(&inverse_norm)))
+    (inverse, inverse_norm)
 }
 
 #[cfg(test)]

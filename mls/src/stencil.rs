@@ -1,4 +1,4 @@
-//! Moving-least-squares gradient stencils at the nodes, as the dissertation uses them.
+//! Moving-least-squares gradient stencils at the nodes, plain or conservative.
 
 use std::ops::Range;
 
@@ -7,13 +7,12 @@ use rayon::prelude::*;
 
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::{ROWS_PER_TASK, to_u32};
+use crate::parallel::{ROWS_PER_TASK, fill_rows, to_u32};
 use crate::symmetric::{SymmetricEigen, outer};
 use crate::weights::inverse_square_weights;
 
 /// What the neighbours of a node span.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StencilRank {
     /// Number of independent directions: 3 full, 2 coplanar, 1 collinear, 0 no usable neighbour.
     pub rank: u8,
@@ -23,138 +22,163 @@ pub struct StencilRank {
     pub axis: DVec3,
 }
 
-/// Gradient stencils of moving least squares through the node's own value:
-/// `g_ij = w_ij A_i⁻¹ X_ij`, `A_i = Σ_j w_ij X_ij X_ijᵀ` (Aras 2014, eqs. (22)–(27)).
+/// Outcome of the solve for μ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveReport {
+    /// Iterations made.
+    pub iterations: usize,
+    /// `max_j |Σ_i V_i g_ij − b_j| / max_j |b_j|` with the `b` enforced.
+    pub residual: f64,
+    /// `max_j |b_j − b_j given| / max_j |b_j|`: how far the boundary vectors had to move so that
+    /// every connected piece meets `Σ b = 0` and `Σ b ⊗ X = Σ V I` as far as its stencils can.
+    pub boundary_shift: f64,
+    /// Whether the residual reached the tolerance.
+    pub converged: bool,
+}
+
+/// Gradient stencils at the nodes of a cloud in factored form, one number per pair:
+/// `g_ij = w_ij [B_i X_ij + s_i (μ_j − μ_i)]`, and `∇u_i = Σ_j (u_j − u_i) ⊗ g_ij`.
 ///
-/// Exact for linear fields, but not conservative: `Σ_i V_i g_ij` differs from the boundary vectors,
-/// so a nodal method built on them fails the patch test. Use
-/// [`crate::ConservativeStencils`] unless the dissertation's own form is wanted; these also take
-/// neighbourhoods that are not symmetric.
+/// [`GradientStencils::conservative`] makes stencils for mechanics; a nodal method built on them passes
+/// the patch test. [`GradientStencils::plain`] makes those of Aras (2014), with `B_i = A_i⁻¹` and without
+/// scales and multipliers; they also take neighbourhoods that are not symmetric.
+///
+/// Arrays on pairs follow the pairs of the [`Neighborhoods`] that built them. They are read freely;
+/// changing them by hand breaks what [`GradientStencils::update_rows`] relies on.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GradientStencils {
-    /// `g_ij` (1/m), shape `(pairs)`.
-    pub pair_gradients: Vec<DVec3>,
-    /// `g_ii = −Σ_j g_ij` (1/m), shape `(n)`.
-    pub self_gradients: Vec<DVec3>,
     /// Current weights `w_ij = f_ij · w0_ij`, to the digits of an f32, shape `(pairs)`.
     pub weights: Vec<f64>,
-    /// `A_i⁻¹`, truncated where the rank is below 3, shape `(n)`: with the weights the factored form
-    /// `g_ij = w_ij A_i⁻¹ X_ij`.
-    pub moment_inverses: Vec<DMat3>,
+    /// `B_i = A_i⁻¹ − s_i H_i` (see [`GradientStencils::conservative`]), truncated where the rank is
+    /// below 3, shape `(n)`.
+    pub matrices: Vec<DMat3>,
+    /// `s_i`: the volume `V_i` on rows of rank 3, 0 on others, shape `(n)`; empty for plain stencils.
+    pub scales: Vec<f64>,
+    /// `μ_i` (1/m⁴ times the unit of 1/w), shape `(n)`; empty for plain stencils.
+    pub multipliers: Vec<DVec3>,
     /// Rank, condition and axis of every node, shape `(n)`.
     pub ranks: Vec<StencilRank>,
-    base_weights: Vec<f64>,
-    rank_tolerance: f64,
-}
-
-/// Memory that stencils hold, without the neighbourhoods (4 bytes per node and per pair).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StencilMemory {
-    /// Bytes per node.
-    pub per_node: usize,
-    /// Bytes per directed pair.
-    pub per_pair: usize,
-    /// Bytes in all, as allocated.
-    pub total: usize,
-}
-
-/// Bytes that a vector has allocated.
-pub(crate) fn allocated<T>(values: &Vec<T>) -> usize {
-    values.capacity() * size_of::<T>()
-}
-
-/// One row before it is stored.
-pub(crate) struct Row {
-    pub(crate) moment_inverse: DMat3,
-    /// `B` of the factored form.
-    pub(crate) matrix: DMat3,
-    pub(crate) rank: StencilRank,
-    pub(crate) self_gradient: DVec3,
+    /// Nodal volumes (m³) as given, shape `(n)`; empty for plain stencils.
+    pub volumes: Vec<f64>,
+    /// Boundary area vectors that the solve enforced (m²), shape `(n)`; empty for plain stencils.
+    pub boundary_vectors: Vec<DVec3>,
+    /// Outcome of the set-up solve; none for plain stencils.
+    pub report: Option<SolveReport>,
+    pub(crate) base_weights: Vec<f64>,
+    pub(crate) rank_tolerance: f64,
 }
 
 impl GradientStencils {
-    /// Builds the stencils of a cloud.
+    /// Moving least squares through the node's own value: `g_ij = w_ij A_i⁻¹ X_ij`,
+    /// `A_i = Σ_j w_ij X_ij X_ijᵀ` (Aras 2014, eqs. (22)–(27)).
+    ///
+    /// Not conservative: `Σ_i V_i g_ij` differs from the boundary vectors, so a nodal method built on
+    /// these stencils fails the patch test.
     ///
     /// # Arguments
     /// * `positions` -- rest positions X (m), shape `(n)`.
     /// * `weights` -- `w_ij ≥ 0`, shape `(pairs)`; [`crate::kernel_weights`] for the dissertation's.
-    /// * `rank_tolerance` -- eigenvalues of a moment matrix below this share of the largest count
+    /// * `rank_tolerance` -- eigenvalues of a moment matrix below this fraction of the largest count
     ///   as zero; 1e-3 is the value used elsewhere.
     ///
     /// # Errors
-    /// [`StencilError`] naming the first position or weight that is not finite or negative.
-    ///
-    /// # Panics
-    /// If a slice does not have its stated length.
+    /// [`StencilError`] for a list of the wrong length and for the first position or weight that is not
+    /// finite or negative.
     ///
     /// # Numerics
     /// Linear fields are exact to about `condition · ε` on rows of rank 3, in the span on others.
-    pub fn new(
+    pub fn plain(
         positions: &[DVec3],
         neighborhoods: &Neighborhoods,
         weights: Vec<f64>,
         rank_tolerance: f64,
     ) -> Result<Self, StencilError> {
-        let count = neighborhoods.node_count();
-        assert_eq!(positions.len(), count, "one position per node");
-        assert_eq!(
-            weights.len(),
-            neighborhoods.pair_count(),
-            "one weight per pair"
-        );
-        let weights: Vec<f64> = weights.into_iter().map(rounded).collect();
-        validate(positions, &weights)?;
-        let mut pair_gradients = vec![DVec3::ZERO; weights.len()];
-        let rows = build_rows(neighborhoods, &mut pair_gradients, |node, out| {
-            let pairs = neighborhoods.pairs(node);
-            build_row(
-                positions,
-                neighborhoods,
-                node,
-                &weights[pairs],
-                rank_tolerance,
-                out,
-            )
-        });
-        let mut stencils = Self {
-            pair_gradients,
-            self_gradients: Vec::with_capacity(count),
+        let weights = checked_weights(positions, neighborhoods, weights)?;
+        let (matrices, ranks) = moments(positions, neighborhoods, &weights, rank_tolerance);
+        Ok(Self {
             base_weights: weights.clone(),
             weights,
-            moment_inverses: Vec::with_capacity(count),
-            ranks: Vec::with_capacity(count),
+            matrices,
+            scales: Vec::new(),
+            multipliers: Vec::new(),
+            ranks,
+            volumes: Vec::new(),
+            boundary_vectors: Vec::new(),
+            report: None,
             rank_tolerance,
-        };
-        for row in rows.into_iter().flatten() {
-            stencils.self_gradients.push(row.self_gradient);
-            stencils.moment_inverses.push(row.moment_inverse);
-            stencils.ranks.push(row.rank);
-        }
-        Ok(stencils)
+        })
     }
 
-    /// Memory held: 24 + 72 + 40 bytes per node, 24 + 8 + 8 per pair.
+    /// The stencils if their solve reached its tolerance.
+    ///
+    /// # Errors
+    /// [`StencilError::NotConverged`] if it stopped short: `Σ_i V_i g_ij = b_j` then holds to the
+    /// residual only.
+    pub fn converged(self) -> Result<Self, StencilError> {
+        match self.report {
+            Some(SolveReport {
+                iterations,
+                residual,
+                converged: false,
+                ..
+            }) => Err(StencilError::NotConverged {
+                iterations,
+                residual,
+            }),
+            _ => Ok(self),
+        }
+    }
+
+    /// `g_ij` (1/m) written out, shape `(pairs)`; `g_ii = −Σ_j g_ij`.
+    ///
+    /// # Panics
+    /// If positions or graph are not those of the set-up.
     #[must_use]
-    pub fn memory_bytes(&self) -> StencilMemory {
-        StencilMemory {
-            per_node: size_of::<DVec3>() + size_of::<DMat3>() + size_of::<StencilRank>(),
-            per_pair: size_of::<DVec3>() + 2 * size_of::<f64>(),
-            total: allocated(&self.pair_gradients)
-                + allocated(&self.self_gradients)
-                + allocated(&self.weights)
-                + allocated(&self.moment_inverses)
-                + allocated(&self.ranks)
-                + allocated(&self.base_weights),
-        }
+    pub fn pair_gradients(&self, positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<DVec3> {
+        self.assert_same(positions, neighborhoods);
+        let mut gradients = vec![DVec3::ZERO; self.weights.len()];
+        fill_rows(neighborhoods, &mut gradients, |node, out| {
+            let pairs = neighborhoods.pairs(node).zip(neighborhoods.row(node));
+            for (g, (pair, &j)) in out.iter_mut().zip(pairs) {
+                let j = j as usize;
+                let mut factor = self.matrices[node] * (positions[j] - positions[node]);
+                if !self.multipliers.is_empty() {
+                    let apart = self.multipliers[j] - self.multipliers[node];
+                    factor += apart * self.scales[node];
+                }
+                *g = factor * self.weights[pair];
+            }
+        });
+        gradients
     }
 
-    /// Rebuilds the touched rows with new pair factors, `w_ij = f_ij · w0_ij`, in time proportional
-    /// to their pairs. `factor` is called for the pairs of the touched rows.
+    /// Heap bytes: conservative stencils hold 176 per node, plain ones 112, both 16 per pair.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.weights)
+            + size_of_val(&*self.matrices)
+            + size_of_val(&*self.scales)
+            + size_of_val(&*self.multipliers)
+            + size_of_val(&*self.ranks)
+            + size_of_val(&*self.volumes)
+            + size_of_val(&*self.boundary_vectors)
+            + size_of_val(&*self.base_weights)
+    }
+
+    /// Takes new pair factors and rebuilds the touched rows, and only those: weights `f_ij · w0_ij`,
+    /// moment matrix, rank, and the correction with the μ of before.
+    ///
+    /// No solve, and `b` stays: solving again with the old `b` would act as if there were no cut. The time
+    /// is proportional to the pairs of the touched rows.
+    ///
+    /// # Arguments
+    /// * `factor` -- `f_ij` in 0..=1 of a pair, 1 uncut, 0 severed; asked for the pairs of the touched
+    ///   rows.
+    /// * `touched` -- every node with a changed factor in its row; repeats do no harm.
     ///
     /// # Errors
     /// [`StencilError::Weight`] if a factor of a touched row is negative or not finite; rows before
-    /// it are then rebuilt already.
+    /// it are then rebuilt already, the others are as before.
     ///
     /// # Panics
     /// If positions or graph are not those of the set-up or a touched node is out of range.
@@ -165,32 +189,58 @@ impl GradientStencils {
         factor: impl Fn(usize) -> f64,
         touched: &[u32],
     ) -> Result<(), StencilError> {
+        self.assert_same(positions, neighborhoods);
+        for &node in touched {
+            let node = node as usize;
+            let pairs = neighborhoods.pairs(node);
+            self.take_factors(&factor, pairs.clone())?;
+            let weights = &self.weights[pairs];
+            let moment = moment(positions, neighborhoods, node, weights);
+            let (inverse, rank) = invert_moment(&moment, self.rank_tolerance);
+            self.ranks[node] = rank;
+            self.matrices[node] = inverse;
+            if self.multipliers.is_empty() {
+                continue;
+            }
+            self.scales[node] = 0.0;
+            if rank.rank == 3 {
+                let multipliers = &self.multipliers;
+                let h = correction(
+                    positions,
+                    neighborhoods,
+                    node,
+                    weights,
+                    multipliers,
+                    &inverse,
+                );
+                self.scales[node] = self.volumes[node];
+                self.matrices[node] -= h * self.volumes[node];
+            }
+        }
+        Ok(())
+    }
+
+    fn assert_same(&self, positions: &[DVec3], neighborhoods: &Neighborhoods) {
         assert_eq!(positions.len(), self.ranks.len(), "one position per node");
         assert_eq!(
             neighborhoods.pair_count(),
             self.weights.len(),
             "the graph of the set-up"
         );
-        for &node in touched {
-            let node = node as usize;
-            let pairs = neighborhoods.pairs(node);
-            take_factors(
-                &mut self.weights,
-                &self.base_weights,
-                &factor,
-                pairs.clone(),
-            )?;
-            let row = build_row(
-                positions,
-                neighborhoods,
-                node,
-                &self.weights[pairs.clone()],
-                self.rank_tolerance,
-                &mut self.pair_gradients[pairs],
-            );
-            self.moment_inverses[node] = row.moment_inverse;
-            self.ranks[node] = row.rank;
-            self.self_gradients[node] = row.self_gradient;
+    }
+
+    /// `w = f · w0`, rounded, on some pairs.
+    fn take_factors(
+        &mut self,
+        factor: impl Fn(usize) -> f64,
+        pairs: Range<usize>,
+    ) -> Result<(), StencilError> {
+        for pair in pairs {
+            let value = rounded(factor(pair) * self.base_weights[pair]);
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(StencilError::Weight { pair, value });
+            }
+            self.weights[pair] = value;
         }
         Ok(())
     }
@@ -203,15 +253,14 @@ impl GradientStencils {
 /// surface this is the difference between a set-up solve that converges and one that cannot.
 ///
 /// # Errors
-/// [`StencilError`] for a position that is not finite or a graph that grows too large.
-///
-/// # Panics
-/// If `positions` is not `n` long.
+/// [`StencilError`] for a position that is not finite, positions of another number than the nodes, or a
+/// graph that grows too large.
 pub fn widen_deficient_rows(
     positions: &[DVec3],
     neighborhoods: &Neighborhoods,
     rank_tolerance: f64,
 ) -> Result<(Neighborhoods, Vec<u32>), StencilError> {
+    neighborhoods.check_nodes("positions", positions.len())?;
     let mut graph = neighborhoods.clone();
     let mut rounds = 0;
     loop {
@@ -234,8 +283,26 @@ pub fn widen_deficient_rows(
     }
 }
 
+/// Truncated inverses of all moment matrices, and the ranks.
+pub(crate) fn moments(
+    positions: &[DVec3],
+    neighborhoods: &Neighborhoods,
+    weights: &[f64],
+    rank_tolerance: f64,
+) -> (Vec<DMat3>, Vec<StencilRank>) {
+    (0..positions.len())
+        .into_par_iter()
+        .with_min_len(ROWS_PER_TASK)
+        .map(|node| {
+            let weights = &weights[neighborhoods.pairs(node)];
+            let moment = moment(positions, neighborhoods, node, weights);
+            invert_moment(&moment, rank_tolerance)
+        })
+        .unzip()
+}
+
 /// `A_i = Σ_j w_ij X_ij X_ijᵀ`.
-pub(crate) fn moment(
+fn moment(
     positions: &[DVec3],
     neighborhoods: &Neighborhoods,
     node: usize,
@@ -249,101 +316,35 @@ pub(crate) fn moment(
     moment
 }
 
-/// A weight to the digits of an f32, in which whoever takes the factored form over may keep it: what is
-/// solved for and inverted then belongs to the very weights that are used.
-#[allow(
-    clippy::cast_possible_truncation,
-    reason = "rounding to f32 is the purpose"
-)]
-pub(crate) fn rounded(weight: f64) -> f64 {
-    (weight as f32).into()
-}
-
-/// `w = f · w0`, rounded, on some pairs.
-pub(crate) fn take_factors(
-    weights: &mut [f64],
-    base: &[f64],
-    factor: impl Fn(usize) -> f64,
-    pairs: Range<usize>,
-) -> Result<(), StencilError> {
-    for pair in pairs {
-        let value = rounded(factor(pair) * base[pair]);
-        if !(value >= 0.0 && value.is_finite()) {
-            return Err(StencilError::Weight { pair, value });
-        }
-        weights[pair] = value;
-    }
-    Ok(())
-}
-
-/// Builds `g0_ij` of one row into `out` (shape: pairs of the row).
-fn build_row(
+/// `H_i = Σ_k (μ_k − μ_i) g0_ikᵀ` of a row of rank 3.
+pub(crate) fn correction(
     positions: &[DVec3],
     neighborhoods: &Neighborhoods,
     node: usize,
     weights: &[f64],
-    rank_tolerance: f64,
-    out: &mut [DVec3],
-) -> Row {
-    let at = positions[node];
-    let row = neighborhoods.row(node);
-    let moment = moment(positions, neighborhoods, node, weights);
-    let (moment_inverse, rank) = invert_moment(&moment, rank_tolerance);
-    let mut self_gradient = DVec3::ZERO;
-    for ((&j, &w), g) in row.iter().zip(weights).zip(out) {
-        *g = moment_inverse * ((positions[j as usize] - at) * w);
-        self_gradient -= *g;
+    multipliers: &[DVec3],
+    moment_inverse: &DMat3,
+) -> DMat3 {
+    let mut tensor = DMat3::ZERO;
+    for (&j, &w) in neighborhoods.row(node).iter().zip(weights) {
+        let x = positions[j as usize] - positions[node];
+        tensor += outer(multipliers[j as usize] - multipliers[node], x * w);
     }
-    Row {
-        moment_inverse,
-        matrix: moment_inverse,
-        rank,
-        self_gradient,
-    }
+    tensor * *moment_inverse
 }
 
-/// Runs `build(node, slots of its pairs)` for all nodes in parallel; rows come back in order.
-pub(crate) fn build_rows<T: Send>(
-    neighborhoods: &Neighborhoods,
-    slots: &mut [T],
-    build: impl Fn(usize, &mut [T]) -> Row + Sync,
-) -> Vec<Vec<Row>> {
-    split_rows(neighborhoods, slots)
-        .into_par_iter()
-        .map(|(nodes, out)| {
-            let first = neighborhoods.pairs(nodes.start).start;
-            let mut rows = Vec::with_capacity(nodes.len());
-            for node in nodes {
-                let pairs = neighborhoods.pairs(node);
-                rows.push(build(
-                    node,
-                    &mut out[pairs.start - first..pairs.end - first],
-                ));
-            }
-            rows
-        })
-        .collect()
-}
-
-/// Splits the slots of all pairs into blocks of whole rows.
-pub(crate) fn split_rows<'a, T>(
-    neighborhoods: &Neighborhoods,
-    mut slots: &'a mut [T],
-) -> Vec<(Range<usize>, &'a mut [T])> {
-    let count = neighborhoods.node_count();
-    let mut tasks = Vec::with_capacity(count.div_ceil(ROWS_PER_TASK));
-    for first in (0..count).step_by(ROWS_PER_TASK) {
-        let last = (first + ROWS_PER_TASK).min(count);
-        let pairs = neighborhoods.pairs(last - 1).end - neighborhoods.pairs(first).start;
-        let (head, tail) = slots.split_at_mut(pairs);
-        tasks.push((first..last, head));
-        slots = tail;
-    }
-    tasks
+/// A weight to the digits of an f32, so that the factored form may be stored in one: what is solved for
+/// and inverted then belongs to the very weights that are used.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "rounding to f32 is the purpose"
+)]
+fn rounded(weight: f64) -> f64 {
+    (weight as f32).into()
 }
 
 /// Truncated inverse of a moment matrix with its rank, condition and axis.
-pub(crate) fn invert_moment(moment: &DMat3, tolerance: f64) -> (DMat3, StencilRank) {
+fn invert_moment(moment: &DMat3, tolerance: f64) -> (DMat3, StencilRank) {
     let eigen = SymmetricEigen::new(moment);
     let rank = eigen.rank(tolerance);
     let (count, axis) = match rank {
@@ -360,8 +361,21 @@ pub(crate) fn invert_moment(moment: &DMat3, tolerance: f64) -> (DMat3, StencilRa
     (eigen.truncated_inverse(rank), quality)
 }
 
+/// Weights rounded as they are stored, if they and the positions are fit.
+pub(crate) fn checked_weights(
+    positions: &[DVec3],
+    neighborhoods: &Neighborhoods,
+    weights: Vec<f64>,
+) -> Result<Vec<f64>, StencilError> {
+    neighborhoods.check_nodes("positions", positions.len())?;
+    neighborhoods.check_pairs("weights", weights.len())?;
+    let weights: Vec<f64> = weights.into_iter().map(rounded).collect();
+    validate(positions, &weights)?;
+    Ok(weights)
+}
+
 /// Refuses positions and weights that are not finite, and negative weights.
-pub(crate) fn validate(positions: &[DVec3], weights: &[f64]) -> Result<(), StencilError> {
+fn validate(positions: &[DVec3], weights: &[f64]) -> Result<(), StencilError> {
     if let Some(node) = positions.iter().position(|x| !x.is_finite()) {
         return Err(StencilError::Position { node });
     }

@@ -7,11 +7,11 @@ const SWEEPS: usize = 12;
 
 /// Eigenvalues and eigenvectors of a symmetric 3×3 matrix, largest eigenvalue first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SymmetricEigen {
+pub(crate) struct SymmetricEigen {
     /// Eigenvalues, falling.
-    pub values: [f64; 3],
+    pub(crate) values: [f64; 3],
     /// Unit eigenvectors, orthogonal, `vectors[k]` belongs to `values[k]`.
-    pub vectors: [DVec3; 3],
+    pub(crate) vectors: [DVec3; 3],
 }
 
 impl SymmetricEigen {
@@ -20,7 +20,7 @@ impl SymmetricEigen {
     /// Exact to round-off also for rank 1, rank 2 and equal eigenvalues, where closed forms fail.
     /// Only the lower triangle is read. Non-finite input gives non-finite eigenvalues.
     #[must_use]
-    pub fn new(matrix: &DMat3) -> Self {
+    pub(crate) fn new(matrix: &DMat3) -> Self {
         let mut a = [
             [matrix.x_axis.x, matrix.x_axis.y, matrix.x_axis.z],
             [matrix.x_axis.y, matrix.y_axis.y, matrix.y_axis.z],
@@ -47,7 +47,7 @@ impl SymmetricEigen {
 
     /// Number of eigenvalues above `tolerance · λ_max`; 0 if the largest is not positive.
     #[must_use]
-    pub fn rank(&self, tolerance: f64) -> usize {
+    pub(crate) fn rank(&self, tolerance: f64) -> usize {
         let bound = self.values[0] * tolerance;
         if self.values[0] > 0.0 {
             self.values.iter().filter(|&&value| value > bound).count()
@@ -58,7 +58,7 @@ impl SymmetricEigen {
 
     /// `λ_max / λ_min`; infinite if the smallest is not positive.
     #[must_use]
-    pub fn condition(&self) -> f64 {
+    pub(crate) fn condition(&self) -> f64 {
         if self.values[2] > 0.0 {
             self.values[0] / self.values[2]
         } else {
@@ -68,7 +68,7 @@ impl SymmetricEigen {
 
     /// Inverse on the span of the `rank` largest eigenvalues, zero on the rest.
     #[must_use]
-    pub fn truncated_inverse(&self, rank: usize) -> DMat3 {
+    pub(crate) fn truncated_inverse(&self, rank: usize) -> DMat3 {
         let mut inverse = DMat3::ZERO;
         for (value, vector) in self.values.iter().zip(&self.vectors).take(rank) {
             inverse += outer(*vector / *value, *vector);

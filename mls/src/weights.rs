@@ -3,35 +3,25 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::kernel::Weight;
+use crate::kernel::Kernel;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::ROWS_PER_TASK;
+use crate::parallel::{ROWS_PER_TASK, fill_rows};
 
 /// Computes `value(i, j)` for every pair in order, rows in parallel.
 fn for_pairs(
+    positions: &[DVec3],
     neighborhoods: &Neighborhoods,
     value: impl Fn(usize, usize) -> f64 + Sync,
 ) -> Vec<f64> {
-    let rows = |node: usize| {
-        let value = &value;
-        let row = neighborhoods.row(node);
-        row.iter()
-            .map(move |&neighbor| value(node, neighbor as usize))
-    };
-    let count = neighborhoods.node_count();
+    assert_eq!(
+        positions.len(),
+        neighborhoods.node_count(),
+        "one position per node"
+    );
     let mut weights = vec![0.0; neighborhoods.pair_count()];
-    let mut slots = Vec::with_capacity(count.div_ceil(ROWS_PER_TASK));
-    let mut rest = weights.as_mut_slice();
-    for first in (0..count).step_by(ROWS_PER_TASK) {
-        let last = (first + ROWS_PER_TASK).min(count);
-        let pairs = neighborhoods.pairs(last - 1).end - neighborhoods.pairs(first).start;
-        let (head, tail) = rest.split_at_mut(pairs);
-        slots.push((first..last, head));
-        rest = tail;
-    }
-    slots.into_par_iter().for_each(|(nodes, out)| {
-        for (slot, weight) in out.iter_mut().zip(nodes.flat_map(rows)) {
-            *slot = weight;
+    fill_rows(neighborhoods, &mut weights, |node, out| {
+        for (weight, &neighbor) in out.iter_mut().zip(neighborhoods.row(node)) {
+            *weight = value(node, neighbor as usize);
         }
     });
     weights
@@ -43,35 +33,26 @@ fn for_pairs(
 /// * `positions` -- node positions (m), shape `(n)`.
 /// * `support_radii` -- h (m), shape `(n)`. A radius of 0 gives the weight 0.
 ///
-/// The kernel is a [`crate::Kernel`] or your own. Pairs of coincident nodes get the weight 0 where it is
-/// infinite, as [`crate::Kernel::InverseSquare`] is; they carry no direction and so add nothing to a gradient.
+/// Pairs of coincident nodes get the weight 0 where the kernel is infinite, as [`Kernel::InverseSquare`] is;
+/// they carry no direction and so add nothing to a gradient.
 ///
 /// # Panics
 /// If the slices are not `n` long.
 #[must_use]
 pub fn kernel_weights(
-    kernel: impl Weight,
+    kernel: Kernel,
     positions: &[DVec3],
     support_radii: &[f64],
     neighborhoods: &Neighborhoods,
 ) -> Vec<f64> {
     assert_eq!(
-        positions.len(),
-        neighborhoods.node_count(),
-        "one position per node"
-    );
-    assert_eq!(
         support_radii.len(),
         neighborhoods.node_count(),
         "one radius per node"
     );
-    for_pairs(neighborhoods, |i, j| {
+    for_pairs(positions, neighborhoods, |i, j| {
         let q = (positions[j] - positions[i]).length() / support_radii[j];
-        if q < 1.0 {
-            finite_or_zero(kernel.value(q))
-        } else {
-            0.0
-        }
+        finite_or_zero(kernel.value(q))
     })
 }
 
@@ -84,12 +65,7 @@ pub fn kernel_weights(
 /// If `positions` is not `n` long.
 #[must_use]
 pub fn inverse_square_weights(positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<f64> {
-    assert_eq!(
-        positions.len(),
-        neighborhoods.node_count(),
-        "one position per node"
-    );
-    for_pairs(neighborhoods, |i, j| {
+    for_pairs(positions, neighborhoods, |i, j| {
         finite_or_zero((positions[j] - positions[i]).length_squared().recip())
     })
 }
@@ -132,7 +108,6 @@ pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::Kernel;
     use crate::search::within_radius;
     use testkit::cloud;
 

@@ -10,14 +10,13 @@ use phyxel_integrate::{
     ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion, MotionSettings,
     StepError, Supports, critical_step, largest_eigenvalue, scale_masses,
 };
-use phyxel_mls::Neighborhoods;
+use phyxel_mls::{GradientStencils, Neighborhoods};
 
 use crate::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles_of};
 use crate::error::{BodyProblem, WorldError};
 use crate::model::{Built, build};
 use crate::scheme::{Stepper, equilibrium, step_shared};
 use crate::shares::Shared;
-use crate::stencils::BodyStencils;
 use crate::support::supports_of;
 use crate::tool::ToolContact;
 use phyxel_scene::{self as scene, Scene};
@@ -63,7 +62,7 @@ pub struct Body {
     /// Who is coupled with whom.
     pub neighborhoods: Neighborhoods,
     /// Gradient stencils.
-    pub stencils: BodyStencils,
+    pub stencils: GradientStencils,
     /// Forces.
     pub elastic: Elastic,
     /// Nodes in motion.

@@ -5,13 +5,14 @@ use phyxel_enrich::{
     Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, SMALLEST_PART, Sweep, connected_pieces,
     is_parted, nodes_in_small_pieces,
 };
-use phyxel_mls::{MapSettings, MaterialMap, mean_neighbor_distance};
+use phyxel_mls::{MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
 use crate::body::Body;
 use crate::energy::{CutEnergy, StrokeEnergy};
 use crate::error::BodyProblem;
 use crate::input::StrokePhase;
+use crate::stencils::elastic_stencils;
 
 /// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
 /// condition, has no strain of its own any more.
@@ -118,12 +119,7 @@ impl Cutting {
         let spacing = body.spacing;
         let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
         let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
-        let map = MaterialMap::new(
-            &body.rest,
-            &radii,
-            &body.neighborhoods,
-            &MapSettings::default(),
-        )?;
+        let map = MaterialMap::new(&body.rest, &radii, &body.neighborhoods)?;
         Ok(Self {
             cuts: Cuts::new(&CutSettings::for_spacing(spacing)),
             factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
@@ -267,8 +263,10 @@ impl Cutting {
         body.stencils
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
         self.map.update_rows(factor, touched);
-        body.elastic
-            .update_rows(touched, &body.stencils.view(&body.neighborhoods))?;
+        body.elastic.update_rows(
+            touched,
+            &elastic_stencils(&body.stencils, &body.neighborhoods),
+        )?;
         let lost = body.elastic.lost_gradients(touched, &before, positions);
         let weak = self.weak_nodes(body, touched, &lost);
         let lost = body.elastic.weaken(&weak, positions, &factor);
@@ -282,7 +280,7 @@ impl Cutting {
         let fronts: Vec<DMat3> = touched.iter().map(front).collect();
         body.elastic
             .set_fronts_within(touched, &fronts, left, positions);
-        let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
+        let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
         let (offsets, indices) = (graph.offsets(), graph.indices());
         if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
             self.pieces = connected_pieces(offsets, indices, weights).piece;
@@ -452,8 +450,8 @@ impl Cutting {
     /// Those of the touched nodes that cuts have left without a strain of their own, by what they took:
     /// a node that had no more from the start keeps its stiffness. What is `lost` is weak, too.
     fn weak_nodes(&self, body: &Body, touched: &[u32], lost: &[u32]) -> Vec<u32> {
-        let (graph, weights) = (&body.neighborhoods, body.stencils.weights());
-        let ranks = body.stencils.ranks();
+        let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
+        let ranks = &body.stencils.ranks;
         let (offsets, indices) = (graph.offsets(), graph.indices());
         let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PART);
         let is_weak = |node: &u32| {
@@ -488,8 +486,8 @@ pub(crate) fn linked_count(row: &[f64]) -> usize {
 
 /// Neighbours and condition of each node.
 fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
-    let weights = body.stencils.weights();
-    let ranks = body.stencils.ranks().iter().enumerate();
+    let weights = &body.stencils.weights;
+    let ranks = body.stencils.ranks.iter().enumerate();
     ranks
         .map(|(node, rank)| {
             let count = linked_count(&weights[body.neighborhoods.pairs(node)]);

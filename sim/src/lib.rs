@@ -52,7 +52,7 @@ pub use phases::{Phase, Phases, Spent};
 pub use shape::extent;
 pub use shares::BodyShares;
 pub use state::WorldState;
-pub use stencils::BodyStencils;
+pub use stencils::elastic_stencils;
 pub use tool::ToolForce;
 
 use grip::Adjusted;

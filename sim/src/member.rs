@@ -61,7 +61,7 @@ impl Member {
         let Self { body, cutting, .. } = self;
         let graph = &body.neighborhoods;
         let (offsets, indices) = (graph.offsets(), graph.indices());
-        let mut links = Cow::Borrowed(body.stencils.weights());
+        let mut links = Cow::Borrowed(&body.stencils.weights[..]);
         let factor = |pair| cutting.as_ref().map_or(1.0, |c| c.factors().factor(pair));
         for &node in &body.inert {
             for pair in graph.pairs(node as usize) {

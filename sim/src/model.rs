@@ -6,14 +6,14 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, MaterialSettings, Materials, Nodes, Settings};
 use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, NearestSettings, Neighborhoods, dissertation_cloud,
+    ConservativeSettings, GradientStencils, NearestSettings, Neighborhoods, dissertation_cloud,
     inverse_square_weights, k_nearest, widen_deficient_rows,
 };
 
 use crate::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
 use crate::error::BodyProblem;
 use crate::shape::{Sampled, sample};
-use crate::stencils::BodyStencils;
+use crate::stencils::elastic_stencils;
 use crate::support::holders;
 use phyxel_scene::{self as scene, Form, Method, Scene};
 
@@ -39,7 +39,7 @@ pub(crate) struct Built {
     pub(crate) volume_error: Option<f64>,
     pub(crate) missed: f64,
     pub(crate) neighborhoods: Neighborhoods,
-    pub(crate) stencils: BodyStencils,
+    pub(crate) stencils: GradientStencils,
     pub(crate) elastic: Elastic,
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn build(
         }
     };
     let mut elastic = Elastic::new(
-        &stencils.view(&neighborhoods),
+        &elastic_stencils(&stencils, &neighborhoods),
         &Nodes {
             rest_positions: &sampling.positions,
             volumes: carried.as_ref().unwrap_or(&volumes),
@@ -101,9 +101,9 @@ pub(crate) fn build(
         let too_few = |&node: &u32| {
             let at = node as usize;
             holders[at] > 0 && inert.binary_search(&node).is_err() && {
-                let linked = linked_count(&stencils.weights()[neighborhoods.pairs(at)]);
+                let linked = linked_count(&stencils.weights[neighborhoods.pairs(at)]);
                 linked < FEWEST_NEIGHBORS && linked < neighborhoods.row(at).len()
-                    || stencils.ranks()[at].condition > LARGEST_CONDITION
+                    || stencils.ranks[at].condition > LARGEST_CONDITION
             }
         };
         let weak: Vec<u32> = (0..).take(holders.len()).filter(too_few).collect();
@@ -130,7 +130,7 @@ pub(crate) fn build(
 /// Nodes that know their neighbours.
 struct Coupled {
     neighborhoods: Neighborhoods,
-    stencils: BodyStencils,
+    stencils: GradientStencils,
     /// Volumes (m³) whose strain nodes carry, where these are not their volumes.
     carried: Option<Vec<f64>>,
     volumes: Vec<f64>,
@@ -166,7 +166,7 @@ fn couple(sampling: &Sampled, holders: &[u32], spec: &scene::Body) -> Result<Cou
                 deforming.uncouple(&neighborhoods, holders, &mut weights);
                 (volumes, boundary) = (&deforming.volumes, &deforming.boundary_vectors);
             }
-            let mut stencils = ConservativeStencils::new(
+            let stencils = GradientStencils::conservative(
                 rest,
                 volumes,
                 boundary,
@@ -174,11 +174,9 @@ fn couple(sampling: &Sampled, holders: &[u32], spec: &scene::Body) -> Result<Cou
                 weights,
                 &ConservativeSettings::for_cutting(),
             )?;
-            // The model reads the factored form.
-            stencils.forget_pair_gradients();
             Ok(Coupled {
                 neighborhoods,
-                stencils: BodyStencils::Conservative(Box::new(stencils)),
+                stencils,
                 volumes: sampling.volumes.clone(),
                 masses: sampling.volumes.iter().map(|v| density * v).collect(),
                 inert: deforming.as_ref().map_or_else(Vec::new, Deforming::inert),
@@ -202,7 +200,7 @@ fn couple(sampling: &Sampled, holders: &[u32], spec: &scene::Body) -> Result<Cou
             let cloud = dissertation_cloud(rest, &near, density, tolerance)?;
             Ok(Coupled {
                 neighborhoods: cloud.neighborhoods,
-                stencils: BodyStencils::Plain(Box::new(cloud.stencils)),
+                stencils: cloud.stencils,
                 carried: None,
                 volumes: cloud.masses.volumes,
                 masses: cloud.masses.masses,

@@ -120,7 +120,7 @@ impl Body {
 
     /// Stiff nodes against their neighbours, one entry per node of a part.
     fn seeded(&self, part: &Part, seeds: &[(u32, DVec3)]) -> Vec<DVec3> {
-        let weights = self.stencils.weights();
+        let weights = &self.stencils.weights;
         let mut start = vec![DVec3::ZERO; part.nodes().len()];
         let mut add = |node: u32, value: DVec3| {
             if let Ok(at) = part.nodes().binary_search(&node) {

@@ -23,13 +23,14 @@ impl Cloud {
         let graph = Neighborhoods::from_graph(offsets, (0..count).flat_map(others).collect());
         let graph = graph.expect("it is a graph");
         let weights = inverse_square_weights(&points, &graph);
-        let stencils = GradientStencils::new(&points, &graph, weights, 1e-3).expect("it is finite");
+        let stencils =
+            GradientStencils::plain(&points, &graph, weights, 1e-3).expect("it is finite");
         let model = Elastic::new(
             &Stencils {
                 offsets: graph.offsets(),
                 indices: graph.indices(),
                 weights: &stencils.weights,
-                matrices: &stencils.moment_inverses,
+                matrices: &stencils.matrices,
                 scales: &[],
                 multipliers: &[],
             },

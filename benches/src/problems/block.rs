@@ -7,8 +7,8 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, NearestSettings, Neighborhoods,
-    inverse_square_weights, k_nearest,
+    ConservativeSettings, GradientStencils, NearestSettings, Neighborhoods, inverse_square_weights,
+    k_nearest,
 };
 
 use super::solid::Solid;
@@ -47,7 +47,7 @@ pub struct Block {
     /// Who is coupled with whom: the edges of the tetrahedra.
     pub graph: Neighborhoods,
     /// Conservative stencils.
-    pub stencils: ConservativeStencils,
+    pub stencils: GradientStencils,
 }
 
 impl Block {
@@ -136,7 +136,7 @@ impl Block {
     /// [`StudyError`] if the model does not take the stencils.
     pub fn elastic(
         &self,
-        stencils: &ConservativeStencils,
+        stencils: &GradientStencils,
         material: Material,
         settings: &Settings,
     ) -> Result<Elastic, StudyError> {
@@ -158,15 +158,16 @@ impl Block {
                 + DMat3::from_diagonal(DVec3::splat(mu * g.length_squared()))
         };
         let (graph, stencils) = (&self.graph, &self.stencils);
+        let gradients = stencils.pair_gradients(&self.rest, graph);
         let mut blocks = vec![DMat3::ZERO; self.rest.len()];
         for (i, x) in self.rest.iter().enumerate() {
-            blocks[i] += part(stencils.self_gradients[i]) * self.volumes[i];
+            blocks[i] += part(gradients[graph.pairs(i)].iter().sum()) * self.volumes[i];
             let row = || graph.pairs(i).zip(graph.row(i));
             let spread: f64 = row()
                 .map(|(p, &j)| stencils.weights[p] * x.distance_squared(self.rest[j as usize]))
                 .sum();
             for (p, &j) in row() {
-                blocks[j as usize] += part(stencils.pair_gradients[p]) * self.volumes[i];
+                blocks[j as usize] += part(gradients[p]) * self.volumes[i];
                 let c = control * mu * self.volumes[i] / spread * stencils.weights[p];
                 let c = DMat3::from_diagonal(DVec3::splat(c));
                 blocks[i] += c;
@@ -182,16 +183,15 @@ fn conservative(
     volumes: &[f64],
     boundary: &[DVec3],
     graph: &Neighborhoods,
-) -> Result<ConservativeStencils, StudyError> {
+) -> Result<GradientStencils, StudyError> {
     let weights = inverse_square_weights(rest, graph);
     let settings = ConservativeSettings::default();
-    let made = ConservativeStencils::new(rest, volumes, boundary, graph, weights, &settings)?;
-    if made.report.residual < 1e-9 {
-        Ok(made)
-    } else {
-        Err(StudyError::NotSolved {
-            residual: made.report.residual,
-        })
+    let made = GradientStencils::conservative(rest, volumes, boundary, graph, weights, &settings)?;
+    match made.report {
+        Some(report) if report.residual >= 1e-9 => Err(StudyError::NotSolved {
+            residual: report.residual,
+        }),
+        _ => Ok(made),
     }
 }
 
@@ -203,17 +203,18 @@ pub fn jittered_stencils(
     block: &testkit::kuhn::Block,
     graph: &Neighborhoods,
     settings: &ConservativeSettings,
-) -> Result<ConservativeStencils, StudyError> {
+) -> Result<GradientStencils, StudyError> {
     let weights = inverse_square_weights(&block.positions, graph);
     let (positions, volumes) = (&block.positions, &block.volumes);
     let boundary = &block.boundary_vectors;
-    let made = ConservativeStencils::new(positions, volumes, boundary, graph, weights, settings)?;
+    let made =
+        GradientStencils::conservative(positions, volumes, boundary, graph, weights, settings)?;
     Ok(made)
 }
 
 /// Rows on a graph as the elastic model reads them.
 #[must_use]
-pub fn view<'a>(rows: &'a ConservativeStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
+pub fn view<'a>(rows: &'a GradientStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
     Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),

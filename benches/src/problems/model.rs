@@ -180,7 +180,7 @@ pub fn dissertation(
         offsets: graph.offsets(),
         indices: graph.indices(),
         weights: &rows.weights,
-        matrices: &rows.moment_inverses,
+        matrices: &rows.matrices,
         scales: &[],
         multipliers: &[],
     };

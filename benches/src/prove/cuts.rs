@@ -98,15 +98,6 @@ pub(super) fn beam_with_a_slit_under_its_weight(proof: &mut Proof) {
     proof.within("mouth", found.second, 1.0, 0.03);
 }
 
-pub(super) fn stress_parallel_to_a_finished_cut_is_exact(proof: &mut Proof) {
-    for jitter in [0.0, 0.2] {
-        let finished = traps::parallel_stress(jitter, true);
-        proof.below("stress along a finished cut", finished, 1e-8);
-        let before = traps::parallel_stress(jitter, false);
-        proof.above("before it is finished", before, 1e-3);
-    }
-}
-
 pub(super) fn a_set_up_after_the_cut_opens_it_and_the_trap_glues_it(proof: &mut Proof) {
     let [run, resumed, trap] = traps::mouths();
     proof.holds(

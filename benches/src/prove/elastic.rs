@@ -441,11 +441,12 @@ pub(super) fn large_deformation_converges(proof: &mut Proof) {
 fn first_moments(block: &Block) -> Vec<DMat3> {
     let graph = beam::edges(block);
     let rows = beam::rows(block, &graph);
+    let gradients = rows.pair_gradients(&block.positions, &graph);
     let mut moments = vec![DMat3::ZERO; block.node_count()];
     for j in 0..block.node_count() {
         for p in graph.pairs(j) {
             let i = graph.indices()[p] as usize;
-            let g = rows.pair_gradients[p] * block.volumes[j];
+            let g = gradients[p] * block.volumes[j];
             let d = block.positions[i] - block.positions[j];
             moments[i] += DMat3::from_cols(g * d.x, g * d.y, g * d.z);
         }

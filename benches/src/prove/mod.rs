@@ -117,11 +117,6 @@ pub const CLAIMS: &[Claim] = &[
         run: cuts::beam_with_a_slit_under_its_weight,
     },
     Claim {
-        name: "parallel-stress",
-        about: "stress along a finished cut is exact",
-        run: cuts::stress_parallel_to_a_finished_cut_is_exact,
-    },
-    Claim {
         name: "set-up-after",
         about: "a set-up after the cut opens it",
         run: cuts::a_set_up_after_the_cut_opens_it_and_the_trap_glues_it,

@@ -166,8 +166,7 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
 fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, StudyError> {
     let scene = beam(ratio, nodes)?;
     let mut body = Body::new(&scene, &scene.bodies[0])?;
-    let stencils = body.stencils.conservative();
-    let boundary: &[DVec3] = stencils.map_or(&[], |stencils| &stencils.boundary_vectors);
+    let boundary = &body.stencils.boundary_vectors;
     // The share of the end face that each of its nodes stands for.
     let shares: Vec<f64> = body
         .rest

@@ -1,15 +1,12 @@
 //! The gradient of a smooth field from nodal values.
 
 use glam::DVec3;
-use phyxel_discretize::boundary_triangles;
 use phyxel_mls::{
-    Approximation, Basis, BoundarySettings, ConservativeSettings, ConservativeStencils, Dimension,
-    GradientStencils, Kernel, NearestSettings, Neighborhoods, Order, ShapeScratch,
-    boundary_vectors, inverse_square_weights, k_nearest, kernel_weights, triangle_quadrature,
-    within_radius,
+    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, Kernel,
+    NearestSettings, Neighborhoods, Order, ShapeScratch, inverse_square_weights, k_nearest,
+    kernel_weights, within_radius,
 };
 
-use crate::problems::block::lattice;
 use crate::problems::noise::noise;
 use crate::report::median_time;
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
@@ -78,7 +75,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         let mut errors = Vec::new();
         let mut costs = Vec::new();
         for &side in sides {
-            let cloud = cloud(side)?;
+            let cloud = cloud(side);
             let nodes = cloud.positions.len();
             let measured = measure(method, &cloud)?;
             let order = errors.last().map(|&(spacing, error): &(f64, f64)| {
@@ -181,10 +178,10 @@ fn field_gradient(x: DVec3) -> DVec3 {
     DVec3::new(3.0 * c3 * c2 * e, -2.0 * s3 * s2 * e, s3 * c2 * e)
 }
 
-fn cloud(side: u32) -> Result<Cloud, StudyError> {
+fn cloud(side: u32) -> Cloud {
     let last = side - 1;
     let spacing = 1.0 / f64::from(last);
-    let (mut positions, mut volumes) = (Vec::new(), Vec::new());
+    let (mut positions, mut volumes, mut boundary) = (Vec::new(), Vec::new(), Vec::new());
     let mut state = 1_u64;
     for index in 0..side * side * side {
         let lattice = [index % side, index / side % side, index / (side * side)];
@@ -201,18 +198,16 @@ fn cloud(side: u32) -> Result<Cloud, StudyError> {
             .try_into()
             .map_or(1.0, |faces: i32| 0.5_f64.powi(faces));
         volumes.push(share * spacing * spacing * spacing);
+        // And for twice that share of each face's area.
+        let outward = lattice.map(|i| f64::from(i == last) - f64::from(i == 0));
+        boundary.push(DVec3::from_array(outward) * (2.0 * share * spacing * spacing));
     }
-    let (vertices, tetrahedra) = lattice([1; 3], |s| s);
-    let triangles = boundary_triangles(&tetrahedra, |_| true);
-    let (points, areas) = triangle_quadrature(&vertices, &triangles, 2 * last as usize);
-    let settings = BoundarySettings::for_spacing(spacing);
-    let boundary = boundary_vectors(&positions, &points, &areas, &settings)?;
-    Ok(Cloud {
+    Cloud {
         spacing,
         positions,
         volumes,
         boundary,
-    })
+    }
 }
 
 fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {
@@ -227,8 +222,9 @@ fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {
                     &near.support_radii,
                     &graph,
                 );
-                let stencils = GradientStencils::new(&cloud.positions, &graph, weights, 1e-3)?;
-                Ok((graph, stencils.pair_gradients))
+                let stencils = GradientStencils::plain(&cloud.positions, &graph, weights, 1e-3)?;
+                let gradients = stencils.pair_gradients(&cloud.positions, &graph);
+                Ok((graph, gradients))
             });
             let (graph, gradients) = made?;
             Ok(of_stencils(cloud, &graph, &gradients, setup))
@@ -238,7 +234,7 @@ fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {
                 let near = k_nearest(&cloud.positions, &NearestSettings::default())?;
                 let graph = near.neighborhoods.symmetrized()?;
                 let weights = inverse_square_weights(&cloud.positions, &graph);
-                let stencils = ConservativeStencils::new(
+                let stencils = GradientStencils::conservative(
                     &cloud.positions,
                     &cloud.volumes,
                     &cloud.boundary,
@@ -246,7 +242,8 @@ fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {
                     weights,
                     &ConservativeSettings::default(),
                 )?;
-                Ok((graph, stencils.pair_gradients))
+                let gradients = stencils.pair_gradients(&cloud.positions, &graph);
+                Ok((graph, gradients))
             });
             let (graph, gradients) = made?;
             Ok(of_stencils(cloud, &graph, &gradients, setup))

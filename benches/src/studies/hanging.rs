@@ -110,7 +110,7 @@ fn hang(scene: Scene, care: Care) -> Result<Vec<Found>, StudyError> {
     let mut world = World::new(scene)?;
     let mut painter = Painter::new(&world, &pictures)?;
     let body = &world.members()[0].body;
-    let seen = body.stencils.weights().iter().filter(|w| **w > 0.0).count();
+    let seen = body.stencils.weights.iter().filter(|w| **w > 0.0).count();
     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let neighbors = seen as f64 / body.rest.len() as f64;
     let mut found: Vec<Found> = Vec::new();

@@ -4,6 +4,7 @@ use testkit::cloud::Random;
 use testkit::strategies::{rotation, scale, vector};
 
 const ORDERS: [Order; 3] = [Order::Constant, Order::Linear, Order::Quadratic];
+const KERNELS: [Kernel; 3] = [Kernel::Polynomial, Kernel::CubicSpline, Kernel::WendlandC2];
 const DIMENSIONS: [Dimension; 3] = [Dimension::One, Dimension::Two, Dimension::Three];
 
 /// A jittered lattice from 0 to `cells` along each axis of the dimension; the other coordinates are
@@ -40,11 +41,12 @@ fn polynomial(order: Order, dimension: Dimension, x: DVec3) -> (f64, DVec3) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(32))]
 
     /// Polynomials of the basis come back with their gradient anywhere in the cloud, under the supports
-    /// that the settings choose, in every order and dimension, wherever the cloud lies and at any
-    /// scale; what stands in coordinates that the dimension does not have is not looked at.
+    /// that the settings choose, in every order, dimension and kernel, wherever the cloud lies and at
+    /// any scale; coordinates that the dimension does not have are ignored. So are constants: shape
+    /// functions sum to one.
     #[test]
     fn polynomials_come_back_anywhere(
         seed in 0_u64..1000, jitter in 0.0..0.35_f64, size in scale(), shift in vector(3.0), turn in rotation(),
@@ -58,11 +60,12 @@ proptest! {
             };
             let points: Vec<DVec3> = plain.iter().map(|&x| place(x)).collect();
             let mut random = Random::new(seed + 1);
-            for order in ORDERS {
-                let cloud = Cloud::new(&points, &CloudSettings::new(order, dimension)).unwrap();
+            for (order, kernel) in ORDERS.into_iter().flat_map(|o| KERNELS.map(|k| (o, k))) {
+                let settings = CloudSettings { kernel, ..CloudSettings::new(order, dimension) };
+                let cloud = Cloud::new(&points, &settings).unwrap();
                 let field: Vec<f64> =
                     plain.iter().map(|&x| polynomial(order, dimension, x).0).collect();
-                for _ in 0..8 {
+                for _ in 0..3 {
                     let half = 0.5 * f64::from(cells);
                     let x = random.vector(half) + half;
                     let found = cloud.sample(place(x), &field).unwrap();
@@ -71,7 +74,7 @@ proptest! {
                         Dimension::Three => turn * slope,
                         _ => slope,
                     };
-                    let allowed = f64::EPSILON * found.condition * 1e3;
+                    let allowed = f64::EPSILON * found.condition * 640.0;
                     prop_assert!((found.value - value).abs() <= allowed * (1.0 + value.abs()));
                     let error = (found.gradient * size - slope).length();
                     prop_assert!(error <= allowed * (1.0 + value.abs() + slope.length()) * 10.0);
@@ -92,7 +95,9 @@ proptest! {
         let field: Vec<f64> = (0..count).map(|_| random.unit()).collect();
         for dimension in DIMENSIONS {
             let basis = Basis::polynomial(Order::Linear, dimension);
-            let cloud = Cloud::from_supports(&points, &radii, basis, Kernel::WendlandC2).unwrap();
+            let flat = flatten(&points, basis);
+            let cloud = Cloud::build(flat, radii.clone(), basis, Kernel::WendlandC2).unwrap();
+            let mut found = Vec::new();
             let all: Vec<u32> = (0..u32::try_from(count).unwrap()).collect();
             let whole = Approximation {
                 nodes: &points, support_radii: &radii, basis, kernel: Kernel::WendlandC2,
@@ -103,7 +108,8 @@ proptest! {
                     dimension.flatten(x - points[j as usize]).length() < radii[j as usize]
                 };
                 let expected: Vec<u32> = all.iter().copied().filter(held).collect();
-                prop_assert_eq!(&cloud.supports_at(x), &expected);
+                cloud.supports_into(x, &mut found);
+                prop_assert_eq!(&found, &expected);
                 let (mut phi, mut slope) = (vec![0.0; count], vec![DVec3::ZERO; count]);
                 let made = whole
                     .shape_functions_into(x, &all, &mut ShapeScratch::default(), &mut phi, &mut slope);
@@ -126,62 +132,6 @@ proptest! {
     }
 }
 
-/// The gradient is the derivative of the value, not the mean slope.
-#[test]
-fn gradient_is_the_derivative_of_the_value() {
-    let points = lattice(Dimension::Three, 5, 0.3, 4);
-    let field: Vec<f64> = points
-        .iter()
-        .map(|x| (0.9 * x.x - x.y * x.z).sin())
-        .collect();
-    let cloud = Cloud::new(&points, &CloudSettings::default()).unwrap();
-    let (x, along) = (DVec3::new(2.2, 1.7, 3.1), DVec3::new(0.5, -0.7, 0.4));
-    let slope = cloud.sample(x, &field).unwrap().gradient.dot(along);
-    let value = |t: f64| cloud.value(x + along * t, &field).unwrap();
-    let error = testkit::derivative::directional_error(value, slope, 0.01, 1e-2);
-    testkit::tol::assert_below("gradient against differences", error, 1e-7);
-}
-
-/// `(1 − q)² (1 + 2q)`, which the crate does not have.
-struct Smooth;
-
-impl Weight for Smooth {
-    fn value(&self, q: f64) -> f64 {
-        assert!(
-            (0.0..1.0).contains(&q),
-            "only supports that hold the point are asked"
-        );
-        (1.0 - q) * (1.0 - q) * (1.0 + 2.0 * q)
-    }
-
-    fn derivative(&self, q: f64) -> f64 {
-        -6.0 * q * (1.0 - q)
-    }
-}
-
-#[test]
-fn a_kernel_of_ones_own_reproduces_and_differs() {
-    let points = lattice(Dimension::Two, 8, 0.2, 9);
-    let linear = CloudSettings::new(Order::Linear, Dimension::Two);
-    let cloud = Cloud::new(&points, &linear).unwrap();
-    let own = cloud.clone().with_kernel(Smooth);
-    let bump: Vec<f64> = points.iter().map(|x| (x.x - x.y).sin()).collect();
-    let plane: Vec<f64> = points.iter().map(|x| 2.0 * x.x - x.y).collect();
-    let x = DVec3::new(3.3, 4.1, 77.0);
-    let found = own.sample(x, &plane).unwrap();
-    assert!((found.value - 2.5).abs() < 1e-13 && (found.gradient.x - 2.0).abs() < 1e-12);
-    assert!(found.gradient.z.abs() <= 0.0, "no slope along z");
-    let difference = own.value(x, &bump).unwrap() - cloud.value(x, &bump).unwrap();
-    assert!(
-        difference.abs() > 1e-4,
-        "another kernel, another smoothing: {difference:e}"
-    );
-    let slope = own.sample(x, &bump).unwrap().gradient.y;
-    let value = |t: f64| own.value(x + DVec3::Y * t, &bump).unwrap();
-    let error = testkit::derivative::directional_error(value, slope, 0.01, 1e-2);
-    testkit::tol::assert_below("own kernel's gradient", error, 1e-6);
-}
-
 #[test]
 fn many_points_answer_as_one_by_one_on_any_number_of_threads() {
     let points = lattice(Dimension::Three, 7, 0.3, 5);
@@ -201,7 +151,6 @@ fn many_points_answer_as_one_by_one_on_any_number_of_threads() {
         assert_eq!(pool.install(|| cloud.values(&asked, &field)), values);
     }
     let shape = cloud.shape_functions(DVec3::splat(3.2)).unwrap();
-    assert_eq!(shape.nodes, cloud.supports_at(DVec3::splat(3.2)));
     assert!((shape.values.iter().sum::<f64>() - 1.0).abs() < 1e-13);
     assert!(shape.gradients.iter().sum::<DVec3>().length() < 1e-11);
 }
@@ -234,7 +183,7 @@ fn chosen_supports_serve_random_points_everywhere() {
 }
 
 #[test]
-fn bad_input_is_told() {
+fn bad_input_is_named() {
     let settings = CloudSettings::default();
     let bad = [DVec3::ZERO, DVec3::new(f64::NAN, 0.0, 0.0)];
     let refused = Cloud::new(&bad, &settings).unwrap_err();
@@ -260,26 +209,16 @@ fn bad_input_is_told() {
         Cloud::new(&[DVec3::ZERO], &none).unwrap_err(),
         CloudError::NoNeighbors
     );
-    let lengths = Cloud::from_supports(&[DVec3::ZERO], &[], settings.basis, Kernel::Polynomial);
-    assert!(matches!(
-        lengths,
-        Err(CloudError::Length {
-            found: 0,
-            points: 1,
-            ..
-        })
-    ));
-
-    let empty = Cloud::new(&[], &settings).unwrap();
+    let empty = Cloud::new(&[], &settings).unwrap_err();
+    assert_eq!(empty, CloudError::Empty);
+    let cloud = Cloud::new(&[DVec3::ZERO], &radius(1.0)).unwrap();
+    let lost = cloud.value(DVec3::splat(f64::NAN), &[1.0]);
+    assert_eq!(lost, Err(ShapeError::NotFinite));
     let nothing = Err(ShapeError::TooFewNeighbors {
         found: 0,
         needed: 10,
     });
-    assert_eq!(empty.value(DVec3::ZERO, &[]), nothing);
-    let cloud = Cloud::new(&[DVec3::ZERO], &radius(1.0)).unwrap();
-    let lost = cloud.value(DVec3::splat(f64::NAN), &[1.0]);
-    assert_eq!(lost, Err(ShapeError::NotFinite));
-    assert!(cloud.supports_at(DVec3::splat(f64::NAN)).is_empty());
+    assert_eq!(cloud.value(DVec3::X * 3.0, &[1.0]), nothing);
     // Points in a plane do not tell z apart.
     let flat: Vec<DVec3> = lattice(Dimension::Two, 6, 0.0, 0)
         .iter()

@@ -70,11 +70,11 @@ pub(super) fn conjugate_gradients(
         if size <= bound {
             return (solution, iteration);
         }
-        if size < best.size * WORTH_KEEPING {
+        if size < best.size * IMPROVEMENT {
             (best.size, best.at) = (size, iteration);
             best.solution.clone_from(&solution);
         }
-        if size > best.size * HOPELESS_GROWTH || iteration > best.at + PATIENCE {
+        if size > best.size * DIVERGENCE || iteration > best.at + STALL_LIMIT {
             return (best.solution, iteration);
         }
         operator.apply(&direction, &mut work, &mut product);
@@ -113,14 +113,14 @@ struct Best {
 }
 
 /// Factor by which a residual must fall for its iterate to be kept.
-const WORTH_KEEPING: f64 = 0.8;
+const IMPROVEMENT: f64 = 0.8;
 
 /// Growth of the residual over the best one that ends the iteration. The residual of a solvable
 /// system swings by far less: up to 1e3 was seen on graded clouds.
-const HOPELESS_GROWTH: f64 = 1e5;
+const DIVERGENCE: f64 = 1e5;
 
 /// Iterations without a better iterate that end the iteration.
-const PATIENCE: usize = 400;
+const STALL_LIMIT: usize = 400;
 
 /// Componentwise quotient, 0 where the divisor is not positive.
 fn ratio(a: DVec3, b: DVec3) -> DVec3 {

@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::ConservativeStencils;
+use super::Setup;
 use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, SUM_CHUNK};
 
@@ -25,7 +25,7 @@ pub(super) struct Operator<'a> {
     pub(super) positions: &'a [DVec3],
     pub(super) neighborhoods: &'a Neighborhoods,
     pub(super) weights: &'a [f64],
-    /// `w_ji` at the place of pair (i, j).
+    /// `w_ji` at the position of pair (i, j).
     back_weights: Vec<f64>,
     pub(super) moment_inverses: &'a [DMat3],
     /// `V_i²`, zero on rows that take no part.
@@ -52,21 +52,13 @@ pub(super) struct Workspace {
 }
 
 impl<'a> Operator<'a> {
-    pub(super) fn new(
-        stencils: &'a ConservativeStencils,
-        positions: &'a [DVec3],
-        neighborhoods: &'a Neighborhoods,
-        active: &[bool],
-    ) -> Self {
-        let scale = (0..positions.len())
-            .map(|i| {
-                let taking_part = active[i] && stencils.ranks[i].rank == 3;
-                if taking_part {
-                    stencils.volumes[i] * stencils.volumes[i]
-                } else {
-                    0.0
-                }
-            })
+    pub(super) fn new(setup: &Setup<'a>) -> Self {
+        let (positions, neighborhoods) = (setup.positions, setup.neighborhoods);
+        let weights = setup.weights;
+        let scale = setup
+            .scales()
+            .iter()
+            .map(|volume| volume * volume)
             .collect();
         let first_moments = (0..positions.len())
             .into_par_iter()
@@ -75,20 +67,19 @@ impl<'a> Operator<'a> {
                 let mut sum = DVec3::ZERO;
                 for pair in neighborhoods.pairs(i) {
                     let j = neighborhoods.indices()[pair] as usize;
-                    sum += (positions[j] - positions[i]) * stencils.weights[pair];
+                    sum += (positions[j] - positions[i]) * weights[pair];
                 }
                 sum
             })
             .collect();
-        let weights = &stencils.weights;
         let back = |&pair: &u32| weights[pair as usize];
-        let back_weights = stencils.reverse.par_iter().with_min_len(4 * SUM_CHUNK);
+        let back_weights = setup.reverse.par_iter().with_min_len(4 * SUM_CHUNK);
         Self {
             positions,
             neighborhoods,
             weights,
             back_weights: back_weights.map(back).collect(),
-            moment_inverses: &stencils.moment_inverses,
+            moment_inverses: setup.inverses,
             scale,
             first_moments,
         }
@@ -246,9 +237,9 @@ impl WithSimd for Product<'_> {
                         bent[r][k] += term[r][k] * (w * d[4 + k]);
                     }
                 }
-                let share = w * other[3];
+                let factor = w * other[3];
                 for k in 0..4 {
-                    direct[k] += share * d[k];
+                    direct[k] += factor * d[k];
                 }
             }
             let (bent, direct) = black_box((bent, direct));

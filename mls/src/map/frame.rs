@@ -4,8 +4,18 @@ use glam::{DMat3, DVec3};
 
 use super::MaterialMap;
 use crate::error::MapError;
+use crate::kernel::Kernel;
 use crate::search::PointRuns;
 use crate::symmetric::outer;
+
+/// Weight function of the supports.
+const KERNEL: Kernel = Kernel::Polynomial;
+
+/// Newton's method stops when a step is below this fraction of the support radius of the start node.
+const TOLERANCE: f64 = 1e-12;
+
+/// Most steps of Newton's method; smooth deformations take three.
+const STEP_LIMIT: usize = 12;
 
 /// Sum of weights below which a point counts as outside all supports.
 const LEAST_WEIGHT: f64 = 1e-9;
@@ -16,30 +26,6 @@ const SLACK: f64 = 0.25;
 /// Nodes from which [`MapFrame::preimage`] starts at most: enough that both flanks of a cut have one
 /// among them.
 const STARTS: usize = 8;
-
-/// How a material point was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MapKind {
-    /// Newton's method converged in this many steps.
-    Newton {
-        /// Steps made.
-        iterations: usize,
-    },
-    /// Outside every support, or no convergence: affine Shepard average of the nearest connected
-    /// nodes.
-    Shepard,
-}
-
-/// Answer of [`MapFrame::to_material`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MaterialPoint {
-    /// Material position X (m).
-    pub position: DVec3,
-    /// Node nearest to the asked world point, which decides the side of a cut.
-    pub start_node: u32,
-    /// How the position was found.
-    pub kind: MapKind,
-}
 
 /// Answer of [`MapFrame::preimage`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +54,7 @@ pub(super) struct Forward {
 }
 
 impl MaterialMap {
-    /// Takes the state of one instant; puts boxes round runs of nodes at their current positions, one
+    /// Takes the state of one instant; puts boxes around runs of nodes at their current positions, one
     /// pass over the nodes.
     ///
     /// # Arguments
@@ -76,22 +62,15 @@ impl MaterialMap {
     /// * `deformation_gradients` -- `F_i = I + ∇u_i`, shape `(n)`.
     ///
     /// # Errors
-    /// [`MapError`] for positions or gradients that are not finite.
-    ///
-    /// # Panics
-    /// If the slices are not `n` long.
+    /// [`MapError`] for a list of the wrong length and for positions or gradients that are not finite.
     pub fn frame<'a>(
         &'a self,
         positions: &'a [DVec3],
         deformation_gradients: &'a [DMat3],
     ) -> Result<MapFrame<'a>, MapError> {
-        let count = self.rest_positions.len();
-        assert_eq!(positions.len(), count, "one position per node");
-        assert_eq!(
-            deformation_gradients.len(),
-            count,
-            "one deformation gradient per node"
-        );
+        let nodes = &self.neighborhoods;
+        nodes.check_nodes("positions", positions.len())?;
+        nodes.check_nodes("deformation gradients", deformation_gradients.len())?;
         if let Some(node) = deformation_gradients.iter().position(|f| !f.is_finite()) {
             return Err(MapError::DeformationGradient { node });
         }
@@ -115,36 +94,8 @@ impl MapFrame<'_> {
         buffer[0].1
     }
 
-    /// Material point of a world point (m): Newton's method on
-    /// `X + u(X) − x = 0` from `X_i + F_i⁻¹ (x − x_i)` at the nearest node i.
-    ///
-    /// Outside all supports, or if Newton does not converge, the affine Shepard average
-    /// `Σ d_i⁻⁴ (X_i + F_i⁻¹ (x − x_i)) / Σ d_i⁻⁴`, `d_i = |x − x_i|`, over the nearest nodes that
-    /// are connected to the start node: exact for affine motion, unlike Aras 2014, eq. (63), whose
-    /// weights grow with the distance. The two answers do not join continuously.
-    ///
-    /// # Panics
-    /// If `world` is not finite.
-    #[must_use]
-    pub fn to_material(&self, world: DVec3) -> MaterialPoint {
-        assert!(world.is_finite(), "the asked world point must be finite");
-        let start = self.nearest_node(world);
-        match self.newton(world, start, f64::NEG_INFINITY) {
-            Some((position, _, iterations)) => MaterialPoint {
-                position,
-                start_node: start,
-                kind: MapKind::Newton { iterations },
-            },
-            None => MaterialPoint {
-                position: self.shepard(world, start),
-                start_node: start,
-                kind: MapKind::Shepard,
-            },
-        }
-    }
-
-    /// Material point of a world point (m) where tissue is: Newton's method as in
-    /// [`MapFrame::to_material`], but no average in place of an answer that is not there.
+    /// Material point of a world point (m) where tissue is: Newton's method on `X + u(X) − x = 0` from
+    /// `X_i + F_i⁻¹ (x − x_i)` at a near node i.
     ///
     /// The search starts at the nearest nodes, one after the other, until an answer is good: it is
     /// seen from its start node, `det ∂x/∂X` is at least `least`, and the start node is no farther
@@ -157,7 +108,7 @@ impl MapFrame<'_> {
     ///   is between them.
     ///
     /// # Returns
-    /// `None` beside tissue and between the flanks of an open cut.
+    /// `None` next to tissue and between the flanks of an open cut.
     ///
     /// # Panics
     /// If `world` is not finite.
@@ -182,7 +133,7 @@ impl MapFrame<'_> {
             if hidden.iter().any(|&tried| seen(start_node, tried)) {
                 continue;
             }
-            let Some((position, forward, _)) = self.newton(world, start_node, least) else {
+            let Some((position, forward)) = self.newton(world, start_node, least) else {
                 continue;
             };
             if !seen(start_node, position) {
@@ -198,23 +149,8 @@ impl MapFrame<'_> {
         None
     }
 
-    /// World position (m) of a material point, seen from the side of `start_node`; `None` outside
-    /// the supports of the nodes connected to it.
-    ///
-    /// # Panics
-    /// If `start_node` is out of range or `material` is not finite.
-    #[must_use]
-    pub fn to_world(&self, material: DVec3, start_node: u32) -> Option<DVec3> {
-        assert!(
-            material.is_finite(),
-            "the asked material point must be finite"
-        );
-        let candidates = self.connected(material, 0.0, start_node);
-        Some(self.forward(material, &candidates)?.position)
-    }
-
     /// Nodes whose supports hold a point within `slack` of `material` and that the start node
-    /// reaches over pairs that are not severed, through nodes near the point. Rising.
+    /// reaches over pairs that are not severed, through nodes near the point. Ascending.
     pub(super) fn connected(&self, material: DVec3, slack: f64, start: u32) -> Vec<u32> {
         let map = self.map;
         let mut near: Vec<u32> = map.supports.near(material, slack).collect();
@@ -228,9 +164,9 @@ impl MapFrame<'_> {
         let mut reached = vec![false; near.len()];
         let mut queue = Vec::with_capacity(near.len());
         let mut next = 0;
-        if let Ok(place) = near.binary_search(&start) {
-            reached[place] = true;
-            missing -= usize::from(wanted[place]);
+        if let Ok(slot) = near.binary_search(&start) {
+            reached[slot] = true;
+            missing -= usize::from(wanted[slot]);
             queue.push(start);
         }
         // Near nodes come first, so the walk ends early where nothing is severed.
@@ -242,11 +178,11 @@ impl MapFrame<'_> {
                     continue;
                 }
                 let other = map.neighborhoods.indices()[pair];
-                if let Ok(place) = near.binary_search(&other)
-                    && !reached[place]
+                if let Ok(slot) = near.binary_search(&other)
+                    && !reached[slot]
                 {
-                    reached[place] = true;
-                    missing -= usize::from(wanted[place]);
+                    reached[slot] = true;
+                    missing -= usize::from(wanted[slot]);
                     queue.push(other);
                 }
             }
@@ -272,19 +208,12 @@ impl MapFrame<'_> {
             let h = map.support_radii[i];
             let from = material - map.rest_positions[i];
             let r = from.length();
-            let w = map.settings.kernel.value(r / h);
+            let w = KERNEL.value(r / h);
             if w <= 0.0 {
                 continue;
             }
-            if !w.is_finite() {
-                // On the node of a singular weight that node alone speaks.
-                return Some(Forward {
-                    position: self.positions[i],
-                    jacobian: self.gradients[i],
-                });
-            }
             let slope = if r > 0.0 {
-                map.settings.kernel.derivative(r / h) / (h * r)
+                KERNEL.derivative(r / h) / (h * r)
             } else {
                 0.0
             };
@@ -309,7 +238,7 @@ impl MapFrame<'_> {
 
     /// Newton's method with step halving; `None` if it does not converge. Nodes with a `det F` below
     /// `least` take no part.
-    fn newton(&self, world: DVec3, start: u32, least: f64) -> Option<(DVec3, Forward, usize)> {
+    fn newton(&self, world: DVec3, start: u32, least: f64) -> Option<(DVec3, Forward)> {
         let map = self.map;
         let around = |centre: DVec3, slack: f64| {
             let mut nodes = self.connected(centre, slack, start);
@@ -318,19 +247,19 @@ impl MapFrame<'_> {
             }
             nodes
         };
-        let bound = map.settings.tolerance * map.support_radii[start as usize];
+        let bound = TOLERANCE * map.support_radii[start as usize];
         let mut material = self.affine(world, start)?;
         // One set of nodes serves all iterates that stay near its centre.
         let slack = SLACK * map.support_radii[start as usize];
         let mut centre = material;
         let mut nodes = around(centre, slack);
         let mut forward = self.forward(material, &nodes)?;
-        for iterations in 1..=map.settings.iteration_limit {
+        for _ in 0..STEP_LIMIT {
             let residual = forward.position - world;
             let step = invert(&forward.jacobian)? * residual;
-            let mut share = 1.0;
+            let mut damping = 1.0;
             let next = loop {
-                let trial = material - step * share;
+                let trial = material - step * damping;
                 if (trial - centre).length_squared() > slack * slack {
                     centre = trial;
                     nodes = around(centre, slack);
@@ -338,13 +267,13 @@ impl MapFrame<'_> {
                 let found = self.forward(trial, &nodes);
                 let better = found.filter(|f| {
                     let left = (f.position - world).length();
-                    left <= residual.length() || step.length() * share <= bound
+                    left <= residual.length() || step.length() * damping <= bound
                 });
                 if let Some(found) = better {
                     break (trial, found);
                 }
-                share *= 0.5;
-                if share < 0.05 {
+                damping *= 0.5;
+                if damping < 0.05 {
                     return None;
                 }
             };
@@ -352,11 +281,11 @@ impl MapFrame<'_> {
             forward = next.1;
             // Newton doubles the digits: what is left after a step s is of order |s|²/h, so a step
             // below the square root of the tolerance was the last one needed.
-            let step = (step * share).length();
+            let step = (step * damping).length();
             let h = map.support_radii[start as usize];
             let left = (forward.position - world).length();
-            if step <= bound || (share > 0.9 && step * step <= bound * h && left <= bound) {
-                return Some((material, forward, iterations));
+            if step <= bound || (damping > 0.9 && step * step <= bound * h && left <= bound) {
+                return Some((material, forward));
             }
         }
         None
@@ -367,40 +296,6 @@ impl MapFrame<'_> {
         let i = node as usize;
         let back = invert(&self.gradients[i])? * (world - self.positions[i]);
         Some(self.map.rest_positions[i] + back)
-    }
-
-    /// The fallback of [`MapFrame::to_material`]. Nodes whose F is singular move rigidly with their
-    /// position.
-    fn shepard(&self, world: DVec3, start: u32) -> DVec3 {
-        let start_rest = self.map.rest_positions[start as usize];
-        let connected = self.connected(start_rest, 0.0, start);
-        let mut near: Vec<(f64, u32)> = connected
-            .iter()
-            .map(|&node| {
-                (
-                    (world - self.positions[node as usize]).length_squared(),
-                    node,
-                )
-            })
-            .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        near.truncate(self.map.settings.fallback_nodes);
-        // Distances relative to the nearest keep d⁻⁴ in range.
-        let nearest = near.first().map_or(0.0, |first| first.0);
-        let mut weight = 0.0;
-        let mut sum = DVec3::ZERO;
-        for (squared, node) in near {
-            let i = node as usize;
-            let rigid = self.map.rest_positions[i] + world - self.positions[i];
-            let guess = self.affine(world, node).unwrap_or(rigid);
-            if nearest <= 0.0 {
-                return guess;
-            }
-            let w = (nearest / squared) * (nearest / squared);
-            weight += w;
-            sum += (guess - start_rest) * w;
-        }
-        start_rest + sum / weight
     }
 }
 

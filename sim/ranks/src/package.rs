@@ -9,7 +9,7 @@ mod locals;
 mod weak;
 
 use glam::{DMat3, DVec3};
-use phyxel::{BodyProblem, Member};
+use phyxel::{BodyProblem, Member, elastic_stencils};
 use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{Motion, MotionSettings, Supports};
 use serde::{Deserialize, Serialize};
@@ -109,7 +109,7 @@ fn package(
     let body = &member.body;
     let range = locals.own.clone();
     let padding = locals.padding();
-    let view = body.stencils.view(&body.neighborhoods);
+    let view = elastic_stencils(&body.stencils, &body.neighborhoods);
     let corrected = !view.multipliers.is_empty();
     let pad = |value: f64| vec![value; padding];
     let spot = body.rest.get(range.start).copied().unwrap_or(DVec3::ZERO);

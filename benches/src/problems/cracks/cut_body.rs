@@ -8,7 +8,7 @@ use phyxel_enrich::{
     Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
     grid_pair_factors, triangle_enrichment,
 };
-use phyxel_mls::{ConservativeStencils, StrokeReport, normal_projector};
+use phyxel_mls::GradientStencils;
 
 use super::intrinsic::{Mechanics, Rows};
 use super::plate::Plate;
@@ -21,8 +21,6 @@ use crate::problems::model::{Law, small_displacements};
 pub enum Form {
     /// One of the rules of `phyxel-enrich`; the default is diffraction.
     Rule(Rule),
-    /// Diffraction, and then the rows near the cut solved anew ([`CutBody::finish`]).
-    Finished,
     /// The dissertation's grid, Aras 2014, eqs (45)–(48).
     Grid(GridForm),
     /// Mean of both directions of the product over the strip's pieces, Aras 2014, eq. (38).
@@ -36,9 +34,8 @@ impl Form {
     pub const DIFFRACTION: Self = Self::Rule(Rule::Diffraction);
 
     /// All forms that are compared.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 7] = [
         Self::DIFFRACTION,
-        Self::Finished,
         Self::Rule(Rule::Visibility),
         Self::Grid(GridForm::OneSided),
         Self::Grid(GridForm::OneSidedMean),
@@ -52,7 +49,6 @@ impl Form {
     pub fn name(self) -> &'static str {
         match self {
             Self::Rule(Rule::Diffraction) => "diffraction (default)",
-            Self::Finished => "diffraction, finished",
             Self::Rule(Rule::Visibility) => "visibility",
             Self::Grid(GridForm::Product) => "grid, product of phi",
             Self::Grid(GridForm::OneSided) => "grid, one-sided",
@@ -69,14 +65,13 @@ pub struct CutBody<'a> {
     /// The box.
     pub body: &'a Plate,
     /// Its stencils after the cut.
-    pub stencils: ConservativeStencils,
+    pub stencils: GradientStencils,
     /// Factors on the pairs.
     pub factors: Vec<f64>,
     /// Nodes with a factor below 1, rising.
     pub touched: Vec<u32>,
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],
-    pairs: PairFactors,
     /// Gradients that are not those of the stencils.
     rows: Option<Rows>,
 }
@@ -107,14 +102,14 @@ impl<'a> CutBody<'a> {
         let begin = Instant::now();
         let mut pairs = PairFactors::new(&coupled, &settings);
         let reach: Vec<f64> = match form {
-            Form::Rule(_) | Form::Finished | Form::Intrinsic => Vec::new(),
+            Form::Rule(_) | Form::Intrinsic => Vec::new(),
             _ => (0..x.len())
                 .map(|node| settings.influence_radius.of(&coupled, node))
                 .collect(),
         };
         let start = Instant::now();
         let factors = match form {
-            Form::Rule(_) | Form::Finished | Form::Intrinsic => {
+            Form::Rule(_) | Form::Intrinsic => {
                 pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &|p| {
                     body.inside(p)
                 });
@@ -154,43 +149,19 @@ impl<'a> CutBody<'a> {
             },
             _ => None,
         };
-        let mut cut = Self {
+        Ok(Some(Self {
             body,
             stencils,
             factors,
             touched,
-            seconds: [0.0; 3],
-            pairs,
+            // Of the set-up, the forms other than rules use the influence radii only.
+            seconds: [
+                (start - begin).as_secs_f64(),
+                (middle - start).as_secs_f64(),
+                rows.elapsed().as_secs_f64(),
+            ],
             rows: intrinsic,
-        };
-        if form == Form::Finished {
-            cut.finish(cuts);
-        }
-        // Of the set-up, the forms other than rules use the influence radii only.
-        cut.seconds = [
-            (start - begin).as_secs_f64(),
-            (middle - start).as_secs_f64(),
-            rows.elapsed().as_secs_f64(),
-        ];
-        Ok(Some(cut))
-    }
-
-    /// Restores the constraint on the faces of a finished cut.
-    pub fn finish(&mut self, cuts: &Cuts) -> StrokeReport {
-        let block = &self.body.block;
-        let mut near = self.touched.clone();
-        for &i in &self.touched {
-            near.extend_from_slice(block.graph.row(i as usize));
-        }
-        near.sort_unstable();
-        near.dedup();
-        let (offsets, normals) = self.pairs.normals_near(&self.body.coupled(), cuts, &near);
-        let projectors: Vec<DMat3> = offsets
-            .windows(2)
-            .map(|w| normal_projector(&normals[w[0] as usize..w[1] as usize]))
-            .collect();
-        self.stencils
-            .finish_stroke(&block.rest, &block.graph, &near, &projectors)
+        }))
     }
 
     /// The elastic model of the cut body.
@@ -230,7 +201,8 @@ impl<'a> CutBody<'a> {
     /// Displacement gradients at the nodes.
     #[must_use]
     pub fn gradients(&self, u: &[DVec3]) -> Vec<DMat3> {
-        let graph = &self.body.block.graph;
+        let (rest, graph) = (&self.body.block.rest, &self.body.block.graph);
+        let written_out = self.stencils.pair_gradients(rest, graph);
         (0..u.len())
             .map(|i| {
                 if let Some(rows) = &self.rows {
@@ -239,7 +211,7 @@ impl<'a> CutBody<'a> {
                 let mut sum = DMat3::ZERO;
                 for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
                     let du = u[j as usize] - u[i];
-                    let g = self.stencils.pair_gradients[pair];
+                    let g = written_out[pair];
                     sum += DMat3::from_cols(du * g.x, du * g.y, du * g.z);
                 }
                 sum

@@ -5,7 +5,7 @@
 use glam::{DMat3, DVec3};
 use phyxel_enrich::Cuts;
 use phyxel_integrate::ForceLaw;
-use phyxel_mls::{Approximation, Basis, ConservativeStencils, Kernel, ShapeScratch};
+use phyxel_mls::{Approximation, Basis, GradientStencils, Kernel, ShapeScratch};
 
 use super::plate::Plate;
 use super::{POISSON, YOUNG, stress};
@@ -56,9 +56,10 @@ impl Rows {
         body: &Plate,
         cuts: &Cuts,
         blades: &[[DVec3; 2]],
-        stencils: &ConservativeStencils,
+        stencils: &GradientStencils,
     ) -> Option<Self> {
         let (rest, graph) = (&body.block.rest, &body.block.graph);
+        let written_out = stencils.pair_gradients(rest, graph);
         let tips = tips(body, blades)?;
         let flat = |x: DVec3| x.with_z(0.0);
         let away = |tip: DVec3, x: DVec3| flat(tip).distance(flat(x));
@@ -101,7 +102,7 @@ impl Rows {
                 }
                 _ => {
                     let own = u32::try_from(i).ok()?;
-                    let row = &stencils.pair_gradients[graph.pairs(i)];
+                    let row = &written_out[graph.pairs(i)];
                     rows.indices.push(own);
                     rows.gradients.push(-row.iter().sum::<DVec3>());
                     rows.indices.extend(graph.row(i));
@@ -133,7 +134,7 @@ fn outer(left: DVec3, right: DVec3) -> DMat3 {
 /// Linear elasticity on such rows: `Σ V σ(G) : G / 2` and the default's penalty of pairs.
 pub(super) struct Mechanics<'a> {
     pub(super) body: &'a Plate,
-    pub(super) stencils: &'a ConservativeStencils,
+    pub(super) stencils: &'a GradientStencils,
     pub(super) rows: &'a Rows,
 }
 

@@ -21,10 +21,10 @@ const LOCAL: usize = 27;
 /// The same, rounded up to whole registers.
 const PADDED: usize = 32;
 
-/// Share of `tr Σ w t tᵀ` added to the diagonal of M. A row with few neighbours, as at edges and
+/// Fraction of `tr Σ w t tᵀ` added to the diagonal of M. A row with few neighbours, as at edges and
 /// corners, leaves some of Q without energy; where it is alone in its cell, splines would be free that
 /// the rows of other cells do hold. A jittered block whose faces lie 0.27 cells beyond the last cell
-/// takes 164 iterations at 0, 66 at 0.03, 54 at 0.1; elsewhere the share makes no difference.
+/// takes 164 iterations at 0, 66 at 0.03, 54 at 0.1; elsewhere the fraction makes no difference.
 const STIFFENING: f64 = 0.1;
 
 /// Local matrix of a cell.
@@ -33,7 +33,7 @@ type Block = [[f64; PADDED]; LOCAL];
 /// Cells whose local matrices are held at a time, at least.
 const BATCH: usize = 512;
 
-/// Places with an entry on the diagonal, rising, and their rows of the matrix.
+/// Places with an entry on the diagonal, ascending, and their rows of the matrix.
 pub(super) fn bending_stencils(
     operator: &Operator<'_>,
     placement: &Placement,

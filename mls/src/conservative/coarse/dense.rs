@@ -1,11 +1,11 @@
 //! The coarsest matrix, factored.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::grid::{Grid, Lanes};
+use super::grid::{Grid, Lanes, add};
 use super::level::{Level, STENCIL};
-use crate::symmetric::{SymmetricEigen, outer};
+use crate::conservative::pieces::centred;
 
 /// Pivots of the scaled matrix below this belong to splines that the ones before them express on the
 /// nodes; they are left to the iteration.
@@ -58,16 +58,9 @@ impl Triangle {
     ///
     /// That makes the matrix definite and leaves the answers to right-hand sides without affine part as
     /// they are, without affine part themselves.
-    #[allow(clippy::cast_precision_loss, reason = "node counts are far below 2^53")]
     pub(super) fn fix_affine_fields(&mut self, grid: &Grid, positions: &[DVec3], piece: &[u32]) {
-        let share = (piece.len() as f64).recip();
         let at = |node: u32| positions[node as usize];
-        let centre = piece.iter().fold(DVec3::ZERO, |sum, &node| sum + at(node)) * share;
-        let mut inertia = DMat3::ZERO;
-        for &node in piece {
-            inertia += outer(at(node) - centre, at(node) - centre);
-        }
-        let eigen = SymmetricEigen::new(&inertia);
+        let (share, centre, eigen) = centred(positions, piece);
         let axes = [0, 1, 2].map(|k| {
             if eigen.values[k] > eigen.values[0] * 1e-6 {
                 eigen.vectors[k] / eigen.values[k].sqrt()
@@ -186,18 +179,14 @@ impl WithSimd for Substitution<'_> {
         for i in 0..work.len() {
             let mut sum = self.right[i].map(|x| x * scale[i]);
             for (l, value) in rows[start(i)..start(i) + i].iter().zip(&*work) {
-                for lane in 0..4 {
-                    sum[lane] -= value[lane] * l;
-                }
+                add(&mut sum, value, -l);
             }
             work[i] = sum.map(|x| x * pivots[i]);
         }
         for i in (0..work.len()).rev() {
             let value = work[i].map(|x| x * pivots[i]);
             for (l, other) in rows[start(i)..start(i) + i].iter().zip(work.iter_mut()) {
-                for lane in 0..4 {
-                    other[lane] -= value[lane] * l;
-                }
+                add(other, &value, -l);
             }
             work[i] = value.map(|x| x * scale[i]);
         }

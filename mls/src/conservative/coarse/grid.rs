@@ -114,6 +114,14 @@ impl Grid {
     }
 }
 
+/// `sum += value · factor`.
+#[inline(always)]
+pub(super) fn add(sum: &mut Lanes, value: &Lanes, factor: f64) {
+    for (sum, value) in sum.iter_mut().zip(value) {
+        *sum += value * factor;
+    }
+}
+
 /// Values of the three splines of a cell.
 #[inline(always)]
 pub(super) fn spline_values(t: f64) -> [f64; 3] {

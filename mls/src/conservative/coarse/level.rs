@@ -1,4 +1,4 @@
-//! One grid of the cycle: its matrix as stencils, smoothing, and the ways to the next grid.
+//! One grid of the cycle: its matrix as stencils, smoothing, and the transfer to the next grid.
 
 #![allow(
     clippy::needless_range_loop,
@@ -8,7 +8,7 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::grid::{Grid, Lanes};
+use super::grid::{Grid, Lanes, add};
 
 /// Entries of a stencil: splines up to two apart along every axis.
 pub(super) const STENCIL: usize = 125;
@@ -32,11 +32,11 @@ pub(super) const SHARES: [f64; 4] = [0.25, 0.75, 0.75, 0.25];
 /// Matrix and fields on one grid.
 pub(super) struct Level {
     pub(super) grid: Grid,
-    /// Places of the splines that take part, rising.
+    /// Places of the splines that take part, ascending.
     pub(super) places: Vec<u32>,
     /// Per spline its row of the matrix, entry `(dx + 2) + 5 (dy + 2) + 25 (dz + 2)`.
     pub(super) stencils: Vec<[f64; STENCIL]>,
-    /// Smoothing step: a share of the inverse diagonal, 0 where there is none.
+    /// Smoothing step: a fraction of the inverse diagonal, 0 where there is none.
     steps: Vec<f64>,
     /// Right-hand side, by spline.
     pub(super) right: Vec<Lanes>,
@@ -205,14 +205,6 @@ pub(super) fn parents(s: usize) -> [(usize, f64); 2] {
 pub(super) fn first_child(fine: &Grid, at: [usize; 3]) -> usize {
     let [x, y, z] = fine.steps();
     fine.place(at.map(|s| 2 * s)) - 2 * (x + y + z)
-}
-
-/// `sum += value · factor`.
-#[inline(always)]
-fn add(sum: &mut Lanes, value: &Lanes, factor: f64) {
-    for lane in 0..4 {
-        sum[lane] += value[lane] * factor;
-    }
 }
 
 /// `out = right − A field` for some splines.

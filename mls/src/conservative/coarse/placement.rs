@@ -1,4 +1,4 @@
-//! Where the nodes lie in a grid, and the two ways between nodes and splines.
+//! Where the nodes lie in a grid, and the transfer between nodes and splines.
 
 #![allow(
     clippy::needless_range_loop,
@@ -9,7 +9,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::grid::{Grid, Lanes, spline_values};
+use super::grid::{Grid, Lanes, add, spline_values};
 use crate::parallel::{ROWS_PER_TASK, to_u32};
 
 /// A node in the grid.
@@ -136,9 +136,7 @@ impl Placement {
                         let row = self.row_at[y - j + height * (z - k)];
                         if row != OUTSIDE {
                             let part = &self.sums[row as usize][width * (j + 3 * k) + x];
-                            for lane in 0..4 {
-                                sum[lane] += part[lane];
-                            }
+                            add(&mut sum, part, 1.0);
                         }
                     }
                 }
@@ -190,9 +188,7 @@ impl WithSimd for Restriction<'_> {
                     let start = self.width * (j + 3 * k) + first;
                     let run = &mut self.sums[start..start + 3];
                     for (sum, value) in run.iter_mut().zip(&along) {
-                        for lane in 0..4 {
-                            sum[lane] += value[lane] * across;
-                        }
+                        add(sum, value, across);
                     }
                 }
             }
@@ -225,9 +221,7 @@ impl WithSimd for Prolongation<'_> {
                     let start = placed.place as usize + j * self.steps[1] + k * self.steps[2];
                     let run = &self.field[start..start + 3];
                     for (sum, value) in sums.iter_mut().zip(run) {
-                        for lane in 0..4 {
-                            sum[lane] += value[lane] * across;
-                        }
+                        add(sum, value, across);
                     }
                 }
             }

@@ -27,7 +27,7 @@ pub(super) fn meshes(show: Show, member: &Member, skin: &DrawnTissue) -> Vec<Dra
                 nodes,
                 offsets: body.neighborhoods.offsets(),
                 neighbors: body.neighborhoods.indices(),
-                weights: body.stencils.weights(),
+                weights: &body.stencils.weights,
                 spacing: body.spacing,
             };
             graph.drawn(node)

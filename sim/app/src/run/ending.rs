@@ -86,7 +86,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
         .map_or_else(CutEnergy::default, Cutting::energy);
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
-    let solved = body.stencils.conservative();
+    let solved = body.stencils.report;
     let pieces = member.pieces();
     let volume: f64 = body.volumes.iter().sum();
     let round_off = body.elastic.energy_round_off();
@@ -107,8 +107,8 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.initial.volume,
         volume_after: body.volumes.iter().sum(),
-        stencil_residual: solved.map(|solved| solved.report.residual),
-        stencil_iterations: solved.map(|solved| solved.report.iterations),
+        stencil_residual: solved.map(|solved| solved.residual),
+        stencil_iterations: solved.map(|solved| solved.iterations),
         pieces: pieces.sizes.len(),
         energy: EnergySummary {
             kinetic: audit.kinetic,

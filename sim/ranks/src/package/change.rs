@@ -1,7 +1,7 @@
 //! What a cut changes in what a rank was given.
 
 use glam::{DMat3, DVec3};
-use phyxel::{BodyProblem, Member};
+use phyxel::{BodyProblem, Member, elastic_stencils};
 use phyxel_elastic::{Elastic, Offsets, Rows};
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,7 @@ impl Change {
         nodes: &[u32],
         watched: Option<&[u32]>,
     ) -> Self {
-        let view = member.body.stencils.view(&member.body.neighborhoods);
+        let view = elastic_stencils(&member.body.stencils, &member.body.neighborhoods);
         let corrected = !view.multipliers.is_empty();
         let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
         let elastic = &member.body.elastic;

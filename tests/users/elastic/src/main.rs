@@ -5,11 +5,11 @@ use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils, gl
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 use phyxel_integrate::{ClosureLaw, NewtonSettings, SolveError, StaticLoad, Supports, solve_static};
 use phyxel_mls::{
-    ConservativeSettings, ConservativeStencils, Neighborhoods, inverse_square_weights,
+    ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights,
 };
 
 /// The stencils of one crate as the other reads them.
-fn rows<'a>(graph: &'a Neighborhoods, stencils: &'a ConservativeStencils) -> Stencils<'a> {
+fn rows<'a>(graph: &'a Neighborhoods, stencils: &'a GradientStencils) -> Stencils<'a> {
     Stencils {
         offsets: graph.offsets(),
         indices: graph.indices(),
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let graph = Neighborhoods::from_graph(offsets, indices)?;
     let w = inverse_square_weights(x, &graph);
     let settings = ConservativeSettings::for_cutting();
-    let stencils = ConservativeStencils::new(x, volumes, b, &graph, w, &settings)?;
+    let stencils = GradientStencils::conservative(x, volumes, b, &graph, w, &settings)?;
     let mut stencils = stencils.converged()?;
 
     // A soft material of 1000 kg/m^3, held at the top, under its weight.

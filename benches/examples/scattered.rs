@@ -1,8 +1,8 @@
 //! Interpolates a smooth function from 10,000 random points at 100,000 others.
 //!
-//! `cargo run --release -p phyxel-mls --example scattered`; the same task with `SciPy` is
+//! `cargo run --release -p benches --example scattered`; the same task with `SciPy` is
 //! `python3 benches/peers/interpolation.py`, whose points are the same. Fails if an error is above what the
-//! README states.
+//! table of peers in `benches/README.md` states.
 
 #![allow(clippy::print_stdout, reason = "an example prints its table")]
 
