@@ -1,7 +1,7 @@
 """Interpolates a smooth function from 10,000 random points at 100,000 others: phyxel-mls, SciPy, Compadre and VTK.
 
 `pip install numpy scipy pyvista`, then `python3 benches/peers/interpolation.py`. It runs
-`cargo run --release -p benches --example scattered` first, whose points are the same, all on one thread (the thread
+`cargo run --release -p benches -- prove scattered` first, whose points are the same, all on one thread (the thread
 counts below are set before NumPy is loaded). Neighbours of SciPy may be named as arguments.
 
 Compadre 1.0.35 (polynomials by moving least squares, order 2 by default here) comes as sources with all of Kokkos: unpack

@@ -8,6 +8,7 @@ pub mod batch;
 pub mod column;
 pub mod cook;
 pub mod cracks;
+pub mod draw;
 mod eigenvalue;
 mod error;
 pub mod grids;

@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use benches::batch::{Case, Sheet, chosen, run_all};
 use benches::cracks::Fronts;
+use benches::draw::Drawing;
 use benches::studies::{STUDIES, write_page};
 use benches::{
     Effort, Options, Row, Study, StudyError, column, cook, cracks, grids, griffith, incision,
@@ -60,6 +61,14 @@ enum Verdict {
     Column(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
+    /// The plots of the READMEs.
+    Draw {
+        /// Which one.
+        drawing: Drawing,
+        /// Folder of the plot.
+        #[arg(long, default_value = "out/benches", value_name = "DIR")]
+        out: PathBuf,
+    },
     /// Claims that take too long for a test, checked on all cores: each figure with its limit.
     Prove {
         /// Only claims with this in their names.
@@ -198,6 +207,7 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Spin(one) => run_spin(one),
         Verdict::Column(one) => run_column(one),
         Verdict::Cook(one) => run_cook(one),
+        Verdict::Draw { drawing, out } => drawing.draw(out).map(|()| true),
         Verdict::Prove { name, list, jobs } => run_prove(name.as_deref(), *list, *jobs),
         Verdict::Cracks {
             filter,

@@ -6,6 +6,7 @@ mod dynamics;
 mod elastic;
 mod grids;
 mod indentation;
+mod scattered;
 mod scenes;
 mod studies;
 mod traps;
@@ -245,6 +246,11 @@ pub const CLAIMS: &[Claim] = &[
         name: "time",
         about: "the study time: bodies of the size asked for",
         run: studies::time_study_measures_bodies_of_the_size_asked_for,
+    },
+    Claim {
+        name: "scattered",
+        about: "values at 100,000 places from 10,000 random points",
+        run: scattered::interpolation_of_scattered_points,
     },
     Claim {
         name: "random-seed",

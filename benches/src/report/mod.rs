@@ -1,7 +1,6 @@
 //! What a study reports: tables, plots and a few words; how they are written.
 
 mod clock;
-mod file;
 mod page;
 mod plot;
 
@@ -15,7 +14,6 @@ use crate::StudyError;
 
 pub use clock::median;
 pub(crate) use clock::{machine, median_time};
-pub use file::{folder_of, write_csv};
 pub(crate) use page::html;
 pub(crate) use plot::draw;
 

@@ -1,10 +1,9 @@
 //! Error of value and gradient against the node spacing for the three orders of basis.
-//!
-//! `cargo run --release -p benches --example convergence`
-#![allow(clippy::print_stdout, reason = "prints its table")]
 
-use benches::StudyError;
-use benches::report::{Plot, Scale, Series, folder_of, write_csv};
+use std::path::Path;
+
+use crate::StudyError;
+use crate::report::{Plot, Scale, Series};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::{Random, lattice};
@@ -65,14 +64,9 @@ fn errors(order: Order, cells: u32) -> (f64, f64) {
     (mean(value_sum), mean(slope_sum))
 }
 
-fn main() -> Result<(), StudyError> {
+pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
     let sizes = [8, 12, 16, 24, 32];
     let mut lines = Vec::new();
-    let mut rows = Vec::new();
-    println!(
-        "{:<10} {:>6} {:>10} {:>6} {:>10} {:>6}",
-        "basis", "cells", "value", "order", "gradient", "order"
-    );
     for (order, name, least) in [
         (Order::Constant, "constant", [0.8, -0.3]),
         (Order::Linear, "linear", [1.8, 0.8]),
@@ -80,28 +74,7 @@ fn main() -> Result<(), StudyError> {
     ] {
         let found: Vec<(f64, f64)> = sizes.iter().map(|&n| errors(order, n)).collect();
         let (mut values, mut slopes) = (Vec::new(), Vec::new());
-        for (place, (&(value, slope), &cells)) in found.iter().zip(&sizes).enumerate() {
-            let before = place
-                .checked_sub(1)
-                .map(|p| (found[p], f64::from(cells) / f64::from(sizes[p])));
-            let orders = before.map(|(old, ratio)| {
-                (
-                    observed_order(old.0, value, ratio),
-                    observed_order(old.1, slope, ratio),
-                )
-            });
-            let text = |o: Option<f64>| o.map_or(String::new(), |o| format!("{o:.2}"));
-            println!(
-                "{name:<10} {cells:>6} {value:>10.2e} {:>6} {slope:>10.2e} {:>6}",
-                text(orders.map(|o| o.0)),
-                text(orders.map(|o| o.1))
-            );
-            rows.push([
-                name.to_owned(),
-                cells.to_string(),
-                format!("{value:e}"),
-                format!("{slope:e}"),
-            ]);
+        for (&(value, slope), &cells) in found.iter().zip(&sizes) {
             values.push((1.0 / f64::from(cells), value));
             slopes.push((1.0 / f64::from(cells), slope));
         }
@@ -118,9 +91,6 @@ fn main() -> Result<(), StudyError> {
         lines.push(Series::line(format!("value, {name}"), values));
         lines.push(Series::line(format!("gradient, {name}"), slopes));
     }
-    let folder = folder_of("mls")?;
-    let header = ["basis", "cells", "value", "gradient"];
-    write_csv(&folder.join("convergence.csv"), header, &rows)?;
     Plot::new(
         "convergence",
         "Error against spacing",
@@ -128,5 +98,5 @@ fn main() -> Result<(), StudyError> {
         [Scale::Logarithmic; 2],
         lines,
     )
-    .write(&folder)
+    .write(folder)
 }

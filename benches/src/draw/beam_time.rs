@@ -1,0 +1,182 @@
+//! Error of a cantilever against time: materials, neighbour rules and stabilizations of `phyxel-elastic`, with the
+//! dissertation's model and linear tetrahedra beside them.
+//!
+//! The time is that of a solution: one period of the beam's first bending mode in explicit steps of 0.9 of the
+//! critical one. One thread; least of many evaluations.
+
+use std::path::Path;
+use std::time::Instant;
+
+use crate::StudyError;
+use crate::problems::cantilever as beam;
+use crate::report::{Plot, Scale, Series};
+use glam::DVec3;
+use phyxel_elastic::{Dilatation, Material, Settings};
+use phyxel_mls::{NearestSettings, Neighborhoods, k_nearest, within_radius};
+use testkit::block::Block;
+use testkit::cloud::Random;
+use testkit::statics::Request;
+
+const NU: f64 = 0.3;
+
+/// First period of a slender beam with E = 1 and unit density: `2 pi / 1.8751² sqrt(rho A L⁴ / E I)`.
+fn period() -> f64 {
+    let (height, frequency_number) = (0.2_f64, 1.8751_f64);
+    let slenderness = (12.0 / (height * height)).sqrt();
+    std::f64::consts::TAU / frequency_number.powi(2) * slenderness
+}
+
+/// What one method needs and reaches.
+struct Outcome {
+    error: f64,
+    solution: f64,
+}
+
+/// Tip error (%), ms for a period.
+fn measure(block: &Block, masses: &[f64], answer: &mut dyn FnMut(Request<'_>) -> f64) -> Outcome {
+    let n = masses.len();
+    let error = beam::tip_error(block, NU, 1e-4, answer);
+    // Largest eigenvalue of the held beam by power iteration at rest, 5 % added.
+    let mut random = Random::new(1);
+    let mut f = vec![DVec3::ZERO; n];
+    answer(Request::Forces(&block.positions, &mut f));
+    let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
+    let mut kv = v.clone();
+    let mut eigenvalue = 0.0;
+    for _ in 0..80 {
+        let size = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+        for (v, x) in v.iter_mut().zip(&block.positions) {
+            *v = if x.x > 1e-9 { *v / size } else { DVec3::ZERO };
+        }
+        answer(Request::Product(&v, &mut kv));
+        for ((v, kv), mass) in v.iter_mut().zip(&kv).zip(masses) {
+            *v = *kv / *mass;
+        }
+        eigenvalue = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+    }
+    let critical = 2.0 / (1.05 * eigenvalue).sqrt();
+    let bent: Vec<DVec3> = block
+        .positions
+        .iter()
+        .map(|x| *x * 1.01 + random.vector(1e-3))
+        .collect();
+    let mut best = f64::INFINITY;
+    for _ in 0..200 {
+        let start = Instant::now();
+        answer(Request::Forces(&bent, &mut f));
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    let steps = period() / (0.9 * critical);
+    Outcome {
+        error,
+        solution: 1e3 * best * steps,
+    }
+}
+
+/// Neighbour rules on a block.
+fn rules(block: &Block) -> Vec<(&'static str, Neighborhoods)> {
+    let nearest = NearestSettings::default();
+    let near = k_nearest(&block.positions, &nearest).expect("a cloud");
+    let near = near.neighborhoods.symmetrized().expect("few pairs");
+    let radius = within_radius(&block.positions, 1.6 * 0.05).expect("a cloud");
+    vec![
+        ("edges", beam::edges(block)),
+        ("16 nearest", near),
+        ("radius 1.6", radius),
+    ]
+}
+
+/// What one line of the plots shows.
+struct Group {
+    name: String,
+    /// Milliseconds a period, error (%).
+    solutions: Vec<(f64, f64)>,
+}
+
+pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(|| study(folder))
+}
+
+fn study(folder: &Path) -> Result<(), StudyError> {
+    let mut groups: Vec<Group> = Vec::new();
+    let mut note = |group: String, outcome: &Outcome| {
+        let point = (outcome.solution, outcome.error.abs());
+        match groups.iter_mut().find(|entry| entry.name == group) {
+            Some(entry) => entry.solutions.push(point),
+            None => groups.push(Group {
+                name: group,
+                solutions: vec![point],
+            }),
+        }
+    };
+    let mut default_error = f64::INFINITY;
+    let mut paper_error = 0.0;
+    for jitter in [0.0, 0.25] {
+        let block = beam::beam([20, 4, 4], jitter);
+        for (rule, graph) in &rules(&block) {
+            for (name, material) in [
+                ("neo-Hookean", Material::neo_hookean(1.0, NU)),
+                (
+                    "Saint Venant-Kirchhoff",
+                    Material::saint_venant_kirchhoff(1.0, NU),
+                ),
+                ("Mooney-Rivlin", Material::mooney_rivlin(1.0, NU, 0.3)),
+            ] {
+                for (stabilisation, zero_energy_control, dilatation) in [
+                    ("none", 0.0, Dilatation::Local),
+                    ("control", 0.1, Dilatation::Local),
+                    ("control + mean", 0.1, Dilatation::Mean),
+                ] {
+                    if dilatation == Dilatation::Mean && name.starts_with("Saint") {
+                        continue; // has no volumetric part to average
+                    }
+                    let settings = Settings {
+                        zero_energy_control,
+                        dilatation,
+                        ..Settings::default()
+                    };
+                    let mut body = beam::on_graph(&block, graph, material, &settings);
+                    let outcome = measure(&block, &block.volumes, &mut beam::ask(&mut body));
+                    if *rule == "edges" && stabilisation == "control" {
+                        default_error = default_error.min(outcome.error.abs());
+                    }
+                    note(format!("{rule}, {stabilisation}"), &outcome);
+                }
+            }
+        }
+        let svk = Material::saint_venant_kirchhoff(1.0, NU);
+        let mut paper = beam::dissertation(&block, svk);
+        let masses = paper.elastic_volumes().to_vec();
+        let outcome = measure(&block, &masses, &mut beam::ask(&mut paper));
+        paper_error = f64::max(paper_error, outcome.error.abs());
+        note("dissertation".into(), &outcome);
+        let mut tetrahedra = beam::Tetrahedra::new(
+            &block.positions,
+            &block.tetrahedra,
+            Material::neo_hookean(1.0, NU),
+        );
+        let outcome = measure(&block, &block.volumes, &mut |request| {
+            tetrahedra.answer(request)
+        });
+        note("linear tetrahedra".into(), &outcome);
+    }
+    assert!(
+        default_error < 3.0 && paper_error > 50.0,
+        "default {default_error} %, dissertation {paper_error} %"
+    );
+    let lines = groups
+        .into_iter()
+        .map(|group| Series::dots(group.name, group.solutions));
+    Plot::new(
+        "elastic_error_solution",
+        "Tip of a cantilever, 525 nodes, nu 0.3, one thread",
+        [
+            "one period of bending, explicit (ms)",
+            "|error| of the tip (%)",
+        ],
+        [Scale::Logarithmic; 2],
+        lines.collect(),
+    )
+    .write(folder)
+}

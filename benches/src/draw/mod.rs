@@ -1,0 +1,40 @@
+//! The plots of the READMEs, each drawn by `cargo run --release -p benches -- draw NAME --out FOLDER`.
+
+mod beam_time;
+mod convergence;
+mod force;
+
+use std::path::Path;
+
+use clap::ValueEnum;
+
+use crate::StudyError;
+
+/// A plot of a README.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Drawing {
+    /// Moving least squares: error against spacing (`mls/convergence.svg`).
+    Convergence,
+    /// A cantilever: error against time (`elastic/elastic_error_solution.svg`).
+    BeamTime,
+    /// Force against indentation (`integrate/force_indentation.svg`).
+    Force,
+}
+
+impl Drawing {
+    /// Draws into `folder`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn draw(self, folder: &Path) -> Result<(), StudyError> {
+        std::fs::create_dir_all(folder).map_err(|source| StudyError::Folder {
+            path: folder.to_owned(),
+            source,
+        })?;
+        match self {
+            Self::Convergence => convergence::draw(folder),
+            Self::BeamTime => beam_time::draw(folder),
+            Self::Force => force::draw(folder),
+        }
+    }
+}
