@@ -4,12 +4,10 @@ use crate::cast::index;
 use crate::render::splats::{Splats, bends};
 use crate::render::surfels::Surfels;
 use crate::tissue::binding::Binding;
-use glam::{DMat3, DVec3};
-use pulp::{Arch, Simd, WithSimd};
+use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
-use std::ops::{Add, Mul, Sub};
 
-/// Surfels that are carried, and nodes whose maps are formed, by one thread at a time.
+/// Fewest surfels that one thread carries, and nodes whose maps it forms.
 const CHUNK: usize = 128;
 
 /// Carries surfels by their nodes' positions and deformation gradients.
@@ -59,148 +57,30 @@ pub fn carry_into(
     splats.normals.resize(n, DVec3::ZERO);
     splats.bends_u.resize(n, DVec3::ZERO);
     splats.bends_v.resize(n, DVec3::ZERO);
-    let maps: Vec<Map> = (rest_nodes, nodes, gradients)
+    let maps: Vec<DAffine3> = (rest_nodes, nodes, gradients)
         .into_par_iter()
         .with_min_len(CHUNK)
-        .map(|(&rest, &node, gradient)| Map::new(rest, node, gradient))
+        .map(|(&rest, &node, &gradient)| {
+            DAffine3::from_mat3_translation(gradient, node - gradient * rest)
+        })
         .collect();
-    let arch = Arch::new();
-    splats
-        .positions
-        .par_chunks_mut(CHUNK)
-        .zip(splats.axes_u.par_chunks_mut(CHUNK))
-        .zip(splats.axes_v.par_chunks_mut(CHUNK))
-        .zip(splats.normals.par_chunks_mut(CHUNK))
-        .zip(splats.bends_u.par_chunks_mut(CHUNK))
-        .zip(splats.bends_v.par_chunks_mut(CHUNK))
+    (
+        &mut splats.positions,
+        &mut splats.normals,
+        &mut splats.axes_u,
+        &mut splats.axes_v,
+        &mut splats.bends_u,
+        &mut splats.bends_v,
+    )
+        .into_par_iter()
         .enumerate()
-        .for_each(
-            |(chunk, (((((positions, u), v), normals), bend_u), bend_v))| {
-                arch.dispatch(Run {
-                    from: (surfels, binding, &maps),
-                    max_stretch,
-                    first: chunk * CHUNK,
-                    positions,
-                    axes: [u, v],
-                    normals,
-                    bends: [bend_u, bend_v],
-                });
-            },
-        );
-}
-
-/// A run of surfels to carry, by the instructions that the processor at hand has.
-struct Run<'a> {
-    from: (&'a Surfels, &'a Binding, &'a [Map]),
-    max_stretch: f64,
-    /// Index of the first surfel.
-    first: usize,
-    positions: &'a mut [DVec3],
-    axes: [&'a mut [DVec3]; 2],
-    normals: &'a mut [DVec3],
-    bends: [&'a mut [DVec3]; 2],
-}
-
-impl WithSimd for Run<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let (surfels, binding, maps) = self.from;
-        let x = self.positions;
-        let ([u, v], [bend_u, bend_v]) = (self.axes, self.bends);
-        let mut sums = [Sums::ZERO; CHUNK];
-        for (k, sum) in sums[..x.len()].iter_mut().enumerate() {
-            let i = self.first + k;
-            let (row, weights) = binding.row(i);
-            *sum = blend(surfels.positions[i], row, weights, binding.slopes(i), maps);
-        }
-        for (k, sum) in sums[..x.len()].iter().enumerate() {
-            let carried = carry(surfels, self.first + k, sum, self.max_stretch);
-            x[k] = carried.position;
-            [u[k], v[k]] = carried.axes;
-            self.normals[k] = carried.normal;
-            [bend_u[k], bend_v[k]] = carried.bends;
-        }
-    }
-}
-
-/// A vector padded to four numbers, so that one instruction works on all of it where the processor
-/// has such. Sums and products stay apart: same bits on any processor.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(32))]
-struct Wide([f64; 4]);
-
-impl Wide {
-    const ZERO: Self = Self([0.0; 4]);
-
-    #[inline(always)]
-    fn new(v: DVec3) -> Self {
-        Self([v.x, v.y, v.z, 0.0])
-    }
-
-    #[inline(always)]
-    fn vector(self) -> DVec3 {
-        let [x, y, z, _] = self.0;
-        DVec3::new(x, y, z)
-    }
-}
-
-impl Add for Wide {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let (a, b) = (self.0, other.0);
-        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]])
-    }
-}
-
-impl Sub for Wide {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        let (a, b) = (self.0, other.0);
-        Self([a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]])
-    }
-}
-
-impl Mul<f64> for Wide {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, by: f64) -> Self {
-        let a = self.0;
-        Self([a[0] * by, a[1] * by, a[2] * by, a[3] * by])
-    }
-}
-
-/// The affine map of one node: `p(X) = F X + shift`.
-#[derive(Debug, Clone, Copy)]
-struct Map {
-    axes: [Wide; 3],
-    shift: Wide,
-}
-
-impl Map {
-    fn new(rest: DVec3, node: DVec3, gradient: &DMat3) -> Self {
-        Self {
-            axes: [gradient.x_axis, gradient.y_axis, gradient.z_axis].map(Wide::new),
-            shift: Wide::new(node - *gradient * rest),
-        }
-    }
-
-    #[inline(always)]
-    fn point(&self, x: DVec3) -> Wide {
-        turned(&self.axes, x) + self.shift
-    }
-}
-
-/// A matrix of the given columns times a vector.
-#[inline(always)]
-fn turned(columns: &[Wide; 3], x: DVec3) -> Wide {
-    columns[0] * x.x + columns[1] * x.y + columns[2] * x.z
+        .with_min_len(CHUNK)
+        .for_each(|(i, (position, normal, u, v, bend_u, bend_v))| {
+            let carried = carry(surfels, binding, &maps, i, max_stretch);
+            (*position, *normal) = (carried.position, carried.normal);
+            [*u, *v] = carried.axes;
+            [*bend_u, *bend_v] = carried.bends;
+        });
 }
 
 /// One surfel in the deformed frame.
@@ -211,72 +91,44 @@ struct Carried {
     bends: [DVec3; 2],
 }
 
-/// What the nodes of a surfel make of it.
-#[derive(Debug, Clone, Copy)]
-struct Sums {
-    at: Wide,
-    gradient: [Wide; 3],
-    /// What the change of the weights over the disk adds to its axes.
-    drift: [Wide; 2],
-}
-
-impl Sums {
-    const ZERO: Self = Self {
-        at: Wide::ZERO,
-        gradient: [Wide::ZERO; 3],
-        drift: [Wide::ZERO; 2],
-    };
-}
-
-/// Sums over a row of nodes. They are handed back whole: told to go on with three of four numbers,
-/// the compiler shuffles in every step.
-#[inline(always)]
-fn blend(rest: DVec3, row: &[u32], weights: &[f64], slopes: &[[f64; 2]], maps: &[Map]) -> Sums {
-    let first = maps[index(row[0])].point(rest);
-    let mut sums = Sums {
-        at: first,
-        ..Sums::ZERO
-    };
-    for ((&node, &w), slope) in row.iter().zip(weights).zip(slopes) {
+/// The surfel that the maps `p(X) = F X + shift` of its nodes make.
+fn carry(
+    surfels: &Surfels,
+    binding: &Binding,
+    maps: &[DAffine3],
+    i: usize,
+    max_stretch: f64,
+) -> Carried {
+    let (rest, normal, radius) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
+    let (row, weights) = binding.row(i);
+    let first = maps[index(row[0])].transform_point3(rest);
+    let (mut position, mut f, mut drift) = (first, DMat3::ZERO, [DVec3::ZERO; 2]);
+    for ((&node, &weight), slope) in row.iter().zip(weights).zip(binding.slopes(i)) {
         let map = &maps[index(node)];
-        let aside = map.point(rest) - first;
-        sums.at = sums.at + aside * w;
-        for k in 0..3 {
-            sums.gradient[k] = sums.gradient[k] + map.axes[k] * w;
-        }
-        sums.drift[0] = sums.drift[0] + aside * slope[0];
-        sums.drift[1] = sums.drift[1] + aside * slope[1];
+        let aside = map.transform_point3(rest) - first;
+        position += aside * weight;
+        f += map.matrix3 * weight;
+        // What the change of the weights over the disk adds to its axes.
+        drift[0] += aside * slope[0];
+        drift[1] += aside * slope[1];
     }
-    sums
-}
-
-/// The surfel that the sums make.
-#[inline(always)]
-fn carry(surfels: &Surfels, i: usize, sums: &Sums, max_stretch: f64) -> Carried {
-    let (f, drift) = (&sums.gradient, &sums.drift);
-    let normal = surfels.normals[i];
-    let radius = surfels.radii[i];
     let (t0, t1) = Surfels::tangents(normal);
-    let (a, b) = (turned(f, t0), turned(f, t1));
-    let u = (a + drift[0]).vector().clamp_length_max(max_stretch) * radius;
-    let v = (b + drift[1]).vector().clamp_length_max(max_stretch) * radius;
-    let (a, b) = (a.vector(), b.vector());
+    let (a, b) = (f * t0, f * t1);
+    let axes = [a + drift[0], b + drift[1]];
     let raw = a.cross(b);
     let length = raw.length();
     let mut carried = Carried {
-        position: sums.at.vector(),
-        axes: [u, v],
+        position,
+        axes: axes.map(|axis| axis.clamp_length_max(max_stretch) * radius),
         normal,
         bends: [DVec3::ZERO; 2],
     };
     if length > 0.0 {
         // cof(F) t0 = F t1 × F n and cof(F) t1 = F n × F t0, as t0, t1, n are a right-handed frame.
-        let c = turned(f, normal).vector();
+        let c = f * normal;
         let per = radius / length;
-        let (t0, t1) = (b.cross(c) * per, c.cross(a) * per);
-        let shape = surfels.shapes[i];
         carried.normal = raw / length;
-        carried.bends = bends(shape, t0, t1);
+        carried.bends = bends(surfels.shapes[i], b.cross(c) * per, c.cross(a) * per);
     }
     carried
 }
@@ -360,48 +212,5 @@ mod tests {
         }
         // 9e-16.
         assert!(worst < 1e-14, "off by {worst:e}");
-    }
-
-    #[test]
-    fn bits_depend_neither_on_threads_nor_on_the_processor() {
-        let (tissue, surfels, rest_nodes, nodes, gradients) = scene();
-        let with = |threads: usize| {
-            let mut splats = Splats::default();
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            pool.build().expect("threads").install(|| {
-                let to = &mut splats;
-                carry_into(
-                    &surfels,
-                    tissue.binding(),
-                    &rest_nodes,
-                    &nodes,
-                    &gradients,
-                    3.0,
-                    to,
-                );
-            });
-            splats
-        };
-        let one = with(1);
-        assert_eq!(one, with(4));
-        let maps: Vec<Map> = (0..nodes.len())
-            .map(|i| Map::new(rest_nodes[i], nodes[i], &gradients[i]))
-            .collect();
-        let mut plain = one.clone();
-        plain.positions.fill(DVec3::ZERO);
-        Run {
-            from: (&surfels, tissue.binding(), &maps),
-            max_stretch: 3.0,
-            first: 0,
-            positions: &mut plain.positions[..CHUNK],
-            axes: [&mut plain.axes_u[..CHUNK], &mut plain.axes_v[..CHUNK]],
-            normals: &mut plain.normals[..CHUNK],
-            bends: [&mut plain.bends_u[..CHUNK], &mut plain.bends_v[..CHUNK]],
-        }
-        .with_simd(pulp::Scalar);
-        assert_eq!(plain.positions[..CHUNK], one.positions[..CHUNK]);
-        assert_eq!((plain.axes_u, plain.axes_v), (one.axes_u, one.axes_v));
-        assert_eq!(plain.normals, one.normals);
-        assert_eq!((plain.bends_u, plain.bends_v), (one.bends_u, one.bends_v));
     }
 }
