@@ -22,14 +22,12 @@ pub struct TissueTexture {
     pub parenchyma: Vec3,
     /// Linear colour of its lobules' borders.
     pub parenchyma_dark: Vec3,
-    /// Linear colour of cut vessels' walls and lumens.
-    pub vessel: Vec3,
     /// Size of the patches (m).
     pub patch: f64,
 }
 
 impl TissueTexture {
-    /// Liver: a brown-red, glossy capsule; brighter, pinker parenchyma with lobules and vessels.
+    /// Liver: a brown-red, glossy capsule; brighter, pinker parenchyma with lobules.
     /// `size` is the body's extent (m), which sets the scale of the patches.
     #[must_use]
     pub fn liver(size: f64) -> Self {
@@ -38,7 +36,6 @@ impl TissueTexture {
             capsule_dark: Vec3::new(0.070, 0.010, 0.008),
             parenchyma: Vec3::new(0.42, 0.085, 0.065),
             parenchyma_dark: Vec3::new(0.24, 0.032, 0.026),
-            vessel: Vec3::new(0.06, 0.004, 0.008),
             patch: 0.12 * size,
         }
     }
@@ -67,15 +64,10 @@ impl TissueTexture {
         } else {
             let lobules = gradient_noise(p * 7.0).abs();
             let fine = 0.5 + 0.7 * fractal_noise(p * 4.0, 2);
-            let base = self.parenchyma_dark.lerp(
+            self.parenchyma_dark.lerp(
                 self.parenchyma,
                 (0.35 + 0.8 * lobules + 0.4 * fine).clamp(0.0, 1.0),
-            );
-            // Vessels: tubes where two noises are both near zero.
-            let q = p * 1.1 + Vec3::splat(5.3);
-            let (a, b) = (gradient_noise(q), gradient_noise(q + Vec3::splat(31.7)));
-            let vessel = 1.0 - ((a * a + b * b).sqrt() / 0.055).min(1.0);
-            base.lerp(self.vessel, (3.0 * vessel).min(1.0))
+            )
         }
     }
 
@@ -99,7 +91,7 @@ impl TissueTexture {
                 coat: None,
                 specular: 0.42,
                 shininess: 70.0,
-                relief: 0.03,
+                relief: 0.0,
                 relief_frequency: 6.0 * per_metre,
             },
             Surface {
