@@ -1,20 +1,19 @@
 """Draws a ball of 100,000 points with normals at 1280 x 720: phyxel-splat and pyvista.
 
 `pip install numpy pyvista`, then `python3 benches/peers/pictures.py`; without a display VTK draws by EGL or Mesa, on the
-processor where there is no card. It runs `cargo run --release -p phyxel-splat --example ball` first. Errors are against
+processor where there is no card. `cargo run --release -p benches -- splat` has the same by phyxel-splat in its table
+`ball`. Errors are against
 the ball itself: pixels of its disk that show nothing, pixels outside that show something, and RMS of the depth over the
 ball's radius.
 """
 
 import os
-import subprocess
 import time
 
 import numpy as np
 import pyvista as pv
 
 COUNT, SIZE = 100_000, (1280, 720)
-subprocess.run("cargo run --quiet --release -p phyxel-splat --example ball".split(), check=True)
 
 i = np.arange(COUNT)
 z = 1 - (2 * i + 1) / COUNT

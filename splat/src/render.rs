@@ -27,7 +27,7 @@ use crate::render::raster::{
     Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
 };
 use crate::render::resolve::{LitTriangle, Stage, TilePixels};
-use crate::render::scene::{DrawMode, ImageCoat, RenderSettings, SplatView, Surface};
+use crate::render::scene::{DrawMode, RenderSettings, SplatView, Surface};
 use crate::render::shade::{Rig, Transfer};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -105,18 +105,7 @@ impl Renderer {
         let mut chunks = std::mem::take(&mut self.chunks);
         let mut behind = std::mem::take(&mut self.behind);
         let mut tiles = std::mem::take(&mut self.tiles);
-        let ink = |i: usize| {
-            let s = self.surface(view.materials[i]);
-            let cells = f64::from(s.relief_frequency);
-            let along = view.rest_axes(i);
-            let point = (view.texture_points[i] * cells).as_vec3();
-            Ink {
-                color: view.colors[i].extend(s.specular),
-                point: point.extend(s.relief),
-                along: along.map(|axis| (axis * cells).as_vec3().extend(0.0)),
-                shininess: s.shininess,
-            }
-        };
+        let ink = |i: usize| self.ink(view, i);
         project(view, camera, &raster, Facing::Viewer, &ink, &mut chunks);
         let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
         match inside {
@@ -135,21 +124,7 @@ impl Renderer {
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
         let surfaces = &self.settings.surfaces;
         let coated = surfaces.iter().any(|surface| surface.coat.is_some());
-        let print = |splat: u32| {
-            let i = index(splat);
-            if let Some(Some(place)) = view.places.get(i)
-                && let Some(image) = self.settings.images.get(usize::from(place.image))
-            {
-                let radius = single(view.radii[i]);
-                return Some(Print {
-                    image,
-                    at: place.at,
-                    along: place.along.map(|along| along * radius),
-                });
-            }
-            let surface = coated.then(|| self.surface(view.materials[i]))?;
-            surface.coat.as_ref().map(|coat| print(view, i, coat))
-        };
+        let print = |splat: u32| self.print(view, index(splat), coated);
         tiles.par_iter_mut().enumerate().for_each_init(
             TileBuffers::new,
             |buffers, (tile, pixels)| {
@@ -180,6 +155,46 @@ impl Renderer {
         let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
         self.tiles = tiles;
         frame
+    }
+
+    /// What a splat adds to the samples it is blended into.
+    fn ink(&self, view: &SplatView<'_>, splat: usize) -> Ink {
+        let s = self.surface(view.materials[splat]);
+        let cells = f64::from(s.relief_frequency);
+        let along = view.rest_axes(splat);
+        let point = (view.texture_points[splat] * cells).as_vec3();
+        Ink {
+            color: view.colors[splat].extend(s.specular),
+            point: point.extend(s.relief),
+            along: along.map(|axis| (axis * cells).as_vec3().extend(0.0)),
+            shininess: s.shininess,
+        }
+    }
+
+    /// The image on a splat, if any.
+    fn print<'a>(&'a self, view: &SplatView<'_>, splat: usize, coated: bool) -> Option<Print<'a>> {
+        if let Some(Some(place)) = view.places.get(splat)
+            && let Some(image) = self.settings.images.get(usize::from(place.image))
+        {
+            let radius = single(view.radii[splat]);
+            return Some(Print {
+                image,
+                at: place.at,
+                along: place.along.map(|along| along * radius),
+            });
+        }
+        let surface = coated.then(|| self.surface(view.materials[splat]))?;
+        let coat = surface.coat.as_ref()?;
+        let [u, v] = view.rest_axes(splat);
+        let normal = view.texture_normals.get(splat);
+        let normal = *normal.unwrap_or(&view.splats.normals[splat]);
+        let (width, height) = coat.image.size();
+        let chart = Chart::new(normal, coat.size, real(width) / real(height));
+        Some(Print {
+            image: &coat.image,
+            at: chart.at(view.texture_points[splat]),
+            along: [chart.at(u), chart.at(v)],
+        })
     }
 
     fn surface(&self, material: u16) -> &Surface {
@@ -225,20 +240,6 @@ impl Renderer {
     }
 }
 
-/// How an image lies on a splat.
-fn print<'a>(view: &SplatView<'_>, splat: usize, coat: &'a ImageCoat) -> Print<'a> {
-    let [u, v] = view.rest_axes(splat);
-    let normal = view.texture_normals.get(splat);
-    let normal = *normal.unwrap_or(&view.splats.normals[splat]);
-    let (width, height) = coat.image.size();
-    let chart = Chart::new(normal, coat.size, real(width) / real(height));
-    Print {
-        image: &coat.image,
-        at: chart.at(view.texture_points[splat]),
-        along: [chart.at(u), chart.at(v)],
-    }
-}
-
 /// Triangles of all meshes on the screen by tile, and what lights them.
 fn screen_triangles(
     meshes: &[DrawnMesh],
@@ -274,7 +275,7 @@ fn screen_triangles(
                 let n = n.normalize_or_zero().as_vec3();
                 Vec3::new(n.x, -n.y, -n.z)
             };
-            let normals = t.map(|i| {
+            let [a, b, c] = t.map(|i| {
                 flip(if mesh.smooth {
                     smooth[index(i)]
                 } else {
@@ -282,7 +283,8 @@ fn screen_triangles(
                 })
             });
             let id = count(lit.len());
-            lit.push(LitTriangle { normals, mesh: m });
+            let normal = a + b + c;
+            lit.push(LitTriangle { normal, mesh: m });
             let [x0, y0, x1, y1] = screen.bounds.map(|b| usize::try_from(b).unwrap_or(0));
             for ty in y0 / TILE..y1.div_ceil(TILE) {
                 for tx in x0 / TILE..x1.div_ceil(TILE) {

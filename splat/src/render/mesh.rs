@@ -16,7 +16,7 @@ pub struct DrawnMesh {
     pub specular: f32,
     /// Exponent of the highlight (1).
     pub shininess: f32,
-    /// Interpolate normals over vertices (round things) or not (flat faces).
+    /// Light each triangle by the mean of its vertices' normals (round things), not by its own (flat faces).
     pub smooth: bool,
 }
 

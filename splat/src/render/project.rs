@@ -1,6 +1,6 @@
 //! Splats on the screen: the map from pixels to disk coordinates, and which tiles a splat meets.
 
-use crate::cast::{count, index, pixel, single};
+use crate::cast::{count, index, pixel, real, single};
 use crate::render::camera::{Camera, Lens};
 use crate::render::clip::Clip;
 use crate::render::scene::{DrawMode, SplatView};
@@ -19,7 +19,7 @@ const OVERHANG: f64 = 0.6;
 
 /// A splat on the screen. With (x, y) in samples from its centre, `w = 1 + wx·x + wy·y`, a point
 /// has disk coordinates `(sx·x + sy·y, tx·x + ty·y) / w` and nearness `near + nx·x + ny·y`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Projected {
     pub(crate) x: f32,
     pub(crate) y: f32,
@@ -183,11 +183,10 @@ fn project_one(
     if c.z <= 0.0 {
         return;
     }
-    let normal = axes * normal;
     let (mut u, mut v) = (axes * splats.axes_u[i], axes * splats.axes_v[i]);
     let size = u.length().max(v.length());
-    let height = crate::cast::real(raster.height);
-    let centre = [0.5 * crate::cast::real(raster.width), 0.5 * height];
+    let height = real(raster.height);
+    let centre = [0.5 * real(raster.width), 0.5 * height];
     // Samples per metre at the centre.
     let scale = match camera.lens {
         Lens::Perspective { focal } => focal * height / c.z,
@@ -217,24 +216,13 @@ fn project_one(
         return;
     }
     (out.x, out.y) = (single(x), single(y));
-    out.tolerance = single(match camera.lens {
-        Lens::Perspective { .. } => raster.tolerance * size / (c.z * c.z),
-        Lens::Orthographic { .. } => raster.tolerance * size,
-    });
-    let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
-    let mut paint = Paint {
-        normal: lit(normal, 1.0),
-        bend: [Vec4::ZERO; 2],
-        ink: ink(i),
-    };
+    // Of splats that face the viewer nothing is blended: the nearest wins.
+    out.square = raster.mode == DrawMode::Squares;
     if !aligned {
-        let bend = |field: &[DVec3]| field.get(i).map_or(Vec4::ZERO, |&b| lit(axes * b, 0.0));
-        paint.bend = [bend(&splats.bends_u), bend(&splats.bends_v)];
-    }
-    if aligned {
-        // Nothing is blended: the nearest wins.
-        out.tolerance = 0.0;
-        out.square = raster.mode == DrawMode::Squares;
+        out.tolerance = single(match camera.lens {
+            Lens::Perspective { .. } => raster.tolerance * size / (c.z * c.z),
+            Lens::Orthographic { .. } => raster.tolerance * size,
+        });
     }
     out.splat = count(i);
     let first = count(chunk.walls.len());
@@ -245,26 +233,21 @@ fn project_one(
     }
     out.walls = [first, count(chunk.walls.len())];
     chunk.splats.push(out);
-    chunk.paints.push(paint);
+    let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
+    let bend = |field: &[DVec3]| match field.get(i) {
+        Some(&change) if !aligned => lit(axes * change, 0.0),
+        _ => Vec4::ZERO,
+    };
+    chunk.paints.push(Paint {
+        normal: lit(axes * normal, 1.0),
+        bend: [bend(&splats.bends_u), bend(&splats.bends_v)],
+        ink: ink(i),
+    });
 }
 
 /// The map from samples to disk coordinates and nearness.
 fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Projected> {
     let g = u.cross(v);
-    let blank = Projected {
-        x: 0.0,
-        y: 0.0,
-        s: [0.0; 2],
-        t: [0.0; 2],
-        w: [0.0; 2],
-        near: 0.0,
-        slope: [0.0; 2],
-        tolerance: 0.0,
-        bounds: [0; 4],
-        splat: 0,
-        square: false,
-        walls: [0; 2],
-    };
     match camera.lens {
         Lens::Perspective { focal } => {
             // c + s u + t v = d / nearness with d = (x, y, 1): Cramer's rule gives s, t and the
@@ -283,7 +266,7 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
                 w: [single(w.x), single(w.y)],
                 near: single(near),
                 slope: [single(w.x * near), single(w.y * near)],
-                ..blank
+                ..Projected::default()
             })
         }
         Lens::Orthographic { height: shown } => {
@@ -297,7 +280,7 @@ fn map(camera: &Camera, c: DVec3, u: DVec3, v: DVec3, height: f64) -> Option<Pro
                 t: t.map(single),
                 near: single(-c.z),
                 slope: [0, 1].map(|k| single(-(u.z * s[k] + v.z * t[k]))),
-                ..blank
+                ..Projected::default()
             })
         }
     }

@@ -22,7 +22,8 @@ pub(crate) struct TilePixels {
 
 /// A triangle in the camera frame, for lighting.
 pub(crate) struct LitTriangle {
-    pub(crate) normals: [Vec3; 3],
+    /// Sum of its corners' normals.
+    pub(crate) normal: Vec3,
     pub(crate) mesh: usize,
 }
 
@@ -44,6 +45,16 @@ struct Queue {
     view: [Vec3; LANES],
     /// Pixel of the tile, and how much of it.
     target: [(usize, f32); LANES],
+}
+
+/// A pixel whose samples are to be lit.
+struct Pixel<S> {
+    /// Which of the tile's pixels.
+    index: usize,
+    samples: S,
+    /// Unit vector to the viewer.
+    view: Vec3,
+    background: Vec3,
 }
 
 impl Stage<'_> {
@@ -93,58 +104,26 @@ impl Stage<'_> {
         }
         let mut colors = [Vec3::ZERO; TILE * TILE];
         let mut queue = Queue::new();
-        let part = 1.0 / single(real(ss * ss));
         for py in 0..side {
             let background = self.background(origin[1] + py * ss);
             for px in 0..side {
                 let first = py * ss * TILE + px * ss;
-                let samples = (0..ss * ss).map(|s| first + s / ss * TILE + s % ss);
-                let near = &buffers.near();
-                let nearest = samples.clone().map(|k| near[k]);
-                let nearest = nearest.fold(f32::NEG_INFINITY, f32::max);
+                let pixel = Pixel {
+                    index: py * side + px,
+                    samples: (0..ss * ss).map(|s| first + s / ss * TILE + s % ss),
+                    view: self.view_direction([origin[0] + px * ss, origin[1] + py * ss]),
+                    background,
+                };
+                let near = pixel.samples.clone().map(|k| buffers.near()[k]);
+                let nearest = near.fold(f32::NEG_INFINITY, f32::max);
                 if nearest == f32::NEG_INFINITY {
                     continue;
                 }
-                let pixel = py * side + px;
-                pixels.depth[pixel] = match self.camera.lens {
+                pixels.depth[pixel.index] = match self.camera.lens {
                     Lens::Perspective { .. } => 1.0 / nearest,
                     Lens::Orthographic { .. } => -nearest,
                 };
-                let at = [origin[0] + px * ss, origin[1] + py * ss];
-                let view = self.view_direction(at);
-                let mut splatted = 0.0;
-                let mut alike = true;
-                let mut mean: Sums = [Vec4::ZERO; 3];
-                let mut mean_gloss = 0.0;
-                for k in samples.clone() {
-                    match self.unlit(buffers, k, background, view) {
-                        Some(color) => colors[pixel] += color * part,
-                        None => {
-                            let s = &buffers.sums()[k];
-                            let per = 1.0 / s[0].w;
-                            if splatted > 0.0 {
-                                let cosine = s[0].truncate().dot(mean[0].truncate()) * per;
-                                alike &= cosine > 0.9 * splatted;
-                            }
-                            for (m, s) in mean.iter_mut().zip(s) {
-                                *m += *s * per;
-                            }
-                            mean_gloss += buffers.gloss()[k] * per;
-                            splatted += 1.0;
-                        }
-                    }
-                }
-                if splatted > 0.0 && alike {
-                    let target = (pixel, splatted * part);
-                    self.push(&mut queue, &mean, mean_gloss, view, target, &mut colors);
-                } else if splatted > 0.0 {
-                    for k in samples {
-                        if near[k] > f32::NEG_INFINITY && buffers.triangle()[k] == 0 {
-                            let (sums, gloss) = (&buffers.sums()[k], buffers.gloss()[k]);
-                            self.push(&mut queue, sums, gloss, view, (pixel, part), &mut colors);
-                        }
-                    }
-                }
+                self.light(buffers, pixel, &mut queue, &mut colors);
             }
         }
         self.flush(&mut queue, &mut colors);
@@ -153,6 +132,56 @@ impl Stage<'_> {
             if depth.is_finite() {
                 let [r, g, b] = self.transfer.encode(color);
                 *pixel = [r, g, b, 255];
+            }
+        }
+    }
+
+    /// Queues the samples of a pixel to be lit: their mean if they are of one smooth surface.
+    fn light(
+        &self,
+        buffers: &TileBuffers,
+        pixel: Pixel<impl Iterator<Item = usize> + Clone>,
+        queue: &mut Queue,
+        colors: &mut [Vec3],
+    ) {
+        let (index, view) = (pixel.index, pixel.view);
+        let part = 1.0 / single(f64::from(self.settings.samples.pow(2)));
+        let (mut splatted, mut alike) = (0.0, true);
+        let mut mean: Sums = [Vec4::ZERO; 3];
+        let mut mean_gloss = 0.0;
+        for k in pixel.samples.clone() {
+            match self.unlit(buffers, k, pixel.background, view) {
+                Some(color) => colors[index] += color * part,
+                None => {
+                    let s = &buffers.sums()[k];
+                    let per = 1.0 / s[0].w;
+                    if splatted > 0.0 {
+                        let cosine = s[0].truncate().dot(mean[0].truncate()) * per;
+                        alike &= cosine > 0.9 * splatted;
+                    }
+                    for (m, s) in mean.iter_mut().zip(s) {
+                        *m += *s * per;
+                    }
+                    mean_gloss += buffers.gloss()[k] * per;
+                    splatted += 1.0;
+                }
+            }
+        }
+        if splatted > 0.0 && alike {
+            self.push(
+                queue,
+                &mean,
+                mean_gloss,
+                view,
+                (index, splatted * part),
+                colors,
+            );
+        } else if splatted > 0.0 {
+            for k in pixel.samples {
+                if buffers.near()[k] > f32::NEG_INFINITY && buffers.triangle()[k] == 0 {
+                    let (sums, gloss) = (&buffers.sums()[k], buffers.gloss()[k]);
+                    self.push(queue, sums, gloss, view, (index, part), colors);
+                }
             }
         }
     }
@@ -237,7 +266,7 @@ impl Stage<'_> {
     /// Linear colour of a point on a tool.
     fn lit_triangle(&self, t: &LitTriangle, view: Vec3) -> Vec3 {
         let mesh = &self.meshes[t.mesh];
-        let normal = (t.normals[0] + t.normals[1] + t.normals[2]).normalize_or(view);
+        let normal = t.normal.normalize_or(view);
         self.rig.shade_one(&Point {
             normal: if normal.dot(view) < 0.0 {
                 -normal

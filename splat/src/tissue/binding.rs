@@ -108,15 +108,8 @@ impl Binding {
     }
 
     /// Number of surfels bound.
-    #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.reach.len()
-    }
-
-    /// True if no surfel is bound.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.reach.is_empty()
     }
 
     /// Entries per row.
@@ -160,11 +153,7 @@ impl Binding {
 
     /// Distance within which a surfel's nodes were sought (m): that of the farthest, or more where
     /// cuts hide all others.
-    ///
-    /// # Panics
-    /// If `surfel` is out of range.
-    #[must_use]
-    pub fn reach(&self, surfel: usize) -> f64 {
+    pub(crate) fn reach(&self, surfel: usize) -> f64 {
         self.reach[surfel]
     }
 
@@ -223,31 +212,12 @@ impl Binding {
         view: &View<'_>,
     ) -> Row {
         let eye = query.eye;
-        let mut found: Vec<Link> = Vec::with_capacity(self.stride);
-        let mut hidden: Vec<u32> = Vec::new();
-        let mut nearest = None;
-        let mut horizon = 0.0;
-        for (looked, node) in nodes.tree.nearest_neighbor_iter(eye.to_array()).enumerate() {
-            let at = nodes.positions[index(node.data)];
-            let link = Link::straight(eye, at, node.data);
-            nearest.get_or_insert(link);
-            // With nothing in sight the search goes on: better a far node of the own piece than a
-            // near one of another.
-            let most = if found.is_empty() {
-                POOLS * settings.pool
-            } else {
-                settings.pool
-            };
-            if found.len() == self.stride || looked >= most {
-                break;
-            }
-            horizon = link.length;
-            if (view.visible)(eye, at) {
-                found.push(link);
-            } else {
-                hidden.push(node.data);
-            }
-        }
+        let Look {
+            mut found,
+            hidden,
+            nearest,
+            horizon,
+        } = self.look(eye, nodes, settings, view);
         let seen = found.len();
         let mut direct = true;
         if !hidden.is_empty()
@@ -267,20 +237,7 @@ impl Binding {
         }
         direct &= seen == self.stride;
         if (1..FEW.min(self.stride)).contains(&found.len()) {
-            let seen = found.len();
-            let near = nodes.tree.nearest_neighbor_iter(eye.to_array());
-            for node in near.take(settings.pool) {
-                let at = nodes.positions[index(node.data)];
-                let known = found.iter().any(|link| link.node == node.data);
-                let by_another =
-                    |link: &Link| (view.visible)(nodes.positions[index(link.node)], at);
-                if !known && found[..seen].iter().any(by_another) {
-                    found.push(Link::straight(eye, at, node.data));
-                }
-                if found.len() == self.stride {
-                    break;
-                }
-            }
+            self.look_by_nodes(eye, nodes, settings, view, &mut found);
         }
         // Where sight is short, farther nodes may come in when a cut changes.
         let sought = if found.len() < self.stride || !direct {
@@ -294,23 +251,7 @@ impl Binding {
         }
         sort(&mut found);
         let reach = found.last().map_or(0.0, |link| link.length);
-        let tangents = <[DVec3; 2]>::from(Surfels::tangents(query.normal));
-        let (mut weights, mut slopes) = (Vec::new(), Vec::new());
-        for link in &found {
-            let (weight, per) = weight(settings.law, link.length, reach);
-            weights.push(weight);
-            slopes.push(tangents.map(|t| per * link.arm.dot(t)));
-        }
-        let sum: f64 = weights.iter().sum();
-        let sums = slopes.iter().fold([0.0; 2], |sum: [f64; 2], s: &[f64; 2]| {
-            [sum[0] + s[0], sum[1] + s[1]]
-        });
-        for (w, slope) in weights.iter_mut().zip(&mut slopes) {
-            *w /= sum;
-            for (slope, total) in slope.iter_mut().zip(sums) {
-                *slope = (*slope - *w * total) / sum;
-            }
-        }
+        let (weights, slopes) = weights(&found, settings.law, query.normal, reach);
         Row {
             nodes: found.into_iter().map(|link| link.node).collect(),
             weights,
@@ -323,6 +264,95 @@ impl Binding {
             },
         }
     }
+
+    /// The nearest nodes that the eye sees, and those that it does not.
+    fn look(
+        &self,
+        eye: DVec3,
+        nodes: &Nodes<'_>,
+        settings: &BindSettings,
+        view: &View<'_>,
+    ) -> Look {
+        let mut look = Look::default();
+        for (looked, node) in nodes.tree.nearest_neighbor_iter(eye.to_array()).enumerate() {
+            let at = nodes.positions[index(node.data)];
+            let link = Link::straight(eye, at, node.data);
+            look.nearest.get_or_insert(link);
+            // With nothing in sight the search goes on: better a far node of the own piece than a
+            // near one of another.
+            let most = if look.found.is_empty() {
+                POOLS * settings.pool
+            } else {
+                settings.pool
+            };
+            if look.found.len() == self.stride || looked >= most {
+                break;
+            }
+            look.horizon = link.length;
+            if (view.visible)(eye, at) {
+                look.found.push(link);
+            } else {
+                look.hidden.push(node.data);
+            }
+        }
+        look
+    }
+
+    /// Adds nodes that those found see.
+    fn look_by_nodes(
+        &self,
+        eye: DVec3,
+        nodes: &Nodes<'_>,
+        settings: &BindSettings,
+        view: &View<'_>,
+        found: &mut Vec<Link>,
+    ) {
+        let seen = found.len();
+        let near = nodes.tree.nearest_neighbor_iter(eye.to_array());
+        for node in near.take(settings.pool) {
+            let at = nodes.positions[index(node.data)];
+            let known = found.iter().any(|link| link.node == node.data);
+            let by_another = |link: &Link| (view.visible)(nodes.positions[index(link.node)], at);
+            if !known && found[..seen].iter().any(by_another) {
+                found.push(Link::straight(eye, at, node.data));
+            }
+            if found.len() == self.stride {
+                break;
+            }
+        }
+    }
+}
+
+/// What an eye sees of the nodes around it.
+#[derive(Default)]
+struct Look {
+    found: Vec<Link>,
+    hidden: Vec<u32>,
+    nearest: Option<Link>,
+    /// Distance of the farthest node looked at (m).
+    horizon: f64,
+}
+
+/// Weights that sum to 1, and their slopes along the surfel's tangents.
+fn weights(links: &[Link], law: WeightLaw, normal: DVec3, reach: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
+    let tangents = <[DVec3; 2]>::from(Surfels::tangents(normal));
+    let (mut weights, mut slopes) = (Vec::new(), Vec::new());
+    for link in links {
+        let (weight, per) = weight(law, link.length, reach);
+        weights.push(weight);
+        slopes.push(tangents.map(|t| per * link.arm.dot(t)));
+    }
+    let sum: f64 = weights.iter().sum();
+    let sums = slopes.iter().fold([0.0; 2], |sum: [f64; 2], s: &[f64; 2]| {
+        [sum[0] + s[0], sum[1] + s[1]]
+    });
+    for (w, slope) in weights.iter_mut().zip(&mut slopes) {
+        *w /= sum;
+        for (slope, total) in slope.iter_mut().zip(sums) {
+            *slope = (*slope - *w * total) / sum;
+        }
+    }
+    (weights, slopes)
 }
 
 /// A surfel that seeks its nodes.

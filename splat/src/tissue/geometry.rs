@@ -4,7 +4,7 @@ use crate::render::surfels::Surfels;
 use glam::{DVec2, DVec3};
 
 /// The segment in which a triangle meets a surfel's tangent plane, in tangent coordinates (m).
-pub(crate) fn wall_of_triangle(
+pub(super) fn wall_of_triangle(
     triangle: &[DVec3; 3],
     position: DVec3,
     normal: DVec3,
@@ -26,7 +26,7 @@ pub(crate) fn wall_of_triangle(
 }
 
 /// A triangle as an obstacle, tested with room for round-off.
-pub(crate) struct Screen {
+pub(super) struct Screen {
     corner: DVec3,
     /// Unit normal, then the inward unit normals of the three edges in the triangle's plane, each
     /// with the distance of its plane from the corner (m).
@@ -35,7 +35,7 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    pub(crate) fn new(&[a, b, c]: &[DVec3; 3]) -> Self {
+    pub(super) fn new(&[a, b, c]: &[DVec3; 3]) -> Self {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let edge = |p: DVec3, q: DVec3| {
             let inward = normal.cross(q - p).normalize_or_zero();
@@ -50,7 +50,7 @@ impl Screen {
 
     /// False only if the segment p-q certainly does not meet the triangle: its ends lie on one side
     /// of the plane, or both beyond the same edge.
-    pub(crate) fn may_hide(&self, p: DVec3, q: DVec3) -> bool {
+    pub(super) fn may_hide(&self, p: DVec3, q: DVec3) -> bool {
         let (p, q) = (p - self.corner, q - self.corner);
         let room = self.tolerance + 1e-12 * (p.length() + q.length());
         let [(normal, _), edges @ ..] = &self.planes;
@@ -63,8 +63,8 @@ impl Screen {
     }
 }
 
-/// The point of segment a-b nearest to `p`.
-pub(crate) fn nearest_on_segment(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
+/// The point of segment a-b in the plane nearest to `p`.
+pub(super) fn nearest_on_segment(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
     let ab = b - a;
     let length_squared = ab.length_squared();
     if length_squared <= 0.0 {
@@ -74,31 +74,25 @@ pub(crate) fn nearest_on_segment(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
 }
 
 /// The point of a triangle nearest to `p`.
-pub(crate) fn nearest_on_triangle(&[a, b, c]: &[DVec3; 3], p: DVec3) -> DVec3 {
+pub(super) fn nearest_on_triangle(&[a, b, c]: &[DVec3; 3], p: DVec3) -> DVec3 {
     let normal = (b - a).cross(c - a);
     let squared = normal.length_squared();
+    let edges = [(a, b), (b, c), (c, a)];
     if squared > 0.0 {
         let q = p - normal * ((p - a).dot(normal) / squared);
-        let inside = [(a, b), (b, c), (c, a)]
-            .iter()
-            .all(|&(s, e)| (e - s).cross(q - s).dot(normal) >= 0.0);
-        if inside {
+        let inside = |(s, e): (DVec3, DVec3)| (e - s).cross(q - s).dot(normal) >= 0.0;
+        if edges.into_iter().all(inside) {
             return q;
         }
     }
-    let mut best = a;
-    for (s, e) in [(a, b), (b, c), (c, a)] {
-        let d = e - s;
-        let length_squared = d.length_squared();
-        let t = if length_squared > 0.0 {
-            ((p - s).dot(d) / length_squared).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        let q = s + d * t;
-        if q.distance_squared(p) < best.distance_squared(p) {
-            best = q;
-        }
-    }
-    best
+    let on_edges = edges.map(|(s, e)| {
+        let (d, along) = (e - s, (p - s).dot(e - s));
+        let squared = d.length_squared();
+        let share = if squared > 0.0 { along / squared } else { 0.0 };
+        s + d * share.clamp(0.0, 1.0)
+    });
+    on_edges.into_iter().fold(a, |best, q| {
+        let nearer = q.distance_squared(p) < best.distance_squared(p);
+        if nearer { q } else { best }
+    })
 }

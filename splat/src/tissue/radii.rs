@@ -137,10 +137,7 @@ impl RadiusRule {
     #[must_use]
     pub fn radii(&self, positions: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
         match *self {
-            Self::Covering => {
-                let all: Vec<u32> = (0..crate::cast::count(positions.len())).collect();
-                covering_radii(positions, normals, &all)
-            }
+            Self::Covering => covering_radii(positions, normals),
             Self::Constant(radius) => vec![radius; positions.len()],
             Self::Mapped {
                 measure,
@@ -150,7 +147,8 @@ impl RadiusRule {
                 at_cuts: _,
             } => {
                 let values = measures(positions, measure, index(neighbors));
-                mapped_radii(&values, measure, least, most)
+                let map = RadiusMap::of(&values, measure, [least, most]);
+                values.iter().map(|&value| map.radius(value)).collect()
             }
         }
     }
@@ -204,15 +202,8 @@ pub(crate) fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
     }
 }
 
-/// Maps measures linearly to radii: the smallest density distance, or the largest curvature or
-/// variation, gets `least` (m), the other end `most` (m). Equal measures all get `most`.
-#[must_use]
-pub fn mapped_radii(values: &[f64], measure: Measure, least: f64, most: f64) -> Vec<f64> {
-    let map = RadiusMap::of(values, measure, [least, most]);
-    values.iter().map(|&value| map.radius(value)).collect()
-}
-
-/// A linear map from a range of measures to a range of radii (Aras 2014, 4.5).
+/// A linear map from a range of measures to a range of radii (Aras 2014, 4.5): the smallest density distance, or
+/// the largest curvature or variation, gets the smallest radius. Equal measures all get the largest.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RadiusMap {
     measure: Measure,
@@ -276,16 +267,15 @@ const SAME_FACE: f64 = 0.766;
 /// edge; they bound the cell by their tangent plane. A cell open to one side (the border of an
 /// open surface) is closed at twice the mean distance to the six nearest neighbours.
 ///
-/// `of` lists the surfels whose radius is wanted; one radius (m) per entry is returned.
-///
 /// # Panics
-/// If an index in `of` is out of range, or the slices differ in length.
+/// If the slices differ in length.
 #[must_use]
-pub fn covering_radii(positions: &[DVec3], normals: &[DVec3], of: &[u32]) -> Vec<f64> {
+pub fn covering_radii(positions: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
     assert_eq!(positions.len(), normals.len(), "one normal per position");
     let tree = point_tree(positions);
-    of.par_iter()
-        .map(|&i| cell_radius(&tree, positions, normals, index(i)) * OVERLAP)
+    (0..positions.len())
+        .into_par_iter()
+        .map(|i| cell_radius(&tree, positions, normals, i) * OVERLAP)
         .collect()
 }
 
@@ -424,5 +414,23 @@ fn cut_cell(cell: &[DVec2], direction: DVec2, offset: f64, out: &mut Vec<DVec2>)
         if (fp < 0.0 && fq > 0.0) || (fp > 0.0 && fq < 0.0) {
             out.push(p + (q - p) * (fp / (fp - fq)));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn detail_gets_the_small_radius_and_equal_measures_the_large() {
+        let found = |values: [f64; 3], measure, radii: [f64; 3]| {
+            let map = RadiusMap::of(&values, measure, [0.5, 1.5]);
+            let bits = |x: f64| x.to_bits();
+            assert_eq!(values.map(|v| map.radius(v)).map(bits), radii.map(bits));
+        };
+        let rising = [1.0, 2.0, 3.0];
+        found(rising, Measure::Density, [0.5, 1.0, 1.5]);
+        found(rising, Measure::Curvature, [1.5, 1.0, 0.5]);
+        found([2.0; 3], Measure::Variation, [1.5; 3]);
     }
 }

@@ -4,7 +4,6 @@ use crate::cast::index;
 use crate::render::clip::Clip;
 use crate::render::surfels::Surfels;
 use crate::tissue::geometry::nearest_on_segment;
-use crate::tissue::skin::order_by_distance;
 use crate::tissue::tree::NodeTree;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -24,11 +23,12 @@ pub(crate) struct SkinDisk {
 
 /// Surfels within `radius` of `x`, nearest first.
 fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) -> Vec<u32> {
-    let found: Vec<u32> = tree
-        .locate_within_distance(x.to_array(), radius * radius)
-        .map(|p| p.data)
+    let near = tree.locate_within_distance(x.to_array(), radius * radius);
+    let mut found: Vec<(f64, u32)> = near
+        .map(|p| (surfels.positions[index(p.data)].distance_squared(x), p.data))
         .collect();
-    order_by_distance(&surfels.positions, &found, x)
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    found.into_iter().map(|(_, surfel)| surfel).collect()
 }
 
 /// Planes of neighbouring faces that meet surfel `i`'s disk in a convex edge: pairs of surfel and

@@ -1,6 +1,6 @@
 //! Samples on a growing cut surface.
 
-use crate::cast::{index, real, whole};
+use crate::cast::{real, whole};
 use crate::tissue::memory::map_bytes;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -196,20 +196,4 @@ impl CutSampler {
             candidates.truncate(RESERVE);
         }
     }
-
-    /// Number of samples that `u32` indices must address, for callers that preallocate.
-    #[must_use]
-    pub fn sampled(&self) -> usize {
-        self.cells.values().map(Vec::len).sum()
-    }
-}
-
-/// The outer surfel that bounds a disk nearest: a point on the body's surface and its normal.
-pub(crate) fn order_by_distance(points: &[DVec3], of: &[u32], from: DVec3) -> Vec<u32> {
-    let mut order: Vec<(f64, u32)> = of
-        .iter()
-        .map(|&i| (points[index(i)].distance_squared(from), i))
-        .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    order.into_iter().map(|o| o.1).collect()
 }

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use phyxel_splat::{
     Animation, ColorScale, CutSampler, Frame, Measure, Overlay, RadiusRule, Tissue, TissueSettings,
-    mapped_radii, measures, triangle_area,
+    measures, triangle_area,
 };
 use proptest::prelude::*;
 use testkit::cloud::swept;
@@ -100,19 +100,6 @@ fn measures_are_the_dissertations() {
     ]
     .into();
     assert!((measures(&ball, Measure::Variation, 6)[0] - 1.0 / 3.0).abs() < 1e-14);
-    // Ends of the range; detail gets the small radius.
-    assert_eq!(
-        mapped_radii(&[1.0, 2.0, 3.0], Measure::Density, 0.5, 1.5),
-        [0.5, 1.0, 1.5]
-    );
-    assert_eq!(
-        mapped_radii(&[1.0, 2.0, 3.0], Measure::Curvature, 0.5, 1.5),
-        [1.5, 1.0, 0.5]
-    );
-    assert_eq!(
-        mapped_radii(&[2.0, 2.0], Measure::Variation, 0.5, 1.5),
-        [1.5, 1.5]
-    );
 }
 
 #[test]

@@ -75,8 +75,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         for &count in counts {
             let [even, following] = surfels(&solid, count)?;
             let n = following.positions.len();
-            let all: Vec<u32> = (0..).take(n).collect();
-            let radii = covering_radii(&following.positions, &following.normals, &all);
+            let radii = covering_radii(&following.positions, &following.normals);
             let square = mean_square(&radii);
             let one = drawn(&even, RadiusRule::Constant(square.sqrt()))?;
             let adaptive = drawn(&following, RadiusRule::Covering)?;

@@ -1,6 +1,7 @@
 //! Surfaces drawn as splats: how near to exact pictures, how fast, and how they look.
 
 mod adaptive;
+mod ball;
 mod cuts;
 mod exact;
 mod inside;
@@ -18,6 +19,7 @@ use crate::{Effort, StudyError};
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut report = exact::run(effort)?;
     report.tables.push(speed::table(effort)?);
+    report.tables.push(ball::table(effort)?);
     report.tables.push(inside::table(effort)?);
     report.tables.push(adaptive::table(effort)?);
     report.pictures = stills::pictures(effort)?;

@@ -16,10 +16,10 @@ const NODES: u32 = 20;
 const SPACING: f64 = 0.01;
 
 /// Positions, normals and areas.
-type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
+pub(super) type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
 
 /// Evenly spread samples of the ball, on a golden spiral.
-fn ball(count: u32) -> Samples {
+pub(super) fn ball(count: u32) -> Samples {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let area = 4.0 * std::f64::consts::PI * RADIUS * RADIUS / f64::from(count);
     let mut samples = Samples::default();
@@ -58,8 +58,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     for &count in counts {
         let times = if count > 100_000 { 3 } else { 9 };
         let (x, n, areas) = ball(count);
-        let all: Vec<u32> = (0..count).collect();
-        let (_, radii) = median_time(times, || covering_radii(&x, &n, &all));
+        let (_, radii) = median_time(times, || covering_radii(&x, &n));
         let settings = TissueSettings::default();
         let (tissue, set_up) = median_time(1, || Tissue::new(&x, &n, &areas, &nodes, &settings));
         let tissue = tissue?;
