@@ -27,13 +27,11 @@ impl PairFactors {
         if touched.nodes.is_empty() {
             return;
         }
-        let mut walks = Walks::new(&touched.nodes, &vec![0; graph.positions.len()]);
+        let mut walks = Walks::new(graph.positions.len());
+        walks.begin(&touched.nodes);
         walks.begin(&self.bent_to(graph, &touched.nodes));
         loop {
-            while walks.open_count() > 1 {
-                walks.advance(|node, reach| self.whole_pairs(graph, node, reach));
-            }
-            if walks.count() < 2 {
+            if !walks.stay_apart(|node, reach| self.whole_pairs(graph, node, reach)) {
                 return;
             }
             // What is known as a whole may hang on parts that were not looked at.

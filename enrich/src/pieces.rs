@@ -61,7 +61,7 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
 
 /// Whether some nodes of one piece, all pairs between which a cut has severed, are in several now.
 ///
-/// A walk begins at every node and goes on, one neighbour farther at a time, until all that began in a
+/// A walk begins at every node and goes one neighbour farther at a time, until all that began in a
 /// piece have met or but one of them still finds new nodes: near a cut's front that is around the front,
 /// so that the time follows the cut, and where a piece comes off the size of the smaller one.
 ///
@@ -81,20 +81,23 @@ pub fn is_parted(
     piece: &[u32],
 ) -> bool {
     assert_eq!(indices.len(), factors.len(), "one factor per pair");
-    let mut walks = Walks::new(touched, piece);
-    loop {
-        match walks.standing() {
-            Standing::Parted => return true,
-            Standing::Whole => return false,
-            Standing::Open => walks.advance(|node, reach| {
-                for pair in offsets[node as usize] as usize..offsets[node as usize + 1] as usize {
-                    if factors[pair] > 0.0 {
-                        reach(indices[pair]);
-                    }
+    let mut starts: Vec<(u32, u32)> = (touched.iter())
+        .map(|&node| (piece[node as usize], node))
+        .collect();
+    starts.sort_unstable();
+    let is_parted = |starts: &[(u32, u32)]| {
+        let nodes: Vec<u32> = starts.iter().map(|start| start.1).collect();
+        let mut walks = Walks::new(piece.len());
+        walks.begin(&nodes);
+        walks.stay_apart(|node, reach| {
+            for pair in offsets[node as usize] as usize..offsets[node as usize + 1] as usize {
+                if factors[pair] > 0.0 {
+                    reach(indices[pair]);
                 }
-            }),
-        }
-    }
+            }
+        })
+    };
+    starts.chunk_by(|a, b| a.0 == b.0).any(is_parted)
 }
 
 /// Walks from nodes, which become one where they meet.
@@ -105,50 +108,30 @@ pub(crate) struct Walks {
     into: Vec<u32>,
     /// Nodes that each walk reached last; empty where it became part of another.
     ends: Vec<Vec<u32>>,
-    /// Piece that each began in.
-    piece: Vec<u32>,
-}
-
-enum Standing {
-    Whole,
-    Parted,
-    Open,
 }
 
 impl Walks {
-    pub(crate) fn new(touched: &[u32], piece: &[u32]) -> Self {
-        let mut walks = Self {
-            of_node: vec![0; piece.len()],
+    /// None yet, in a graph of so many nodes.
+    pub(crate) fn new(nodes: usize) -> Self {
+        Self {
+            of_node: vec![0; nodes],
             into: vec![0],
             ends: vec![Vec::new()],
-            piece: vec![u32::MAX],
-        };
-        for &node in touched {
-            walks.begin_at(node, piece[node as usize]);
         }
-        walks
     }
 
-    /// Begins a walk at a node that none has reached; whether it did.
-    fn begin_at(&mut self, node: u32, piece: u32) -> bool {
-        let at = node as usize;
-        let begins = self.of_node[at] == 0;
-        if begins {
-            self.of_node[at] = crate::index32(self.into.len());
-            self.into.push(self.of_node[at]);
-            self.ends.push(vec![node]);
-            self.piece.push(piece);
-        }
-        begins
-    }
-
-    /// Begins walks at those of some nodes that none has reached; whether any are left to go.
+    /// Begins walks at those of some nodes that none has reached; whether there are any.
     pub(crate) fn begin(&mut self, nodes: &[u32]) -> bool {
-        let mut begins = false;
+        let before = self.into.len();
         for &node in nodes {
-            begins |= self.begin_at(node, 0);
+            if self.of_node[node as usize] == 0 {
+                let walk = crate::index32(self.into.len());
+                self.of_node[node as usize] = walk;
+                self.into.push(walk);
+                self.ends.push(vec![node]);
+            }
         }
-        begins
+        self.into.len() > before
     }
 
     /// Nodes that walks have reached, ascending.
@@ -171,15 +154,14 @@ impl Walks {
         !self.ends[self.walk_of(node) as usize].is_empty()
     }
 
-    /// How many there are that have not met.
-    pub(crate) fn count(&self) -> usize {
-        let walks = (1..self.into.len()).filter(|&walk| self.into[walk] as usize == walk);
-        walks.count()
-    }
-
-    /// How many of them have not seen all there is.
-    pub(crate) fn open_count(&self) -> usize {
-        self.ends.iter().filter(|ends| !ends.is_empty()).count()
+    /// Continues until all have met, or all but one have seen all there is; whether several are left.
+    /// `neighbors` calls back with each node that a node is joined to.
+    pub(crate) fn stay_apart(&mut self, neighbors: impl Fn(u32, &mut dyn FnMut(u32))) -> bool {
+        while self.ends.iter().filter(|ends| !ends.is_empty()).count() > 1 {
+            self.advance(&neighbors);
+        }
+        let left = (1..self.into.len()).filter(|&walk| self.into[walk] as usize == walk);
+        left.count() > 1
     }
 
     fn root(&mut self, mut walk: u32) -> u32 {
@@ -191,26 +173,8 @@ impl Walks {
         walk
     }
 
-    /// Of every piece: whether its walks have met, or one of several can go no farther.
-    fn standing(&self) -> Standing {
-        let roots = (1..self.into.len()).filter(|&walk| self.into[walk] as usize == walk);
-        let mut roots: Vec<(u32, bool)> = roots
-            .map(|walk| (self.piece[walk], self.ends[walk].is_empty()))
-            .collect();
-        roots.sort_unstable();
-        let of_piece = || roots.chunk_by(|a, b| a.0 == b.0);
-        // A walk that ends has seen all of its piece; another in the same one is then in a piece apart.
-        if of_piece().any(|walks| walks.len() > 1 && walks.iter().any(|(_, ended)| *ended)) {
-            Standing::Parted
-        } else if of_piece().all(|walks| walks.len() == 1) {
-            Standing::Whole
-        } else {
-            Standing::Open
-        }
-    }
-
-    /// Every walk goes one neighbour farther; `neighbors` calls back with each that a node is joined to.
-    pub(crate) fn advance(&mut self, neighbors: impl Fn(u32, &mut dyn FnMut(u32))) {
+    /// Every walk goes one neighbour farther.
+    fn advance(&mut self, neighbors: &impl Fn(u32, &mut dyn FnMut(u32))) {
         for walk in 1..self.into.len() {
             for node in std::mem::take(&mut self.ends[walk]) {
                 neighbors(node, &mut |other| self.reach(walk, other));

@@ -8,7 +8,6 @@
 
 mod dissertation;
 mod fronts;
-mod geodesic;
 mod growth;
 mod hard;
 mod joints;

@@ -4,6 +4,7 @@ mod bending;
 mod cuts;
 mod dynamics;
 mod elastic;
+mod geodesics;
 mod grids;
 mod indentation;
 mod scattered;
@@ -206,6 +207,16 @@ pub const CLAIMS: &[Claim] = &[
         name: "implicit",
         about: "implicit steps agree with explicit ones",
         run: dynamics::implicit_steps_agree_with_explicit_ones_on_a_sagging_beam,
+    },
+    Claim {
+        name: "geodesics-random",
+        about: "factors around random strips are those of sampled shortest paths",
+        run: geodesics::random_strips_through_random_clouds_match_sampled_shortest_paths,
+    },
+    Claim {
+        name: "geodesics-twisted",
+        about: "factors around twisted strips are those of sampled shortest paths",
+        run: geodesics::paths_around_twisted_strips_are_the_shortest,
     },
     Claim {
         name: "gradient",

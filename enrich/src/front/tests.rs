@@ -267,10 +267,6 @@ fn cuts_across_each_other_dice_the_block() {
                 t += 0.45;
             }
             lead_into(&block, &mut cuts, &path);
-            println!(
-                "axis {axis} side {side}: {} pieces",
-                pieces(&block, &cuts).len()
-            );
         }
     }
     let sizes = pieces(&block, &cuts);

@@ -174,21 +174,17 @@ fn grid_refuses_what_it_cannot_do() {
         let blades: Vec<[DVec3; 2]> = strokes[0].iter().map(|b| [b[0], b[b.len() - 1]]).collect();
         EnrichmentGrid::from_blades(&blades, &settings).err()
     };
-    assert!(matches!(
-        refusal("closed circle"),
-        Some(GridError::NoCommonFrame { .. })
-    ));
-    assert!(matches!(
-        refusal("twist of 360"),
-        Some(GridError::NoCommonFrame { .. })
-    ));
-    assert!(matches!(
-        refusal("fold flat back"),
-        Some(GridError::NoCommonFrame { .. })
-    ));
+    for closed in ["closed circle", "twist of 360", "fold flat back"] {
+        let refused = refusal(closed);
+        assert!(
+            matches!(refused, Some(GridError::NoCommonFrame { .. })),
+            "{closed}"
+        );
+    }
     // The helicoid's mean normal is fine; its projection covers itself.
+    let helicoid = refusal("helicoid");
     assert!(matches!(
-        refusal("helicoid"),
+        helicoid,
         Some(GridError::OverlappingProjection { .. })
     ));
     assert_eq!(refusal("half depth"), None);
@@ -201,19 +197,19 @@ fn grid_refuses_what_it_cannot_do() {
         of(&line[..1], settings),
         Some(GridError::TooFewPoints { found: 1 })
     );
-    let fine = GridSettings {
-        spacing: 1e-9,
-        ..settings
-    };
-    assert!(matches!(of(&line, fine), Some(GridError::TooLarge { .. })));
-    let nothing = GridSettings {
-        spacing: 0.0,
-        ..settings
-    };
-    assert!(matches!(
-        of(&line, nothing),
-        Some(GridError::TooLarge { .. })
-    ));
+    for spacing in [1e-9, 0.0] {
+        let refused = of(
+            &line,
+            GridSettings {
+                spacing,
+                ..settings
+            },
+        );
+        assert!(
+            matches!(refused, Some(GridError::TooLarge { .. })),
+            "{spacing}"
+        );
+    }
     // A region whose own middle the separators give away: the blade swings about a point between.
     let swing: Vec<[DVec3; 2]> = (0..=6)
         .map(|k| {

@@ -1,17 +1,79 @@
-//! Random strips through random clouds against shortest paths that are searched, not derived.
+//! Factors around random and twisted strips against shortest paths that are searched, not derived.
 
+use super::Proof;
 use glam::DVec3;
+use phyxel_enrich::{CutSettings, Cuts, FactorSettings, InfluenceRadius, PairFactors, Rows};
 use testkit::cloud::{self, Random};
 
-use super::slow::{Cloud, cross3, inside, kernel};
-use super::space_cases::{cut, factors, settings};
-use crate::face::nearest_on_triangle;
+/// Weight over the distance relative to the influence radius.
+fn kernel(q: f64) -> f64 {
+    (1.0 - q * q).max(0.0).powi(3)
+}
+
+/// Inside of the unit cube.
+fn inside(p: DVec3) -> bool {
+    p.cmpge(DVec3::ZERO).all() && p.cmple(DVec3::ONE).all()
+}
+
+/// Whether `ab` crosses the triangle, in plain floating point.
+fn crosses(a: DVec3, b: DVec3, [p, q, r]: [DVec3; 3]) -> bool {
+    let n = (q - p).cross(r - p);
+    let (da, db) = (n.dot(a - p), n.dot(b - p));
+    if (da > 0.0) == (db > 0.0) {
+        return false;
+    }
+    let at = a + (b - a) * (da / (da - db));
+    let in_edge = |u: DVec3, v: DVec3| n.dot((v - u).cross(at - u)) >= 0.0;
+    in_edge(p, q) && in_edge(q, r) && in_edge(r, p)
+}
+
+/// Nodes within 0.98 of the influence radius (m) of each other, cut by strips: the ends of each pair and its factor,
+/// and the paths around the cut.
+fn cut(
+    x: &[DVec3],
+    radius: f64,
+    strips: &[Vec<Vec<DVec3>>],
+) -> (Vec<(usize, usize, f64)>, SampledPaths) {
+    let near = |i: u32, j: u32| x[i as usize].distance(x[j as usize]) < 0.98 * radius;
+    let count = x.len() as u32;
+    let edges = (0..count).flat_map(|i| (0..i).filter(move |&j| near(i, j)).map(move |j| [i, j]));
+    let rows = Rows::from_edges(x.len(), edges).unwrap();
+    let graph = rows.graph(x).unwrap();
+    let settings = FactorSettings {
+        influence_radius: InfluenceRadius::Length(radius),
+        ..FactorSettings::default()
+    };
+    let mut factors = PairFactors::new(&graph, &settings);
+    let mut cuts = Cuts::new(&CutSettings {
+        weld_tolerance: 0.02 * radius,
+        influence_radius: radius,
+    });
+    for strip in strips {
+        let stroke = cuts.start(&strip[0]).unwrap();
+        for blade in &strip[1..] {
+            cuts.append(stroke, blade).unwrap();
+        }
+        cuts.end(stroke).unwrap();
+    }
+    factors.update(&graph, &cuts, 0..cuts.triangle_count(), &inside);
+    let mut pairs = Vec::new();
+    for i in 0..x.len() {
+        for pair in rows.offsets()[i] as usize..rows.offsets()[i + 1] as usize {
+            let j = rows.indices()[pair] as usize;
+            if i < j {
+                pairs.push((i, j, factors.factor(pair)));
+            }
+        }
+    }
+    let triangles = (0..cuts.triangle_count()).map(|t| cuts.triangle(t));
+    (pairs, SampledPaths::new(triangles.collect(), radius))
+}
 
 /// Shortest paths in space around triangles over many points close to their edges.
 ///
 /// Each edge of each triangle, whether the cut ends there or not, has points every `STEP` of the radius
 /// along it and seven at each place around it, so that no two are on opposite sides: nothing is said of where a path may bend, nor how often.
-struct SampledWays {
+struct SampledPaths {
     triangles: Vec<[DVec3; 3]>,
     edges: Vec<[DVec3; 2]>,
     stops: Vec<Stop>,
@@ -30,7 +92,7 @@ const STEP: f64 = 0.08;
 /// Distance of a stop from its edge, relative to the radius.
 const BESIDE: f64 = 1e-5;
 
-impl SampledWays {
+impl SampledPaths {
     fn new(triangles: Vec<[DVec3; 3]>, radius: f64) -> Self {
         let mut edges: Vec<[DVec3; 2]> = Vec::new();
         for t in &triangles {
@@ -66,7 +128,7 @@ impl SampledWays {
     }
 
     fn free(&self, a: DVec3, b: DVec3) -> bool {
-        !self.triangles.iter().any(|&t| cross3(a, b, t))
+        !self.triangles.iter().any(|&t| crosses(a, b, t))
     }
 
     /// Lengths of the shortest paths found with one bend, and with any number; infinite from `limit`.
@@ -77,9 +139,13 @@ impl SampledWays {
             .triangles
             .iter()
             .copied()
-            .filter(|&t| nearest_on_triangle(t, middle).distance(middle) < 0.5 * limit)
+            .filter(|t| {
+                let center = (t[0] + t[1] + t[2]) / 3.0;
+                let size = t.map(|corner| corner.distance(center));
+                center.distance(middle) < 0.5 * limit + size[0].max(size[1]).max(size[2])
+            })
             .collect();
-        let free = |a: DVec3, b: DVec3| !local.iter().any(|&t| cross3(a, b, t));
+        let free = |a: DVec3, b: DVec3| !local.iter().any(|&t| crosses(a, b, t));
         let near: Vec<Stop> = self
             .stops
             .iter()
@@ -194,111 +260,89 @@ fn strip(random: &mut Random, radius: f64) -> Vec<Vec<DVec3>> {
     blades
 }
 
-#[test]
-fn random_strips_through_random_clouds_match_sampled_shortest_ways() {
+/// Weights of all pairs of random clouds that random strips cross, against the shortest paths.
+pub(super) fn random_strips_through_random_clouds_match_sampled_shortest_paths(proof: &mut Proof) {
     let radius = 0.22;
-    let (mut count, mut severed) = (0_u32, 0);
-    // Squares of errors of the weight: what is found, the best of one bend, and no path around at all.
-    let mut squares = [0.0; 3];
+    let (mut count, mut severed, mut wrong, mut leaks) = (0.0, 0.0, 0.0, 0.0);
+    // Squares of errors of the weight: what is found, and the best of one bend.
+    let mut squares = [0.0; 2];
+    let mut above = 0.0_f64;
     for seed in 0..24 {
         let mut random = Random::new(1000 + seed);
-        let x = cloud::uniform(500, 0.5, 77 + seed)
-            .into_iter()
-            .map(|p| p + DVec3::splat(0.5))
-            .collect();
-        let cloud = Cloud::joined(x, radius);
+        let x = cloud::uniform(500, 0.5, 77 + seed);
+        let x: Vec<DVec3> = x.into_iter().map(|p| p + DVec3::splat(0.5)).collect();
         // Two strips in every third case: they may cross, meet or miss each other.
-        let strokes: Vec<_> = (0..1 + usize::from(seed % 3 == 0))
+        let strips: Vec<_> = (0..1 + usize::from(seed % 3 == 0))
             .map(|_| strip(&mut random, radius))
             .collect();
-        let cuts = cut(&strokes, &settings(&cloud));
-        let found = factors(&cloud, &cuts);
-        let triangles = (0..cuts.triangle_count()).map(|t| cuts.triangle(t));
-        let ways = SampledWays::new(triangles.collect(), radius);
-        for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
-            if i > j {
+        let (pairs, paths) = cut(&x, radius, &strips);
+        for (i, j, factor) in pairs {
+            let (a, b) = (x[i], x[j]);
+            wrong += f64::from(u8::from(paths.free(a, b) != (factor >= 1.0)));
+            if factor >= 1.0 {
                 continue;
             }
-            let (a, b) = (cloud.x[i], cloud.x[j]);
-            let pair = found[pair];
-            assert_eq!(ways.free(a, b), pair >= 1.0, "seed {seed}: {i} {j}");
-            if pair >= 1.0 {
-                continue;
-            }
-            count += 1;
-            let [one, any] = ways.shortest(a, b, 1.02 * radius);
+            count += 1.0;
+            let [one, any] = paths.shortest(a, b, 1.02 * radius);
             if any > 1.01 * radius {
-                severed += 1;
-                assert!(pair == 0.0, "seed {seed}: {i} {j} leak {pair}");
+                severed += 1.0;
+                leaks += f64::from(u8::from(factor > 0.0));
             }
             // The weight itself, not its ratio to the uncut weight.
-            let weight = pair * kernel(a.distance(b) / radius);
+            let weight = factor * kernel(a.distance(b) / radius);
             let [one, any] = [one, any].map(|l| kernel((l / radius).min(1.0)));
-            // A path that is found is there; the sampled one may be a little longer.
-            assert!(weight < any + 0.01, "seed {seed}: {i} {j} {weight} > {any}");
+            above = above.max(weight - any);
             squares[0] += (weight - any).powi(2);
             squares[1] += (one - any).powi(2);
-            squares[2] += any.powi(2);
         }
     }
-    let rms = squares.map(|s| (s / f64::from(count)).sqrt());
-    if testkit::tol::print_residuals() {
-        println!("{count} crossed, {severed} severed: rms {rms:.5?}");
-    }
-    assert!(count > 1500 && severed > 200, "{count} {severed}");
+    proof.above("pairs that are crossed", count, 1500.0);
+    proof.above("pairs without a path", severed, 200.0);
+    proof.within("pairs wrongly crossed or missed", wrong, 0.0, 0.0);
+    proof.within("pairs without a path that are coupled", leaks, 0.0, 0.0);
+    // A path that is found is there; the sampled one may be a little longer.
+    proof.below("weight above the sampled path's", above, 0.01);
+    let [rms, of_one_bend] = squares.map(|s: f64| (s / count).sqrt());
+    proof.below("rms of the weight", rms, 2e-3);
     // Crumpled strips, a kink at every step of 0.7 of the radius: paths of one bend are not enough.
-    assert!(rms[0] <= 2e-3 && rms[1] > 5e-3, "{rms:?}");
+    proof.above("rms of paths of one bend", of_one_bend, 5e-3);
 }
 
-/// Root of the mean square of the weight's error, and the largest error, for a share of the crossed pairs.
-fn twisted(turn: f64, blades: u32, share: usize) -> ([f64; 2], f64, usize) {
-    let blade = |k: u32| {
-        let t = f64::from(k) / f64::from(blades);
-        let (sin, cos) = (turn * t).sin_cos();
-        let arm = DVec3::new(0.0, 0.35 * cos, 0.35 * sin);
-        let mid = DVec3::new(0.05 + 0.9 * t, 0.5, 0.5);
-        vec![mid - arm, mid + arm]
-    };
-    let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
-    let cuts = cut(&vec![(0..=blades).map(blade).collect()], &settings(&cloud));
-    let found = factors(&cloud, &cuts);
-    let triangles = (0..cuts.triangle_count()).map(|t| cuts.triangle(t));
-    let ways = SampledWays::new(triangles.collect(), cloud.radius);
-    let (mut squares, mut most, mut count) = ([0.0; 2], 0.0_f64, 0);
-    for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
-        if found[pair] >= 1.0 || i > j || pair % share != 0 {
-            continue;
-        }
-        let (a, b) = (cloud.x[i], cloud.x[j]);
-        let lengths = ways.shortest(a, b, 1.01 * cloud.radius);
-        let [one, any] = lengths.map(|l| kernel((l / cloud.radius).min(1.0)));
-        let weight = found[pair] * kernel(a.distance(b) / cloud.radius);
-        squares[0] += (weight - any).powi(2);
-        squares[1] += (one - any).powi(2);
-        if (weight - any).abs() > 5e-3 && testkit::tol::print_residuals() {
-            println!("{turn:.2}: {i} {j} {weight:.4} one {one:.4} any {any:.4}");
-        }
-        most = most.max((weight - any).abs());
-        count += 1;
-    }
-    (squares.map(|s| (s / count as f64).sqrt()), most, count)
-}
-
-#[test]
-fn ways_round_twisted_strips_are_the_shortest_of_any_number_of_points() {
-    for (turn, blades) in [
+/// The same of a share of the pairs that twisted strips cross.
+pub(super) fn paths_around_twisted_strips_are_the_shortest(proof: &mut Proof) {
+    let turns = [
         (90.0, 16),
         (180.0, 16),
         (360.0, 16),
         (360.0, 40),
         (720.0, 32),
-    ] {
-        let (rms, most, count) = twisted(f64::to_radians(turn), blades, 19);
-        if testkit::tol::print_residuals() {
-            println!(
-                "twist of {turn}, {blades} blades: rms {rms:.5?}, most {most:.4} over {count}"
-            );
+    ];
+    for (turn, blades) in turns {
+        let blade = |k: u32| {
+            let t = f64::from(k) / f64::from(blades);
+            let (sin, cos) = (f64::to_radians(turn) * t).sin_cos();
+            let arm = DVec3::new(0.0, 0.35 * cos, 0.35 * sin);
+            let middle = DVec3::new(0.05 + 0.9 * t, 0.5, 0.5);
+            vec![middle - arm, middle + arm]
+        };
+        let x = cloud::lattice([12; 3], 1.0, 0.25, 11);
+        let x: Vec<DVec3> = x.iter().map(|p| (*p + DVec3::splat(0.5)) / 12.0).collect();
+        let radius = 2.2 / 12.0;
+        let (pairs, paths) = cut(&x, radius, &[(0..=blades).map(blade).collect()]);
+        let (mut squares, mut count) = (0.0, 0.0);
+        let crossed = pairs.into_iter().filter(|(.., factor)| *factor < 1.0);
+        for (i, j, factor) in crossed.step_by(19) {
+            let (a, b) = (x[i], x[j]);
+            let [_, any] = paths.shortest(a, b, 1.01 * radius);
+            let weight = factor * kernel(a.distance(b) / radius);
+            squares += (weight - kernel((any / radius).min(1.0))).powi(2);
+            count += 1.0;
         }
-        assert!(rms[0] <= 2e-3, "twist of {turn}: rms {rms:?}");
+        let rms = f64::sqrt(squares / count);
+        proof.below(
+            format!("twist of {turn} in {blades}: rms of the weight"),
+            rms,
+            2e-3,
+        );
     }
 }
