@@ -20,15 +20,17 @@ pub(crate) mod view;
 use crate::cast::{count, index, pixel, real, single};
 use crate::render::camera::{Camera, Lens};
 use crate::render::frame::Frame;
-use crate::render::image::Chart;
+use crate::render::image::BoxProjection;
 use crate::render::mesh::DrawnMesh;
-use crate::render::project::{Chunk, Facing, Ink, Paint, Projected, Raster, TILE, project};
-use crate::render::raster::{
-    Print, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
+use crate::render::project::{
+    Appearance, Chunk, Contribution, Facing, Projected, Raster, TILE, project,
 };
-use crate::render::resolve::{LitTriangle, Stage, TilePixels};
+use crate::render::raster::{
+    ImagePatch, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
+};
+use crate::render::resolve::{LitTriangle, Shader, TilePixels};
 use crate::render::scene::{DrawMode, RenderSettings, SplatView, Surface};
-use crate::render::shade::{Rig, Transfer};
+use crate::render::shade::{Lights, Transfer};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -105,26 +107,40 @@ impl Renderer {
         let mut chunks = std::mem::take(&mut self.chunks);
         let mut behind = std::mem::take(&mut self.behind);
         let mut tiles = std::mem::take(&mut self.tiles);
-        let ink = |i: usize| self.ink(view, i);
-        project(view, camera, &raster, Facing::Viewer, &ink, &mut chunks);
+        let contribution = |i: usize| self.contribution(view, i);
+        project(
+            view,
+            camera,
+            &raster,
+            Facing::Viewer,
+            &contribution,
+            &mut chunks,
+        );
         let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
         match inside {
-            Some(_) => project(view, camera, &raster, Facing::Away, &ink, &mut behind),
+            Some(_) => project(
+                view,
+                camera,
+                &raster,
+                Facing::Away,
+                &contribution,
+                &mut behind,
+            ),
             None => behind.clear(),
         }
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);
-        let stage = Stage {
+        let shader = Shader {
             settings: &self.settings,
             transfer: &self.transfer,
             camera,
-            rig: &Rig::new(&self.settings.lighting),
+            lights: &Lights::new(&self.settings.lighting),
             lit: &lit,
             meshes,
         };
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
         let surfaces = &self.settings.surfaces;
         let coated = surfaces.iter().any(|surface| surface.coat.is_some());
-        let print = |splat: u32| self.print(view, index(splat), coated);
+        let patch = |splat: u32| self.patch(view, index(splat), coated);
         tiles.par_iter_mut().enumerate().for_each_init(
             TileBuffers::new,
             |buffers, (tile, pixels)| {
@@ -133,21 +149,21 @@ impl Renderer {
                 if triangles[tile].is_empty()
                     && chunks.iter().chain(&behind).all(|c| c.is_empty_in(tile))
                 {
-                    stage.fill(origin[1], pixels);
+                    shader.fill(origin[1], pixels);
                     return;
                 }
                 buffers.clear();
                 draw_triangles(&triangles[tile], from, buffers);
                 if raster.mode == DrawMode::SinglePass {
-                    let tone = |p: &Projected, paint: &Paint| stage.tone(p, paint);
+                    let tone = |p: &Projected, appearance: &Appearance| shader.tone(p, appearance);
                     blend_splats(&chunks, tile, from, &tone, buffers);
                 } else {
-                    draw_splats(&chunks, tile, from, &print, buffers);
+                    draw_splats(&chunks, tile, from, &patch, buffers);
                 }
                 if let Some(inside) = inside {
                     fill_gaps(&behind, tile, from, inside, buffers);
                 }
-                stage.finish(buffers, origin, pixels);
+                shader.finish(buffers, origin, pixels);
             },
         );
         self.chunks = chunks;
@@ -158,12 +174,12 @@ impl Renderer {
     }
 
     /// What a splat adds to the samples it is blended into.
-    fn ink(&self, view: &SplatView<'_>, splat: usize) -> Ink {
+    fn contribution(&self, view: &SplatView<'_>, splat: usize) -> Contribution {
         let s = self.surface(view.materials[splat]);
         let cells = f64::from(s.relief_frequency);
         let along = view.rest_axes(splat);
         let point = (view.texture_points[splat] * cells).as_vec3();
-        Ink {
+        Contribution {
             color: view.colors[splat].extend(s.specular),
             point: point.extend(s.relief),
             along: along.map(|axis| (axis * cells).as_vec3().extend(0.0)),
@@ -172,12 +188,17 @@ impl Renderer {
     }
 
     /// The image on a splat, if any.
-    fn print<'a>(&'a self, view: &SplatView<'_>, splat: usize, coated: bool) -> Option<Print<'a>> {
+    fn patch<'a>(
+        &'a self,
+        view: &SplatView<'_>,
+        splat: usize,
+        coated: bool,
+    ) -> Option<ImagePatch<'a>> {
         if let Some(Some(place)) = view.places.get(splat)
             && let Some(image) = self.settings.images.get(usize::from(place.image))
         {
             let radius = single(view.radii[splat]);
-            return Some(Print {
+            return Some(ImagePatch {
                 image,
                 at: place.at,
                 along: place.along.map(|along| along * radius),
@@ -189,11 +210,11 @@ impl Renderer {
         let normal = view.texture_normals.get(splat);
         let normal = *normal.unwrap_or(&view.splats.normals[splat]);
         let (width, height) = coat.image.size();
-        let chart = Chart::new(normal, coat.size, real(width) / real(height));
-        Some(Print {
+        let projection = BoxProjection::new(normal, coat.size, real(width) / real(height));
+        Some(ImagePatch {
             image: &coat.image,
-            at: chart.at(view.texture_points[splat]),
-            along: [chart.at(u), chart.at(v)],
+            at: projection.at(view.texture_points[splat]),
+            along: [projection.at(u), projection.at(v)],
         })
     }
 

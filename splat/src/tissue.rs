@@ -92,7 +92,7 @@ const BEHIND: f64 = 0.02;
 /// What one piece of a cut changed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CutChange {
-    /// All surfels whose disk, clip or nodes may be other than before, new ones included, rising.
+    /// All surfels whose disk, clip or nodes may be other than before, new ones included, ascending.
     pub surfels: Vec<u32>,
     /// Samples on the new triangles, inside and outside the body.
     pub samples: usize,
@@ -299,7 +299,7 @@ impl Tissue {
     /// covered. [`RadiusRule::Mapped`] may ask for another: then surfels whose neighbourhood the cut
     /// changed, and the new skin, are measured again among those of their own side.
     ///
-    /// `inside(x)` tells whether a rest point lies in the uncut body; `crosses(a, b)` whether the
+    /// `inside(x)` says whether a rest point lies in the uncut body; `crosses(a, b)` whether the
     /// segment a-b crosses the cut, all of it, the new triangles included. Triangles of one cut
     /// are oriented alike; the two sides of the skin get normals along plus and minus the
     /// triangle's normal, each pointing out of its own piece.
@@ -368,7 +368,7 @@ impl Tissue {
         Ok(change)
     }
 
-    /// Surfels with their doubles, rising.
+    /// Surfels with their doubles, ascending.
     fn families<'a>(&self, of: impl Iterator<Item = &'a u32>) -> Vec<u32> {
         let mut all: Vec<u32> = of
             .flat_map(|surfel| {

@@ -166,16 +166,16 @@ pub(crate) fn linear(c: f32) -> f32 {
     }
 }
 
-/// The chart of a box projection: the two rest coordinates across the axis that the rest normal is
+/// The projection of a box projection: the two rest coordinates across the axis that the rest normal is
 /// nearest to, in repeats of an image `size` (m) wide; seen from outside, u runs to the right and v
 /// down where z is up. Splats of different charts blend where they meet, so no seam is seen.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Chart {
+pub(crate) struct BoxProjection {
     right: DVec3,
     down: DVec3,
 }
 
-impl Chart {
+impl BoxProjection {
     pub(crate) fn new(normal: DVec3, size: f64, aspect: f64) -> Self {
         let a = normal.abs();
         let (right, down) = if a.z >= a.x && a.z >= a.y {

@@ -121,8 +121,8 @@ mod tests {
         let images: Vec<Option<u16>> = (view.places.iter())
             .map(|place| place.map(|place| place.image))
             .collect();
-        let told = [None, None, Some(0), None, None, Some(3)];
-        assert_eq!(images, told, "none, and two images each");
+        let expected = [None, None, Some(0), None, None, Some(3)];
+        assert_eq!(images, expected, "none, and two images each");
         assert_eq!(view.colors.len(), 6);
         let (surfels, splats, colors) = body(2, None);
         let mut plain = MergedSplats::of([(SplatView::new(&splats, &surfels, &colors), 1, 0)]);

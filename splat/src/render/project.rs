@@ -41,17 +41,17 @@ pub(crate) struct Projected {
 
 /// What a splat on the screen looks like.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Paint {
+pub(crate) struct Appearance {
     /// Unit normal in camera axes (right, up, towards the viewer), and 1.
     pub(crate) normal: Vec4,
     /// Change of the normal along the two disk coordinates, and 0.
     pub(crate) bend: [Vec4; 2],
-    pub(crate) ink: Ink,
+    pub(crate) contribution: Contribution,
 }
 
 /// What a splat adds to the sums of a sample it is blended into.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Ink {
+pub(crate) struct Contribution {
     /// Colour and specular.
     pub(crate) color: Vec4,
     /// Texture point (in cells of the relief) and relief.
@@ -71,7 +71,7 @@ pub(crate) type Wall = [[f32; 3]; 3];
 pub(crate) struct Chunk {
     splats: Vec<Projected>,
     /// One entry per splat.
-    paints: Vec<Paint>,
+    appearances: Vec<Appearance>,
     walls: Vec<Wall>,
     /// CSR over tiles: which of `splats`, in order.
     offsets: Vec<u32>,
@@ -81,10 +81,10 @@ pub(crate) struct Chunk {
 
 impl Chunk {
     /// The chunk's splats that meet a tile, in order of splat.
-    pub(crate) fn in_tile(&self, tile: usize) -> impl Iterator<Item = (&Projected, &Paint)> {
+    pub(crate) fn in_tile(&self, tile: usize) -> impl Iterator<Item = (&Projected, &Appearance)> {
         let range = index(self.offsets[tile])..index(self.offsets[tile + 1]);
         let members = self.members[range].iter().map(|&m| index(m));
-        members.map(|m| (&self.splats[m], &self.paints[m]))
+        members.map(|m| (&self.splats[m], &self.appearances[m]))
     }
 
     pub(crate) fn is_empty_in(&self, tile: usize) -> bool {
@@ -130,14 +130,14 @@ impl Facing {
     }
 }
 
-/// Projects and bins the splats that face as told, each in the ink that `ink` gives it; `chunks` are
+/// Projects and bins the splats that face as asked, with what each adds to samples by `contribution`; `chunks` are
 /// overwritten.
 pub(crate) fn project(
     view: &SplatView<'_>,
     camera: &Camera,
     raster: &Raster,
     facing: Facing,
-    ink: &(impl Fn(usize) -> Ink + Sync),
+    contribution: &(impl Fn(usize) -> Contribution + Sync),
     chunks: &mut Vec<Chunk>,
 ) {
     let n = view.splats.positions.len();
@@ -146,10 +146,10 @@ pub(crate) fn project(
     chunks.resize_with(n.div_ceil(size), Chunk::default);
     chunks.par_iter_mut().enumerate().for_each(|(c, chunk)| {
         chunk.splats.clear();
-        chunk.paints.clear();
+        chunk.appearances.clear();
         chunk.walls.clear();
         for i in c * size..((c + 1) * size).min(n) {
-            project_one(view, camera, &axes, raster, facing, i, ink, chunk);
+            project_one(view, camera, &axes, raster, facing, i, contribution, chunk);
         }
         bin(chunk, raster.tiles);
     });
@@ -166,7 +166,7 @@ fn project_one(
     raster: &Raster,
     facing: Facing,
     i: usize,
-    ink: &impl Fn(usize) -> Ink,
+    contribution: &impl Fn(usize) -> Contribution,
     chunk: &mut Chunk,
 ) {
     let splats = view.splats;
@@ -238,10 +238,13 @@ fn project_one(
         Some(&change) if !aligned => lit(axes * change, 0.0),
         _ => Vec4::ZERO,
     };
-    chunk.paints.push(Paint {
+    chunk.appearances.push(Appearance {
         normal: lit(axes * normal, 1.0),
-        bend: [bend(&splats.bends_u), bend(&splats.bends_v)],
-        ink: ink(i),
+        bend: [
+            bend(&splats.normal_derivatives_u),
+            bend(&splats.normal_derivatives_v),
+        ],
+        contribution: contribution(i),
     });
 }
 

@@ -5,7 +5,7 @@
 )]
 
 use crate::render::image::Image;
-use crate::render::project::{Chunk, Paint, Projected, TILE, Wall};
+use crate::render::project::{Appearance, Chunk, Projected, TILE, Wall};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Samples of a row that are worked on at a time; they fill a [`Vec4`].
@@ -84,14 +84,14 @@ impl TileBuffers {
 
 /// An image on a splat.
 #[derive(Clone, Copy)]
-pub(crate) struct Print<'a> {
+pub(crate) struct ImagePatch<'a> {
     pub(crate) image: &'a Image,
     /// Image coordinates of the centre, and their change along the two disk coordinates.
     pub(crate) at: Vec2,
     pub(crate) along: [Vec2; 2],
 }
 
-impl Print<'_> {
+impl ImagePatch<'_> {
     /// The part of the image that a sample of a splat sees, its larger side in units of the image.
     fn footprint(&self, p: &Projected) -> f32 {
         let step = |k: usize| (self.along[0] * p.s[k] + self.along[1] * p.t[k]).length();
@@ -99,29 +99,30 @@ impl Print<'_> {
     }
 }
 
-/// Adds the fragment of a splat at disk coordinates `at` to the sums; `print` is its image and how
+/// Adds the fragment of a splat at disk coordinates `at` to the sums; `patch` is its image and how
 /// much of it a sample sees.
 #[inline]
 fn blend(
-    paint: &Paint,
-    print: Option<&(Print<'_>, f32)>,
+    appearance: &Appearance,
+    patch: Option<&(ImagePatch<'_>, f32)>,
     at: [f32; 2],
     weight: f32,
     sums: &mut Sums,
 ) {
     let [s, t] = at;
-    let ink = &paint.ink;
-    let color = match print {
-        Some((print, footprint)) => {
-            let aside = print.along[0] * s + print.along[1] * t;
-            let texel = print.image.color(print.at + aside, *footprint);
-            texel.extend(ink.color.w)
+    let contribution = &appearance.contribution;
+    let color = match patch {
+        Some((patch, footprint)) => {
+            let aside = patch.along[0] * s + patch.along[1] * t;
+            let texel = patch.image.color(patch.at + aside, *footprint);
+            texel.extend(contribution.color.w)
         }
-        None => ink.color,
+        None => contribution.color,
     };
-    sums[0] += (paint.normal + paint.bend[0] * s + paint.bend[1] * t) * weight;
+    sums[0] += (appearance.normal + appearance.bend[0] * s + appearance.bend[1] * t) * weight;
     sums[1] += color * weight;
-    sums[2] += (ink.point + ink.along[0] * s + ink.along[1] * t) * weight;
+    sums[2] +=
+        (contribution.point + contribution.along[0] * s + contribution.along[1] * t) * weight;
 }
 
 /// A triangle on the screen.
@@ -243,12 +244,12 @@ pub(crate) fn draw_triangles(
 }
 
 /// First pass: nearness of the nearest surface. Second pass: blending of what is near to it, with
-/// the image that `print` lays on a splat.
+/// the image that `patch` lays on a splat.
 pub(crate) fn draw_splats<'a>(
     chunks: &[Chunk],
     tile_index: usize,
     origin: [i32; 2],
-    print: &dyn Fn(u32) -> Option<Print<'a>>,
+    patch: &dyn Fn(u32) -> Option<ImagePatch<'a>>,
     tile: &mut TileBuffers,
 ) {
     let has_triangles = tile.triangle().iter().any(|&t| t != 0);
@@ -282,7 +283,7 @@ pub(crate) fn draw_splats<'a>(
         tile.limit.copy_from_slice(&tile.near);
     }
     for chunk in chunks {
-        for (p, paint) in chunk.in_tile(tile_index) {
+        for (p, appearance) in chunk.in_tile(tile_index) {
             let mut loaded = None;
             for_runs(p, chunk.walls_of(p), origin, |k, found| {
                 let limit = Vec4::from_array(tile.limit[k]);
@@ -292,8 +293,8 @@ pub(crate) fn draw_splats<'a>(
                 if left == 0 {
                     return;
                 }
-                let print = loaded
-                    .get_or_insert_with(|| print(p.splat).map(|print| (print, print.footprint(p))))
+                let patch = loaded
+                    .get_or_insert_with(|| patch(p.splat).map(|patch| (patch, patch.footprint(p))))
                     .as_ref();
                 let per = found.w.recip();
                 let fall = Vec4::ONE - found.squared * per * per;
@@ -303,8 +304,8 @@ pub(crate) fn draw_splats<'a>(
                     let lane = left.trailing_zeros() as usize % LANES;
                     left &= left - 1;
                     let sums = &mut tile.sums[k][lane];
-                    blend(paint, print, [s[lane], t[lane]], weight[lane], sums);
-                    tile.gloss[k][lane] += paint.ink.shininess * weight[lane];
+                    blend(appearance, patch, [s[lane], t[lane]], weight[lane], sums);
+                    tile.gloss[k][lane] += appearance.contribution.shininess * weight[lane];
                 }
             });
         }
@@ -353,18 +354,18 @@ pub(crate) fn blend_splats(
     chunks: &[Chunk],
     tile_index: usize,
     origin: [i32; 2],
-    tone: &dyn Fn(&Projected, &Paint) -> Vec3,
+    tone: &dyn Fn(&Projected, &Appearance) -> Vec3,
     tile: &mut TileBuffers,
 ) {
-    let mut order: Vec<(&Projected, &Paint, &[Wall])> = Vec::new();
+    let mut order: Vec<(&Projected, &Appearance, &[Wall])> = Vec::new();
     for chunk in chunks {
         let members = chunk.in_tile(tile_index);
-        order.extend(members.map(|(p, paint)| (p, paint, chunk.walls_of(p))));
+        order.extend(members.map(|(p, appearance)| (p, appearance, chunk.walls_of(p))));
     }
     order.sort_by(|a, b| a.0.near.total_cmp(&b.0.near));
     tile.limit.copy_from_slice(&tile.near);
-    for (p, paint, walls) in order {
-        let color = tone(p, paint).extend(1.0);
+    for (p, appearance, walls) in order {
+        let color = tone(p, appearance).extend(1.0);
         for_runs(p, walls, origin, |k, found| {
             let radius = (found.squared / (found.w * found.w)).to_array();
             let near = found.near.to_array();

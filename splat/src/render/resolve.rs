@@ -3,10 +3,10 @@
 use crate::cast::{index, real, single};
 use crate::render::camera::{Camera, Lens};
 use crate::render::mesh::DrawnMesh;
-use crate::render::project::{Paint, Projected, TILE};
+use crate::render::project::{Appearance, Projected, TILE};
 use crate::render::raster::{Sums, TileBuffers};
 use crate::render::scene::{DrawMode, RenderSettings};
-use crate::render::shade::{LANES, Point, Points, Rig, Transfer, relief, sqrt, tone, tones};
+use crate::render::shade::{LANES, Lights, Point, Points, Transfer, relief, sqrt, tone, tones};
 use glam::{Mat4, Vec3, Vec4};
 
 /// Softness of tissue, see [`Point`].
@@ -28,11 +28,11 @@ pub(crate) struct LitTriangle {
 }
 
 /// What lights samples, the same for all tiles.
-pub(crate) struct Stage<'a> {
+pub(crate) struct Shader<'a> {
     pub(crate) settings: &'a RenderSettings,
     pub(crate) transfer: &'a Transfer,
     pub(crate) camera: &'a Camera,
-    pub(crate) rig: &'a Rig,
+    pub(crate) lights: &'a Lights,
     pub(crate) lit: &'a [LitTriangle],
     pub(crate) meshes: &'a [DrawnMesh],
 }
@@ -57,7 +57,7 @@ struct Pixel<S> {
     background: Vec3,
 }
 
-impl Stage<'_> {
+impl Shader<'_> {
     fn side(&self) -> usize {
         TILE / index(self.settings.samples)
     }
@@ -237,7 +237,7 @@ impl Stage<'_> {
 
     /// Lights what is in the queue: each lane adds to its pixel.
     fn flush(&self, queue: &mut Queue, colors: &mut [Vec3]) {
-        let colored = tones(self.rig.shade(&queue.points()));
+        let colored = tones(self.lights.shade(&queue.points()));
         let colored = colored.map(|channel| channel.to_array());
         for (lane, (pixel, part)) in queue.target[..queue.len].iter().enumerate() {
             colors[*pixel] += Vec3::from_array(colored.map(|channel| channel[lane])) * *part;
@@ -251,14 +251,14 @@ impl Stage<'_> {
         clippy::cast_sign_loss,
         reason = "on the screen"
     )]
-    pub(crate) fn tone(&self, p: &Projected, paint: &Paint) -> Vec3 {
+    pub(crate) fn tone(&self, p: &Projected, appearance: &Appearance) -> Vec3 {
         let at = [p.x.max(0.0) as usize, p.y.max(0.0) as usize];
-        tone(self.rig.shade_one(&Point {
-            normal: paint.normal.truncate(),
+        tone(self.lights.shade_one(&Point {
+            normal: appearance.normal.truncate(),
             view: self.view_direction(at),
-            color: paint.ink.color.truncate(),
-            specular: paint.ink.color.w,
-            shininess: paint.ink.shininess,
+            color: appearance.contribution.color.truncate(),
+            specular: appearance.contribution.color.w,
+            shininess: appearance.contribution.shininess,
             softness: SOFT,
         }))
     }
@@ -267,7 +267,7 @@ impl Stage<'_> {
     fn lit_triangle(&self, t: &LitTriangle, view: Vec3) -> Vec3 {
         let mesh = &self.meshes[t.mesh];
         let normal = t.normal.normalize_or(view);
-        self.rig.shade_one(&Point {
+        self.lights.shade_one(&Point {
             normal: if normal.dot(view) < 0.0 {
                 -normal
             } else {

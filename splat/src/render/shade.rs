@@ -42,13 +42,13 @@ fn dot(a: &[Vec4; 3], b: &[Vec4; 3]) -> Vec4 {
 
 /// Lights with unit directions.
 #[derive(Debug)]
-pub(crate) struct Rig {
+pub(crate) struct Lights {
     lights: Vec<(Vec3, Vec3)>,
     sky: Vec3,
     ground: Vec3,
 }
 
-impl Rig {
+impl Lights {
     pub(crate) fn new(lighting: &Lighting) -> Self {
         Self {
             lights: lighting
@@ -203,12 +203,12 @@ impl Transfer {
 mod tests {
     use super::*;
 
-    /// The formulas of [`Rig::shade`], a number at a time.
-    fn formula(rig: &Rig, p: &Point) -> Vec3 {
-        let hemisphere = rig.ground.lerp(rig.sky, 0.5 + 0.5 * p.normal.y);
+    /// The formulas of [`Lights::shade`], a number at a time.
+    fn formula(lights: &Lights, p: &Point) -> Vec3 {
+        let hemisphere = lights.ground.lerp(lights.sky, 0.5 + 0.5 * p.normal.y);
         let fresnel = 1.0 + 2.0 * (1.0 - p.normal.dot(p.view).clamp(0.0, 1.0)).powi(5);
         let (mut diffuse, mut highlight) = (hemisphere, 0.12 * fresnel * hemisphere);
-        for &(direction, light) in &rig.lights {
+        for &(direction, light) in &lights.lights {
             let cosine = p.normal.dot(direction);
             let lambert = cosine.max(0.0);
             let leak = ((cosine + 0.35) / 1.35).max(0.0).powi(2);
@@ -222,7 +222,7 @@ mod tests {
         p.color * diffuse + p.specular * highlight
     }
 
-    /// Points all round, as tilted by noise as told.
+    /// Points all round, tilted by noise.
     fn points() -> Vec<Point> {
         let unit = |k: u32, step: f32| {
             let turn = f64::from(k) * f64::from(step);
@@ -245,13 +245,13 @@ mod tests {
     fn lanes_are_lit_by_the_formulas_each_for_itself() {
         let mut lighting = Lighting::default();
         lighting.lights[0].direction = Vec3::X;
-        let rig = Rig::new(&lighting);
+        let lights = Lights::new(&lighting);
         for four in points().chunks_exact(LANES) {
             let lanes = |of: &dyn Fn(&Point) -> f32| {
                 Vec4::from_array([0, 1, 2, 3].map(|lane| of(&four[lane])))
             };
             let axes = |of: &dyn Fn(&Point) -> Vec3| [0, 1, 2].map(|c| lanes(&|p| of(p)[c]));
-            let together = rig.shade(&Points {
+            let together = lights.shade(&Points {
                 normal: axes(&|p| p.normal),
                 view: axes(&|p| p.view),
                 color: axes(&|p| p.color),
@@ -261,12 +261,12 @@ mod tests {
             });
             for (lane, point) in four.iter().enumerate() {
                 let lit = Vec3::from_array(together.map(|channel| channel[lane]));
-                assert_eq!(lit, rig.shade_one(point), "lane {lane}");
-                let told = formula(&rig, point);
+                assert_eq!(lit, lights.shade_one(point), "lane {lane}");
+                let expected = formula(&lights, point);
                 // Round-off of some forty operations in f32.
                 assert!(
-                    lit.distance(told) <= 1e-5 * told.length(),
-                    "{lit} for {told}"
+                    lit.distance(expected) <= 1e-5 * expected.length(),
+                    "{lit} for {expected}"
                 );
             }
         }
@@ -282,10 +282,10 @@ mod tests {
             let slope = slope_noise(at);
             for lane in 0..LANES {
                 let found = Vec3::from_array(tilted.map(|c| c[lane]));
-                let told = n + slope.reject_from(n) * amount[lane].max(0.0);
+                let expected = n + slope.reject_from(n) * amount[lane].max(0.0);
                 assert!(
-                    found.distance(told.normalize()) < 1e-5,
-                    "{k}: {found} for {told}"
+                    found.distance(expected.normalize()) < 1e-5,
+                    "{k}: {found} for {expected}"
                 );
             }
         }

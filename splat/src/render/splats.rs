@@ -4,7 +4,7 @@ use crate::render::surfels::Surfels;
 use glam::DVec3;
 
 /// Surfels in the deformed frame, ready to draw; one entry per surfel in every array. The fields of
-/// normals (`bends_*`) may be left empty: flat disks.
+/// normals (`normal_derivatives_*`) may be left empty: flat disks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Splats {
     /// Centres (m).
@@ -17,9 +17,9 @@ pub struct Splats {
     pub normals: Vec<DVec3>,
     /// Change of the normal from the centre to the end of the first axis (Aras 2014, eq. (51):
     /// a linear field of normals over the disk).
-    pub bends_u: Vec<DVec3>,
+    pub normal_derivatives_u: Vec<DVec3>,
     /// Change of the normal from the centre to the end of the second axis.
-    pub bends_v: Vec<DVec3>,
+    pub normal_derivatives_v: Vec<DVec3>,
 }
 
 impl Splats {
@@ -29,15 +29,21 @@ impl Splats {
         self.axes_u.extend(&other.axes_u);
         self.axes_v.extend(&other.axes_v);
         self.normals.extend(&other.normals);
-        self.bends_u.extend(&other.bends_u);
-        self.bends_v.extend(&other.bends_v);
+        self.normal_derivatives_u
+            .extend(&other.normal_derivatives_u);
+        self.normal_derivatives_v
+            .extend(&other.normal_derivatives_v);
     }
 
     /// Heap bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let vectors = [&self.positions, &self.axes_u, &self.axes_v];
-        let normals = [&self.normals, &self.bends_u, &self.bends_v];
+        let normals = [
+            &self.normals,
+            &self.normal_derivatives_u,
+            &self.normal_derivatives_v,
+        ];
         let all = vectors.iter().chain(&normals);
         all.map(|vectors| size_of_val(&***vectors)).sum()
     }
@@ -52,9 +58,9 @@ impl Splats {
             out.axes_u.push(t0 * surfels.radii[i]);
             out.axes_v.push(t1 * surfels.radii[i]);
             out.normals.push(surfels.normals[i]);
-            let [a, b] = bends(surfels.shapes[i], t0, t1);
-            out.bends_u.push(a * surfels.radii[i]);
-            out.bends_v.push(b * surfels.radii[i]);
+            let [a, b] = normal_derivatives(surfels.shapes[i], t0, t1);
+            out.normal_derivatives_u.push(a * surfels.radii[i]);
+            out.normal_derivatives_v.push(b * surfels.radii[i]);
         }
         out
     }
@@ -70,7 +76,10 @@ impl Splats {
     #[must_use]
     pub fn mean_curvature(&self, splat: usize) -> f64 {
         let (u, v) = (self.axes_u[splat], self.axes_v[splat]);
-        let (a, b) = (self.bends_u[splat], self.bends_v[splat]);
+        let (a, b) = (
+            self.normal_derivatives_u[splat],
+            self.normal_derivatives_v[splat],
+        );
         let [uu, uv, vv] = [u.dot(u), u.dot(v), v.dot(v)];
         let determinant = uu * vv - uv * uv;
         0.5 * (a.dot(u) * vv - (a.dot(v) + b.dot(u)) * uv + b.dot(v) * uu) / determinant
@@ -79,6 +88,6 @@ impl Splats {
 
 /// Change of the rest normal per metre along the two tangents.
 #[inline]
-pub(crate) fn bends(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
+pub(crate) fn normal_derivatives(shape: DVec3, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
     [t0 * shape.x + t1 * shape.y, t0 * shape.y + t1 * shape.z]
 }

@@ -44,7 +44,7 @@ pub enum View {
 }
 
 impl View {
-    /// The fields that are out of their bounds; none in sound settings.
+    /// The fields that are out of their bounds; none in valid settings.
     #[must_use]
     pub fn check(&self) -> Vec<BadSetting> {
         let mut checks = Checks::default();

@@ -69,7 +69,7 @@ pub(crate) enum Sight {
     Poor,
 }
 
-/// Pools of nodes after which a surfel that has seen none gives up: it is on a crumb without a node.
+/// Pools of nodes after which a surfel that has seen none gives up: it is on a fragment without a node.
 /// A longer search costs a long line of sight through the whole cut for every node of the body.
 const POOLS: usize = 4;
 /// Nodes below which a surfel takes what its nodes see.
@@ -245,7 +245,7 @@ impl Binding {
         } else {
             0.0
         };
-        // Nothing visible at all (a crumb of tissue without a node): the nearest node carries it.
+        // Nothing visible at all (a fragment of tissue without a node): the nearest node carries it.
         if found.is_empty() {
             found.extend(nearest);
         }

@@ -46,7 +46,7 @@ impl Borders {
         &self.triangles
     }
 
-    /// Numbers of the triangles whose box comes within `radius` of `x`, rising.
+    /// Numbers of the triangles whose box comes within `radius` of `x`, ascending.
     pub(crate) fn triangles_near(&self, x: DVec3, radius: f64) -> Vec<u32> {
         let near = self
             .boxes

@@ -1,7 +1,7 @@
 //! Surfels follow their nodes.
 
 use crate::cast::index;
-use crate::render::splats::{Splats, bends};
+use crate::render::splats::{Splats, normal_derivatives};
 use crate::render::surfels::Surfels;
 use crate::tissue::binding::Binding;
 use glam::{DAffine3, DMat3, DVec3};
@@ -55,8 +55,8 @@ pub fn carry_into(
     splats.axes_u.resize(n, DVec3::ZERO);
     splats.axes_v.resize(n, DVec3::ZERO);
     splats.normals.resize(n, DVec3::ZERO);
-    splats.bends_u.resize(n, DVec3::ZERO);
-    splats.bends_v.resize(n, DVec3::ZERO);
+    splats.normal_derivatives_u.resize(n, DVec3::ZERO);
+    splats.normal_derivatives_v.resize(n, DVec3::ZERO);
     let maps: Vec<DAffine3> = (rest_nodes, nodes, gradients)
         .into_par_iter()
         .with_min_len(CHUNK)
@@ -69,8 +69,8 @@ pub fn carry_into(
         &mut splats.normals,
         &mut splats.axes_u,
         &mut splats.axes_v,
-        &mut splats.bends_u,
-        &mut splats.bends_v,
+        &mut splats.normal_derivatives_u,
+        &mut splats.normal_derivatives_v,
     )
         .into_par_iter()
         .enumerate()
@@ -128,7 +128,7 @@ fn carry(
         let c = f * normal;
         let per = radius / length;
         carried.normal = raw / length;
-        carried.bends = bends(surfels.shapes[i], b.cross(c) * per, c.cross(a) * per);
+        carried.bends = normal_derivatives(surfels.shapes[i], b.cross(c) * per, c.cross(a) * per);
     }
     carried
 }
@@ -198,14 +198,15 @@ mod tests {
             }
             let cofactor = f.inverse().transpose() * f.determinant();
             let normal = cofactor * surfels.normals[i];
-            let bend = bends(surfels.shapes[i], t0, t1).map(|b| cofactor * b * r / normal.length());
+            let bend = normal_derivatives(surfels.shapes[i], t0, t1)
+                .map(|b| cofactor * b * r / normal.length());
             for (found, expected) in [
                 (splats.positions[i], x),
                 (splats.axes_u[i], (f * t0 + u) * r),
                 (splats.axes_v[i], (f * t1 + v) * r),
                 (splats.normals[i], normal.normalize()),
-                (splats.bends_u[i], bend[0]),
-                (splats.bends_v[i], bend[1]),
+                (splats.normal_derivatives_u[i], bend[0]),
+                (splats.normal_derivatives_v[i], bend[1]),
             ] {
                 worst = worst.max(found.distance(expected) / expected.length().max(1.0));
             }

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 /// Sweeps of Jacobi rotations; convergence is quadratic, five suffice for f64.
 const SWEEPS: usize = 8;
 
-/// Eigenvalues in rising order and the eigenvectors (columns) of a symmetric matrix, by cyclic
+/// Eigenvalues in ascending order and the eigenvectors (columns) of a symmetric matrix, by cyclic
 /// Jacobi rotations: exact to round-off for near-singular matrices too, where closed forms are not.
 #[allow(
     clippy::needless_range_loop,

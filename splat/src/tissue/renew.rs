@@ -66,7 +66,7 @@ impl Renewal {
 
 impl Tissue {
     /// Measures again what new triangles may have touched, and all surfels from `first` on; those whose
-    /// radius was computed, rising.
+    /// radius was computed, ascending.
     pub(super) fn renew_radii(
         &mut self,
         new: Range<u32>,

@@ -12,13 +12,13 @@ fn meets(&[a, b, c]: &[DVec3; 3], p: DVec3, q: DVec3) -> bool {
 }
 
 /// A slab's surface over random nodes is cut along a wavy way, piece by piece: what was bound
-/// piece by piece is what binding every surfel anew under the whole cut gives.
+/// piece by piece is what binding every surfel again under the whole cut gives.
 #[test]
 fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
     let (x, n, a) = patch(40, 0.0, 11);
     let nodes = filled_cube(9, 5);
     let mut tissue =
-        Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).expect("the samples are sound");
+        Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).expect("the samples are valid");
     let inside = |p: DVec3| p.abs().max_element() < 0.5;
     let edge = |k: i32| {
         let at = DVec3::new(
@@ -62,7 +62,7 @@ fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
         ..TissueSettings::default()
     };
     let mut tissue = Tissue::new(&x, &[-DVec3::Z, DVec3::Z], &[0.5; 2], &nodes, &settings)
-        .expect("the samples are sound");
+        .expect("the samples are valid");
     let (mut last, mut before) = (CutChange::default(), Vec::new());
     for k in 0..pieces {
         let edge = |k: i32| {
@@ -81,7 +81,7 @@ fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
     (tissue, last, before)
 }
 
-/// Radii of skin that grew piece by piece are those of the whole, to the bit, and only those near a
+/// Radii of skin that grew piece by piece are those of the whole, bitwise, and only those near a
 /// new piece are computed again.
 #[test]
 fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
@@ -120,12 +120,12 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
     );
 }
 
-/// A piece of a cut tells every surfel that it changes, and not all of them.
+/// A piece of a cut reports every surfel that it changes, and not all of them.
 #[test]
-fn what_a_piece_changes_is_told() {
+fn what_a_piece_changes_is_reported() {
     let (before, ..) = inner_cut(4);
     let (after, last, _) = inner_cut(5);
-    let told: std::collections::HashSet<u32> = last.surfels.iter().copied().collect();
+    let reported: std::collections::HashSet<u32> = last.surfels.iter().copied().collect();
     assert!(last.surfels.is_sorted_by(|a, b| a < b));
     let mut same = 0;
     for s in 0..count(after.surfels.len()) {
@@ -140,12 +140,15 @@ fn what_a_piece_changes_is_told() {
         };
         let old = i < before.surfels.len();
         if old && numbers(&before) == numbers(&after) && before.clips[i] == after.clips[i] {
-            same += u32::from(!told.contains(&s));
+            same += u32::from(!reported.contains(&s));
         } else {
-            assert!(told.contains(&s), "surfel {s} changed");
+            assert!(reported.contains(&s), "surfel {s} changed");
         }
     }
-    assert!(4 * same > count(after.surfels.len()), "{same} are not told");
+    assert!(
+        4 * same > count(after.surfels.len()),
+        "{same} are not reported"
+    );
 }
 
 /// Points of the disks of skin that are drawn, by what is drawn of each.
@@ -248,7 +251,7 @@ fn measured_cut(measure: Measure, pieces: i32) -> (Tissue, Vec<f64>, Vec<CutChan
         },
         ..TissueSettings::default()
     };
-    let mut tissue = Tissue::new(&x, &n, &a, &filled_cube(9, 5), &settings).expect("sound samples");
+    let mut tissue = Tissue::new(&x, &n, &a, &filled_cube(9, 5), &settings).expect("valid samples");
     let before = tissue.surfels.radii.clone();
     let edge = |k: i32| {
         let at = DVec3::new(
@@ -288,10 +291,13 @@ fn measuring_again_only_what_a_cut_touches_equals_measuring_all_again() {
         let renewed: usize = changes.iter().map(|change| change.resized).sum();
         assert!(3 * renewed < all, "{measure:?}: {renewed} of {all}");
         for (k, (&old, &new)) in before.iter().zip(&tissue.surfels.radii).enumerate() {
-            let told = changes
+            let reported = changes
                 .iter()
                 .any(|change| change.surfels.contains(&count(k)));
-            assert!(told || old.to_bits() == new.to_bits(), "{k} changed untold");
+            assert!(
+                reported || old.to_bits() == new.to_bits(),
+                "{k} changed unreported"
+            );
         }
     }
 }

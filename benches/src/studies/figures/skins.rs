@@ -230,7 +230,10 @@ fn averaged_displacements(tissue: &Tissue, rest: &[DVec3], moved: &[DVec3]) -> S
         splats.normals[i] = u.cross(v).normalize_or(surfels.normals[i]);
         (splats.axes_u[i], splats.axes_v[i]) = (u * *radius, v * *radius);
         // All that displacements know of a normal is one for the whole disk.
-        (splats.bends_u[i], splats.bends_v[i]) = (DVec3::ZERO, DVec3::ZERO);
+        (
+            splats.normal_derivatives_u[i],
+            splats.normal_derivatives_v[i],
+        ) = (DVec3::ZERO, DVec3::ZERO);
     }
     splats
 }
