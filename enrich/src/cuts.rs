@@ -339,18 +339,6 @@ impl Cuts {
         self.forest.crossed(a, b)
     }
 
-    /// Numbers of the triangles that the segment `ab` crosses, sorted; replaces what `out` held.
-    pub(crate) fn crossed_into(&self, a: DVec3, b: DVec3, out: &mut Vec<u32>) {
-        out.clear();
-        let _ = self.forest.on_segment(a, b, |triangle, &[p, q, r]| {
-            if segment_crosses_triangle(a, b, p, q, r) {
-                out.push(triangle);
-            }
-            ControlFlow::Continue(())
-        });
-        out.sort_unstable();
-    }
-
     /// Number of triangles that the segment `ab` crosses.
     pub(crate) fn crossings(&self, a: DVec3, b: DVec3) -> usize {
         let mut count = 0;

@@ -273,42 +273,6 @@ impl PairFactors {
         self.crossed.values().filter(|&&f| f <= 0.0).count() / 2
     }
 
-    /// Unit normals of the cut near some nodes, as rows: those of the triangles that cross a pair of
-    /// the node, or of one of its neighbours, without repetition of a triangle.
-    ///
-    /// What the restoration of the integration constraint on cut faces needs.
-    ///
-    /// # Panics
-    /// If a node is out of range or the graph has other numbers of nodes and pairs than that of the
-    /// start.
-    #[must_use]
-    pub fn normals_near(
-        &self,
-        graph: &Graph<'_>,
-        cut: &Cuts,
-        nodes: &[u32],
-    ) -> (Vec<u32>, Vec<DVec3>) {
-        self.check_same(graph);
-        let (mut offsets, mut normals) = (vec![0], Vec::new());
-        let (mut found, mut all) = (Vec::new(), Vec::new());
-        for &node in nodes {
-            all.clear();
-            for near in std::iter::once(node).chain(graph.row(node as usize).iter().copied()) {
-                let at = graph.positions[near as usize];
-                for (pair, _) in self.crossed_in(graph, near as usize) {
-                    let other = graph.positions[graph.indices[pair] as usize];
-                    cut.crossed_into(at, other, &mut found);
-                    all.extend_from_slice(&found);
-                }
-            }
-            all.sort_unstable();
-            all.dedup();
-            normals.extend(all.iter().map(|&t| cut.normal(t as usize)));
-            offsets.push(index32(normals.len()));
-        }
-        (offsets, normals)
-    }
-
     /// Bytes held on the heap, at most.
     #[must_use]
     pub fn bytes(&self) -> usize {
