@@ -76,6 +76,7 @@ class Stage {
     const { canvas } = this;
     const size = [canvas.clientWidth, canvas.clientHeight].map((length) => Math.max(1, Math.round(length * ratio)));
     this.renderer.supersampling = Math.max(samples, 1);
+    this.renderer.coarse = samples < 1;
     if (canvas.width !== size[0] || canvas.height !== size[1]) {
       [canvas.width, canvas.height] = size;
     }

@@ -1,7 +1,7 @@
 // Draws bodies and tools: nearness, sums, light. No sorting.
 import { Body, bind, carryProgram, framebuffer, program, texture } from "./body.js";
 import { add, length, sub, unit } from "./camera.js";
-import { BLEND, NEARNESS, RESOLVE, TOOL } from "./shaders.js";
+import { NEARNESS, TOOL, blend, resolve } from "./shaders.js";
 
 export class Renderer {
   constructor(canvas) {
@@ -12,19 +12,22 @@ export class Renderer {
     if (!gl.getExtension("EXT_color_buffer_float")) {
       throw new Error("This graphics card cannot draw into floating point pictures.");
     }
-    this.fine = Boolean(gl.getExtension("EXT_float_blend"));
+    this.blendsSingle = Boolean(gl.getExtension("EXT_float_blend"));
     this.gl = gl;
     this.canvas = canvas;
     this.carry = carryProgram(gl);
     this.near = program(gl, NEARNESS);
-    this.blend = program(gl, BLEND);
-    this.resolve = program(gl, RESOLVE);
     this.tool = program(gl, TOOL);
     this.nothing = gl.createVertexArray();
     this.bodies = [];
     this.scene = null;
     this.supersampling = 1;
+    /** Coarse: the nearest disk is seen alone, in one pass; else disks blend, with a relief finer than they are. */
+    this.coarse = false;
+    this.painting = new Map();
     this.size = [0, 0];
+    /** Whether there is a floor below the bodies. */
+    this.ground = true;
     /** What colours the surface: 0 its own colours, 1 displacement, 2 strain. */
     this.coloring = 0;
   }
@@ -59,18 +62,23 @@ export class Renderer {
     this.bodies[body] = new Body(this.gl, this.carry, count, rest, this.scene.bodies[body]);
   }
 
-  /** Makes the pictures in between as large as the canvas. */
+  /** Makes programs, and pictures in between as large as the canvas. */
   fit() {
-    const { gl, canvas } = this;
+    const { gl, canvas, coarse } = this;
+    if (!this.painting.has(coarse)) {
+      this.painting.set(coarse, { blend: program(gl, blend(!coarse)), resolve: program(gl, resolve(!coarse)) });
+    }
+    Object.assign(this, this.painting.get(coarse));
     const [width, height] = [canvas.width * this.supersampling, canvas.height * this.supersampling];
-    if (this.size[0] === width && this.size[1] === height) {
+    if (this.size[0] === width && this.size[1] === height && this.sums.length === (coarse ? 2 : 3)) {
       return;
     }
     this.size = [width, height];
     [this.seen, ...(this.sums ?? [])].forEach((made) => made && gl.deleteTexture(made));
     [this.first, this.second].forEach((made) => made && gl.deleteFramebuffer(made));
     this.seen = texture(gl, gl.DEPTH_COMPONENT32F, width, height);
-    this.sums = [gl.RGBA16F, gl.RGBA16F, this.fine ? gl.RGBA32F : gl.RGBA16F].map((format) => texture(gl, format, width, height));
+    const formats = [gl.RGBA16F, gl.RGBA16F, ...(coarse ? [] : [this.blendsSingle ? gl.RGBA32F : gl.RGBA16F])];
+    this.sums = formats.map((format) => texture(gl, format, width, height));
     this.first = framebuffer(gl, [], this.seen);
     this.second = framebuffer(gl, this.sums, this.seen);
   }
@@ -93,7 +101,7 @@ export class Renderer {
     const { uniforms } = used;
     this.look(used, camera);
     gl.uniform1f(uniforms.samples, this.size[1]);
-    gl.uniform1f(uniforms.tolerance, this.scene.tolerance);
+    gl.uniform1f(uniforms.tolerance, this.coarse ? 0 : this.scene.tolerance);
     gl.uniform1i(uniforms.coloring, this.coloring);
     gl.uniform1f(uniforms.most, this.most);
     for (const body of this.bodies.filter((body) => body.surfels > 0)) {
@@ -123,12 +131,14 @@ export class Renderer {
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
-    this.splats(this.near, camera, false);
+    if (!this.coarse) {
+      this.splats(this.near, camera, false);
+      gl.depthMask(false);
+      gl.enable(gl.BLEND);
+      gl.blendFunc(gl.ONE, gl.ONE);
+    }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.second);
-    [0, 1, 2].forEach((k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
-    gl.depthMask(false);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE);
+    this.sums.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
     this.splats(this.blend, camera, true);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
@@ -136,14 +146,17 @@ export class Renderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     const { uniforms } = this.resolve;
-    gl.useProgram(this.resolve.made);
-    bind(gl, uniforms, { sumNormal: this.sums[0], sumColor: this.sums[1], sumPoint: this.sums[2] });
+    this.look(this.resolve, camera);
+    bind(gl, uniforms, { sumNormal: this.sums[0], sumColor: this.sums[1], ...(this.coarse ? {} : { sumPoint: this.sums[2] }) });
     gl.uniform1i(uniforms.supersampling, this.supersampling);
     gl.uniform2fv(uniforms.size, this.size);
-    gl.uniform1f(uniforms.focal, camera.focal);
     gl.uniform4fv(uniforms.surfaces, surfacesOf(this.scene.bodies[0]));
     gl.uniform3fv(uniforms.top, this.scene.background[0]);
     gl.uniform3fv(uniforms.bottom, this.scene.background[1]);
+    const { low, high } = this.scene;
+    const span = length(sub(high, low));
+    gl.uniform4f(uniforms.ground, 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2] - 0.15 * span, this.ground ? 1.6 * span : 0);
+    gl.uniform1f(uniforms.lines, 10 ** Math.round(Math.log10(span) - 0.8));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     this.drawTools(camera, tools);
     gl.bindVertexArray(null);

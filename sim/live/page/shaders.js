@@ -122,7 +122,7 @@ vec3 scaleColor(float value) {
 `;
 
 /** A triangle about each disk, in its plane. Software draws plain triangles several times as fast as instances of a quad. */
-const splatVertex = (paint) => `${HEAD}${TANGENTS}${RECORD}${CAMERA}
+const splatVertex = (paint, relief) => `${HEAD}${TANGENTS}${RECORD}${CAMERA}
 uniform sampler2D carried0;
 uniform sampler2D carried1;
 uniform sampler2D carried2;
@@ -139,8 +139,8 @@ out vec2 disk;
 flat out float radius; flat out float overhang; flat out int clipAt;
 ${paint ? `
 flat out int back;
-flat out vec3 facing; flat out vec3 bend0; flat out vec3 bend1;
-flat out vec4 color; flat out vec4 point; flat out vec3 along0; flat out vec3 along1;` : ""}
+flat out vec3 facing; flat out vec3 bend0; flat out vec3 bend1; flat out vec4 color;` : ""}
+${relief ? "flat out vec4 point; flat out vec3 along0; flat out vec3 along1;" : ""}
 ${paint ? SCALE : ""}
 const vec2 CORNERS[3] = vec2[3](vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0));
 void main() {
@@ -174,13 +174,15 @@ ${paint ? `
   vec4 rest = record(i, 0);
   vec4 normal = record(i, 1);
   vec4 surface = surfaces[min(int(normal.w), 3)];
-  vec3 t0 = firstTangent(normal.xyz);
   vec4 bend = texelFetch(carried4, at, 0);
   facing = turned.xyz * axes;
   bend0 = bend.xyz * axes;
   bend1 = vec3(u.w, v.w, bend.w) * axes;
   color = vec4(record(i, 3).xyz, surface.x);
   if (coloring > 0) color.xyz = scaleColor((coloring == 1 ? distance(place.xyz, rest.xyz) : place.w) / most);
+` : ""}
+${relief ? `
+  vec3 t0 = firstTangent(normal.xyz);
   point = vec4(rest.xyz * surface.w, surface.z);
   along0 = t0 * (rest.w * surface.w);
   along1 = cross(normal.xyz, t0) * (rest.w * surface.w);` : ""}
@@ -218,40 +220,39 @@ bool hidden(vec2 p) {
 
 /** First pass: depth of the nearest disk. */
 export const NEARNESS = {
-  vertex: splatVertex(false),
+  vertex: splatVertex(false, false),
   fragment: `${HEAD}${IN_DISK}
 void main() {
   if (dot(disk, disk) > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
 }`,
 };
 
-/** Second pass: what is near enough is added up; gaps get the colour of the inside. */
-export const BLEND = {
-  vertex: splatVertex(true),
+/** Second pass: what is near enough is added up; gaps get the colour of the inside. `relief`: with places at rest. */
+export const blend = (relief) => ({
+  vertex: splatVertex(true, relief),
   fragment: `${HEAD}${IN_DISK}
 flat in int back;
-flat in vec3 facing; flat in vec3 bend0; flat in vec3 bend1;
-flat in vec4 color; flat in vec4 point; flat in vec3 along0; flat in vec3 along1;
+flat in vec3 facing; flat in vec3 bend0; flat in vec3 bend1; flat in vec4 color;
 uniform vec3 inside;
 layout(location = 0) out vec4 sumNormal;
 layout(location = 1) out vec4 sumColor;
-layout(location = 2) out vec4 sumPoint;
+${relief ? "flat in vec4 point; flat in vec3 along0; flat in vec3 along1; layout(location = 2) out vec4 sumPoint;" : ""}
 void main() {
   float squared = dot(disk, disk);
   if (squared > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
   if (back == 1) {
     sumNormal = vec4(0.0, 0.0, 1.0, 1.0);
     sumColor = vec4(inside, 0.0);
-    sumPoint = vec4(0.0);
+    ${relief ? "sumPoint = vec4(0.0);" : ""}
     return;
   }
   float fall = 1.0 - squared;
   float weight = fall * fall + 1e-4;
   sumNormal = vec4(facing + bend0 * disk.x + bend1 * disk.y, 1.0) * weight;
   sumColor = color * weight;
-  sumPoint = vec4(point.xyz + along0 * disk.x + along1 * disk.y, point.w) * weight;
+  ${relief ? "sumPoint = vec4(point.xyz + along0 * disk.x + along1 * disk.y, point.w) * weight;" : ""}
 }`,
-};
+});
 
 /** Light: an operating lamp from the upper left, a cool fill from the right, a rim from behind. */
 const LIGHT = `
@@ -323,20 +324,39 @@ vec3 slopeNoise(vec3 p) {
 `;
 
 /** Third pass: sums are normalised and lit; \`supersampling\` samples to a side of a pixel. */
-export const RESOLVE = {
+export const resolve = (relief) => ({
   vertex: WHOLE,
-  fragment: `${HEAD}${LIGHT}${NOISE}
+  fragment: `${HEAD}${LIGHT}${relief ? NOISE : ""}
 uniform sampler2D sumNormal;
 uniform sampler2D sumColor;
-uniform sampler2D sumPoint;
+${relief ? "uniform sampler2D sumPoint;" : ""}
 uniform int supersampling;
 uniform vec2 size;
 uniform float focal;
 uniform vec4 surfaces[4];
 uniform vec3 top;
 uniform vec3 bottom;
+uniform vec3 eye;
+uniform mat3 axes;
+/** Middle (m) and radius (m) of the floor, 0 for none, and the distance (m) of its lines. */
+uniform vec4 ground;
+uniform float lines;
 out vec4 pixel;
-vec3 lit(vec4 normal, vec4 color, vec4 point, vec3 view) {
+/** What is behind the bodies: a floor that fades away, with lines and a soft shadow below its middle. */
+vec3 behindAt(vec2 at, vec3 sky) {
+  vec3 way = axes * vec3((at - 0.5 * size) / (focal * size.y), -1.0);
+  float t = (ground.z - eye.z) / way.z;
+  if (ground.w == 0.0 || way.z >= 0.0 || t <= 0.0) return sky;
+  vec2 p = eye.xy + way.xy * t - ground.xy;
+  float fade = 1.0 - dot(p, p) / (ground.w * ground.w);
+  if (fade <= 0.0) return sky;
+  vec2 apart = abs(fract(p / lines + 0.5) - 0.5) * lines;
+  vec2 wide = vec2(t / (focal * size.y)) * vec2(1.0, -length(way) / way.z);
+  vec2 on = clamp(1.5 - apart / wide, 0.0, 1.0);
+  float under = max(6.0 * fade - 5.0, 0.0);
+  return sky * (1.0 + fade * fade * (0.25 * max(on.x, on.y) - 0.45 * under * under));
+}
+vec3 lit(ivec2 place, vec4 normal, vec4 color, vec3 view) {
   float per = 1.0 / normal.w;
   vec3 mean = normal.xyz * per;
   float known = length(mean);
@@ -349,11 +369,12 @@ vec3 lit(vec4 normal, vec4 color, vec4 point, vec3 view) {
   float share = known / (known + shininess * (1.0 - known));
   specular *= (1.0 + share * shininess) / (1.0 + shininess);
   shininess *= share;
-  float amount = max(point.w * per, 0.0);
-  if (amount > 0.0) {
-    vec3 tilt = slopeNoise(point.xyz * per);
-    n = normalize(n + (tilt - n * dot(tilt, n)) * amount);
-  }
+  ${relief ? `
+  vec4 point = texelFetch(sumPoint, place, 0) * per;
+  if (point.w > 0.0) {
+    vec3 tilt = slopeNoise(point.xyz);
+    n = normalize(n + (tilt - n * dot(tilt, n)) * point.w);
+  }` : ""}
   return toned(shade(n, view, color.xyz * per, specular, shininess, 0.5));
 }
 void main() {
@@ -368,12 +389,12 @@ void main() {
     ivec2 place = first + ivec2(k % supersampling, k / supersampling);
     vec4 normal = texelFetch(sumNormal, place, 0);
     sum += normal.w > 0.0
-      ? lit(normal, texelFetch(sumColor, place, 0), texelFetch(sumPoint, place, 0), view)
-      : behind;
+      ? lit(place, normal, texelFetch(sumColor, place, 0), view)
+      : behindAt(vec2(place) + 0.5, behind);
   }
   pixel = vec4(encoded(sum / float(supersampling * supersampling)), 1.0);
 }`,
-};
+});
 
 /** Tools: opaque where they are in front of tissue, a shadow of themselves where they are inside. */
 export const TOOL = {

@@ -579,6 +579,13 @@ impl Session {
                 .zip(time)
                 .map(|(settle, limit)| Settle { limit, ..settle });
         }
+        let duration = integration.duration;
+        // Paths that nothing follows must end with the scene, too.
+        for key in scene.cuts.iter_mut().filter_map(|cut| cut.path.last_mut()) {
+            if duration > 0.0 {
+                key.time = key.time.min(duration);
+            }
+        }
         let names = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
         folder.write(names[0], scene.to_ron().as_bytes())?;
         folder.write(names[1], &input_csv(&scene, &self.record))?;

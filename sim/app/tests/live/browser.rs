@@ -218,7 +218,9 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
     assert!(browser.evaluate("stage.renderer.gl instanceof WebGL2RenderingContext && stage.renderer.gl.getError() === 0") == json!(true));
 
     // Lockstep: time stands from here.
-    browser.evaluate("stage.quality.pinned = 1; stage.link.ask({ do: 'pause' })");
+    browser.evaluate(
+        "stage.quality.pinned = 1; stage.renderer.ground = false; stage.link.ask({ do: 'pause' })",
+    );
     browser.wait("!stage.panel.last.playing");
     step(&mut browser, 3);
     let whole = canvas(&mut browser);
@@ -345,7 +347,9 @@ fn unloaded_and_paused() -> Option<(Live, Chromium)> {
     let mut browser = Chromium::start(&program, [900, 600]);
     browser.go(&live.url);
     browser.wait("window.stage && stage.state && stage.panel.last");
-    browser.evaluate("stage.quality.pinned = 1; stage.link.ask({ do: 'pause' })");
+    browser.evaluate(
+        "stage.quality.pinned = 1; stage.renderer.ground = false; stage.link.ask({ do: 'pause' })",
+    );
     browser.wait("!stage.panel.last.playing");
     step(&mut browser, 2);
     Some((live, browser))
@@ -364,6 +368,10 @@ fn a_line_across_the_picture_slices_through() {
     step(&mut browser, 250);
     browser.wait("stage.panel.last.severed > 0");
     show("sliced", &browser.screenshot());
+    // A token of another session: the server was started again.
+    browser
+        .evaluate("sessionStorage.setItem('phyxel-token', 'another'); stage.link.socket.close()");
+    browser.wait("document.getElementById('curtain-text').textContent.includes('started again')");
 }
 
 /// Counts what a page asks for while it does something, which it does not ask for then.
