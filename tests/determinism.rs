@@ -40,7 +40,7 @@ const SCENE: &str = r#"(
 )"#;
 
 fn scene() -> Scene {
-    Scene::from_text(SCENE, "test", Path::new(""), &[]).expect("the scene is valid")
+    phyxel_scene::from_text(SCENE, "test", Path::new(""), &[]).expect("the scene is valid")
 }
 
 fn options(threads: usize, folder: &Path) -> RunOptions {

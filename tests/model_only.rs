@@ -6,7 +6,6 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel::Phase;
 use phyxel::World;
-use phyxel::scene::Scene;
 use phyxel_cli::picture::Painter;
 
 const BARE: &str =
@@ -21,7 +20,7 @@ struct Played {
 }
 
 fn play(text: &str) -> Played {
-    let scene = Scene::from_text(&format!("({text})"), "test", Path::new(""), &[]);
+    let scene = phyxel_scene::from_text(&format!("({text})"), "test", Path::new(""), &[]);
     let mut world = World::new(scene.expect("the scene is valid")).expect("it can be built");
     if let Some(pictures) = &world.scene().pictures {
         let mut painter = Painter::new(&world, pictures).expect("it can be drawn");

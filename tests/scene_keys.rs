@@ -10,8 +10,8 @@ use std::path::Path;
 
 use glam::DVec3;
 use phyxel::World;
-use phyxel::scene::{Override, Scene, key_reference};
 use phyxel_cli::run::{RunOptions, run};
+use phyxel_scene::{Override, key_reference};
 use rayon::prelude::*;
 use testkit::cloud::BOX_FACES;
 
@@ -84,8 +84,8 @@ fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
             Override::parse(&change.replace("SHELF", shelf_name)).expect("it is an override")
         })
         .collect();
-    let scene =
-        Scene::from_text(SCENE, "test", shelf, &changes).map_err(|error| error.to_string())?;
+    let scene = phyxel_scene::from_text(SCENE, "test", shelf, &changes)
+        .map_err(|error| error.to_string())?;
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = RunOptions {
         out: folder.path().to_owned(),

@@ -62,8 +62,8 @@ fn scene(nodes: u32) -> Result<Scene, StudyError> {
         },
         motion: SupportMotion::Fixed,
     });
-    Ok(Scene::from_text(
-        &scene.to_ron(),
+    Ok(phyxel_scene::from_text(
+        &phyxel_scene::to_ron(&scene),
         "column",
         "".as_ref(),
         &[],

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 pub enum StudyError {
     /// A scene of a study is not valid.
     #[error(transparent)]
-    Scene(#[from] phyxel::scene::SceneError),
+    Scene(#[from] phyxel_scene::SceneError),
     /// A change of a study's scene does not fit.
     #[error(transparent)]
-    Override(#[from] phyxel::scene::OverrideError),
+    Override(#[from] phyxel_scene::OverrideError),
     /// A body of a study cannot be built or moved.
     #[error("{0}")]
     World(Box<phyxel::WorldError>),

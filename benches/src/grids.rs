@@ -1,6 +1,7 @@
 //! The dissertation's enrichment grid in the embedded scenes: bodies that move while a blade passes.
 
-use phyxel::scene::{CutRule, EMBEDDED, Method, Scene, Target};
+use phyxel::scene::{CutRule, Method, Scene, Target};
+use phyxel_scene::EMBEDDED;
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -88,8 +89,8 @@ mod tests {
     fn the_program_takes_every_case() {
         let cases = cases().unwrap();
         for case in &cases {
-            let text = case.scene.to_ron();
-            let read = Scene::from_text(&text, &case.name, "".as_ref(), &[]);
+            let text = phyxel_scene::to_ron(&case.scene);
+            let read = phyxel_scene::from_text(&text, &case.name, "".as_ref(), &[]);
             assert!(read.is_ok(), "{}: {:?}", case.name, read.err());
             assert!(!case.scene.cuts.is_empty(), "{}", case.name);
         }

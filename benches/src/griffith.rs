@@ -124,8 +124,8 @@ pub fn scene(spacings: f64) -> Result<Scene, StudyError> {
             weld_tolerance: None,
         });
     }
-    Ok(Scene::from_text(
-        &scene.to_ron(),
+    Ok(phyxel_scene::from_text(
+        &phyxel_scene::to_ron(&scene),
         "griffith",
         "".as_ref(),
         &[],

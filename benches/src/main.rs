@@ -306,7 +306,7 @@ fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, StudyError> 
         let row = rows.iter().find(|row| row.scene == case.name);
         if row.is_some_and(|row| !random::breaches(std::slice::from_ref(row)).is_empty()) {
             let path = batch.out.join(format!("{}.ron", case.name));
-            let written = std::fs::write(&path, case.scene.to_ron());
+            let written = std::fs::write(&path, phyxel_scene::to_ron(&case.scene));
             written.map_err(|source| StudyError::Folder { path, source })?;
         }
     }

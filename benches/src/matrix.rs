@@ -63,7 +63,7 @@ pub enum LiverCuts {
 /// # Errors
 /// [`StudyError::Scene`].
 pub fn plain(name: &str) -> Result<Scene, StudyError> {
-    let mut scene = Scene::embedded(name, &[])?;
+    let mut scene = phyxel_scene::embedded(name, &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
         body.material.stabilization = MaterialSettings::default().stabilization;

@@ -95,7 +95,7 @@ fn default_scene(file: &Path) -> Result<Scene, StudyError> {
         ..RepairSettings::default()
     };
     let (repaired, _) = repair(&read.mesh, &settings).map_err(|error| mesh(error.to_string()))?;
-    let (mut scene, _) = Scene::for_mesh(file, &Solid::from_mesh(repaired), &[])?;
+    let (mut scene, _) = phyxel_scene::for_mesh(file, &Solid::from_mesh(repaired), &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
         body.material.stabilization = MaterialSettings::default().stabilization;

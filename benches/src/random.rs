@@ -41,7 +41,8 @@ pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, StudyError> {
             let mut scene = scene(&mut random);
             scene.name.clone_from(&name);
             // Read back, so that what is run is valid.
-            let scene = Scene::from_text(&scene.to_ron(), &name, "".as_ref(), &[])?;
+            let scene =
+                phyxel_scene::from_text(&phyxel_scene::to_ron(&scene), &name, "".as_ref(), &[])?;
             Ok(Case { name, scene })
         })
         .collect()

@@ -70,7 +70,12 @@ fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
             weld_tolerance: None,
         });
     }
-    Ok(Scene::from_text(&scene.to_ron(), "spin", "".as_ref(), &[])?)
+    Ok(phyxel_scene::from_text(
+        &phyxel_scene::to_ron(&scene),
+        "spin",
+        "".as_ref(),
+        &[],
+    )?)
 }
 
 /// Spins and cuts the block.

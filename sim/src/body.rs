@@ -15,11 +15,11 @@ use phyxel_mls::{GradientStencils, Neighborhoods};
 use crate::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles_of};
 use crate::error::{BodyProblem, WorldError};
 use crate::model::{Built, build};
+use crate::scene::{self, Scene};
 use crate::scheme::{Stepper, equilibrium, step_shared};
 use crate::shares::Shared;
 use crate::support::supports_of;
 use crate::tool::ToolContact;
-use phyxel_scene::{self as scene, Scene};
 
 /// Room above the power iteration's estimate, which comes from below.
 pub(crate) const EIGENVALUE_MARGIN: f64 = 0.05;

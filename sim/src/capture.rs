@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::scene;
 use glam::DVec3;
-use phyxel_scene as scene;
 
 use crate::cutting::{CapturedEdge, CutUpdate};
 use crate::error::WorldError;

@@ -1,11 +1,11 @@
 //! Why a world cannot be built or stepped.
 
+use crate::scene::{Capture, Fault};
 use phyxel_discretize::{ReadError, SampleError, SolidError};
 use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
 use phyxel_integrate::{EigenvalueError, MotionError, SolveError, StepError, SurfaceError};
 use phyxel_mls::{CloudError, GraphError, MapError, StencilError};
-use phyxel_scene::{Capture, SceneError};
 
 /// What went wrong in one body.
 #[derive(Debug, thiserror::Error)]
@@ -141,8 +141,13 @@ impl BodyProblem {
 #[non_exhaustive]
 pub enum WorldError {
     /// The scene is not valid.
-    #[error(transparent)]
-    Scene(#[from] Box<SceneError>),
+    #[error("scene '{name}': {fault}")]
+    Scene {
+        /// Name of the scene.
+        name: String,
+        /// The value that is not as it must be.
+        fault: Box<Fault>,
+    },
     /// A body is at fault.
     #[error("body '{body}': {problem}")]
     Body {

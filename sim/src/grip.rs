@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::WorldError;
 use crate::input::Action;
+use crate::scene::Pose;
 use crate::{Member, World};
-use phyxel_scene::Pose;
 
 /// What takes the place of values of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]

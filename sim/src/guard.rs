@@ -14,8 +14,8 @@ use crate::body::Body;
 use crate::body_state::BodyState;
 use crate::error::{BodyProblem, WorldError};
 use crate::phases::Phase;
+use crate::scene::Pose;
 use crate::{Member, World};
-use phyxel_scene::Pose;
 
 /// Steps between two estimates of the largest eigenvalue, and between two kept states.
 const STEPS_PER_ESTIMATE: u64 = 50;
@@ -381,21 +381,26 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phyxel_scene::{Override, Scene};
 
-    fn block() -> World {
-        block_with("cuts=[]")
+    use crate::scene::{Capture, Cut, Key, PronyTerm, Scene, Target, embedded};
+
+    fn stroke(path: [(f64, f64); 2]) -> Cut {
+        let edge = [-0.06, 0.06].map(|y| DVec3::new(0.0, y, 0.02)).to_vec();
+        let path = path.map(|(time, x)| Key::new(time, DVec3::X * x));
+        Cut::new(edge, path.to_vec())
     }
 
-    fn block_with(cuts: &str) -> World {
-        let changes = [
-            "bodies[0].sampling.target=Nodes(300)",
-            cuts,
-            "pictures=None",
-            "integration.settle=None",
-        ];
-        let changes = changes.map(|text| Override::parse(text).unwrap());
-        World::new(Scene::embedded("block", &changes).unwrap()).unwrap()
+    fn block(cuts: Vec<Cut>) -> World {
+        World::new(scene(cuts)).unwrap()
+    }
+
+    fn scene(cuts: Vec<Cut>) -> Scene {
+        let mut scene = embedded("block");
+        scene.bodies[0].sampling.target = Target::Nodes(300);
+        scene.cuts = cuts;
+        scene.pictures = None;
+        scene.integration.settle = None;
+        scene
     }
 
     fn scale(world: &World) -> f64 {
@@ -406,7 +411,7 @@ mod tests {
     /// A step beyond the limit lets a mode grow; that is seen, and the stretch is done again.
     #[test]
     fn a_step_beyond_the_limit_is_seen_and_taken_again() {
-        let mut sound = block();
+        let mut sound = block(Vec::new());
         let mut most = 0.0_f64;
         let until = 4.0 * STEPS_PER_ESTIMATE as f64 * sound.step_size();
         while sound.time() < until {
@@ -415,7 +420,7 @@ mod tests {
         }
         assert_eq!(sound.retaken(), Retaken::default());
 
-        let mut rash = block();
+        let mut rash = block(Vec::new());
         rash.members[0].body.step_factor = 1.02;
         rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
         while rash.time() < until {
@@ -430,9 +435,9 @@ mod tests {
     /// alone saw nothing of a run that blew up.
     #[test]
     fn a_blade_does_not_blind_the_watch() {
-        let stroke = "cuts=[(edge: [(0, -0.06, 0.02), (0, 0.06, 0.02)], capture: Distance(1e-4), \
-                      path: [(time: 0, position: (-0.04, 0, 0)), (time: 0.4, position: (0.04, 0, 0))])]";
-        let mut rash = block_with(stroke);
+        let mut stroke = stroke([(0.0, -0.04), (0.4, 0.04)]);
+        stroke.capture = Capture::Distance(1e-4);
+        let mut rash = block(vec![stroke]);
         rash.members[0].body.step_factor = 1.02;
         rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
         let mut most = 0.0_f64;
@@ -450,16 +455,12 @@ mod tests {
     /// The balance of a viscous body closes over a cut: retained gradients decay after viscosity and are booked once.
     #[test]
     fn a_viscous_body_that_is_cut_keeps_its_balance() {
-        let changes = [
-            "bodies[0].sampling.target=Nodes(300)",
-            "bodies[0].material.viscosity=[(ratio: 2, time: 0.05)]",
-            "cuts=[(edge: [(0, -0.06, 0.02), (0, 0.06, 0.02)], \
-             path: [(time: 0.3, position: (-0.04, 0, 0)), (time: 0.5, position: (0.02, 0, 0))])]",
-            "pictures=None",
-            "integration.settle=None",
-        ];
-        let changes = changes.map(|text| Override::parse(text).unwrap());
-        let mut world = World::new(Scene::embedded("block", &changes).unwrap()).unwrap();
+        let mut scene = scene(vec![stroke([(0.3, -0.04), (0.5, 0.02)])]);
+        scene.bodies[0].material.viscosity = vec![PronyTerm {
+            ratio: 2.0,
+            relaxation_time: 0.05,
+        }];
+        let mut world = World::new(scene).unwrap();
         let mut relaxed = 0.0;
         while world.time() < 0.6 {
             world.step().unwrap();
@@ -487,10 +488,10 @@ mod tests {
     #[test]
     fn a_step_that_vanishes_is_an_error() {
         for ratio in [0.0, 0.02] {
-            let change = format!("bodies[0].damping_ratio={ratio}");
-            let changes = ["bodies[0].sampling.target=Nodes(300)", &change];
-            let changes = changes.map(|text| Override::parse(text).unwrap());
-            let mut world = World::new(Scene::embedded("press", &changes).unwrap()).unwrap();
+            let mut scene = embedded("press");
+            scene.bodies[0].sampling.target = Target::Nodes(300);
+            scene.bodies[0].damping_ratio = ratio;
+            let mut world = World::new(scene).unwrap();
             world.step().unwrap();
             let rash = |world: &mut World| {
                 world.members[0].body.estimates = [1e40; 2];

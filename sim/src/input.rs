@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use phyxel_scene::{Pose, Scene};
+use crate::scene::{Pose, Scene};
 
 /// When in a stroke the edge is captured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -15,6 +15,7 @@ mod member;
 mod model;
 mod parts;
 mod phases;
+pub mod scene;
 mod scheme;
 mod shape;
 mod shares;
@@ -32,7 +33,6 @@ use glam::DVec3;
 
 // The leaves and the vectors that the public types speak of.
 pub use glam;
-pub use phyxel_scene as scene;
 pub use {
     phyxel_discretize as discretize, phyxel_elastic as elastic, phyxel_enrich as enrich,
     phyxel_integrate as integrate, phyxel_mls as mls, phyxel_splat as splat,
@@ -145,7 +145,10 @@ impl World {
         scene: Scene,
         member: impl Fn(&Scene, &scene::Body) -> Result<Member, WorldError>,
     ) -> Result<Self, WorldError> {
-        scene.validate().map_err(Box::new)?;
+        scene.validate().map_err(|fault| WorldError::Scene {
+            name: scene.name.clone(),
+            fault: Box::new(fault),
+        })?;
         let mut phases = Phases::default();
         let members = phases.time(Phase::Setup, || {
             let bodies = scene.bodies.iter();

@@ -10,8 +10,8 @@ use crate::body::Body;
 use crate::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
 use crate::error::{BodyProblem, WorldError};
 use crate::input::StrokePhase;
+use crate::scene::Scene;
 use crate::tool::ToolContact;
-use phyxel_scene::Scene;
 
 /// A body with the blades that have touched it.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ impl Member {
     /// A body that nothing has touched.
     pub(crate) fn new(
         scene: &Scene,
-        description: &phyxel_scene::Body,
+        description: &crate::scene::Body,
         body: Body,
     ) -> Result<Self, WorldError> {
         let contacts = contacts_of(scene, description, &body);
@@ -86,7 +86,7 @@ impl Member {
     pub(crate) fn capture(
         &mut self,
         index: usize,
-        cut: &phyxel_scene::Cut,
+        cut: &crate::scene::Cut,
         edge: &[DVec3],
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
@@ -163,7 +163,7 @@ impl Member {
     pub(crate) fn replay(
         &mut self,
         kept: &CapturedEdge,
-        cut: &phyxel_scene::Cut,
+        cut: &crate::scene::Cut,
     ) -> Result<CutUpdate, BodyProblem> {
         let (body, cutting, _) = self.with_cutting()?;
         let update = cutting.advance_again(body, cut.weld_tolerance, kept)?;
@@ -188,7 +188,7 @@ impl Member {
 /// The contacts of all tools that may touch a body.
 fn contacts_of(
     scene: &Scene,
-    description: &phyxel_scene::Body,
+    description: &crate::scene::Body,
     body: &Body,
 ) -> Result<Vec<ToolContact>, BodyProblem> {
     let tools = scene.tools.iter().enumerate();

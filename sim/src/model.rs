@@ -12,10 +12,10 @@ use phyxel_mls::{
 
 use crate::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
 use crate::error::BodyProblem;
+use crate::scene::{self, Form, Method, Scene};
 use crate::shape::{Sampled, sample};
 use crate::stencils::elastic_stencils;
 use crate::support::holders;
-use phyxel_scene::{self as scene, Form, Method, Scene};
 
 /// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
 /// neighbours' neighbours.

@@ -7,7 +7,7 @@ use phyxel_discretize::{
 };
 
 use crate::error::{BodyProblem, WorldError};
-use phyxel_scene::{self as scene, Form};
+use crate::scene::{self, Form};
 
 /// Diagonal (m) of the box round all bodies of a scene at rest.
 ///

@@ -202,17 +202,18 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phyxel_scene::{Override, Scene};
+    use crate::scene::{PronyTerm, Target, embedded};
 
-    /// A block with a cut, a tool and viscosity.
+    /// A liver with a tool and viscosity.
     fn world() -> World {
-        let changes = [
-            "bodies[0].sampling.target=Nodes(200)",
-            "bodies[0].material.viscosity=[(ratio: 0.5, time: 0.01)]",
-            "integration.settle=None",
-        ];
-        let changes = changes.map(|text| Override::parse(text).unwrap());
-        World::new(Scene::embedded("press", &changes).unwrap()).unwrap()
+        let mut scene = embedded("press");
+        scene.bodies[0].sampling.target = Target::Nodes(200);
+        scene.bodies[0].material.viscosity = vec![PronyTerm {
+            ratio: 0.5,
+            relaxation_time: 0.01,
+        }];
+        scene.integration.settle = None;
+        World::new(scene).unwrap()
     }
 
     type Damage = fn(&mut WorldState);
@@ -289,20 +290,20 @@ mod tests {
 #[cfg(test)]
 mod captures {
     use super::*;
+    use crate::scene::{PronyTerm, Target, embedded};
     use crate::{Action, Input, StrokePhase};
-    use phyxel_scene::{Override, Scene};
 
     /// Two blocks that one blade cuts, the second with viscosity.
     fn blocks() -> World {
-        let changes = [
-            "bodies[0].sampling.target=Nodes(200)",
-            "bodies[0].material.viscosity=[(ratio: 0.5, time: 0.01)]",
-            "integration.settle=None",
-            "observe.input=true",
-            "pictures=None",
-        ];
-        let changes = changes.map(|text| Override::parse(text).unwrap());
-        let mut scene = Scene::embedded("block", &changes).unwrap();
+        let mut scene = embedded("block");
+        scene.bodies[0].sampling.target = Target::Nodes(200);
+        scene.bodies[0].material.viscosity = vec![PronyTerm {
+            ratio: 0.5,
+            relaxation_time: 0.01,
+        }];
+        scene.integration.settle = None;
+        scene.observe.input = true;
+        scene.pictures = None;
         let mut first = scene.bodies[0].clone();
         first.name = "first".to_owned();
         first.material.viscosity.clear();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use phyxel_integrate::{Ease, RigidPath, Supports};
 
-use phyxel_scene::{Body, Key, Scene, Support, SupportMotion};
+use crate::scene::{Body, Key, Scene, Support, SupportMotion};
 
 fn acts_on(support: &Support, body: &Body) -> bool {
     support.body.as_ref().is_none_or(|name| *name == body.name)
@@ -82,7 +82,7 @@ fn shifted(path: &[Key], start: f64) -> RigidPath {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phyxel_scene::pose_at;
+    use crate::scene::pose_at;
 
     fn turn(time: f64, degrees: f64) -> Vec<Key> {
         let key = |time, degrees| Key {

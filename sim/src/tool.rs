@@ -8,7 +8,7 @@ use phyxel_integrate::{
 };
 use serde::{Deserialize, Serialize};
 
-use phyxel_scene as scene;
+use crate::scene;
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use phyxel_discretize::Bounds;
 
+use crate::scene::{Key, Tool, pose_at};
 use crate::{Member, World, support};
-use phyxel_scene::{Key, Tool, pose_at};
 
 /// Lengths beyond this many times the bodies' are told of: the next unit is a thousand times larger.
 const FAR: f64 = 30.0;

@@ -17,7 +17,7 @@ pub(super) const AT_ONCE: &str =
     "integration: (settle: None), gravity: (acceleration: (0, 0, -9.81), ramp: 0),";
 
 pub(super) fn scene(text: &str) -> Scene {
-    Scene::from_text(text, "test", Path::new(""), &[]).expect("the scene is valid")
+    phyxel_scene::from_text(text, "test", Path::new(""), &[]).expect("the scene is valid")
 }
 
 /// A world of `bodies` and what else a scene says.

@@ -11,7 +11,7 @@ use phyxel_cli::run::{RunOptions, run};
 use super::{points_on_box, sag};
 
 fn scene(text: &str, folder: &Path) -> Scene {
-    Scene::from_text(text, "test", folder, &[]).unwrap_or_else(|error| panic!("{error}"))
+    phyxel_scene::from_text(text, "test", folder, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn built(text: &str) -> World {

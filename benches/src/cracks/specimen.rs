@@ -121,8 +121,8 @@ impl Specimen {
     /// # Errors
     /// [`StudyError`] if the scene does not run, or no blade cuts.
     pub(super) fn new(plate: &Plate, blades: &[Cut], fronts: Fronts) -> Result<Self, StudyError> {
-        let text = plate.scene(blades).to_ron();
-        let mut world = World::new(Scene::from_text(&text, "cracks", "".as_ref(), &[])?)?;
+        let text = phyxel_scene::to_ron(&plate.scene(blades));
+        let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "".as_ref(), &[])?)?;
         world.play(STROKE, |_| {})?;
         let member = &world.members()[0];
         let cutting = member.cutting.as_ref().ok_or(StudyError::Uncut)?;

@@ -1,7 +1,7 @@
 //! The dissertation's enrichment grid in bodies that move.
 
 use phyxel::World;
-use phyxel::scene::{EMBEDDED, Override, Scene};
+use phyxel_scene::{EMBEDDED, Override};
 
 use super::Proof;
 
@@ -23,7 +23,7 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
             format!("bodies[0].sampling.target=Nodes({nodes})"),
         ];
         let changes = changes.map(|text| Override::parse(&text).unwrap());
-        let scene = Scene::embedded(name, &changes).unwrap();
+        let scene = phyxel_scene::embedded(name, &changes).unwrap();
         let last = |cut: &phyxel::scene::Cut| cut.end();
         let end = scene.cuts.iter().map(last).fold(0.2, f64::max) + 0.1;
         let names = ["resection", "through"];

@@ -155,8 +155,8 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
     });
     scene.gravity = None;
     scene.integration.settle = None;
-    Ok(Scene::from_text(
-        &scene.to_ron(),
+    Ok(phyxel_scene::from_text(
+        &phyxel_scene::to_ron(&scene),
         "beam study",
         "".as_ref(),
         &[],

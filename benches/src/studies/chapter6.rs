@@ -1,6 +1,6 @@
 //! The dissertation's chapter 6: its bodies, models and states, as the program's scenes have them.
 
-use phyxel::scene::Override;
+use phyxel_scene::Override;
 
 use crate::StudyError;
 

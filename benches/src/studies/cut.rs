@@ -5,7 +5,7 @@ use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
 use phyxel::World;
-use phyxel::scene::{Override, Scene};
+use phyxel_scene::Override;
 
 /// Time (s) in which the timed blade passes: short, so that few steps are taken besides.
 const PASSING: f64 = 0.02;
@@ -174,7 +174,7 @@ fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
              Distance({distance}))]"
         ))?,
     ];
-    let mut world = World::new(Scene::embedded("block", &overrides)?)?;
+    let mut world = World::new(phyxel_scene::embedded("block", &overrides)?)?;
     let mut times = Vec::new();
     let mut changed = 0;
     while world.scene_time().is_some_and(|now| now <= PASSING) {

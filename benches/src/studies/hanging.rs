@@ -87,7 +87,7 @@ fn measure(effort: Effort) -> Result<Vec<State>, StudyError> {
     let mut found = Vec::new();
     for (body, then) in BODIES {
         for (suffix, model) in MODELS {
-            let scene = Scene::embedded(&format!("{body}{suffix}"), &changes)?;
+            let scene = phyxel_scene::embedded(&format!("{body}{suffix}"), &changes)?;
             let states = hang(scene, care)?;
             found.extend(states.into_iter().map(|(state, found)| State {
                 body,

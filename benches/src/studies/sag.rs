@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use phyxel::Body;
-use phyxel::scene::Scene;
 use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
 use phyxel_integrate::{ForceLaw, Supports};
@@ -49,7 +48,7 @@ impl Sag {
 fn body(name: &str, changes: &[&str]) -> Result<Body, StudyError> {
     let still = ["gravity=None", "integration.settle=None", "cuts=[]"];
     let changes: Vec<&str> = still.iter().chain(changes).copied().collect();
-    let scene = Scene::embedded(name, &overrides(&changes)?)?;
+    let scene = phyxel_scene::embedded(name, &overrides(&changes)?)?;
     Ok(Body::new(&scene, &scene.bodies[0])?)
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
 use phyxel::World;
-use phyxel::scene::{Override, Scene};
+use phyxel_scene::Override;
 
 /// Batches of steps of which the median is taken, and steps in each.
 const BATCHES: usize = 5;
@@ -23,7 +23,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             Override::parse("integration.settle=None")?,
             Override::parse("cuts=[]")?,
         ];
-        let scene = Scene::embedded("block", &overrides)?;
+        let scene = phyxel_scene::embedded("block", &overrides)?;
         let start = Instant::now();
         let mut world = World::new(scene)?;
         let built = start.elapsed().as_secs_f64();

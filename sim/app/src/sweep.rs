@@ -3,20 +3,30 @@
 //!
 //! A case is finished when its folder holds an outcome with the case's hash (of the scene as resolved, of
 //! the files it names and of the program's version), so that whoever runs cases, in whatever order and on
-//! whatever machine, shares nothing but a folder. What knows no scene of it is `phyxel-sweep`'s.
+//! whatever machine, shares nothing but a folder.
 
 use std::path::Path;
 
-pub use phyxel_sweep::{
-    Case, CollectError, Collected, Outcome, Plan, PlanError, PoolError, PoolOptions, Tally,
-    collect, run_cases, write_cases,
-};
-use phyxel_sweep::{CaseHashes, cases};
-use phyxel_text::{KeyPath, OverrideError, Place, TextError};
+mod case;
+mod collect;
+mod design;
+mod plan;
+mod pool;
+mod statistics;
+mod tables;
+
+pub use case::{Case, Outcome, write_cases};
+pub use collect::{CollectError, Collected, collect};
+pub use plan::{Plan, PlanError};
+pub use pool::{PoolError, PoolOptions, Tally, run_cases};
+
+use case::CaseHashes;
+use design::cases;
+use phyxel_scene::{KeyPath, OverrideError, Place, SceneError, TextError};
 
 use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::{RunError, RunOptions, run};
-use phyxel::scene::{Scene, SceneError, Shape};
+use phyxel::scene::{Scene, Shape};
 
 /// Files of a run that a sweep has no use for: a case is run again from its start.
 const UNUSED: [&str; 1] = [crate::run::CHECKPOINT];
@@ -54,7 +64,7 @@ pub enum CaseError {
 pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
     plan.place_of_change(match error {
         SceneError::Text(TextError::Override(OverrideError { text, .. })) => text,
-        SceneError::Text(TextError::Value { place, .. }) => {
+        SceneError::Text(TextError::At { place, .. }) => {
             place.origin.strip_prefix("--set ").unwrap_or_default()
         }
         _ => "",
@@ -66,7 +76,7 @@ pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
 /// # Errors
 /// [`RefusedCase`] if a case has a value that the scene does not take.
 pub fn all_cases(plan: &Plan, base: &Scene) -> Result<Vec<Case>, RefusedCase> {
-    let text = base.to_ron();
+    let text = phyxel_scene::to_ron(base);
     let mut hashes = CaseHashes::default();
     let rows = cases(plan).into_iter().zip(1..);
     rows.map(|(values, number)| Ok(case(plan, &text, number, values, &mut hashes)?.0))
@@ -84,7 +94,7 @@ pub fn one_case(
 ) -> Result<Option<(Case, Scene)>, RefusedCase> {
     let index = number.checked_sub(1);
     let values = index.and_then(|index| cases(plan).into_iter().nth(index));
-    let base = base.to_ron();
+    let base = phyxel_scene::to_ron(base);
     let case = values.map(|values| case(plan, &base, number, values, &mut CaseHashes::default()));
     case.transpose()
 }
@@ -97,7 +107,7 @@ fn case(
     hashes: &mut CaseHashes,
 ) -> Result<(Case, Scene), RefusedCase> {
     let scene = scene(plan, base, number, &values)?;
-    let text = scene.to_ron();
+    let text = phyxel_scene::to_ron(&scene);
     let hash = hashes.of(env!("CARGO_PKG_VERSION"), &text, files_of(&scene));
     let case = Case {
         number,
@@ -121,13 +131,13 @@ fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Sc
         changes.extend(parsed.into_iter().map(|change| (index, change)));
     }
     let all: Vec<_> = changes.iter().map(|(_, change)| change.clone()).collect();
-    Scene::from_text(base, "the scene", Path::new(""), &all).map_err(|error| {
+    phyxel_scene::from_text(base, "the scene", Path::new(""), &all).map_err(|error| {
         // The key whose change is at fault, if one alone is.
         let index = changes.iter().find(|(_, change)| match &error {
             SceneError::Text(TextError::Override(OverrideError { text, .. })) => {
                 *text == change.to_string()
             }
-            SceneError::Text(TextError::Value { path, .. }) => {
+            SceneError::Text(TextError::At { path, .. }) => {
                 KeyPath::parse(path).is_some_and(|path| change.path().contains(&path))
             }
             _ => false,

@@ -21,7 +21,8 @@ use clap::Parser;
 use mpi::Threading;
 use phyxel_cli::output::{Interrupt, read_checkpoint};
 use phyxel_cli::run::{RunOptions, RunState, run_shared, table};
-use phyxel::scene::{Override, Scene};
+use phyxel::scene::Scene;
+use phyxel_scene::Override;
 
 use front::Front;
 
@@ -161,9 +162,9 @@ fn run(
             (None, name) => {
                 let name = name.as_deref().unwrap_or_default();
                 let scene = if name.ends_with(".ron") {
-                    Scene::load(name.as_ref(), &overrides)?
+                    phyxel_scene::load(name.as_ref(), &overrides)?
                 } else {
-                    Scene::embedded(name, &overrides)?
+                    phyxel_scene::embedded(name, &overrides)?
                 };
                 let folder = PathBuf::from("out").join(&scene.name);
                 (scene, None, folder)

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use phyxel_cli::output::read_checkpoint;
 use phyxel_cli::run::{RunOptions, RunState, run};
-use phyxel::scene::{Override, Scene};
+use phyxel::scene::Scene;
+use phyxel_scene::Override;
 
 const CHECKPOINT: &str = "state.checkpoint";
 
@@ -41,7 +42,7 @@ fn serial(scene: &str, changes: &[&str], out: &Path) {
         .iter()
         .map(|c| Override::parse(c).unwrap())
         .collect();
-    let scene = Scene::embedded(scene, &changes).unwrap();
+    let scene = phyxel_scene::embedded(scene, &changes).unwrap();
     let options = RunOptions {
         out: out.to_owned(),
         threads: Some(1),

@@ -1,6 +1,39 @@
-//! What can be wrong with a scene, said with the place and the remedy.
+//! What can be wrong with a text, said with the place and the remedy.
 
-use phyxel_text::{DidYouMean, OverrideError, TextError};
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use phyxel::scene::DidYouMean;
+
+/// A text that cannot be used: what is wrong with it, where, and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TextError {
+    /// The file cannot be read.
+    #[error("{}: cannot read {whole}: {source}", file.display())]
+    Read {
+        /// The file as it was named.
+        file: PathBuf,
+        /// What messages call the text.
+        whole: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The text is not RON or JSON, or a value in it is not as it must be.
+    #[error("{place}: {problem}")]
+    At {
+        /// Where.
+        place: Place,
+        /// Key path of the value.
+        path: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+    /// An override cannot be applied.
+    #[error(transparent)]
+    Override(#[from] OverrideError),
+}
 
 /// A scene that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -34,10 +67,79 @@ impl From<OverrideError> for SceneError {
 impl SceneError {
     /// The error without line and column, for a text that the reader does not have.
     #[must_use]
-    pub fn without_position(self) -> Self {
-        match self {
-            Self::Text(error) => Self::Text(error.without_position()),
-            other => other,
+    pub fn without_position(mut self) -> Self {
+        if let Self::Text(TextError::At { place, .. }) = &mut self {
+            place.position = None;
         }
+        self
+    }
+}
+
+/// An override that cannot be applied.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("--set {text}: {problem}")]
+pub struct OverrideError {
+    /// The override as given.
+    pub text: String,
+    /// What is wrong with it.
+    pub problem: OverrideProblem,
+}
+
+/// Why an override cannot be applied.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OverrideProblem {
+    /// There is no `=`.
+    #[error("write it as path.to.key=value, such as bodies[0].material.density=1000")]
+    NoEquals,
+    /// The left side is no key path.
+    #[error("'{path}' is not a key path such as bodies[0].material.density")]
+    NoPath {
+        /// The left side.
+        path: String,
+    },
+    /// The right side is no RON value.
+    #[error("'{value}' is not one RON value")]
+    NoValue {
+        /// The right side.
+        value: String,
+    },
+    /// The list is shorter.
+    #[error("{path}[{index}] is not there: {path} has {length}, counted from 0")]
+    NoEntry {
+        /// Path of the list.
+        path: String,
+        /// Its length.
+        length: usize,
+        /// The index asked for.
+        index: usize,
+    },
+    /// A value without parts lies on the way.
+    #[error("{path} has no such part to set")]
+    NoPart {
+        /// Path of the value.
+        path: String,
+    },
+    /// The text with the override no longer fits the format.
+    #[error("{0}")]
+    Format(String),
+}
+
+/// Where something is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// File, other text or override.
+    pub origin: String,
+    /// Line and column, both from 1, where the text is at hand.
+    pub position: Option<(usize, usize)>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.origin)?;
+        if let Some((line, column)) = self.position {
+            write!(f, ":{line}:{column}")?;
+        }
+        Ok(())
     }
 }

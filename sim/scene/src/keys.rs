@@ -1,11 +1,9 @@
 //! The reference page of all scene keys, made from the types.
 
-use std::sync::LazyLock;
-
-use phyxel_text::{KeyPage, KeyRow};
+use phyxel::scene::Scene;
 use serde_json::Value;
 
-use super::Scene;
+use crate::key_page::{KeyPage, KeyRow};
 
 /// The reference of all keys of a scene as Markdown: types, defaults and meaning, in the order in
 /// which a scene is written.
@@ -24,9 +22,6 @@ pub fn key_reference() -> String {
     page.types_of(&COMPARISON);
     page.finish()
 }
-
-/// The format's schema, by which all that a text departs from it in is told.
-pub(super) static SCHEMA: LazyLock<Value> = LazyLock::new(schema);
 
 /// The JSON Schema of a scene: what editors complete the keys of a `.json` scene from.
 #[must_use]

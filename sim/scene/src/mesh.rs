@@ -5,68 +5,71 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::{Bounds, RepairSettings, Solid, UnitGuess, guess_unit};
 
-use super::{Axis, Body, Cut, Gravity, Key, Pictures, Region, Scene, SceneError, Shape, Support};
-use phyxel_text::Override;
+use phyxel::scene::{
+    Axis, Body, Capture, Cut, Gravity, Key, Pictures, Region, Scene, Shape, Support, SupportMotion,
+};
 
-impl Scene {
-    /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
-    /// the front down into its upper side where there is tissue, and drawn.
-    ///
-    /// `solid` is the body as it lies in the file; OBJ and PLY files are taken to have +y up, as their tools do, all
-    /// others +z.
-    ///
-    /// # Errors
-    /// [`SceneError`] if an override does not fit, or the file cannot be read any more.
-    ///
-    /// # Panics
-    /// If the box is empty or not finite; the caller has read the mesh.
-    pub fn for_mesh(
-        file: &Path,
-        solid: &Solid,
-        overrides: &[Override],
-    ) -> Result<(Self, UnitGuess), SceneError> {
-        let extent = solid.bounds();
-        let size = extent.size();
-        assert!(
-            size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,
-            "the box of a mesh must have a size, not {size}"
-        );
-        let unit = guess_unit(&extent);
-        // Supports and cuts follow a scale that someone asks for.
-        let scale = Override::number(overrides, "bodies[0].shape.scale")
-            .filter(|scale| scale.is_finite() && *scale > 0.0)
-            .unwrap_or(unit.scale());
-        let up = Axis::usually_up(file);
-        let turned = |corner: DVec3| up.rotation() * (corner * scale);
-        let (a, b) = (turned(extent.min), turned(extent.max));
-        let to_file = up.rotation().inverse();
-        let is_tissue = |place: DVec3| solid.contains(to_file * place / scale);
-        let place = Bounds {
-            min: a.min(b),
-            max: a.max(b),
-        };
-        let mut scene = standing(file, scale, up, place, &is_tissue);
-        scene.name = file
-            .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned())
-            .map(|stem| stem.replace(|c: char| !(c.is_alphanumeric() || "-_. ".contains(c)), "-"))
-            .filter(|stem| stem.starts_with(|c: char| c.is_alphanumeric()))
-            .unwrap_or_else(|| "mesh".to_owned());
-        // A shorter scene has its stroke in the same share of the time.
-        if let Some(duration) = Override::number(overrides, "integration.duration")
-            && duration > 0.0
-            && duration < scene.integration.duration
-        {
-            for key in scene.cuts.iter_mut().flat_map(|cut| &mut cut.path) {
-                key.time *= duration / scene.integration.duration;
-            }
+use crate::error::SceneError;
+use crate::overrides::Override;
+use crate::read::{from_text, to_ron};
+
+/// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
+/// the front down into its upper side where there is tissue, and drawn.
+///
+/// `solid` is the body as it lies in the file; OBJ and PLY files are taken to have +y up, as their tools do, all
+/// others +z.
+///
+/// # Errors
+/// [`SceneError`] if an override does not fit, or the file cannot be read any more.
+///
+/// # Panics
+/// If the box is empty or not finite; the caller has read the mesh.
+pub fn for_mesh(
+    file: &Path,
+    solid: &Solid,
+    overrides: &[Override],
+) -> Result<(Scene, UnitGuess), SceneError> {
+    let extent = solid.bounds();
+    let size = extent.size();
+    assert!(
+        size.is_finite() && size.min_element() >= 0.0 && size.max_element() > 0.0,
+        "the box of a mesh must have a size, not {size}"
+    );
+    let unit = guess_unit(&extent);
+    // Supports and cuts follow a scale that someone asks for.
+    let scale = Override::number(overrides, "bodies[0].shape.scale")
+        .filter(|scale| scale.is_finite() && *scale > 0.0)
+        .unwrap_or(unit.scale());
+    let up = Axis::usually_up(file);
+    let turned = |corner: DVec3| up.rotation() * (corner * scale);
+    let (a, b) = (turned(extent.min), turned(extent.max));
+    let to_file = up.rotation().inverse();
+    let is_tissue = |place: DVec3| solid.contains(to_file * place / scale);
+    let place = Bounds {
+        min: a.min(b),
+        max: a.max(b),
+    };
+    let mut scene = standing(file, scale, up, place, &is_tissue);
+    scene.name = file
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .map(|stem| stem.replace(|c: char| !(c.is_alphanumeric() || "-_. ".contains(c)), "-"))
+        .filter(|stem| stem.starts_with(|c: char| c.is_alphanumeric()))
+        .unwrap_or_else(|| "mesh".to_owned());
+    // A shorter scene has its stroke in the same share of the time.
+    if let Some(duration) = Override::number(overrides, "integration.duration")
+        && duration > 0.0
+        && duration < scene.integration.duration
+    {
+        for key in scene.cuts.iter_mut().flat_map(|cut| &mut cut.path) {
+            key.time *= duration / scene.integration.duration;
         }
-        let origin = format!("default scene of {}", file.display());
-        let scene = Self::from_text(&scene.to_ron(), &origin, Path::new(""), overrides);
-        // Nobody has seen the text that its positions count in.
-        let scene = scene.map_err(SceneError::without_position)?;
-        Ok((scene, unit))
     }
+    let origin = format!("default scene of {}", file.display());
+    let scene = from_text(&to_ron(&scene), &origin, Path::new(""), overrides);
+    // Nobody has seen the text that its positions count in.
+    let scene = scene.map_err(SceneError::without_position)?;
+    Ok((scene, unit))
 }
 
 /// Shares of the box's width at which the blade may cut, the usual one first.
@@ -146,7 +149,7 @@ fn standing(
     scene.supports.push(Support {
         body: None,
         region: held,
-        motion: super::SupportMotion::Fixed,
+        motion: SupportMotion::Fixed,
     });
     // An upright edge, usually from the middle of the height to above the top, drawn towards the back.
     scene.cuts.push(Cut {
@@ -165,7 +168,7 @@ fn standing(
                 rotation: DVec3::ZERO,
             },
         ],
-        capture: super::Capture::default(),
+        capture: Capture::default(),
         weld_tolerance: None,
     });
     scene.integration.duration = 2.5;

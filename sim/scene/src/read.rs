@@ -1,231 +1,167 @@
-//! From text to a validated scene.
+//! From text to a validated scene, and back.
 
 use std::path::{Path, PathBuf};
 
-use phyxel_text::{
-    Departure, Departures, Fault, Node, Override, OverrideError, OverrideProblem, Place, Syntax,
-    TextError, nearest, options, overriding, place_of, read_text, shortened,
-};
+use phyxel::scene::{Scene, Shape, nearest};
+use serde::de::DeserializeOwned;
 
-use super::embedded::{self, EMBEDDED};
-use super::error::SceneError;
-use super::validate::validate;
-use super::{Scene, Shape};
+use crate::embedded::{self, EMBEDDED};
+use crate::error::{OverrideError, OverrideProblem, Place, SceneError, TextError};
+use crate::file::read_text;
+use crate::overrides::{Override, place_of, shortened};
+use crate::tree::{Syntax, line_column, options};
+use crate::values::read;
 
 /// What messages call a scene's text.
 const WHOLE: &str = "the scene";
 
-impl Scene {
-    /// Reads the scene file `file`, in RON or, with the extension `json`, in JSON, applies `overrides` in order and validates the result.
-    ///
-    /// Relative paths in the scene start at the file's folder.
-    ///
-    /// # Errors
-    /// A [`SceneError`] that names the place: the file cannot be read, is not RON, has an unknown
-    /// key or a value out of range, or an override does not fit.
-    pub fn load(file: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text = read_text(file).map_err(|source| TextError::Read {
-            file: file.to_owned(),
-            whole: WHOLE,
-            source,
-        })?;
-        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
-        let origin = file.display().to_string();
-        Self::finished((&text, Syntax::of(file)), &origin, &folder, overrides)
-    }
+/// Reads the file of a text that messages call `whole`.
+///
+/// # Errors
+/// [`TextError::Read`].
+pub fn read_settings(file: &Path, whole: &'static str) -> Result<String, TextError> {
+    read_text(file).map_err(|source| TextError::Read {
+        file: file.to_owned(),
+        whole,
+        source,
+    })
+}
 
-    /// The embedded scene `name` with `overrides`, validated.
-    ///
-    /// # Errors
-    /// [`SceneError::NoSuchScene`], or what [`Scene::load`] says of overrides.
-    pub fn embedded(name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
-        let scene = embedded::find(name).ok_or_else(|| SceneError::NoSuchScene {
-            name: name.to_owned(),
-            nearest: nearest(name, EMBEDDED.iter().map(|scene| scene.name)),
-            embedded: EMBEDDED.iter().map(|scene| scene.name).collect(),
-        })?;
-        let origin = format!("scene '{}'", scene.name);
-        Self::from_text(scene.text, &origin, Path::new(""), overrides)
-    }
+/// Reads settings from a text in RON (`Some` may be left out) or JSON. Messages name it `origin` and call it `whole`.
+///
+/// # Errors
+/// [`TextError::At`]: where the text departs from the format first.
+pub fn parse<T: DeserializeOwned>(
+    text: &str,
+    syntax: Syntax,
+    origin: &str,
+    whole: &str,
+) -> Result<T, TextError> {
+    read(text, syntax, whole).map_err(|misread| TextError::At {
+        place: Place {
+            origin: origin.to_owned(),
+            position: Some(line_column(text, misread.byte)),
+        },
+        path: misread.path,
+        problem: misread.problem,
+    })
+}
 
-    /// Reads `text`, applies `overrides` in order and validates the result.
-    ///
-    /// `origin` names the text in messages; relative paths in the scene start at `folder`.
-    ///
-    /// # Errors
-    /// As [`Scene::load`].
-    pub fn from_text(
-        text: &str,
-        origin: &str,
-        folder: &Path,
-        overrides: &[Override],
-    ) -> Result<Self, SceneError> {
-        Self::finished((text, Syntax::Ron), origin, folder, overrides)
-    }
+/// Reads the scene file `file`, in RON or, with the extension `json`, in JSON, applies `overrides` in order and
+/// validates the result.
+///
+/// Relative paths in the scene start at the file's folder.
+///
+/// # Errors
+/// A [`SceneError`] that names the place: the file cannot be read, is not RON, has an unknown key or a value out of
+/// range, or an override does not fit.
+pub fn load(file: &Path, overrides: &[Override]) -> Result<Scene, SceneError> {
+    let text = read_settings(file, WHOLE)?;
+    let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+    let origin = file.display().to_string();
+    finished(&text, Syntax::of(file), &origin, &folder, overrides)
+}
 
-    /// Reads a text, applies overrides to it, resolves its paths and validates it.
-    pub(super) fn finished(
-        (text, format): (&str, Syntax),
-        origin: &str,
-        folder: &Path,
-        overrides: &[Override],
-    ) -> Result<Self, SceneError> {
-        let mut scene = match format.parse::<Self>(text, WHOLE) {
-            Ok(scene) => scene,
-            Err(first) => {
-                let departures = departures((text, format), first);
-                let text = (text, format);
-                return Err(told(departures, text, origin, folder, overrides).into());
-            }
+/// The embedded scene `name` with `overrides`, validated.
+///
+/// # Errors
+/// [`SceneError::NoSuchScene`], or what [`load`] says of overrides.
+pub fn embedded(name: &str, overrides: &[Override]) -> Result<Scene, SceneError> {
+    let scene = embedded::find(name).ok_or_else(|| SceneError::NoSuchScene {
+        name: name.to_owned(),
+        nearest: nearest(name, EMBEDDED.iter().map(|scene| scene.name)),
+        embedded: EMBEDDED.iter().map(|scene| scene.name).collect(),
+    })?;
+    let origin = format!("scene '{}'", scene.name);
+    from_text(scene.text, &origin, Path::new(""), overrides)
+}
+
+/// Reads a scene in RON, applies `overrides` in order and validates the result.
+///
+/// `origin` names the text in messages; relative paths in the scene start at `folder`.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_text(
+    text: &str,
+    origin: &str,
+    folder: &Path,
+    overrides: &[Override],
+) -> Result<Scene, SceneError> {
+    finished(text, Syntax::Ron, origin, folder, overrides)
+}
+
+/// Reads a text, applies overrides to it, resolves its paths and validates it.
+pub(crate) fn finished(
+    text: &str,
+    syntax: Syntax,
+    origin: &str,
+    folder: &Path,
+    overrides: &[Override],
+) -> Result<Scene, SceneError> {
+    let mut scene: Scene = parse(text, syntax, origin, WHOLE)?;
+    for change in overrides {
+        let error = |problem| OverrideError {
+            text: shortened(&change.to_string()),
+            problem,
         };
-        for change in overrides {
-            let error = |problem| OverrideError {
-                text: shortened(&change.to_string()),
-                problem,
-            };
-            // With all defaults written out, whatever can be set is there to be replaced.
-            let changed = change.apply(&scene.to_ron()).map_err(error)?;
-            scene = Syntax::Ron.parse(&changed, WHOLE).map_err(|first| {
-                let mut all = departures((&changed, Syntax::Ron), first);
-                let (_, problem) = all.problems.swap_remove(0);
-                error(OverrideProblem::Format {
-                    problem: Box::new(problem),
-                })
-            })?;
-        }
-        scene.resolve(folder);
-        let faults = validate(&scene, &[]);
-        if faults.is_empty() {
-            return Ok(scene);
-        }
-        let tree = format.tree(text);
-        let located = |fault| located(fault, (text, tree.as_ref()), origin, overrides);
-        Err(TextError::of(faults.into_iter().map(located).collect()).into())
+        // With all defaults written out, whatever can be set is there to be replaced.
+        let changed = change.apply(&to_ron(&scene)).map_err(error)?;
+        scene = read(&changed, Syntax::Ron, WHOLE)
+            .map_err(|misread| error(OverrideProblem::Format(misread.problem)))?;
     }
+    resolve(&mut scene, folder);
+    scene.validate().map_err(|fault| TextError::At {
+        place: place_of(&fault.path, text, syntax, origin, overrides),
+        problem: fault.to_string(),
+        path: fault.path,
+    })?;
+    Ok(scene)
+}
 
-    /// Paths of files as seen from the working folder.
-    fn resolve(&mut self, folder: &Path) {
-        for body in &mut self.bodies {
-            if let Shape::Mesh { file, .. } = &mut body.shape {
-                *file = resolve(folder, file);
-            }
-            let images = [&mut body.surfels.image, &mut body.surfels.cut_image];
-            for image in images.into_iter().flatten() {
-                image.file = resolve(folder, &image.file);
-            }
-            if let Some(points) = &mut body.surfels.points {
-                points.file = resolve(folder, &points.file);
-            }
+/// Paths of files as seen from the working folder.
+fn resolve(scene: &mut Scene, folder: &Path) {
+    for body in &mut scene.bodies {
+        if let Shape::Mesh { file, .. } = &mut body.shape {
+            *file = resolved(folder, file);
         }
-        let looks = self.tools.iter_mut().filter_map(|tool| tool.looks.as_mut());
-        let drawn = self
-            .pictures
-            .iter_mut()
-            .flat_map(|pictures| &mut pictures.meshes);
-        for mesh in looks.chain(drawn) {
-            mesh.file = resolve(folder, &mesh.file);
+        let images = [&mut body.surfels.image, &mut body.surfels.cut_image];
+        for image in images.into_iter().flatten() {
+            image.file = resolved(folder, &image.file);
+        }
+        if let Some(points) = &mut body.surfels.points {
+            points.file = resolved(folder, &points.file);
         }
     }
-
-    /// Checks every value of a scene that a program made or changed.
-    ///
-    /// [`Scene::load`] and its like have done so.
-    ///
-    /// # Errors
-    /// [`TextError::Value`] with the key path of the value that is not as it must be,
-    /// [`TextError::Several`] for several.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        let faults = validate(self, &[]);
-        if faults.is_empty() {
-            return Ok(());
-        }
-        let place = Place {
-            origin: format!("scene '{}'", self.name),
-            position: None,
-        };
-        let told = faults.into_iter().map(|fault| fault.at(place.clone()));
-        Err(TextError::of(told.collect()).into())
-    }
-
-    /// The scene as RON, all defaults written out; [`Scene::load`] reads it back as it was.
-    ///
-    /// # Panics
-    /// Never for a scene that was read: it holds nothing that RON cannot say.
-    #[must_use]
-    pub fn to_ron(&self) -> String {
-        let config = ron::ser::PrettyConfig::new()
-            .indentor("    ".to_owned())
-            .compact_arrays(false);
-        let mut text = options()
-            .to_string_pretty(self, config)
-            .expect("a scene is made of numbers, strings, lists and structs");
-        text.push('\n');
-        text
+    let looks = scene
+        .tools
+        .iter_mut()
+        .filter_map(|tool| tool.looks.as_mut());
+    let drawn = scene.pictures.iter_mut();
+    let drawn = drawn.flat_map(|pictures| &mut pictures.meshes);
+    for mesh in looks.chain(drawn) {
+        mesh.file = resolved(folder, &mesh.file);
     }
 }
 
 /// `file` as seen from the working folder, made absolute where the system can say how.
-fn resolve(folder: &Path, file: &Path) -> PathBuf {
+fn resolved(folder: &Path, file: &Path) -> PathBuf {
     let joined = folder.join(file);
     std::path::absolute(&joined).unwrap_or(joined)
 }
 
-/// All that a text departs from the format in; without the format's schema (feature `schemars`) the first.
-fn departures(text: (&str, Syntax), first: Departure) -> Departures<Scene> {
-    #[cfg(feature = "schemars")]
-    let schema = Some(&*super::keys::SCHEMA);
-    #[cfg(not(feature = "schemars"))]
-    let schema = None;
-    Departures::of(text, first, schema, WHOLE)
-}
-
-/// What a text departs from the format in and the values that are not as they must be; overrides may set these right.
-fn told(
-    departures: Departures<Scene>,
-    (text, format): (&str, Syntax),
-    origin: &str,
-    folder: &Path,
-    overrides: &[Override],
-) -> TextError {
-    let tell = |(position, problem)| TextError::Format {
-        place: Place {
-            origin: origin.to_owned(),
-            position: Some(position),
-        },
-        problem: Box::new(problem),
-    };
-    let mut errors: Vec<TextError> = departures.problems.into_iter().map(tell).collect();
-    if let Some((mut scene, paths)) = departures.mended {
-        scene.resolve(folder);
-        let tree = format.tree(text);
-        let faults = validate(&scene, &paths).into_iter();
-        let kept = faults.filter(|fault| overriding(&fault.path, overrides).is_none());
-        errors.extend(kept.map(|fault| located(fault, (text, tree.as_ref()), origin, &[])));
-    }
-    TextError::of(errors)
-}
-
-/// The fault with the place where its value was written: an override or the text.
-fn located(
-    fault: Fault,
-    text: (&str, Option<&Node>),
-    origin: &str,
-    overrides: &[Override],
-) -> TextError {
-    let place = place_of(&fault.path, text, origin, overrides);
-    fault.at(place)
-}
-
-/// Where a scene's body was written; an origin without a text has no position.
+/// The scene as RON, all defaults written out; [`load`] reads it back as it was.
+///
+/// # Panics
+/// Never for a scene that was read: it holds nothing that RON cannot say.
 #[must_use]
-pub fn place_of_body(
-    index: usize,
-    text: Option<(&str, Syntax)>,
-    origin: &str,
-    overrides: &[Override],
-) -> Place {
-    let tree = text.and_then(|(text, format)| format.tree(text));
-    let text = text.map_or("", |(text, _)| text);
-    let path = format!("bodies[{index}]");
-    place_of(&path, (text, tree.as_ref()), origin, overrides)
+pub fn to_ron(scene: &Scene) -> String {
+    let config = ron::ser::PrettyConfig::new()
+        .indentor("    ".to_owned())
+        .compact_arrays(false);
+    let mut text = options()
+        .to_string_pretty(scene, config)
+        .expect("a scene is made of numbers, strings, lists and structs");
+    text.push('\n');
+    text
 }

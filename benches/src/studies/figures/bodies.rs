@@ -1,7 +1,7 @@
 //! Figures 74 to 84: the bodies of chapter 6, by the embedded scenes of their names.
 
 use phyxel::World;
-use phyxel::scene::{Pictures, Scene, Show, View};
+use phyxel::scene::{Pictures, Show, View};
 use phyxel_cli::picture::{Painter, Style};
 use phyxel_splat::{
     Frame, Measure, Overlay, RadiusRule, RenderSettings, Renderer, SplatView, Splats, Surface,
@@ -113,7 +113,7 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
         ],
     };
     let changes = overrides(changes)?;
-    let scene = Scene::embedded(name, &changes)?;
+    let scene = phyxel_scene::embedded(name, &changes)?;
     let mut view = scene.pictures.clone().unwrap_or_default().view;
     if let View::Around { zoom, .. } = &mut view {
         *zoom = if name.starts_with("block") { 0.75 } else { 1.2 };

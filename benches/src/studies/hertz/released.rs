@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use phyxel::World;
-use phyxel::scene::{Pictures, Scene, View};
+use phyxel::scene::{Pictures, View};
 use phyxel_cli::picture::Painter;
 
 use super::{MODULUS, columns};
@@ -44,7 +44,7 @@ fn world(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
          tools: [(shape: Sphere(radius: 1), path: [{path}], {release})], \
          pictures: (width: 640, height: 480))"
     );
-    let scene = Scene::from_text(&text, "hertz study", Path::new(""), &[])?;
+    let scene = phyxel_scene::from_text(&text, "hertz study", Path::new(""), &[])?;
     Ok(World::new(scene)?)
 }
 

@@ -8,8 +8,9 @@ use super::sheet::{Panel, sheet};
 use crate::report::Picture;
 use crate::{Effort, StudyError};
 use phyxel::World;
-use phyxel::scene::{Override, Pictures, Scene, View};
+use phyxel::scene::{Pictures, View};
 use phyxel_cli::picture::{Painter, Style};
+use phyxel_scene::Override;
 
 /// An embedded scene and when its first cut is done (s).
 struct Play {
@@ -108,7 +109,7 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
         .iter()
         .map(|change| Override::parse(change))
         .collect::<Result<Vec<_>, _>>()?;
-    let scene = Scene::embedded(play.scene, &changes)?;
+    let scene = phyxel_scene::embedded(play.scene, &changes)?;
     let mut view = scene
         .pictures
         .as_ref()

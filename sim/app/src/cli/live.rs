@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use clap::Args;
 use phyxel_live::{Doorman, Server};
-use phyxel_text::Override;
+use phyxel_scene::Override;
 
 use super::source::Source;
 use super::{CliError, Overrides};

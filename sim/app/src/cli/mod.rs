@@ -14,10 +14,10 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::output::{InputFileError, OutputError, ResumeError};
+use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::sweep::{CaseError, CollectError, PlanError, PoolError, RefusedCase};
-use phyxel::scene::{Place, SceneError};
+use phyxel_scene::{Place, SceneError};
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
 #[derive(Debug, Parser)]
@@ -58,10 +58,10 @@ struct Overrides {
 }
 
 impl Overrides {
-    fn parse(&self) -> Result<Vec<phyxel::scene::Override>, SceneError> {
+    fn parse(&self) -> Result<Vec<phyxel_scene::Override>, SceneError> {
         self.set
             .iter()
-            .map(|text| Ok(phyxel::scene::Override::parse(text)?))
+            .map(|text| Ok(phyxel_scene::Override::parse(text)?))
             .collect()
     }
 }
@@ -78,7 +78,7 @@ enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
-    Checkpoint(#[from] ResumeError),
+    Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
     Input(#[from] InputFileError),
     #[error("--resume goes on with the scene in its checkpoint: leave out '{scene}'")]

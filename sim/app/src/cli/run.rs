@@ -10,7 +10,7 @@ use super::source::Source;
 use super::{CliError, Overrides, printable};
 use crate::output::{Interrupt, read_checkpoint, read_input};
 use crate::run::{RunError, RunOptions, replay, resume, run as run_scene, table};
-use phyxel::scene::Override;
+use phyxel_scene::Override;
 
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {

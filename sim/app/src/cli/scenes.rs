@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use clap::Args;
 
 use super::CliError;
-use phyxel::scene::{EMBEDDED, Scene, key_reference, schema};
+use phyxel_scene::{EMBEDDED, key_reference, schema};
 
 #[derive(Debug, Args)]
 pub(super) struct ScenesArguments {
@@ -39,7 +39,7 @@ pub(super) fn scenes(arguments: &ScenesArguments) -> Result<(), CliError> {
         return Ok(());
     };
     // Says what is wrong with the name, in the words of `run`.
-    Scene::embedded(name, &[])?;
+    phyxel_scene::embedded(name, &[])?;
     for scene in EMBEDDED.iter().filter(|scene| scene.name == name) {
         out.write_all(scene.text.as_bytes())?;
     }

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use phyxel_discretize::{ReadError, RepairError, RepairSettings, Solid, read_mesh, repair};
 
-use phyxel_text::{Override, Syntax, read_text};
+use phyxel_scene::{EMBEDDED, Override, Syntax, place_of, read_text};
 
 use crate::picture::PictureError;
 use crate::run::RunError;
 use phyxel::WorldError;
-use phyxel::scene::{EMBEDDED, Scene, UnitGuess, place_of_body};
+use phyxel::scene::{Scene, UnitGuess};
 
 use super::CliError;
 
@@ -80,23 +80,28 @@ impl Source {
             _ => false,
         };
         let index = scene.bodies.iter().position(|body| at_fault(&body.name));
-        let index = index.unwrap_or(0);
+        let body = format!("bodies[{}]", index.unwrap_or(0));
         let place = match self {
             Self::Embedded(name) => {
-                let text = EMBEDDED.iter().find(|scene| scene.name == name);
-                let text = text.map(|scene| (scene.text, Syntax::Ron));
-                place_of_body(index, text, &format!("scene '{name}'"), overrides)
+                let scene = EMBEDDED.iter().find(|scene| scene.name == name);
+                let text = scene.map_or("", |scene| scene.text);
+                place_of(
+                    &body,
+                    text,
+                    Syntax::Ron,
+                    &format!("scene '{name}'"),
+                    overrides,
+                )
             }
             Self::File(file) => {
                 // It was read before; if it is gone now, its name is all there is to tell.
-                let text = read_text(file).ok();
+                let text = read_text(file).unwrap_or_default();
                 let origin = file.display().to_string();
-                let text = text.as_deref().map(|text| (text, Syntax::of(file)));
-                place_of_body(index, text, &origin, overrides)
+                place_of(&body, &text, Syntax::of(file), &origin, overrides)
             }
             Self::Mesh(file) => {
                 let origin = format!("default scene of {}", file.display());
-                place_of_body(index, None, &origin, &[])
+                place_of(&body, "", Syntax::Ron, &origin, &[])
             }
         };
         CliError::Body {
@@ -111,8 +116,8 @@ impl Source {
         overrides: &[Override],
     ) -> Result<(Scene, Option<String>), CliError> {
         match self {
-            Self::Embedded(name) => Ok((Scene::embedded(name, overrides)?, None)),
-            Self::File(file) => Ok((Scene::load(file, overrides)?, None)),
+            Self::Embedded(name) => Ok((phyxel_scene::embedded(name, overrides)?, None)),
+            Self::File(file) => Ok((phyxel_scene::load(file, overrides)?, None)),
             Self::Mesh(file) => {
                 let (scene, note) = mesh_scene(file, overrides)?;
                 Ok((scene, Some(note)))
@@ -135,7 +140,7 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
         file: file.to_owned(),
         problem,
     })?;
-    let (scene, unit) = Scene::for_mesh(file, &Solid::from_mesh(mesh), overrides)?;
+    let (scene, unit) = phyxel_scene::for_mesh(file, &Solid::from_mesh(mesh), overrides)?;
     let note = match unit {
         UnitGuess::Metres => format!("{}: taken to be in metres", file.display()),
         UnitGuess::Millimetres => format!(

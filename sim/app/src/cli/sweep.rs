@@ -32,7 +32,7 @@ pub(super) struct SweepArguments {
     /// Run this case alone, counted from 1, such as the number of a task in an array of jobs.
     #[arg(long, value_name = "K", conflicts_with_all = ["collect", "jobs"])]
     case: Option<usize>,
-    /// Put the results of the finished cases into tables and drawings, and run none.
+    /// Put the results of the finished cases into tables, and run none.
     #[arg(long, conflicts_with_all = ["jobs", "retry"])]
     collect: bool,
     /// Cases at a time, each a process of its own [default: 1]
@@ -209,7 +209,7 @@ fn run_all(arguments: &SweepArguments, cases: &[Case], out: &Path) -> Result<Tal
     };
     let tally = run_cases(cases, out, &options, &told)?;
     let line = format!(
-        "{} cases: {} finished before, {} now, {} failed of all; for tables and drawings: --collect",
+        "{} cases: {} finished before, {} now, {} failed of all; for tables: --collect",
         cases.len(),
         tally.before,
         tally.run.len(),
@@ -227,14 +227,13 @@ fn collected(
 ) -> Result<(), CliError> {
     let found = collect(plan, cases, folder)?;
     let line = format!(
-        "{} cases: {} ended, {} of them without a warning, {} failed, {} not run yet; {}: {}",
+        "{} cases: {} ended, {} of them without a warning, {} failed, {} not run yet; {}: results.csv, quantiles.csv",
         found.cases,
         found.ended,
         found.healthy,
         found.failed,
         found.cases - found.ended - found.failed,
-        folder.path().display(),
-        found.files.join(", ")
+        folder.path().display()
     );
     tell(arguments, &line)
 }

@@ -10,8 +10,9 @@ use super::setting::{PARKED, prepare};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::{Painter, PictureError, Surfaces};
 use crate::run::RunState;
-use phyxel::scene::{Pose, Scene, SceneError, Settle};
+use phyxel::scene::{Pose, Scene, Settle};
 use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
+use phyxel_scene::SceneError;
 
 /// Way (distances of nodes) of a blade between two captures: half of a tetrahedron, as finely as a cut
 /// can be told apart.
@@ -587,7 +588,7 @@ impl Session {
             }
         }
         let names = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
-        folder.write(names[0], scene.to_ron().as_bytes())?;
+        folder.write(names[0], phyxel_scene::to_ron(&scene).as_bytes())?;
         folder.write(names[1], &input_csv(&scene, &self.record))?;
         write_checkpoint(folder, names[2], &scene, &RunState::of(&self.world))?;
         let severed: usize = self.severed_pairs();

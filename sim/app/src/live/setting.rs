@@ -4,9 +4,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use phyxel::scene::{
-    Capture, Cut, Key, Observe, Pictures, Rest, Scene, SceneError, Tool, ToolShape,
-};
+use phyxel::scene::{Capture, Cut, Key, Observe, Pictures, Rest, Scene, Tool, ToolShape};
+use phyxel_scene::SceneError;
 
 /// Name of the blade that hands lead.
 pub(super) const BLADE: &str = "hand";
@@ -61,5 +60,10 @@ pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
     };
     scene.pictures.get_or_insert_with(Pictures::default);
     // The same checks as for any other scene.
-    Scene::from_text(&scene.to_ron(), "live scene", Path::new(""), &[])
+    phyxel_scene::from_text(
+        &phyxel_scene::to_ron(&scene),
+        "live scene",
+        Path::new(""),
+        &[],
+    )
 }

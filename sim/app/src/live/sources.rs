@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use phyxel::scene::{EMBEDDED, Scene, SceneError};
+use phyxel::scene::Scene;
+use phyxel_scene::{EMBEDDED, SceneError};
 
 /// Reads the default scene of a mesh file, with so many metres per unit of it or as its size suggests; the words of a
 /// failure are for people.
@@ -80,7 +81,7 @@ impl Sources {
         let known = self.list.iter().find(|source| source.name == name);
         match known.and_then(|source| source.scene.as_ref()) {
             Some(scene) => Ok(scene.clone()),
-            None => Scene::embedded(name, &[]),
+            None => phyxel_scene::embedded(name, &[]),
         }
     }
 

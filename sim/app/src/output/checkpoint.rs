@@ -1,20 +1,72 @@
 //! Checkpoints: a scene and the state of its world in one file.
+//!
+//! Layout, numbers little-endian: the line [`MAGIC`]; the program's version, the scene as RON and the state, each as a length in 8 bytes and its bytes; CRC-32 of all before in 4 bytes.
+//! The state is written by postcard, which stores each `f64` as its 8 bytes: what is read back is
+//! equal to the bit.
 
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 
-use phyxel_output::{OutputError, OutputFolder};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use phyxel::scene::{Override, Scene, SceneError};
+use phyxel::scene::Scene;
+use phyxel_scene::{Override, SceneError, read_file};
+
+use super::folder::{OutputError, OutputFolder};
+
+/// First line of a checkpoint.
+const MAGIC: &[u8] = b"phyxel checkpoint 2\n";
+/// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.
+const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+/// Bytes of a length.
+const LENGTH: usize = 8;
+/// Bytes of the checksum.
+const CHECKSUM: usize = 4;
 
 /// A checkpoint that cannot be gone on from.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ResumeError {
-    /// The file is not as it must be.
-    #[error(transparent)]
-    File(#[from] phyxel_output::CheckpointError),
+pub enum CheckpointError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the checkpoint: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file is something else.
+    #[error("{}: not a checkpoint", file.display())]
+    NotACheckpoint {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The file is cut short or changed.
+    #[error("{}: the checkpoint is damaged: its checksum does not fit; take an earlier one", file.display())]
+    Damaged {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Another version of the program wrote the file.
+    #[error(
+        "{}: written by phyxel {found}, this is {PROGRAM}; go on with the version that wrote it",
+        file.display()
+    )]
+    OtherProgram {
+        /// The file.
+        file: PathBuf,
+        /// The version that wrote it.
+        found: String,
+    },
+    /// The state does not have the form that this program gives it.
+    #[error("{}: the state cannot be decoded: {source}", file.display())]
+    State {
+        /// The file.
+        file: PathBuf,
+        /// What the decoder said.
+        source: postcard::Error,
+    },
     /// The scene inside is not valid (any more): its mesh may have gone.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -30,40 +82,182 @@ pub fn write_checkpoint<S: Serialize>(
     scene: &Scene,
     state: &S,
 ) -> Result<(), OutputError> {
-    phyxel_output::write_checkpoint(folder, name, &scene.to_ron(), state)
+    let state = postcard::to_stdvec(state).map_err(|error| OutputError::File {
+        file: folder.path().join(name),
+        source: io::Error::new(io::ErrorKind::InvalidData, error),
+    })?;
+    folder.write(name, &encode(&phyxel_scene::to_ron(scene), &state))
 }
 
 /// Reads a checkpoint: the scene, with `overrides` applied, and the state of its world.
 ///
 /// # Errors
-/// [`ResumeError`] if the file cannot be read, is no checkpoint, is damaged, comes from
-/// another version of the program or holds a scene that is no longer valid.
+/// [`CheckpointError`] if the file cannot be read, is no checkpoint, is damaged, comes from another version of the
+/// program or holds a scene that is no longer valid.
 pub fn read_checkpoint<S: DeserializeOwned>(
     file: &Path,
     overrides: &[Override],
-) -> Result<(Scene, S), ResumeError> {
-    let (text, state) = phyxel_output::read_checkpoint(file)?;
-    let origin = format!("scene of {}", file.display());
-    let scene = Scene::from_text(&text, &origin, Path::new(""), overrides)?;
+) -> Result<(Scene, S), CheckpointError> {
+    let bytes = read_file(file).map_err(|source| CheckpointError::Read {
+        file: file.to_owned(),
+        source,
+    })?;
+    let [program, text, state] = decode(&bytes).map_err(|fault| match fault {
+        Fault::NotACheckpoint => CheckpointError::NotACheckpoint {
+            file: file.to_owned(),
+        },
+        Fault::Damaged => CheckpointError::Damaged {
+            file: file.to_owned(),
+        },
+    })?;
+    if program != PROGRAM.as_bytes() {
+        return Err(CheckpointError::OtherProgram {
+            file: file.to_owned(),
+            found: String::from_utf8_lossy(program).into_owned(),
+        });
+    }
+    let state = postcard::from_bytes(state).map_err(|source| CheckpointError::State {
+        file: file.to_owned(),
+        source,
+    })?;
+    let (text, origin) = (
+        String::from_utf8_lossy(text),
+        format!("scene of {}", file.display()),
+    );
+    let scene = phyxel_scene::from_text(&text, &origin, Path::new(""), overrides)?;
     Ok((scene, state))
+}
+
+fn encode(text: &str, state: &[u8]) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    for part in [PROGRAM.as_bytes(), text.as_bytes(), state] {
+        bytes.extend((part.len() as u64).to_le_bytes());
+        bytes.extend(part);
+    }
+    let checksum = crc32fast::hash(&bytes);
+    bytes.extend(checksum.to_le_bytes());
+    bytes
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    NotACheckpoint,
+    Damaged,
+}
+
+/// Version, text and state.
+fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
+    if !bytes.starts_with(MAGIC) {
+        return Err(Fault::NotACheckpoint);
+    }
+    let content = bytes.len().checked_sub(CHECKSUM).ok_or(Fault::Damaged)?;
+    let (content, checksum) = bytes.split_at(content);
+    if crc32fast::hash(content).to_le_bytes() != checksum {
+        return Err(Fault::Damaged);
+    }
+    let mut rest = content.get(MAGIC.len()..).ok_or(Fault::Damaged)?;
+    let mut parts = [&[][..]; 3];
+    for part in &mut parts {
+        let (length, after) = rest.split_first_chunk::<LENGTH>().ok_or(Fault::Damaged)?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| Fault::Damaged)?;
+        (*part, rest) = after.split_at_checked(length).ok_or(Fault::Damaged)?;
+    }
+    if rest.is_empty() {
+        Ok(parts)
+    } else {
+        Err(Fault::Damaged)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
+    fn state() -> Vec<(u64, f64)> {
+        [
+            0.1,
+            -0.0,
+            f64::MIN_POSITIVE / 8.0,
+            1.0 + f64::EPSILON,
+            1e300,
+        ]
+        .into_iter()
+        .zip(0..)
+        .map(|(value, index)| (index, value))
+        .collect()
+    }
+
+    fn bits(state: &[(u64, f64)]) -> Vec<(u64, u64)> {
+        state
+            .iter()
+            .map(|(i, value)| (*i, value.to_bits()))
+            .collect()
+    }
+
     #[test]
-    fn a_scene_comes_back_and_what_is_none_is_refused() {
+    fn what_is_written_is_read_to_the_bit() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let folder = OutputFolder::create(root.path()).expect("it is there");
+        let scene = phyxel_scene::embedded("liver", &[]).expect("it is valid");
+        write_checkpoint(&folder, "state", &scene, &state()).expect("it can be written");
+        let file = root.path().join("state");
+        let (again, read): (_, Vec<(u64, f64)>) =
+            read_checkpoint(&file, &[]).expect("it can be read");
+        assert_eq!(again, scene);
+        assert_eq!(bits(&read), bits(&state()));
+        fs::write(&file, encode("(version: 1, bodies: [])", &[0])).expect("it can be written");
+        let error = read_checkpoint::<[u8; 1]>(&file, &[]).expect_err("no bodies");
+        assert!(matches!(error, CheckpointError::Scene(_)), "{error}");
+    }
+
+    #[test]
+    fn every_cut_and_every_flipped_bit_is_found() {
         let root = tempfile::tempdir().expect("a temporary folder");
         let file = root.path().join("state");
-        let folder = OutputFolder::create(root.path()).expect("it is there");
-        let scene = Scene::embedded("liver", &[]).expect("it is valid");
-        write_checkpoint(&folder, "state", &scene, &[0.1]).expect("it can be written");
-        let (again, state): (_, [f64; 1]) = read_checkpoint(&file, &[]).expect("it can be read");
-        assert_eq!((again, state[0].to_bits()), (scene, 0.1_f64.to_bits()));
-        phyxel_output::write_checkpoint(&folder, "state", "(version: 1, bodies: [])", &[0.1])
-            .expect("it can be written");
-        let error = read_checkpoint::<[f64; 1]>(&file, &[]).expect_err("no bodies");
-        assert!(matches!(error, ResumeError::Scene(_)), "{error}");
+        let whole = encode("(no scene)", &[7; 40]);
+        assert_eq!(
+            decode(&whole),
+            Ok([PROGRAM.as_bytes(), b"(no scene)", &[7; 40]])
+        );
+        for length in 0..whole.len() {
+            assert!(decode(&whole[..length]).is_err(), "{length} bytes");
+        }
+        for at in 0..whole.len() * 8 {
+            let mut damaged = whole.clone();
+            damaged[at / 8] ^= 1 << (at % 8);
+            assert!(decode(&damaged).is_err(), "bit {at}");
+        }
+        fs::write(&file, &whole[..60]).expect("it can be written");
+        let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is cut short");
+        assert!(error.to_string().contains("damaged"), "{error}");
+        fs::write(&file, "something else").expect("it can be written");
+        let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is something else");
+        assert!(error.to_string().ends_with("not a checkpoint"), "{error}");
+        let error = read_checkpoint::<Vec<u8>>(&root.path().join("gone"), &[]).expect_err("gone");
+        assert!(matches!(error, CheckpointError::Read { .. }), "{error}");
+    }
+
+    #[test]
+    fn another_program_or_state_is_refused() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let file = root.path().join("state");
+        let text = "(version: 1)";
+        fs::write(&file, encode(text, &[3, 1])).expect("it can be written");
+        let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("two of three numbers");
+        assert!(matches!(error, CheckpointError::State { .. }), "{error}");
+        let mut bytes = MAGIC.to_vec();
+        for part in [b"9.9.9".as_slice(), text.as_bytes(), &[]] {
+            bytes.extend((part.len() as u64).to_le_bytes());
+            bytes.extend(part);
+        }
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        fs::write(&file, &bytes).expect("it can be written");
+        let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("another program");
+        assert!(
+            error.to_string().contains("written by phyxel 9.9.9"),
+            "{error}"
+        );
     }
 }

@@ -9,10 +9,9 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use phyxel_text::{DidYouMean, nearest, read_file};
-
-use phyxel::scene::{Pose, Scene};
+use phyxel::scene::{DidYouMean, Pose, Scene, nearest};
 use phyxel::{Action, Input, StrokePhase};
+use phyxel_scene::read_file;
 
 /// A recorded input that cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -27,7 +27,7 @@ use phyxel_splat::{
     triangle_near_box,
 };
 
-use phyxel_text::read_file;
+use phyxel_scene::read_file;
 
 use phyxel::scene::{self, Coloring, Pictures, Show};
 use phyxel::{CutPiece, Member, World};

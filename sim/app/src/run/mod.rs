@@ -318,7 +318,7 @@ impl Run {
             }
         };
         records.states.clear(&folder, &world)?;
-        folder.write("scene.ron", scene.to_ron().as_bytes())?;
+        folder.write("scene.ron", phyxel_scene::to_ron(scene).as_bytes())?;
         let movie = scene
             .pictures
             .as_ref()

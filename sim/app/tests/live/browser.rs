@@ -72,7 +72,7 @@ fn scene_of_mesh(file: &Path, scale: Option<f64>) -> Result<(Scene, String), Str
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("dropped.ron");
     std::fs::write(&scene, text).unwrap();
-    let scene = Scene::load(&scene, &[]).map_err(|error| error.to_string())?;
+    let scene = phyxel_scene::load(&scene, &[]).map_err(|error| error.to_string())?;
     Ok((scene, "dropped".to_owned()))
 }
 

@@ -1,11 +1,12 @@
 //! Strokes, presses and grips by a seeded script, without a page.
 
 use glam::DVec3;
-use phyxel::scene::{Override, Pose, Scene};
+use phyxel::scene::{Pose, Scene};
 use phyxel_cli::live::{LiveOptions, Session, SessionError, Sources, serve};
 use phyxel_cli::output::{OutputError, OutputFolder, read_input};
 use phyxel_cli::run::{RunOptions, replay};
 use phyxel_live::Server;
+use phyxel_scene::Override;
 use tempfile::tempdir;
 
 /// A small liver.
@@ -16,7 +17,7 @@ pub(crate) fn liver(nodes: u32, surfels: u32) -> Scene {
         "pictures.samples=1".to_owned(),
     ];
     let changes = changes.map(|text| Override::parse(&text).unwrap());
-    Scene::embedded("liver", &changes).unwrap()
+    phyxel_scene::embedded("liver", &changes).unwrap()
 }
 
 /// Numbers without order, 0 to 1: xorshift (Marsaglia 2003).
@@ -202,7 +203,7 @@ fn run_of_saved(session: &Session) -> (u64, [u64; 3]) {
     let output = OutputFolder::create(folder.path()).unwrap();
     let files = session.save(&output).unwrap();
     assert!(files.iter().all(|name| folder.path().join(name).exists()));
-    let mut scene = Scene::load(&folder.path().join("scene.ron"), &[]).unwrap();
+    let mut scene = phyxel_scene::load(&folder.path().join("scene.ron"), &[]).unwrap();
     // Pictures have no part in the motion.
     scene.pictures = None;
     let inputs = read_input(&folder.path().join("input.csv"), &scene).unwrap();
@@ -454,7 +455,7 @@ fn gravity_and_damping_are_what_hands_set() {
 fn every_embedded_scene_can_be_taken_in_hand() {
     for name in ["liver", "block", "press"] {
         let change = Override::parse("bodies[0].sampling.target=Nodes(200)").unwrap();
-        let mut session = Session::new(&Scene::embedded(name, &[change]).unwrap()).unwrap();
+        let mut session = Session::new(&phyxel_scene::embedded(name, &[change]).unwrap()).unwrap();
         assert_eq!(session.world().scene().cuts.len(), 1);
         assert!(!session.world().scene().tools.is_empty());
         for _ in 0..20 {

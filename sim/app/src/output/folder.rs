@@ -1,0 +1,445 @@
+//! The output folder.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+/// A result that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder cannot be made, or is something else.
+    #[error(
+        "output folder {}: {source}; name another with --out",
+        folder.display()
+    )]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Nothing can be written into the folder.
+    #[error(
+        "output folder {} cannot be written to: {source}; name another with --out",
+        folder.display()
+    )]
+    NotWritable {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another run writes into the folder.
+    #[error(
+        "output folder {}: {holder} is writing into it; wait for its end or name another with --out",
+        folder.display()
+    )]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+        /// Who holds it.
+        holder: String,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {}: {source}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// A folder for results.
+///
+/// Files are written under a temporary name beside their place and renamed when they are complete,
+/// so a name that is there is a whole file, whatever ends the program. A folder that was made for
+/// the run and is still empty when the value is dropped is removed again.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    /// The folders made on the way, outermost first.
+    made: Vec<PathBuf>,
+    /// Held from [`OutputFolder::claim`] on.
+    lock: Option<File>,
+}
+
+/// Name of the file that whoever writes into a folder holds locked.
+const LOCK: &str = ".phyxel.lock";
+
+impl OutputFolder {
+    /// Makes the folder, if it is not there, and makes sure that files can be written into it.
+    ///
+    /// # Errors
+    /// [`OutputError::Folder`] if it cannot be made, [`OutputError::NotWritable`] if no file can.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let missing: Vec<PathBuf> = path
+            .ancestors()
+            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
+            .map(Path::to_owned)
+            .collect();
+        fs::create_dir_all(path).map_err(|source| OutputError::Folder {
+            folder: path.to_owned(),
+            source,
+        })?;
+        let folder = Self {
+            path: path.to_owned(),
+            made: missing.into_iter().rev().collect(),
+            lock: None,
+        };
+        let probe = folder.temporary().and_then(|mut file| {
+            file.write_all(b"probe")?;
+            file.close()
+        });
+        probe.map_err(|source| OutputError::NotWritable {
+            folder: path.to_owned(),
+            source,
+        })?;
+        Ok(folder)
+    }
+
+    /// As [`OutputFolder::create`], for one writer at a time: until the value is dropped, or the program
+    /// ends in whatever way, no other can claim the folder. Parts of files that a killed program left
+    /// are removed. Where the file system knows no locks there is none.
+    ///
+    /// # Errors
+    /// [`OutputError::InUse`], and as [`OutputFolder::create`].
+    pub fn claim(path: &Path) -> Result<Self, OutputError> {
+        let mut folder = Self::create(path)?;
+        folder.lock = folder.take_lock()?;
+        folder.sweep();
+        Ok(folder)
+    }
+
+    fn take_lock(&self) -> Result<Option<File>, OutputError> {
+        let place = self.path.join(LOCK);
+        loop {
+            let opened = File::options()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&place);
+            let mut file = opened.map_err(|source| OutputError::NotWritable {
+                folder: self.path.clone(),
+                source,
+            })?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let mut text = String::new();
+                    // What cannot be read names nobody.
+                    let _ = file.take(100).read_to_string(&mut text);
+                    let number = text.trim().parse::<u32>();
+                    return Err(OutputError::InUse {
+                        folder: self.path.clone(),
+                        holder: number.map_or_else(
+                            |_| "another program".to_owned(),
+                            |number| format!("process {number}"),
+                        ),
+                    });
+                }
+                Err(TryLockError::Error(_)) => {
+                    let _ = fs::remove_file(&place);
+                    return Ok(None);
+                }
+            }
+            // Whoever held it before may have removed the file between opening and locking.
+            let number = std::process::id().to_string();
+            let named = file
+                .set_len(0)
+                .and_then(|()| file.write_all(number.as_bytes()));
+            if named.is_ok() && fs::read(&place).is_ok_and(|text| text == number.as_bytes()) {
+                return Ok(Some(file));
+            }
+        }
+    }
+
+    /// Removes the parts of files that a program left which did not come to its end.
+    fn sweep(&self) {
+        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with('.') && name.ends_with(".part") {
+                // What cannot be removed does no harm.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a whole file.
+    ///
+    /// # Errors
+    /// [`OutputError::File`]; what had the name before is then untouched.
+    pub fn write(&self, name: impl AsRef<OsStr>, content: &[u8]) -> Result<(), OutputError> {
+        let mut file = self.file(name)?;
+        file.write_all(content)
+            .map_err(|source| file.error(source))?;
+        file.finish()
+    }
+
+    /// Starts a file that grows while the run goes on; it takes its name in
+    /// [`OutputFile::finish`].
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if it cannot be made.
+    pub fn file(&self, name: impl AsRef<OsStr>) -> Result<OutputFile, OutputError> {
+        let target = self.path.join(name.as_ref());
+        match self.temporary() {
+            Ok(file) => Ok(OutputFile {
+                writer: BufWriter::new(file),
+                target,
+            }),
+            Err(source) => Err(OutputError::File {
+                file: target,
+                source,
+            }),
+        }
+    }
+
+    /// Removes a file, if it is there.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if it stays.
+    pub fn remove(&self, name: &str) -> Result<(), OutputError> {
+        let file = self.path.join(name);
+        match fs::remove_file(&file) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(OutputError::File { file, source })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A folder inside, without the files of an earlier run: those whose names begin with `prefix`
+    /// and end with `suffix` are removed, but for those in `kept`; others stay.
+    ///
+    /// # Errors
+    /// As [`OutputFolder::create`], and [`OutputError::File`] if an old file cannot be removed.
+    pub fn fresh_subfolder(
+        &self,
+        name: &str,
+        prefix: &str,
+        suffix: &str,
+        kept: &[String],
+    ) -> Result<Self, OutputError> {
+        let folder = Self::create(&self.path.join(name))?;
+        folder.sweep();
+        folder.remove_named(prefix, suffix, kept)?;
+        Ok(folder)
+    }
+
+    /// Removes the files whose names begin with `prefix` and end with `suffix`, but for those in `kept`.
+    ///
+    /// # Errors
+    /// [`OutputError::Folder`] if the folder cannot be read, [`OutputError::File`] if a file stays.
+    pub fn remove_named(
+        &self,
+        prefix: &str,
+        suffix: &str,
+        kept: &[String],
+    ) -> Result<(), OutputError> {
+        let entries = fs::read_dir(&self.path).map_err(|source| OutputError::Folder {
+            folder: self.path.clone(),
+            source,
+        })?;
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let ours = name.starts_with(prefix) && name.ends_with(suffix);
+            if ours && !kept.iter().any(|kept| *kept == name) {
+                let file = entry.path();
+                fs::remove_file(&file).map_err(|source| OutputError::File { file, source })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A file without a name of its own yet; it goes if it is dropped.
+    fn temporary(&self) -> io::Result<NamedTempFile> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".").suffix(".part");
+        // As any other file: for others to read where the system's mask lets them.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder.tempfile_in(&self.path)
+    }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        if let Some(lock) = self.lock.take() {
+            // While it is locked nobody else has it.
+            let _ = fs::remove_file(self.path.join(LOCK));
+            drop(lock);
+        }
+        for folder in self.made.iter().rev() {
+            // Removes empty folders only, which is what is wanted.
+            if fs::remove_dir(folder).is_err() {
+                break;
+            }
+        }
+    }
+}
+
+/// A file on its way; dropped before [`OutputFile::finish`], it leaves nothing.
+#[derive(Debug)]
+pub struct OutputFile {
+    writer: BufWriter<NamedTempFile>,
+    target: PathBuf,
+}
+
+impl OutputFile {
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`OutputError::File`]; what had the name before is then untouched.
+    pub fn finish(self) -> Result<(), OutputError> {
+        let file = self
+            .writer
+            .into_inner()
+            .map_err(io::IntoInnerError::into_error);
+        let whole = file.and_then(|file| {
+            file.as_file().sync_data()?;
+            Ok(file.persist(&self.target)?)
+        });
+        match whole {
+            Ok(_) => Ok(()),
+            Err(source) => Err(OutputError::File {
+                file: self.target,
+                source,
+            }),
+        }
+    }
+
+    /// The failure `source` with the file's name.
+    #[must_use]
+    pub fn error(&self, source: io::Error) -> OutputError {
+        OutputError::File {
+            file: self.target.clone(),
+            source,
+        }
+    }
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .expect("the folder is there")
+            .flatten()
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn files_appear_whole_or_not_at_all() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let folder = OutputFolder::create(&root.path().join("a/b")).expect("it can be made");
+        folder.write("x.txt", b"one").expect("it can be written");
+        let mut growing = folder.file("x.txt").expect("it can be made");
+        growing.write_all(b"two").expect("it can be written");
+        growing.flush().expect("it can be written");
+        assert_eq!(fs::read(folder.path().join("x.txt")).unwrap(), b"one");
+        drop(growing);
+        assert_eq!(names(folder.path()), ["x.txt"]);
+        let mut growing = folder.file("x.txt").expect("it can be made");
+        growing.write_all(b"three").expect("it can be written");
+        growing.finish().expect("it can be renamed");
+        assert_eq!(fs::read(folder.path().join("x.txt")).unwrap(), b"three");
+        assert_eq!(names(folder.path()), ["x.txt"]);
+    }
+
+    #[test]
+    fn a_folder_that_stays_empty_is_removed_with_those_above_it() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        drop(OutputFolder::create(&root.path().join("a/b/c")).expect("it can be made"));
+        assert!(names(root.path()).is_empty(), "{:?}", names(root.path()));
+        let folder = OutputFolder::create(&root.path().join("a/b")).expect("it can be made");
+        folder.write("kept", b"").expect("it can be written");
+        drop(folder);
+        assert_eq!(names(&root.path().join("a/b")), ["kept"]);
+        drop(OutputFolder::create(&root.path().join("a/b")).expect("it is there"));
+        assert_eq!(names(&root.path().join("a/b")), ["kept"]);
+    }
+
+    #[test]
+    fn an_earlier_runs_frames_go_and_the_rest_stays() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let folder = OutputFolder::create(root.path()).expect("it is there");
+        let frames = folder
+            .fresh_subfolder("frames", "frame-", ".png", &[])
+            .expect("it can be made");
+        frames.write("frame-0001.png", b"old").expect("written");
+        frames.write("frame-0002.png", b"old").expect("written");
+        frames.write("mine.png", b"kept").expect("written");
+        let frames = folder
+            .fresh_subfolder("frames", "frame-", ".png", &["frame-0001.png".to_owned()])
+            .expect("it is there");
+        assert_eq!(names(frames.path()), ["frame-0001.png", "mine.png"]);
+        let frames = folder
+            .fresh_subfolder("frames", "frame-", ".png", &[])
+            .expect("it is there");
+        assert_eq!(names(frames.path()), ["mine.png"]);
+    }
+
+    #[test]
+    fn a_folder_has_one_writer_at_a_time() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let path = root.path().join("out");
+        fs::create_dir(&path).expect("it can be made");
+        fs::write(path.join(".x.txt.1.part"), b"left by a kill").expect("it can be written");
+        fs::write(path.join(LOCK), b"left by a kill").expect("it can be written");
+        let first = OutputFolder::claim(&path).expect("nobody has it");
+        assert_eq!(names(&path), [LOCK]);
+        let error = OutputFolder::claim(&path).expect_err("the first has it");
+        let holder = format!("process {}", std::process::id());
+        assert!(error.to_string().contains(&holder), "{error}");
+        first.write("x.txt", b"one").expect("it can be written");
+        drop(first);
+        assert_eq!(names(&path), ["x.txt"]);
+        OutputFolder::claim(&path).expect("it is free again");
+    }
+
+    #[test]
+    fn a_file_in_the_way_is_an_error_that_names_it() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let file = root.path().join("out");
+        fs::write(&file, b"").unwrap();
+        for path in [file.clone(), file.join("deeper")] {
+            let error = OutputFolder::create(&path).expect_err("a file is in the way");
+            let text = error.to_string();
+            assert!(text.contains(&path.display().to_string()), "{text}");
+            assert!(text.contains("--out"), "{text}");
+        }
+        let error = OutputFolder::create(root.path())
+            .expect("it is there")
+            .write("no/such/folder", b"")
+            .expect_err("the folder is missing");
+        assert!(error.to_string().starts_with("cannot write"), "{error}");
+    }
+}

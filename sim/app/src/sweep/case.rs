@@ -1,0 +1,207 @@
+//! Cases: the plan made explicit, and what is left of each.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use crate::output::{OutputError, OutputFolder};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::plan::Plan;
+
+/// The list of cases, one a line.
+const LIST: &str = "cases.jsonl";
+/// What says in a case's folder that it is finished.
+const OUTCOME: &str = "outcome.json";
+
+/// One run of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Case {
+    /// Number, from 1.
+    pub number: usize,
+    /// Value of each key, as RON; the order is that of the plan's keys.
+    pub values: Vec<String>,
+    /// Of all that it is run with ([`CaseHashes`]).
+    pub hash: String,
+}
+
+/// How a case ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Number of the case.
+    pub case: usize,
+    /// Hash of what was run.
+    pub hash: String,
+    /// Why it failed; `None` if it came to its end.
+    pub error: Option<String>,
+}
+
+/// A line of the list.
+#[derive(Serialize)]
+struct Line<'a> {
+    case: usize,
+    keys: Map<String, Value>,
+    hash: &'a str,
+}
+
+impl Case {
+    /// Its line of the list.
+    fn line(&self, plan: &Plan) -> String {
+        let names = plan.keys.iter().map(|key| key.name().to_owned());
+        let values = self.values.iter().cloned().map(Value::String);
+        let line = Line {
+            case: self.number,
+            keys: names.zip(values).collect(),
+            hash: &self.hash,
+        };
+        // Strings and a number: there is nothing that JSON cannot say.
+        serde_json::to_string(&line).unwrap_or_default()
+    }
+
+    /// Whether the list in a folder has this case as it is.
+    #[must_use]
+    pub fn is_listed(&self, plan: &Plan, folder: &Path) -> bool {
+        fs::read_to_string(folder.join(LIST))
+            .is_ok_and(|list| list.lines().nth(self.number - 1) == Some(&self.line(plan)))
+    }
+
+    /// Folder of the case in that of its sweep.
+    #[must_use]
+    pub fn folder(&self, sweep: &Path) -> PathBuf {
+        sweep.join("cases").join(format!("{:06}", self.number))
+    }
+
+    /// How the case ended; `None` if it has not, or if what ended was run with something else.
+    #[must_use]
+    pub fn outcome(&self, sweep: &Path) -> Option<Outcome> {
+        let text = fs::read(self.folder(sweep).join(OUTCOME)).ok()?;
+        let outcome: Outcome = serde_json::from_slice(&text).ok()?;
+        (outcome.hash == self.hash).then_some(outcome)
+    }
+
+    /// Makes the case one of which nothing is known, and holds its folder while it does so.
+    ///
+    /// # Errors
+    /// [`OutputError`] if someone else holds it or it cannot be written.
+    pub fn begin(&self, sweep: &Path) -> Result<(), OutputError> {
+        // Held before the outcome goes, so that no one else is about to write it.
+        let folder = OutputFolder::claim(&self.folder(sweep))?;
+        folder.remove(OUTCOME)?;
+        Ok(())
+    }
+
+    /// Writes down how the case ended.
+    ///
+    /// # Errors
+    /// [`OutputError`] if it cannot be written.
+    pub fn end(&self, sweep: &Path, error: Option<String>) -> Result<Outcome, OutputError> {
+        let outcome = Outcome {
+            case: self.number,
+            hash: self.hash.clone(),
+            error,
+        };
+        let mut text = serde_json::to_vec(&outcome).unwrap_or_default();
+        text.push(b'\n');
+        OutputFolder::create(&self.folder(sweep))?.write(OUTCOME, &text)?;
+        Ok(outcome)
+    }
+}
+
+/// Writes the list of cases.
+///
+/// # Errors
+/// [`OutputError`] if it cannot be written.
+pub fn write_cases(plan: &Plan, cases: &[Case], folder: &OutputFolder) -> Result<(), OutputError> {
+    let mut text = String::new();
+    for case in cases {
+        text.push_str(&case.line(plan));
+        text.push('\n');
+    }
+    // Many may begin at once; what is there already is left in peace.
+    if fs::read(folder.path().join(LIST)).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    folder.write(LIST, text.as_bytes())
+}
+
+/// Hashes of what cases are run with; a file that many are run with is read once.
+#[derive(Debug, Default)]
+pub(super) struct CaseHashes(Vec<(PathBuf, u64)>);
+
+impl CaseHashes {
+    /// The hash of a case: of the program's version, of all that the case says, and of the files that this names.
+    pub(super) fn of<'a>(
+        &mut self,
+        version: &str,
+        text: &str,
+        files: impl IntoIterator<Item = &'a Path>,
+    ) -> String {
+        let mut hash = Fnv::default();
+        hash.add(version.as_bytes());
+        hash.add(text.as_bytes());
+        for file in files {
+            hash.add(&self.of_file(file).to_le_bytes());
+        }
+        format!("{:016x}", hash.0)
+    }
+
+    fn of_file(&mut self, file: &Path) -> u64 {
+        if let Some((_, hash)) = self.0.iter().find(|(known, _)| known == file) {
+            return *hash;
+        }
+        let mut hash = Fnv::default();
+        // A file that cannot be read is an error of the run, not of its hash.
+        let _ = hash.read(file);
+        self.0.push((file.to_owned(), hash.0));
+        hash.0
+    }
+}
+
+/// The hash of Fowler, Noll and Vo, FNV-1a with 64 bits: a change that it overlooks is one in 2^64, and no
+/// one gains by making one.
+struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    fn add(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+
+    fn read(&mut self, file: &Path) -> io::Result<()> {
+        let mut file = File::open(file)?;
+        let mut buffer = [0; 1 << 16];
+        loop {
+            match file.read(&mut buffer)? {
+                0 => return Ok(()),
+                count => self.add(&buffer[..count]),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fnv;
+
+    #[test]
+    fn hashes_are_those_of_the_published_vectors() {
+        // draft-eastlake-fnv, appendix C.
+        for (text, expected) in [
+            ("", 0xcbf2_9ce4_8422_2325),
+            ("a", 0xaf63_dc4c_8601_ec8c),
+            ("foobar", 0x8594_4171_f739_67e8),
+        ] {
+            let mut hash = Fnv::default();
+            hash.add(text.as_bytes());
+            assert_eq!(hash.0, expected, "{text}");
+        }
+    }
+}

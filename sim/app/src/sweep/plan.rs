@@ -1,0 +1,500 @@
+//! Plans: what a sweep changes and what it keeps of each run.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use phyxel_scene::{
+    KeyPath, Override, OverrideError, Place, Raw, Syntax, TextError, parse, place_of, read_settings,
+};
+
+/// The version of plans that this program reads.
+const VERSION: u32 = 1;
+/// What messages call a plan's text.
+const WHOLE: &str = "the plan";
+/// Most cases of one plan: beyond it a list of them is no longer handy.
+const MOST_CASES: usize = 100_000;
+/// Columns that every table has beside those of keys and results.
+const RESERVED: [&str; 5] = ["case", "ended", "healthy", "warnings", "error"];
+
+/// What a sweep runs.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Embedded scene, scene file or mesh; relative to the plan's folder.
+    pub scene: PathBuf,
+    /// Changes that all cases share.
+    pub set: Vec<Override>,
+    /// How the values of the keys are combined.
+    pub design: Design,
+    /// What changes from case to case, at least one.
+    pub keys: Vec<SweptKey>,
+    /// What is kept of each run.
+    pub results: Vec<ResultColumn>,
+    /// The plan's file and its text, for messages.
+    pub(crate) source: Source,
+}
+
+/// Where a plan was written.
+#[derive(Debug, Clone)]
+pub(crate) struct Source {
+    file: PathBuf,
+    text: String,
+}
+
+/// How the values of the keys are combined into cases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Design {
+    /// The first case takes the first value of each key, the second the second, and so on.
+    List,
+    /// Every combination; the last key changes fastest.
+    Grid,
+    /// A Latin hypercube (`McKay` 1979): each key's range is cut into as many parts of
+    /// equal probability as there are cases, and each part is used once.
+    LatinHypercube {
+        /// Cases.
+        cases: u32,
+        /// Same seed, same cases.
+        #[serde(default)]
+        seed: u64,
+    },
+}
+
+/// Something that changes from case to case.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, rename = "Key")]
+pub struct SweptKey {
+    /// Key path in the scene, as `--set` takes it.
+    pub key: String,
+    /// More paths that take the same text.
+    #[serde(default)]
+    pub also: Vec<String>,
+    /// Column in tables; the path where not given.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// What is written at the path, with the value in place of `{}`.
+    #[serde(default = "SweptKey::default_write")]
+    pub write: String,
+    /// Whether values of a range are rounded to whole numbers.
+    #[serde(default)]
+    pub whole: bool,
+    /// The values.
+    pub values: Values,
+}
+
+impl SweptKey {
+    fn default_write() -> String {
+        "{}".to_owned()
+    }
+
+    /// Column in tables.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or(&self.key)
+    }
+
+    /// The changes that give the scene this value.
+    ///
+    /// # Errors
+    /// [`OverrideError`] if what is written is no single value.
+    pub fn overrides(&self, value: &str) -> Result<Vec<Override>, OverrideError> {
+        let written = self.write.replace("{}", value);
+        let paths = std::iter::once(&self.key).chain(&self.also);
+        paths
+            .map(|path| Override::parse(&format!("{path}={written}")))
+            .collect()
+    }
+}
+
+/// The values of a key.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Values {
+    /// These, whatever the scene takes there.
+    Of(Vec<Raw>),
+    /// A number from the first to the second, each as likely.
+    Uniform(f64, f64),
+    /// A number from the first to the second, its logarithm uniform.
+    LogUniform(f64, f64),
+}
+
+/// A number that is kept of each run.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, rename = "Measure")]
+pub enum ResultColumn {
+    /// What stands at a path in `summary.json`; of a list its length.
+    Summary {
+        /// Path, such as `bodies[0].energy.elastic`.
+        path: String,
+        /// Column in tables; the path where not given.
+        #[serde(default)]
+        name: Option<String>,
+    },
+    /// The largest number of a column.
+    Largest {
+        /// Column of the file.
+        column: String,
+        /// A table of the run's folder.
+        #[serde(default = "ResultColumn::default_file")]
+        file: String,
+        /// Only rows in which `body` or `tool` is this; all where not given.
+        #[serde(default)]
+        of: Option<String>,
+        /// Column in tables; `largest` and the column where not given.
+        #[serde(default)]
+        name: Option<String>,
+    },
+    /// The smallest number of a column.
+    Smallest {
+        /// Column of the file.
+        column: String,
+        /// A table of the run's folder.
+        #[serde(default = "ResultColumn::default_file")]
+        file: String,
+        /// Only rows in which `body` or `tool` is this; all where not given.
+        #[serde(default)]
+        of: Option<String>,
+        /// Column in tables; `smallest` and the column where not given.
+        #[serde(default)]
+        name: Option<String>,
+    },
+}
+
+impl ResultColumn {
+    fn default_file() -> String {
+        "history.csv".to_owned()
+    }
+
+    /// Column in tables.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Summary {
+                path, name: None, ..
+            } => path.clone(),
+            Self::Largest {
+                column, name: None, ..
+            } => format!("largest {column}"),
+            Self::Smallest {
+                column, name: None, ..
+            } => format!("smallest {column}"),
+            Self::Summary {
+                name: Some(name), ..
+            }
+            | Self::Largest {
+                name: Some(name), ..
+            }
+            | Self::Smallest {
+                name: Some(name), ..
+            } => name.clone(),
+        }
+    }
+
+    /// What is kept where a plan does not say: what tells a sound run from another.
+    fn usual() -> Vec<Self> {
+        let usual = [
+            "bodies[0].nodes",
+            "bodies[0].pieces",
+            "bodies[0].smallest_determinant",
+            "bodies[0].energy.imbalance",
+            "bodies[0].energy.largest_cut_addition",
+            "stepping.steps",
+        ];
+        usual
+            .map(|path| Self::Summary {
+                path: path.to_owned(),
+                name: None,
+            })
+            .to_vec()
+    }
+}
+
+/// A plan that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The text is not as it must be.
+    #[error(transparent)]
+    Text(#[from] TextError),
+    /// A change that all cases share cannot be understood.
+    #[error("{place}: {source}")]
+    Set {
+        /// Where.
+        place: Place,
+        /// What is wrong with it.
+        source: Box<OverrideError>,
+    },
+}
+
+/// The plan as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename = "Plan")]
+struct Written {
+    version: u32,
+    scene: String,
+    #[serde(default)]
+    set: Vec<String>,
+    design: Design,
+    keys: Vec<SweptKey>,
+    #[serde(default)]
+    results: Option<Vec<ResultColumn>>,
+}
+
+impl Plan {
+    /// Reads the plan `file` and validates all of it that does not need the scene.
+    ///
+    /// # Errors
+    /// A [`PlanError`] that names the place and what to do.
+    pub fn load(file: &Path) -> Result<Self, PlanError> {
+        let text = read_settings(file, WHOLE)?;
+        Self::from_text(&text, file)
+    }
+
+    /// As [`Plan::load`], for a text that is at hand; `file` names it in messages, and relative paths
+    /// start at its folder.
+    ///
+    /// # Errors
+    /// As [`Plan::load`].
+    pub fn from_text(text: &str, file: &Path) -> Result<Self, PlanError> {
+        let source = Source {
+            file: file.to_owned(),
+            text: text.to_owned(),
+        };
+        let origin = file.display().to_string();
+        let written: Written = parse(text, Syntax::Ron, &origin, WHOLE)?;
+        source.require(
+            written.version == VERSION,
+            "version",
+            &written.version,
+            &format!("this program reads version {VERSION}"),
+        )?;
+        let set = written.set.iter().enumerate().map(|(index, text)| {
+            Override::parse(text).map_err(|error| PlanError::Set {
+                place: source.place(&format!("set[{index}]")),
+                source: Box::new(error),
+            })
+        });
+        let plan = Self {
+            scene: scene_path(&written.scene, file),
+            set: set.collect::<Result<_, _>>()?,
+            design: written.design,
+            keys: written.keys,
+            results: written.results.unwrap_or_else(ResultColumn::usual),
+            source,
+        };
+        plan.validate()?;
+        Ok(plan)
+    }
+
+    /// Name of the plan's file, without folder and ending.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let stem = self.source.file.file_stem();
+        stem.map_or("sweep".into(), |stem| stem.to_string_lossy())
+            .into_owned()
+    }
+
+    /// The plan's file.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.source.file
+    }
+
+    /// Where the plan has one of the changes that all cases share; where it names the scene if it has no such.
+    #[must_use]
+    pub fn place_of_change(&self, change: &str) -> Place {
+        let index = self.set.iter().position(|set| set.to_string() == change);
+        index.map_or_else(
+            || self.place_of_scene(),
+            |index| self.source.place(&format!("set[{index}]")),
+        )
+    }
+
+    /// Where the plan has the values of a key, or all keys where none is meant.
+    #[must_use]
+    pub fn place_of_key(&self, index: Option<usize>) -> Place {
+        let path = index.map(|index| format!("keys[{index}].values"));
+        self.source.place(path.as_deref().unwrap_or("keys"))
+    }
+
+    /// Where the plan names its scene.
+    #[must_use]
+    pub fn place_of_scene(&self) -> Place {
+        self.source.place("scene")
+    }
+
+    fn validate(&self) -> Result<(), PlanError> {
+        let source = &self.source;
+        source.require(
+            !self.keys.is_empty(),
+            "keys",
+            &"[]",
+            "name a key of the scene that changes from case to case",
+        )?;
+        let mut names: BTreeSet<String> = RESERVED.map(str::to_owned).into();
+        for (index, key) in self.keys.iter().enumerate() {
+            let path = format!("keys[{index}]");
+            self.key(&path, key)?;
+            source.require(
+                names.insert(key.name().to_owned()),
+                &format!("{path}.name"),
+                &format!("'{}'", key.name()),
+                "another column is called so; give each a name of its own",
+            )?;
+        }
+        for (index, result) in self.results.iter().enumerate() {
+            let path = format!("results[{index}]");
+            let name = result.name();
+            source.require(
+                names.insert(name.clone()),
+                &format!("{path}.name"),
+                &format!("'{name}'"),
+                "another column is called so; give each a name of its own",
+            )?;
+            if let ResultColumn::Summary { path: place, .. } = result {
+                source.require(
+                    KeyPath::parse(place).is_some(),
+                    &format!("{path}.path"),
+                    &format!("'{place}'"),
+                    "it must be a path such as bodies[0].energy.elastic",
+                )?;
+            }
+            if let ResultColumn::Largest { file, .. } | ResultColumn::Smallest { file, .. } = result
+            {
+                source.require(
+                    file.ends_with(".csv") && !file.contains(['/', '\\']),
+                    &format!("{path}.file"),
+                    &format!("'{file}'"),
+                    "it must be a table of a run's folder, such as history.csv or tools.csv",
+                )?;
+            }
+        }
+        let count = self.case_count();
+        source.require(
+            (1..=MOST_CASES).contains(&count),
+            "design",
+            &format!("one of {count} cases"),
+            &format!("a sweep has from 1 to {MOST_CASES}"),
+        )
+    }
+
+    fn key(&self, path: &str, key: &SweptKey) -> Result<(), PlanError> {
+        let source = &self.source;
+        for (at, text) in std::iter::once(&key.key).chain(&key.also).enumerate() {
+            let here = at.checked_sub(1);
+            let here = here.map_or(format!("{path}.key"), |at| format!("{path}.also[{at}]"));
+            source.require(
+                KeyPath::parse(text).is_some(),
+                &here,
+                &format!("'{text}'"),
+                "it must be a key path of the scene, such as bodies[0].material.density",
+            )?;
+        }
+        source.require(
+            key.write.contains("{}"),
+            &format!("{path}.write"),
+            &format!("'{}'", key.write),
+            "it must hold {} where the value goes, such as \"Nodes({})\"",
+        )?;
+        let values = format!("{path}.values");
+        match (&key.values, self.design) {
+            (Values::Of(list), design) => {
+                source.require(
+                    !list.is_empty(),
+                    &values,
+                    &"Of([])",
+                    "give one value at least",
+                )?;
+                let Values::Of(first) = &self.keys[0].values else {
+                    return Ok(());
+                };
+                source.require(
+                    design != Design::List || list.len() == first.len(),
+                    &values,
+                    &format!("a list of {}", list.len()),
+                    &format!(
+                        "in a List every key has as many values as the first, {}",
+                        first.len()
+                    ),
+                )
+            }
+            (Values::Uniform(low, high) | Values::LogUniform(low, high), design) => {
+                let found = format!("from {low} to {high}");
+                source.require(
+                    matches!(design, Design::LatinHypercube { .. }),
+                    &values,
+                    &found,
+                    "only a LatinHypercube draws from ranges; a List and a Grid take Of([..])",
+                )?;
+                let log = matches!(key.values, Values::LogUniform(..));
+                let fits = low < high && low.is_finite() && high.is_finite();
+                source.require(
+                    fits && (!log || *low > 0.0),
+                    &values,
+                    &found,
+                    if log {
+                        "both ends must be above 0, and the first below the second"
+                    } else {
+                        "the first must be below the second"
+                    },
+                )
+            }
+        }
+    }
+
+    /// Cases.
+    #[must_use]
+    pub fn case_count(&self) -> usize {
+        let lengths = || {
+            self.keys.iter().map(|key| match &key.values {
+                Values::Of(list) => list.len(),
+                Values::Uniform(..) | Values::LogUniform(..) => 1,
+            })
+        };
+        match self.design {
+            Design::List => lengths().next().unwrap_or(0),
+            Design::Grid => lengths().fold(1, usize::saturating_mul),
+            Design::LatinHypercube { cases, .. } => cases as usize,
+        }
+    }
+}
+
+impl Source {
+    /// Where the value of a key path of the plan stands.
+    pub(crate) fn place(&self, path: &str) -> Place {
+        let origin = self.file.display().to_string();
+        place_of(path, &self.text, Syntax::Ron, &origin, &[])
+    }
+
+    pub(crate) fn require(
+        &self,
+        fits: bool,
+        path: &str,
+        found: &dyn std::fmt::Display,
+        must: &str,
+    ) -> Result<(), PlanError> {
+        if fits {
+            return Ok(());
+        }
+        Err(TextError::At {
+            place: self.place(path),
+            path: path.to_owned(),
+            problem: format!("{path} is {found}; {must}"),
+        }
+        .into())
+    }
+}
+
+/// The scene as seen from the plan's folder; a name without ending that is no file is an embedded one.
+fn scene_path(scene: &str, plan: &Path) -> PathBuf {
+    let name = Path::new(scene);
+    let beside = plan
+        .parent()
+        .map_or(name.into(), |folder| folder.join(name));
+    if name.extension().is_none() && !beside.exists() {
+        name.to_owned()
+    } else {
+        beside
+    }
+}

@@ -1,0 +1,217 @@
+//! Running cases by processes of their own.
+
+use std::collections::VecDeque;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
+use std::thread;
+use std::time::Duration;
+
+use crate::output::{Interrupt, OutputError};
+
+use super::case::{Case, Outcome};
+
+/// Between two looks at a process.
+const NAP: Duration = Duration::from_millis(20);
+
+/// How cases are run.
+#[derive(Debug, Clone)]
+pub struct PoolOptions {
+    /// The program and its arguments that run a case; the number of the case follows.
+    pub command: Vec<std::ffi::OsString>,
+    /// Processes at a time.
+    pub jobs: usize,
+    /// Whether failed cases are run again.
+    pub retry: bool,
+    /// What may ask to stop.
+    pub interrupt: Interrupt,
+}
+
+/// What became of the cases.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Cases that were finished before.
+    pub before: usize,
+    /// Cases that came to an end, good or bad, in the order of their ends.
+    pub run: Vec<Outcome>,
+    /// Every failed case, those of before too, in order.
+    pub failed: Vec<Outcome>,
+}
+
+/// A sweep that did not come to its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PoolError {
+    /// No process can be started.
+    #[error("cannot start {}: {source}", program.display())]
+    Start {
+        /// The program.
+        program: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// An outcome cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A process ended without an outcome and without fault of its scene.
+    #[error("case {case}: {said}")]
+    Case {
+        /// Number of the case.
+        case: usize,
+        /// What it said.
+        said: String,
+    },
+    /// It was asked to stop.
+    #[error("stopped with {left} cases left; the same command goes on with them")]
+    Stopped {
+        /// Cases that are not finished.
+        left: usize,
+    },
+}
+
+/// What the workers share.
+struct Queue<'a> {
+    cases: Mutex<VecDeque<&'a Case>>,
+    ended: Mutex<Vec<Outcome>>,
+    error: Mutex<Option<PoolError>>,
+}
+
+/// Runs what is not finished of `cases`, each by a process of its own, and says how each ended by `told`,
+/// which may be called from any thread.
+///
+/// # Errors
+/// [`PoolError`]; what was finished by then stays so.
+pub fn run_cases(
+    cases: &[Case],
+    sweep: &Path,
+    options: &PoolOptions,
+    told: &(dyn Fn(&Outcome, usize) + Sync),
+) -> Result<Tally, PoolError> {
+    let is_open = |case: &&Case| match case.outcome(sweep) {
+        None => true,
+        Some(outcome) => options.retry && outcome.error.is_some(),
+    };
+    let open: VecDeque<&Case> = cases.iter().filter(is_open).collect();
+    let count = open.len();
+    let queue = Queue {
+        cases: Mutex::new(open),
+        ended: Mutex::default(),
+        error: Mutex::default(),
+    };
+    thread::scope(|scope| {
+        for _ in 0..options.jobs.min(count) {
+            scope.spawn(|| work(&queue, sweep, options, told));
+        }
+    });
+    let run = locked(&queue.ended).clone();
+    let failed = queue.error.into_inner().unwrap_or_else(|p| p.into_inner());
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    if run.len() < count {
+        let left = count - run.len();
+        return Err(PoolError::Stopped { left });
+    }
+    let outcomes = cases.iter().filter_map(|case| case.outcome(sweep));
+    Ok(Tally {
+        before: cases.len() - count,
+        run,
+        failed: outcomes.filter(|o| o.error.is_some()).collect(),
+    })
+}
+
+/// Takes cases off the queue until it is empty, someone asks to stop or something is wrong.
+fn work(
+    queue: &Queue<'_>,
+    sweep: &Path,
+    options: &PoolOptions,
+    told: &(dyn Fn(&Outcome, usize) + Sync),
+) {
+    while !options.interrupt.asked() && locked(&queue.error).is_none() {
+        let Some(case) = locked(&queue.cases).pop_front() else {
+            return;
+        };
+        match run_one(case, sweep, options) {
+            Ok(Some(outcome)) => {
+                let mut ended = locked(&queue.ended);
+                ended.push(outcome.clone());
+                let left = locked(&queue.cases).len();
+                drop(ended);
+                told(&outcome, left);
+            }
+            Ok(None) => return,
+            Err(error) => {
+                locked(&queue.error).get_or_insert(error);
+            }
+        }
+    }
+}
+
+/// A lock whose holder may have panicked: what it guards is whole at all times.
+fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Runs a case by a process; nothing if it was asked to stop.
+fn run_one(case: &Case, sweep: &Path, options: &PoolOptions) -> Result<Option<Outcome>, PoolError> {
+    let program = options.command.first().map(PathBuf::from);
+    let program = program.unwrap_or_default();
+    let started = Command::new(&program)
+        .args(options.command.iter().skip(1))
+        .arg(case.number.to_string())
+        // It ends when this pipe does, and so not after the program that started it.
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn();
+    let mut child = started.map_err(|source| PoolError::Start { program, source })?;
+    let listener = child.stderr.take().map(|mut stderr| {
+        thread::spawn(move || {
+            let mut said = Vec::new();
+            // What cannot be read is not said.
+            let _ = stderr.read_to_end(&mut said);
+            String::from_utf8_lossy(&said).into_owned()
+        })
+    });
+    let status = wait(&mut child, &options.interrupt);
+    let said = listener.and_then(|listener| listener.join().ok());
+    if let Some(outcome) = case.outcome(sweep) {
+        return Ok(Some(outcome));
+    }
+    if options.interrupt.asked() {
+        return Ok(None);
+    }
+    let said = said.unwrap_or_default();
+    match status {
+        // It says itself why it could not begin or write.
+        Ok(status) if status.code() == Some(1) => Err(PoolError::Case {
+            case: case.number,
+            said: said.trim_start_matches("error: ").trim().to_owned(),
+        }),
+        // Ended by the system, for want of memory say: that is how this case ends.
+        Ok(status) => Ok(Some(
+            case.end(sweep, Some(format!("the process ended with {status}")))?,
+        )),
+        Err(source) => Err(PoolError::Case {
+            case: case.number,
+            said: source.to_string(),
+        }),
+    }
+}
+
+/// Waits for a process; if someone asks to stop it is told so.
+fn wait(child: &mut Child, interrupt: &Interrupt) -> io::Result<std::process::ExitStatus> {
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if interrupt.asked() {
+            drop(child.stdin.take());
+            return child.wait();
+        }
+        thread::sleep(NAP);
+    }
+}

@@ -1,0 +1,316 @@
+//! A page of all keys that a format has, made from its schema.
+
+use std::fmt::{self, Write};
+
+use serde_json::Value;
+
+/// Where a key stands, the type that has it, and its name.
+pub(crate) type KeyRow = (&'static str, &'static str, &'static str);
+
+/// A reference of keys as Markdown: types, defaults and meaning.
+///
+/// Made from the schema of the types that read a text, so it cannot say what they do not.
+#[derive(Debug)]
+pub(crate) struct KeyPage<'a> {
+    page: String,
+    /// Types that have a section already.
+    told: Vec<String>,
+    schema: &'a Value,
+    /// Keys that are not told among those of their types.
+    compared: &'a [KeyRow],
+}
+
+impl<'a> KeyPage<'a> {
+    /// An empty page for the types of a schema. The keys of `compared` are left out of the tables of their types,
+    /// which refer to the heading "Keys to compare with" instead; [`KeyPage::rows`] tells them there.
+    pub(crate) fn new(schema: &'a Value, compared: &'a [KeyRow]) -> Self {
+        Self {
+            page: String::new(),
+            told: Vec::new(),
+            schema,
+            compared,
+        }
+    }
+
+    /// The page.
+    pub(crate) fn finish(self) -> String {
+        self.page
+    }
+
+    /// Adds a text.
+    pub(crate) fn text(&mut self, text: &str) {
+        self.page.push_str(text);
+    }
+
+    /// Adds rows of a table, one for each key, with the places where they stand.
+    pub(crate) fn rows(&mut self, rows: &[KeyRow]) {
+        for (place, name, key) in rows {
+            let definition = self.definition(name);
+            let content = &definition["properties"][*key];
+            self.key_row(definition, key, content, &format!("{place}."));
+        }
+    }
+
+    /// Adds the section of the whole format, called `name`, and of all types that it names.
+    pub(crate) fn whole(&mut self, name: &str, title: &str, schema: &Value) {
+        self.told.push(name.to_owned());
+        self.section(name, title, schema);
+        let mut named = Vec::new();
+        self.references(name, schema, &mut named);
+        self.sections(named);
+    }
+
+    /// Adds the sections of types that only the keys of these rows name.
+    pub(crate) fn types_of(&mut self, rows: &[KeyRow]) {
+        let mut named = Vec::new();
+        for (_, name, key) in rows {
+            let definition = self.definition(name);
+            self.references("", &definition["properties"][*key], &mut named);
+        }
+        self.sections(named);
+    }
+
+    /// Sections of the types that are `named`, each followed by those that it is the first to name.
+    fn sections(&mut self, mut named: Vec<String>) {
+        named.reverse();
+        while let Some(name) = named.pop() {
+            if self.told.contains(&name) {
+                continue;
+            }
+            let definition = self.definition(&name);
+            self.section(&name, &name, definition);
+            let mut next = Vec::new();
+            self.references(&name, definition, &mut next);
+            self.told.push(name);
+            named.extend(next.into_iter().rev());
+        }
+    }
+
+    fn definition(&self, name: &str) -> &'a Value {
+        &self.schema["$defs"][name]
+    }
+
+    fn section(&mut self, name: &str, title: &str, definition: &Value) {
+        let mut paragraphs = text(definition).split("\n\n");
+        self.push(format_args!("\n### {title}\n"));
+        for paragraph in paragraphs.by_ref() {
+            self.push(format_args!("\n{}\n", paragraph.replace('\n', " ")));
+        }
+        if let Some(choices) = definition.get("oneOf").and_then(Value::as_array) {
+            self.push("\n| choice | value | default | meaning |\n|---|---|---|---|\n");
+            for choice in choices {
+                self.choice_rows(choice);
+            }
+        } else if definition.get("const").is_some() {
+            self.push("\n| choice | value | default | meaning |\n|---|---|---|---|\n");
+            self.choice_rows(definition);
+        } else {
+            self.push("\n| key | value | default | meaning |\n|---|---|---|---|\n");
+            self.key_rows(definition, name, "");
+            let compared =
+                properties(definition).filter(|(key, _)| is_compared(self.compared, name, key));
+            let compared: Vec<String> = compared.map(|(key, _)| format!("`{key}`")).collect();
+            if !compared.is_empty() {
+                let keys = compared.join(", ");
+                let see = "[to compare with](#keys-to-compare-with)";
+                self.push(format_args!("\nAnd {see}: {keys}.\n"));
+            }
+        }
+    }
+
+    /// Rows of one choice of an enum and of its keys.
+    fn choice_rows(&mut self, choice: &Value) {
+        if let Some(name) = choice.get("const").and_then(Value::as_str) {
+            self.push(format_args!("| `{name}` | | | {} |\n", one_line(choice)));
+            return;
+        }
+        for (name, content) in properties(choice) {
+            if content.get("properties").is_some() {
+                self.push(format_args!(
+                    "| `{name}(..)` | | | {} |\n",
+                    one_line(choice)
+                ));
+                self.key_rows(content, "", "· ");
+            } else {
+                self.push(format_args!(
+                    "| `{name}(..)` | {} | | {} |\n",
+                    value_of(content),
+                    one_line(choice)
+                ));
+            }
+        }
+    }
+
+    fn key_rows(&mut self, definition: &Value, name: &str, indent: &str) {
+        let compared = self.compared;
+        let keys = properties(definition).filter(|(key, _)| !is_compared(compared, name, key));
+        for (key, content) in keys {
+            self.key_row(definition, key, content, indent);
+        }
+    }
+
+    /// The row of a key; `before` stands before it, in its quotes where it is a path.
+    fn key_row(&mut self, definition: &Value, key: &str, content: &Value, before: &str) {
+        let required = definition.get("required").and_then(Value::as_array);
+        let default = if required.is_some_and(|keys| keys.iter().any(|one| one == key)) {
+            "required".to_owned()
+        } else {
+            default_of(content)
+        };
+        let shown = match before.strip_suffix('.') {
+            Some(path) => format!("`{path}.{key}`"),
+            None => format!("{before}`{key}`"),
+        };
+        self.push(format_args!(
+            "| {shown} | {} | {default} | {} |\n",
+            value_of(content),
+            one_line(content)
+        ));
+    }
+
+    /// The types that `definition`, that of the type `owner`, names, in order; those of keys to compare with are
+    /// left out.
+    fn references(&self, owner: &str, definition: &Value, found: &mut Vec<String>) {
+        if let Some(name) = reference(definition) {
+            found.push(name.to_owned());
+        }
+        match definition {
+            Value::Object(keys) => keys
+                .iter()
+                .filter(|(key, _)| {
+                    *key != "$defs" && *key != "default" && !is_compared(self.compared, owner, key)
+                })
+                .for_each(|(_, value)| self.references(owner, value, found)),
+            Value::Array(items) => items
+                .iter()
+                .for_each(|item| self.references(owner, item, found)),
+            _ => {}
+        }
+    }
+
+    fn push(&mut self, part: impl fmt::Display) {
+        write!(self.page, "{part}").expect("a string takes all that is written to it");
+    }
+}
+
+fn is_compared(compared: &[KeyRow], name: &str, key: &str) -> bool {
+    let mut compared = compared.iter();
+    compared.any(|(_, owner, one)| (*owner, *one) == (name, key))
+}
+
+fn properties(definition: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    definition
+        .get("properties")
+        .and_then(Value::as_object)
+        .into_iter()
+        .flatten()
+}
+
+fn text(definition: &Value) -> &str {
+    definition
+        .get("description")
+        .and_then(Value::as_str)
+        .unwrap_or_default()
+}
+
+fn one_line(definition: &Value) -> String {
+    text(definition).replace('\n', " ").replace('|', "\\|")
+}
+
+/// Name of the type that `definition` refers to.
+fn reference(definition: &Value) -> Option<&str> {
+    definition
+        .get("$ref")
+        .and_then(Value::as_str)
+        .and_then(|path| path.rsplit('/').next())
+}
+
+/// What may stand as the value.
+fn value_of(definition: &Value) -> String {
+    if let Some(name) = reference(definition) {
+        return format!("[{name}](#{})", name.to_lowercase());
+    }
+    if let Some(options) = definition.get("anyOf").and_then(Value::as_array) {
+        let names: Vec<String> = options.iter().map(value_of).collect();
+        return names.join(" or ");
+    }
+    match definition.get("type") {
+        Some(Value::Array(kinds)) => {
+            let names: Vec<String> = kinds
+                .iter()
+                .filter_map(Value::as_str)
+                .map(|kind| simple(kind, definition))
+                .collect();
+            names.join(" or ")
+        }
+        Some(Value::String(kind)) => simple(kind, definition),
+        _ => String::new(),
+    }
+}
+
+fn simple(kind: &str, definition: &Value) -> String {
+    match kind {
+        "number" => "number".to_owned(),
+        "integer" => "whole number".to_owned(),
+        "string" => "text".to_owned(),
+        "boolean" => "`true` or `false`".to_owned(),
+        "null" => "`None`".to_owned(),
+        "array" => {
+            let first = definition.get("prefixItems").and_then(|items| items.get(0));
+            let item = definition.get("items").or(first);
+            let item = item.map(value_of).unwrap_or_default();
+            match definition.get("minItems").and_then(Value::as_u64) {
+                Some(length) => format!("{length} {item}s"),
+                None if item.ends_with("numbers") => format!("list of ({item})"),
+                None => format!("list of {item}"),
+            }
+        }
+        other => other.to_owned(),
+    }
+}
+
+/// The default as it would be written in a scene; a group's defaults stand in its own table.
+fn default_of(definition: &Value) -> String {
+    let Some(default) = definition.get("default") else {
+        return String::new();
+    };
+    match default {
+        Value::Object(keys) if keys.keys().all(|key| !is_choice(key)) => {
+            "its own defaults".to_owned()
+        }
+        default => format!("`{}`", ron_of(default)),
+    }
+}
+
+fn is_choice(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_uppercase())
+}
+
+fn ron_of(value: &Value) -> String {
+    match value {
+        Value::Null => "None".to_owned(),
+        Value::String(name) if is_choice(name) => name.clone(),
+        Value::Array(items) if items.is_empty() => "[]".to_owned(),
+        Value::Array(items) => {
+            let items: Vec<String> = items.iter().map(ron_of).collect();
+            format!("({})", items.join(", "))
+        }
+        Value::Object(keys) => {
+            let parts: Vec<String> = keys
+                .iter()
+                .map(|(key, value)| match value {
+                    Value::Object(_) if is_choice(key) => format!("{key}{}", ron_of(value)),
+                    _ if is_choice(key) => format!("{key}({})", ron_of(value)),
+                    _ => format!("{key}: {}", ron_of(value)),
+                })
+                .collect();
+            let text = parts.join(", ");
+            if keys.keys().all(|key| is_choice(key)) {
+                text
+            } else {
+                format!("({text})")
+            }
+        }
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,178 @@
+//! Changes of single values of a settings file: `path.to.key=value`.
+
+use std::fmt;
+
+use crate::error::{OverrideError, OverrideProblem, Place};
+use crate::key_path::{KeyPath, Segment};
+use crate::tree::{Content, Node, Syntax, line_column};
+
+/// A change of one value: `path.to.key=value`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Override {
+    path: KeyPath,
+    value: String,
+}
+
+impl Override {
+    /// Reads `path.to.key=value`; the value is RON.
+    ///
+    /// # Errors
+    /// [`OverrideError`] if there is no `=`, no key path before it or no single RON value
+    /// after it.
+    pub fn parse(text: &str) -> Result<Self, OverrideError> {
+        let error = |problem| OverrideError {
+            text: shortened(text),
+            problem,
+        };
+        let (path, value) = text
+            .split_once('=')
+            .ok_or_else(|| error(OverrideProblem::NoEquals))?;
+        let (path, value) = (path.trim(), value.trim());
+        let path = KeyPath::parse(path).ok_or_else(|| {
+            error(OverrideProblem::NoPath {
+                path: shortened(path),
+            })
+        })?;
+        if Node::read(value).is_none() {
+            return Err(error(OverrideProblem::NoValue {
+                value: shortened(value),
+            }));
+        }
+        Ok(Self {
+            path,
+            value: value.to_owned(),
+        })
+    }
+
+    /// The path.
+    #[must_use]
+    pub fn path(&self) -> &KeyPath {
+        &self.path
+    }
+
+    /// The first key, at which the path begins.
+    #[must_use]
+    pub fn section(&self) -> &str {
+        match self.path.0.first() {
+            Some(Segment::Key(key)) => key,
+            _ => "",
+        }
+    }
+
+    /// The number that the last of `overrides` gives the value at `path`, if one does.
+    #[must_use]
+    pub fn number(overrides: &[Self], path: &str) -> Option<f64> {
+        let path = KeyPath::parse(path)?;
+        let change = overrides.iter().rev().find(|change| change.path == path)?;
+        change.value.parse().ok()
+    }
+
+    /// The text with the value in place of what stands at the path, or added where nothing does.
+    ///
+    /// # Errors
+    /// [`OverrideProblem`] if there is nothing to set there.
+    pub fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
+        let tree = Node::read(text).ok_or(OverrideProblem::NoPart {
+            path: "the text".to_owned(),
+        })?;
+        let mut node = tree.inner();
+        for (depth, segment) in self.path.0.iter().enumerate() {
+            if let Some(child) = node.child(segment) {
+                let last = depth + 1 == self.path.0.len();
+                node = if last { child } else { child.inner() };
+                continue;
+            }
+            let above = KeyPath(self.path.0[..depth].to_vec()).to_string();
+            let (at, end, before, after) = match (&node.content, segment) {
+                (Content::Struct { open, .. }, Segment::Key(_)) => (*open, *open, "", ", "),
+                (Content::Tuple { items, .. }, Segment::Key(_)) if items.is_empty() => {
+                    (node.span.start, node.span.end, "(", ")")
+                }
+                (Content::Leaf, Segment::Key(_)) if &text[node.span.clone()] == "None" => {
+                    (node.span.start, node.span.end, "(", ")")
+                }
+                (Content::List(items) | Content::Tuple { items, .. }, Segment::Index(index)) => {
+                    return Err(OverrideProblem::NoEntry {
+                        path: above,
+                        length: items.len(),
+                        index: *index,
+                    });
+                }
+                _ => return Err(OverrideProblem::NoPart { path: above }),
+            };
+            let added = self.nested(depth, &above)?;
+            return Ok(format!(
+                "{}{before}{added}{after}{}",
+                &text[..at],
+                &text[end..]
+            ));
+        }
+        Ok(format!(
+            "{}{}{}",
+            &text[..node.span.start],
+            self.value,
+            &text[node.span.end..]
+        ))
+    }
+
+    /// The value wrapped in the keys from `depth` on.
+    fn nested(&self, depth: usize, above: &str) -> Result<String, OverrideProblem> {
+        let mut text = self.value.clone();
+        for (from_end, segment) in self.path.0[depth..].iter().rev().enumerate() {
+            let Segment::Key(key) = segment else {
+                return Err(OverrideProblem::NoPart {
+                    path: above.to_owned(),
+                });
+            };
+            text = if from_end == 0 {
+                format!("{key}: {text}")
+            } else {
+                format!("{key}: ({text})")
+            };
+        }
+        Ok(text)
+    }
+}
+
+impl fmt::Display for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.path, self.value)
+    }
+}
+
+/// A long text's beginning, for messages of one line.
+pub(crate) fn shortened(text: &str) -> String {
+    const SHOWN: usize = 200;
+    match text.char_indices().nth(SHOWN) {
+        None => text.to_owned(),
+        Some((end, _)) => format!("{}.. ({} bytes)", &text[..end], text.len()),
+    }
+}
+
+/// Where the value of a key path was written: in an override or in the text, which may be empty.
+#[must_use]
+pub fn place_of(
+    path: &str,
+    text: &str,
+    syntax: Syntax,
+    origin: &str,
+    overrides: &[Override],
+) -> Place {
+    let path = KeyPath::parse(path);
+    let mut changes = overrides.iter().rev();
+    let sets = |change: &&Override| path.as_ref().is_some_and(|path| change.path.contains(path));
+    if let Some(change) = changes.find(sets) {
+        return Place {
+            origin: format!("--set {}", shortened(&change.to_string())),
+            position: None,
+        };
+    }
+    let byte = syntax
+        .tree(text)
+        .zip(path)
+        .map(|(tree, path)| tree.place_of(&path));
+    Place {
+        origin: origin.to_owned(),
+        position: byte.map(|byte| line_column(text, byte)),
+    }
+}

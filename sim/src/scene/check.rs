@@ -1,0 +1,281 @@
+//! What a scene's values must be: checked once, so that nothing later meets a surprise.
+
+/// What settings of a leaf find at fault in themselves, told at their place in the scene.
+macro_rules! tell {
+    ($checks:expr, $place:expr, $bad:expr) => {
+        for bad in $bad {
+            $checks.within($place, &bad.field, bad.found, bad.must);
+        }
+    };
+}
+
+mod body;
+mod event;
+mod faults;
+mod file;
+mod material;
+mod method;
+mod rigid;
+mod suggest;
+
+use super::settings::{Coloring, Integration, Pictures, Rest, Show};
+use super::{Scene, VERSION};
+use body::body;
+use event::{cut, support, tool};
+pub use faults::Fault;
+use faults::{Checks, triple};
+use rigid::rigid;
+pub use suggest::{DidYouMean, nearest};
+
+impl Scene {
+    /// Checks every value, so that nothing later meets a surprise.
+    ///
+    /// # Errors
+    /// The first value that is not as it must be, with its key path and a remedy.
+    pub fn validate(&self) -> Result<(), Fault> {
+        let scene = self;
+        let mut all = Checks::default();
+        let checks = &mut all;
+        whole(checks, scene);
+        integration(checks, &scene.integration);
+        for (index, item) in scene.bodies.iter().enumerate() {
+            body(checks, &format!("bodies[{index}]"), item);
+        }
+        let names = scene.bodies.iter().map(|body| body.name.as_str());
+        unique(checks, "bodies", names);
+        for (index, item) in scene.supports.iter().enumerate() {
+            support(checks, &format!("supports[{index}]"), item, &scene.bodies);
+        }
+        if let Some(gravity) = &scene.gravity {
+            checks.finite("gravity.acceleration", gravity.acceleration);
+            checks.not_negative("gravity.ramp", gravity.ramp, " (s)");
+        }
+        for (index, item) in scene.tools.iter().enumerate() {
+            tool(checks, &format!("tools[{index}]"), item, &scene.bodies);
+        }
+        let names = scene.tools.iter().map(|tool| tool.name.as_str());
+        unique(checks, "tools", names);
+        for (index, item) in scene.cuts.iter().enumerate() {
+            cut(checks, &format!("cuts[{index}]"), item, scene);
+        }
+        let names = scene.cuts.iter().map(|cut| cut.name.as_str());
+        unique(checks, "cuts", names);
+        stepping(checks, scene);
+        observe(checks, scene);
+        if let Some(settings) = &scene.pictures {
+            pictures(checks, settings);
+            limited(
+                checks,
+                "pictures.rate",
+                settings.rate,
+                MOST_FRAMES,
+                scene,
+                "frames",
+            );
+        }
+        all.first()
+    }
+}
+
+fn whole(checks: &mut Checks, scene: &Scene) {
+    checks.require(
+        scene.version == VERSION,
+        "version",
+        scene.version,
+        format_args!("this program reads version {VERSION}"),
+    );
+    checks.require(
+        is_file_name(&scene.name),
+        "name",
+        format_args!("'{}'", scene.name),
+        "it names the output folder: use letters, digits, '-', '_', '.' or spaces, and begin with \
+         a letter or digit",
+    );
+    checks.require(
+        !scene.bodies.is_empty(),
+        "bodies",
+        "empty",
+        "a scene needs one body at least, such as (shape: Liver(width: 0.166))",
+    );
+    checks.require(
+        scene.bodies.len() <= MOST_BODIES,
+        "bodies",
+        format_args!("a list of {}", scene.bodies.len()),
+        format_args!("a scene may have {MOST_BODIES} at most"),
+    );
+}
+
+fn observe(checks: &mut Checks, scene: &Scene) {
+    let rate = scene.observe.history_rate;
+    checks.positive("observe.history_rate", rate, " (1/s)");
+    limited(
+        checks,
+        "observe.history_rate",
+        rate,
+        MOST_ROWS,
+        scene,
+        "rows",
+    );
+    let rate = scene.observe.force_rate;
+    checks.positive("observe.force_rate", rate, " (1/s)");
+    if !scene.tools.is_empty() {
+        limited(checks, "observe.force_rate", rate, MOST_ROWS, scene, "rows");
+    }
+    if let Some(rate) = scene.observe.state_rate {
+        checks.positive("observe.state_rate", rate, " (1/s)");
+        limited(
+            checks,
+            "observe.state_rate",
+            rate,
+            MOST_FRAMES,
+            scene,
+            "states",
+        );
+    }
+    if let Some(period) = scene.observe.checkpoint {
+        checks.positive("observe.checkpoint", period, " (s)");
+    }
+}
+
+/// Most bodies: pictures number two surfaces of each in 16 bits.
+const MOST_BODIES: usize = 32_767;
+/// Most rows of `history.csv` and of `tools.csv`.
+const MOST_ROWS: f64 = 1e7;
+/// Most frames of a run.
+const MOST_FRAMES: f64 = 1e5;
+/// Most pixels of a frame (64 megapixels).
+const MOST_PIXELS: u64 = 1 << 26;
+
+fn limited(checks: &mut Checks, path: &str, rate: f64, most: f64, scene: &Scene, what: &str) {
+    let count = rate * (scene.integration.duration);
+    checks.require(
+        count <= most,
+        path,
+        rate,
+        format_args!(
+            "over {} s it makes {count:.2e} {what} and the limit is {most:.0e}",
+            scene.integration.duration
+        ),
+    );
+}
+
+fn is_file_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_alphanumeric())
+        && name.len() <= 100
+        && name
+            .chars()
+            .all(|c| c.is_alphanumeric() || "-_. ".contains(c))
+}
+
+fn unique<'a>(checks: &mut Checks, path: &str, names: impl Iterator<Item = &'a str>) {
+    let names: Vec<&str> = names.collect();
+    for (index, name) in names.iter().enumerate() {
+        checks.require(
+            !names[..index].contains(name),
+            format_args!("{path}[{index}].name"),
+            format_args!("'{name}'"),
+            "an earlier one has this name already; give each its own",
+        );
+    }
+}
+
+fn integration(checks: &mut Checks, settings: &Integration) {
+    checks.not_negative(
+        "integration.duration",
+        settings.duration,
+        " (s after settling)",
+    );
+    checks.require(
+        settings.step_factor > 0.0 && settings.step_factor <= 1.0,
+        "integration.step_factor",
+        settings.step_factor,
+        "it must be above 0 and at most 1, the largest stable step",
+    );
+    if let Some(settle) = settings.settle {
+        checks.positive("integration.settle.speed", settle.speed, " (m/s)");
+        checks.positive("integration.settle.limit", settle.limit, " (s)");
+        checks.not_negative("integration.settle.damping", settle.damping, " (1/s)");
+    }
+}
+
+/// What the scheme and the way to rest ask of the rest of the scene.
+fn stepping(checks: &mut Checks, scene: &Scene) {
+    let settings = &scene.integration;
+    let at_rest = settings
+        .settle
+        .is_some_and(|settle| settle.rest == Rest::Equilibrium);
+    checks.require(
+        !at_rest || scene.tools.is_empty(),
+        "integration.settle.rest",
+        "Equilibrium",
+        "it does not go with tools; take Motion",
+    );
+    tell!(checks, "integration.scheme", settings.scheme.check());
+    if settings.scheme.step().is_none() {
+        return;
+    }
+    for (index, body) in scene.bodies.iter().enumerate() {
+        checks.require(
+            body.damping_ratio == 0.0,
+            format_args!("bodies[{index}].damping_ratio"),
+            body.damping_ratio,
+            "implicit schemes have no viscous damping; set it to 0",
+        );
+    }
+    for (index, tool) in scene.tools.iter().enumerate() {
+        checks.require(
+            tool.release.is_none(),
+            format_args!("tools[{index}].release"),
+            "given",
+            "implicit schemes have tools on paths only; take an explicit scheme",
+        );
+    }
+}
+
+fn pictures(checks: &mut Checks, pictures: &Pictures) {
+    for (name, size) in [("width", pictures.width), ("height", pictures.height)] {
+        checks.require(
+            size >= 16,
+            format_args!("pictures.{name}"),
+            size,
+            "it must be 16 pixels or more",
+        );
+    }
+    let pixels = u64::from(pictures.width) * u64::from(pictures.height);
+    checks.require(
+        pixels <= MOST_PIXELS,
+        "pictures.width",
+        pictures.width,
+        format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}"),
+    );
+    checks.require(
+        [1, 2, 4].contains(&pictures.samples),
+        "pictures.samples",
+        pictures.samples,
+        "it must be 1, 2 or 4",
+    );
+    if let Some(behind) = pictures.background {
+        checks.color("pictures.background.top", behind.top);
+        checks.color("pictures.background.bottom", behind.bottom);
+    }
+    checks.positive("pictures.rate", pictures.rate, " (frames per second)");
+    checks.require(
+        pictures.splat_scale > 0.0 && pictures.splat_scale <= 1.0,
+        "pictures.splat_scale",
+        pictures.splat_scale,
+        "it must be above 0 and 1 at most",
+    );
+    for (index, mesh) in pictures.meshes.iter().enumerate() {
+        rigid(checks, &format!("pictures.meshes[{index}]"), mesh);
+    }
+    if let Show::Normals { length } = pictures.show {
+        checks.positive("pictures.show.length", length, " (m)");
+    }
+    match pictures.color {
+        Coloring::Tissue => {}
+        Coloring::Displacement { most } => checks.positive("pictures.color.most", most, " (m)"),
+        Coloring::Stress { most } => checks.positive("pictures.color.most", most, " (Pa)"),
+        Coloring::Curvature { most } => checks.positive("pictures.color.most", most, " (1/m)"),
+    }
+    tell!(checks, "pictures.view", pictures.view.check());
+}

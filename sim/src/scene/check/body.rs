@@ -1,0 +1,199 @@
+//! Bodies: shape, sampling, motion and looks.
+
+use glam::DVec3;
+
+use super::Checks;
+use super::file::{existing_file, scale};
+use super::{material, method};
+use crate::scene::Shape;
+use crate::scene::body::{Body, Form, SurfelSettings, SurfelSpacing, SurfelTarget, Target};
+
+pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
+    shape(checks, &format!("{path}.shape"), &body.shape);
+    checks.finite(format_args!("{path}.position"), body.position);
+    checks.finite(format_args!("{path}.rotation"), body.rotation);
+    checks.positive(
+        format_args!("{path}.scale"),
+        body.scale,
+        ", 1 for the size that the shape says",
+    );
+    sampling(checks, path, body);
+    material::of(checks, path, body);
+    method::method(checks, path, body);
+    tell!(checks, &format!("{path}.cut_rule"), body.cut_rule.check());
+    checks.require(
+        (0.0..=1.0).contains(&body.damping_ratio),
+        format_args!("{path}.damping_ratio"),
+        body.damping_ratio,
+        "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)",
+    );
+    checks.require(
+        (0.0..=0.1).contains(&body.moved_mass),
+        format_args!("{path}.moved_mass"),
+        body.moved_mass,
+        "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third",
+    );
+    checks.not_negative(format_args!("{path}.damping"), body.damping, " (1/s)");
+    surfels(
+        checks,
+        &format!("{path}.surfels"),
+        &body.surfels,
+        &body.shape,
+    );
+}
+
+fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
+    tell!(checks, path, shape.check());
+    if let Shape::Mesh { file, .. } = shape {
+        existing_file(checks, &format!("{path}.file"), file, "a mesh file");
+    }
+}
+
+fn sampling(checks: &mut Checks, of: &str, body: &Body) {
+    let path = &format!("{of}.sampling");
+    let sampling = &body.sampling;
+    const FEWEST_NODES: u32 = 4;
+    let limit = sampling.limit;
+    checks.require(
+        limit >= FEWEST_NODES,
+        format_args!("{path}.limit"),
+        limit,
+        format_args!("a body needs {FEWEST_NODES} nodes at least"),
+    );
+    checks.require(
+        (1.0..=32.0).contains(&sampling.coarsest),
+        format_args!("{path}.coarsest"),
+        sampling.coarsest,
+        "it must be from 1 (the same everywhere) to 32",
+    );
+    for (index, refined) in sampling.refine.iter().enumerate() {
+        tell!(checks, &format!("{path}.refine[{index}]"), refined.check());
+    }
+    let target = format!("{path}.target");
+    match sampling.target {
+        Target::Nodes(count) => checks.require(
+            (FEWEST_NODES..=limit).contains(&count),
+            target,
+            format_args!("Nodes({count})"),
+            format_args!(
+                "it must be from {FEWEST_NODES} to {limit} nodes; for more raise {path}.limit"
+            ),
+        ),
+        Target::Lattice(x, y, z) => {
+            let found = format!("Lattice({x}, {y}, {z})");
+            let plain = sampling.form == Form::Tetrahedra
+                && sampling.coarsest <= 1.0
+                && sampling.refine.is_empty();
+            checks.require(
+                plain && matches!(body.shape, Shape::Box { .. }) && body.rotation == DVec3::ZERO,
+                &target,
+                &found,
+                "a lattice is of a Box that is not turned, of form Tetrahedra, with coarsest 1 and nothing to refine");
+            let nodes: f64 = [x, y, z].into_iter().map(f64::from).product();
+            checks.require(
+                x.min(y).min(z) >= 2 && nodes <= f64::from(limit),
+                target,
+                found,
+                format_args!(
+                    "it must have 2 nodes or more along each axis, and {limit} at most in all; for more raise \
+                     {path}.limit"
+                ));
+        }
+        Target::Spacing(spacing) => {
+            checks.require(
+                spacing.is_finite() && spacing > 0.0,
+                &target,
+                format_args!("Spacing({spacing:?})"),
+                "it must be above 0 (m), such as 0.006 for an organ",
+            );
+            let Some(volume) = body.rough_volume() else {
+                return;
+            };
+            let nodes = volume / (spacing * spacing * spacing);
+            let wider = 1.05 * (volume / f64::from(limit)).cbrt();
+            checks.require(
+                nodes <= f64::from(limit),
+                &target,
+                format_args!("Spacing({spacing:?})"),
+                format_args!(
+                    "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
+                     {wider:.2e} m or more, or raise the limit"
+                ),
+            );
+        }
+    }
+}
+
+fn surfels(checks: &mut Checks, path: &str, surfels: &SurfelSettings, shape: &Shape) {
+    const MOST_SURFELS: u32 = 10_000_000;
+    const MOST_RANGE: f64 = 100.0;
+    let target = format!("{path}.target");
+    match surfels.target {
+        SurfelTarget::Count(count) | SurfelTarget::Shared(count) => checks.require(
+            (1..=MOST_SURFELS).contains(&count),
+            target,
+            count,
+            format_args!("it must be from 1 to {MOST_SURFELS}"),
+        ),
+        SurfelTarget::Density(density) => checks.require(
+            density.is_finite() && density > 0.0,
+            target,
+            format_args!("Density({density:?})"),
+            "it must be above 0 (1/m^2), such as 3e5",
+        ),
+    }
+    if let Some(points) = &surfels.points {
+        existing_file(
+            checks,
+            &format!("{path}.points.file"),
+            &points.file,
+            "a text file of points",
+        );
+        scale(checks, &format!("{path}.points.scale"), points.scale);
+    }
+    if let SurfelSpacing::Curvature { range } = surfels.spacing {
+        checks.require(
+            (1.0..=MOST_RANGE).contains(&range),
+            format_args!("{path}.spacing.range"),
+            range,
+            format_args!("it must be from 1 to {MOST_RANGE}, such as 3"),
+        );
+    }
+    if let Some(density) = surfels.cut_density {
+        checks.positive(format_args!("{path}.cut_density"), density, " (1/m^2)");
+    }
+    const MOST_NEIGHBORS: u32 = 64;
+    checks.require(
+        (1..=MOST_NEIGHBORS).contains(&surfels.nodes),
+        format_args!("{path}.nodes"),
+        surfels.nodes,
+        format_args!("it must be from 1 to {MOST_NEIGHBORS}"),
+    );
+    checks.not_negative(format_args!("{path}.opening"), surfels.opening, " (m)");
+    tell!(checks, &format!("{path}.radius"), surfels.radius.check());
+    checks.color(&format!("{path}.color"), surfels.color);
+    checks.color(&format!("{path}.cut_color"), surfels.cut_color);
+    checks.require(
+        !surfels.textured || matches!(shape, Shape::Mesh { .. }),
+        format_args!("{path}.textured"),
+        surfels.textured,
+        "only a shape from a mesh file comes with a texture",
+    );
+    checks.require(
+        !surfels.textured || surfels.image.is_none(),
+        format_args!("{path}.image"),
+        "given",
+        "the surface has the images of its mesh file already; take this or `textured`",
+    );
+    for (name, image) in [("image", &surfels.image), ("cut_image", &surfels.cut_image)] {
+        if let Some(image) = image {
+            existing_file(
+                checks,
+                &format!("{path}.{name}.file"),
+                &image.file,
+                "a PNG file",
+            );
+            checks.positive(format_args!("{path}.{name}.size"), image.size, " (m)");
+        }
+    }
+}

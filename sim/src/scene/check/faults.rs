@@ -1,0 +1,101 @@
+//! The checks of single values, each with the path of the value and what it must be.
+
+use std::fmt::Display;
+
+use glam::DVec3;
+
+/// A value that is not as it must be.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{path} is {found}; {must}")]
+pub struct Fault {
+    /// Key path of the value.
+    pub path: String,
+    /// The value.
+    pub found: String,
+    /// What it must be, or what to do.
+    pub must: String,
+}
+
+/// Keeps the first fault that is found.
+#[derive(Debug, Default)]
+pub(super) struct Checks(Option<Fault>);
+
+impl Checks {
+    /// What the value at a key path must be.
+    pub(super) fn require(
+        &mut self,
+        holds: bool,
+        path: impl Display,
+        found: impl Display,
+        must: impl Display,
+    ) {
+        if !holds {
+            self.0.get_or_insert_with(|| Fault {
+                path: path.to_string(),
+                found: found.to_string(),
+                must: must.to_string(),
+            });
+        }
+    }
+
+    /// What a group of settings at the key path `place` finds at fault in itself: `path` runs from the group on; an
+    /// empty one is the group.
+    pub(super) fn within(&mut self, place: &str, path: &str, found: String, must: String) {
+        match path {
+            "" => self.require(false, place, found, must),
+            path => self.require(false, format_args!("{place}.{path}"), found, must),
+        }
+    }
+
+    /// The first fault.
+    pub(super) fn first(self) -> Result<(), Fault> {
+        self.0.map_or(Ok(()), Err)
+    }
+
+    /// A finite number above zero.
+    pub(super) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
+        self.require(
+            value.is_finite() && value > 0.0,
+            path,
+            value,
+            format_args!("it must be finite and above 0{hint}"),
+        );
+    }
+
+    /// A finite number of zero or more.
+    pub(super) fn not_negative(&mut self, path: impl Display, value: f64, hint: &str) {
+        self.require(
+            value.is_finite() && value >= 0.0,
+            path,
+            value,
+            format_args!("it must be finite and not below 0{hint}"),
+        );
+    }
+
+    /// A colour (sRGB).
+    pub(super) fn color(&mut self, path: &str, color: [f64; 3]) {
+        for (index, value) in color.into_iter().enumerate() {
+            self.require(
+                (0.0..=1.0).contains(&value),
+                format_args!("{path}[{index}]"),
+                value,
+                "colours are three numbers from 0 to 1",
+            );
+        }
+    }
+
+    /// A point or vector of finite numbers.
+    pub(super) fn finite(&mut self, path: impl Display, value: DVec3) {
+        self.require(
+            value.is_finite(),
+            path,
+            triple(value),
+            "each of its three numbers must be finite",
+        );
+    }
+}
+
+/// A point or direction as a text has it.
+pub(super) fn triple(value: DVec3) -> String {
+    format!("({}, {}, {})", value.x, value.y, value.z)
+}
