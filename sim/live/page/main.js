@@ -32,7 +32,10 @@ class Stage {
       told: (told) => this.told(told),
       message: (message) => this.message(message),
     });
-    this.canvas.addEventListener("webglcontextlost", () => this.panel.curtain("The graphics card is gone. Getting it back …"));
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.panel.curtain("The graphics card is gone. Getting it back …");
+    });
     // The session is the server's: this page only looks at it.
     this.canvas.addEventListener("webglcontextrestored", () => location.reload());
     this.hands = new Hands(this);
