@@ -21,14 +21,12 @@ use crate::rule::Rule;
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum CutRule {
     /// By the shortest path around the cut: the diffraction criterion.
-    #[cfg_attr(feature = "schemars", schemars(extend("x-former" = "Detour")))]
     Diffraction {
         /// Influence radius of a node, in mean lengths of its pairs.
         #[cfg_attr(
             feature = "serde",
             serde(default = "CutRule::default_influence_radius")
         )]
-        #[cfg_attr(feature = "schemars", schemars(extend("x-former" = "reach")))]
         influence_radius: f64,
     },
     /// Nothing passes a cut; for comparison, the crack acts up to half a spacing too long.

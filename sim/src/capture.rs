@@ -17,10 +17,11 @@ impl World {
     /// Captures the edges of all blades that are due, each in all bodies or in none.
     pub(crate) fn capture_blades(&mut self, step: u64) -> Result<(), WorldError> {
         let time = self.scene_time();
-        if self.input.next_blade(&self.scene, step, time).is_some() {
-            self.end_stretch()?;
-        }
+        let mut first = true;
         while let Some((index, phase, edge)) = self.input.next_blade(&self.scene, step, time) {
+            if std::mem::take(&mut first) {
+                self.end_stretch()?;
+            }
             let begun = Instant::now();
             let captures = self.capture(index, phase, &edge)?;
             self.input.end_blade(step, index, phase, edge);

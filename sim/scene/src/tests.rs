@@ -11,6 +11,7 @@ use super::*;
 use crate::tree::{Content, Node};
 
 mod mistakes;
+mod properties;
 
 const LIVER: &str = EMBEDDED[0].text;
 
@@ -412,12 +413,12 @@ fn a_value_of_another_type_is_told_what_it_must_be() {
         (
             "sampling: (target: Nodes(6000.5))",
             "",
-            "bodies[0].sampling.target is 6000.5; it must be a whole number from 0 to 4294967295",
+            "bodies[0].sampling.target is 6000.5; it must be a whole number of 0 or more",
         ),
         (
             "sampling: (target: Nodes(-5))",
             "",
-            "bodies[0].sampling.target is -5; it must be a whole number from 0 to 4294967295",
+            "bodies[0].sampling.target is -5; it must be a whole number of 0 or more",
         ),
         (
             "material: (density: \"heavy\")",

@@ -186,8 +186,12 @@ impl de::Error for ValueError {
         Self::new(Problem::Type(must_be(&expected.to_string())))
     }
 
-    fn invalid_value(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::new(Problem::Type(must_be(&expected.to_string())))
+    fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        let must = match (found, &*expected.to_string()) {
+            (Unexpected::Unsigned(_), "u32") => format!("{} at most", u32::MAX),
+            (_, expected) => must_be(expected),
+        };
+        Self::new(Problem::Type(must))
     }
 
     fn invalid_length(_: usize, expected: &dyn Expected) -> Self {
@@ -219,8 +223,7 @@ impl de::Error for ValueError {
 fn must_be(expected: &str) -> String {
     let words = match expected {
         "f64" | "f32" => "a number",
-        "u8" | "u16" | "u64" | "usize" => "a whole number of 0 or more",
-        "u32" => "a whole number from 0 to 4294967295",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",
         "i32" | "i64" => "a whole number",
         "a boolean" => "true or false",
         "a string" | "path string" => "a text in quotes, \"like this\"",
