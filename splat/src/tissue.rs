@@ -421,15 +421,24 @@ impl Tissue {
     /// Where a surfel looks for nodes: from its anchor, a little below the surface.
     fn query(&self, surfel: u32) -> Query {
         let (eye, normal) = (self.eye(surfel), self.surfels.normals[index(surfel)]);
-        let depth = if self.surfels.materials[index(surfel)] == CAPSULE {
-            self.skin_radius()
+        let (anchor, depth) = (self.anchor(surfel), self.skin_radius());
+        let inner = if self.surfels.materials[index(surfel)] == CAPSULE {
+            eye - normal * depth
         } else {
-            0.0
+            // As deep below the body's surface: skin at a rim goes round a cut's end as the surface beside it does.
+            let mut inner = anchor;
+            let clip = self.clips[index(surfel)].as_ref();
+            for &(direction, offset) in clip.iter().flat_map(|clip| &clip.edges) {
+                inner -= direction * (inner.dot(direction) - (offset - depth)).max(0.0);
+            }
+            let (t0, t1) = Surfels::tangents(normal);
+            eye + t0 * (inner.x - anchor.x) + t1 * (inner.y - anchor.y)
         };
         Query {
             eye,
-            inner: eye - normal * depth,
+            inner,
             normal,
+            anchor,
         }
     }
 }

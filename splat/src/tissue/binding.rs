@@ -3,7 +3,7 @@
 use crate::cast::index;
 use crate::render::surfels::Surfels;
 use crate::tissue::tree::NodeTree;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// How the weight of a node that carries a surfel falls with its distance d.
@@ -44,8 +44,9 @@ impl Default for BindSettings {
 
 /// Nodes and weights of every surfel: rows of fixed length, CSR with `offsets[i] = i * stride`.
 ///
-/// Row i holds the nodes in order of distance; weights are at least 0 and sum to 1. A row with
-/// fewer nodes than the stride is padded with its first node at weight 0.
+/// Row i holds the nodes in order of distance; weights are those at the disk's middle and sum to 1. They are at least 0
+/// but where a cut hides the middle: there they are those of a point that is seen, followed along their slopes. A
+/// row with fewer nodes than the stride is padded with its first node at weight 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Binding {
     stride: usize,
@@ -251,7 +252,11 @@ impl Binding {
         }
         sort(&mut found);
         let reach = found.last().map_or(0.0, |link| link.length);
-        let (weights, slopes) = weights(&found, settings.law, query.normal, reach);
+        let (mut weights, slopes) = weights(&found, settings.law, query.normal, reach);
+        // Carrying takes weights at the disk's middle: those of the anchor, followed along their slopes.
+        for (weight, slope) in weights.iter_mut().zip(&slopes) {
+            *weight -= slope[0] * query.anchor.x + slope[1] * query.anchor.y;
+        }
         Row {
             nodes: found.into_iter().map(|link| link.node).collect(),
             weights,
@@ -362,6 +367,8 @@ pub(crate) struct Query {
     /// A point that lies well in the body beside the eye.
     pub(crate) inner: DVec3,
     pub(crate) normal: DVec3,
+    /// The point of the disk above the eye, in its tangents from its middle (m).
+    pub(crate) anchor: DVec2,
 }
 
 /// The nodes at rest.

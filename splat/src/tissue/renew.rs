@@ -7,7 +7,7 @@ use crate::tissue::geometry::nearest_on_triangle;
 use crate::tissue::radii::{FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
 use crate::tissue::texture::CAPSULE;
 use crate::tissue::tree::NodeTree;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use rstar::AABB;
 use std::ops::Range;
@@ -188,7 +188,7 @@ impl Tissue {
     /// Where a surfel is as a sample of the surface: at its anchor, which is on its own side of a cut.
     fn place(&self, surfel: u32) -> DVec3 {
         let i = index(surfel);
-        let anchor = self.clips[i].as_ref().map_or(DVec2::ZERO, |c| c.anchor);
+        let anchor = self.anchor(surfel);
         let (t0, t1) = Surfels::tangents(self.surfels.normals[i]);
         self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y
     }

@@ -168,12 +168,18 @@ impl Tissue {
             .any(|&[a, b]| nearest_on_triangle(&[a, b, b], x).distance_squared(x) <= reach * reach)
     }
 
+    /// The point of a disk that sees, in its tangents from its middle (m).
+    pub(super) fn anchor(&self, surfel: u32) -> DVec2 {
+        let clip = self.clips[index(surfel)].as_ref();
+        clip.map_or(DVec2::ZERO, |clip| clip.anchor)
+    }
+
     /// The point of a surfel from which nodes are seen: its anchor, a little below the surface.
     pub(super) fn eye(&self, surfel: u32) -> DVec3 {
         let i = index(surfel);
         let n = self.surfels.normals[i];
         let (t0, t1) = Surfels::tangents(n);
-        let anchor = self.clips[i].as_ref().map_or(DVec2::ZERO, |c| c.anchor);
+        let anchor = self.anchor(surfel);
         let behind = super::BEHIND * self.sampler.spacing();
         self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y - n * behind
     }

@@ -9,5 +9,6 @@
 
 mod carried;
 mod exact;
+mod faces;
 mod oracle;
 mod sampling;
