@@ -8,8 +8,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_elastic::{
-    Dilatation, Elastic, Fiber, Material, Materials, Nodes, Precision, PronyTerm, Settings,
-    Stencils,
+    Dilatation, Elastic, Fiber, Material, Materials, Nodes, PronyTerm, Settings, Stencils,
 };
 use testkit::block::Block;
 use testkit::cloud::Random;
@@ -56,7 +55,7 @@ fn one_thread() -> rayon::ThreadPool {
 /// Nodes a side of the lattices: 1,000, 5,832, 97,336 and a million nodes.
 const SIDES: [usize; 4] = [10, 18, 46, 100];
 
-/// Both precisions from 1e3 to 1e6 nodes on all threads.
+/// From 1e3 to 1e6 nodes on all threads.
 fn sizes(c: &mut Criterion) {
     let mut group = c.benchmark_group("forces, all threads");
     group.sample_size(10);
@@ -64,18 +63,13 @@ fn sizes(c: &mut Criterion) {
         let block = Block::eighteen([side; 3], 0.1);
         let x = deformed(&block);
         let mut f = vec![DVec3::ZERO; x.len()];
-        for precision in [Precision::Double, Precision::Single] {
-            let settings = Settings {
-                precision,
-                ..Settings::default()
-            };
-            let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
-            group.throughput(pairs(&body));
-            let name = format!("{precision:?}");
-            group.bench_function(BenchmarkId::new(name, x.len()), |b| {
-                b.iter(|| body.forces_into(&x, &mut f));
-            });
-        }
+
+        let settings = Settings::default();
+        let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
+        group.throughput(pairs(&body));
+        group.bench_function(BenchmarkId::new("Double", x.len()), |b| {
+            b.iter(|| body.forces_into(&x, &mut f));
+        });
     }
     group.finish();
 }
@@ -95,10 +89,6 @@ fn laws(c: &mut Criterion) {
         relaxation_time: 0.1,
     };
     let plain = Settings::default();
-    let single = Settings {
-        precision: Precision::Single,
-        ..plain
-    };
     let mean = Settings {
         dilatation: Dilatation::Mean,
         ..plain
@@ -111,7 +101,6 @@ fn laws(c: &mut Criterion) {
     let rivlin = Material::mooney_rivlin(1e4, 0.4, 0.3);
     let cases = [
         ("neo-Hookean", neo, plain),
-        ("neo-Hookean, f32", neo, single),
         ("neo-Hookean, no control", neo, free),
         ("neo-Hookean, mean dilatation", neo, mean),
         ("Saint Venant-Kirchhoff", kirchhoff, plain),
@@ -134,7 +123,7 @@ fn laws(c: &mut Criterion) {
                 body.begin_viscous_step(1e-3);
                 body.forces_into(&x, &mut f);
                 group.throughput(pairs(&body));
-                group.bench_function(BenchmarkId::new(name, x.len()), |b| {
+                group.bench_function(BenchmarkId::new("Double", x.len()), |b| {
                     one.install(|| {
                         b.iter(|| {
                             if products {
@@ -161,10 +150,6 @@ fn setup(c: &mut Criterion) {
         b.iter(|| elastic(&block, material, &Settings::default()));
     });
     let mut body = elastic(&block, material, &Settings::default());
-    let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
-    group.bench_function("eigenvalue bound", |b| {
-        b.iter(|| body.eigenvalue_bound(&masses));
-    });
     let touched: Vec<u32> = (0..100).collect();
     group.bench_function("update 100 rows", |b| {
         b.iter(|| body.update_rows(&touched, &stencils(&block)));
@@ -233,24 +218,20 @@ fn passes(c: &mut Criterion) {
         let n = block.positions.len();
         let x = deformed(&block);
         let mut f = vec![DVec3::ZERO; n];
-        for (name, precision) in [("f64", Precision::Double), ("f32", Precision::Single)] {
-            let settings = Settings {
-                precision,
-                ..Settings::default()
-            };
-            let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
-            group.throughput(pairs(&body));
-            group.bench_function(BenchmarkId::new(format!("one, {name}"), n), |b| {
-                one.install(|| b.iter(|| body.pass_one(&x, &mut f)));
-            });
-            group.bench_function(BenchmarkId::new(format!("two, {name}"), n), |b| {
-                one.install(|| b.iter(|| body.pass_two(&mut f)));
-            });
-            body.forces_into(&x, &mut f);
-            group.bench_function(BenchmarkId::new(format!("product, {name}"), n), |b| {
-                one.install(|| b.iter(|| body.tangent_product_into(&x, &mut f)));
-            });
-        }
+
+        let settings = Settings::default();
+        let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
+        group.throughput(pairs(&body));
+        group.bench_function(BenchmarkId::new("one, f64", n), |b| {
+            one.install(|| b.iter(|| body.pass_one(&x, &mut f)));
+        });
+        group.bench_function(BenchmarkId::new("two, f64", n), |b| {
+            one.install(|| b.iter(|| body.pass_two(&mut f)));
+        });
+        body.forces_into(&x, &mut f);
+        group.bench_function(BenchmarkId::new("product, f64", n), |b| {
+            one.install(|| b.iter(|| body.tangent_product_into(&x, &mut f)));
+        });
     }
     group.finish();
 }

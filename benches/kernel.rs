@@ -1,14 +1,8 @@
-//! The force kernel against the one of before stencils were factored, interleaved in one process:
-//! `cargo bench -p benches --bench kernel [-- cells a side...]`.
+//! The force kernel beside its bounds: `cargo bench -p benches --bench kernel [-- cells a side...]`.
 //!
-//! Bodies are boxes of jittered tetrahedra with the conservative stencils of `phyxel-mls`, neo-Hookean,
-//! default control. Checks that forces agree to 1e-12 (f64) and 1e-6 (f32) of the largest. The two take
-//! turns; times are the least of all, *median ratio* is that of the turns. The bounds, per pair: to read as
-//! many bytes as the model holds once, front to back, on one thread; and to multiply and add at peak.
-//!
-//! Built as a release is. Whether the compiler turns the former kernel's loops into vector instructions
-//! changes with anything else in the program, and its time by a factor of two: its times are to be
-//! compared over several builds.
+//! Bodies are boxes of jittered tetrahedra with the conservative stencils of `phyxel-mls`, neo-Hookean, default control.
+//! Times are the least of all. The bounds, per pair: to read as many bytes as the model holds once, front to back, on one
+//! thread; and to multiply and add at peak.
 #![allow(clippy::print_stdout, reason = "prints a table")]
 #![allow(
     clippy::needless_range_loop,
@@ -20,24 +14,18 @@ use std::time::Instant;
 
 use benches::problems::block::view;
 use glam::DVec3;
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 use testkit::cloud::Random;
 use testkit::kuhn::kuhn_block;
 
-mod previous;
-
-use previous::{Parts, Previous};
-
 /// Multiply-adds of a pair: three rows of eight lanes in either pass, and in pass one the products of
 /// the weight and the sum of them.
 const PAIR_MULTIPLY_ADDS: f64 = 64.0;
-/// Young's modulus (Pa) and Poisson's ratio.
-const MATERIAL: (f64, f64) = (1e4, 0.4);
 
 /// Cells a side of the bodies: 1,408, 5,832 and 97,336 nodes.
 const BODIES: [[usize; 3]; 3] = [[7, 7, 21], [17; 3], [45; 3]];
-/// Seconds that the two kernels take turns for.
+/// Seconds that each is measured for.
 const PATIENCE: f64 = 2.0;
 
 fn time(times: &mut Vec<f64>, work: impl FnOnce() -> f64) {
@@ -62,9 +50,9 @@ fn main() {
         1e-9 * peak
     );
     println!(
-        "| nodes | pairs/node | threads | storage | before, ns/node | now, ns/node | ratio | median ratio | now, ns/pair | bound: read, compute | bytes/node before, now | off |"
+        "| nodes | pairs/node | threads | ns/node | ns/pair | bound: read, compute | bytes/node |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     for cells in bodies {
         body(cells, peak);
     }
@@ -115,99 +103,39 @@ fn body(cells: [usize; 3], peak: f64) {
         &ConservativeSettings::default(),
     )
     .expect("a sound block");
-    let reverse = graph.reverse_pairs().expect("edges are symmetric");
-    let gradients = rows.pair_gradients(&block.positions, &graph);
-    let parts = Parts {
-        graph: (graph.offsets(), graph.indices()),
-        reverse: &reverse,
-        gradients: &gradients,
-        weights: &rows.weights,
-        rest: &block.positions,
-        volumes: &block.volumes,
-    };
-    let material = Material::neo_hookean(MATERIAL.0, MATERIAL.1);
-    let lame = (material.lame_mu(), material.lame_lambda());
-    let new = |precision: Precision| {
-        let stencils = view(&rows, &graph);
-        let nodes = Nodes {
-            rest_positions: &block.positions,
-            volumes: &block.volumes,
-        };
-        let settings = Settings {
-            precision,
-            ..Settings::default()
-        };
-        Elastic::new(&stencils, &nodes, &Materials::Uniform(material), &settings)
-            .expect("sound rows")
-    };
+    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
+    let nodes = Nodes::new(&block.positions, &block.volumes);
+    let mut body = Elastic::new(
+        &view(&rows, &graph),
+        &nodes,
+        &material,
+        &Settings::default(),
+    )
+    .expect("sound rows");
     let mut random = Random::new(1);
     let shake = |x: &DVec3| *x * 1.02 + random.vector(0.002);
     let x: Vec<DVec3> = block.positions.iter().map(shake).collect();
-    let mut before = Previous::<f64>::new(&parts, lame, Settings::default().zero_energy_control);
-    let mut now = new(Precision::Double);
-    let bytes = before.bytes();
-    run(
-        ("f64", 1e-12, peak),
-        &x,
-        (bytes, &mut |x, f| before.forces_into(x, f)),
-        &mut now,
-    );
-    let mut before = Previous::<f32>::new(&parts, lame, Settings::default().zero_energy_control);
-    let mut now = new(Precision::Single);
-    let bytes = before.bytes();
-    run(
-        ("f32", 1e-6, peak),
-        &x,
-        (bytes, &mut |x, f| before.forces_into(x, f)),
-        &mut now,
-    );
-}
-
-/// Bytes and forces of the former kernel.
-type Before<'a> = (
-    usize,
-    &'a mut (dyn FnMut(&[DVec3], &mut [DVec3]) -> f64 + Send),
-);
-
-fn run(
-    (name, allowed, peak): (&str, f64, f64),
-    x: &[DVec3],
-    before: Before<'_>,
-    now: &mut Elastic,
-) {
-    let (bytes, before) = before;
-    let (mut f, mut g) = (vec![DVec3::ZERO; x.len()], vec![DVec3::ZERO; x.len()]);
-    let (nodes, pairs) = (x.len() as f64, now.pair_count() as f64);
+    let mut forces = vec![DVec3::ZERO; x.len()];
+    let (nodes, pairs) = (x.len() as f64, body.pair_count() as f64);
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let (mut old, mut new) = (Vec::new(), Vec::new());
+        let mut times = Vec::new();
         pool.expect("threads").install(|| {
             let start = Instant::now();
-            while old.len() < 5 || start.elapsed().as_secs_f64() < PATIENCE {
-                time(&mut old, || before(x, &mut f));
-                time(&mut new, || now.forces_into(x, &mut g));
+            while times.len() < 5 || start.elapsed().as_secs_f64() < PATIENCE {
+                time(&mut times, || body.forces_into(&x, &mut forces));
             }
         });
-        let largest = f.iter().map(|f| f.length()).fold(0.0, f64::max);
-        let differences = f.iter().zip(&g).map(|(f, g)| (*f - *g).length());
-        let off = differences.fold(0.0, f64::max) / largest;
-        assert!(off <= allowed, "forces differ by {off:e}");
-        let mut ratios: Vec<f64> = old.iter().zip(&new).map(|(old, new)| old / new).collect();
-        ratios.sort_unstable_by(f64::total_cmp);
-        let (old, new) = (least(&old), least(&new));
+        let least = least(&times);
         println!(
-            "| {} | {:.1} | {threads} | {name} | {:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2}, {:.2} | {}, {} | {off:.0e} |",
+            "| {} | {:.1} | {threads} | {:.1} | {:.2} | {:.2}, {:.2} | {} |",
             x.len(),
             pairs / nodes,
-            old * 1e9 / nodes,
-            new * 1e9 / nodes,
-            old / new,
-            ratios[ratios.len() / 2],
-            new * 1e9 / pairs,
-            read_time(now.bytes()) * 1e9 / pairs,
+            least * 1e9 / nodes,
+            least * 1e9 / pairs,
+            read_time(body.bytes().all) * 1e9 / pairs,
             PAIR_MULTIPLY_ADDS * 1e9 / (peak * threads as f64),
-            bytes / x.len(),
-            now.bytes() / x.len(),
+            body.bytes().all / x.len(),
         );
     }
 }

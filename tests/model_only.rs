@@ -125,7 +125,6 @@ fn a_choice_of_model_changes_its_own_part() {
         ),
         ("material: (stabilization: 0)", &["elasticity"]),
         ("material: (dilatation: Mean)", &["elasticity"]),
-        ("precision: Single", &["elasticity"]),
         ("cut_rule: Grid()", &[]),
         (
             "inclusions: [(region: Sphere(center: (0, 0, 0), radius: 0.01), youngs_modulus: 1e5)]",

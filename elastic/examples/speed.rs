@@ -11,7 +11,6 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_elastic::Precision;
 use testkit::block::Block;
 use testkit::cloud::Random;
 
@@ -50,9 +49,9 @@ fn main() {
     );
     println!("read: time to read once, front to back, as many bytes as the model holds.\n");
     println!(
-        "| nodes | pairs/node | order | precision | ms, 1 thread | ms, 2 threads | ns/pair | ns/node | tangent ms | bytes/node | read ms |"
+        "| nodes | pairs/node | order | ms, 1 thread | ms, 2 threads | ns/pair | ns/node | tangent ms | bytes/node | read ms |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for size in sizes {
         let side = (size as f64).cbrt().round() as usize;
         let planes = |[x, y, z]: [usize; 3]| (z, y, x);
@@ -68,15 +67,13 @@ fn main() {
             orders.push(("columns", block));
         }
         for (order, block) in &orders {
-            for precision in [Precision::Double, Precision::Single] {
-                row(block, order, precision);
-            }
+            row(block, order);
         }
     }
 }
 
-fn row(block: &Block, order: &str, precision: Precision) {
-    let mut body = body::body(block, precision);
+fn row(block: &Block, order: &str) {
+    let mut body = body::body(block);
     let mut random = Random::new(1);
     let x: Vec<DVec3> = block
         .positions
@@ -94,19 +91,14 @@ fn row(block: &Block, order: &str, precision: Precision) {
     let (one, two) = (time(1), time(2));
     let sum: DVec3 = f.iter().sum();
     let size: f64 = f.iter().map(|f| f.length()).sum();
-    let allowed = if precision == Precision::Single {
-        1e-6
-    } else {
-        1e-13
-    };
     assert!(
-        sum.length() <= allowed * size,
+        sum.length() <= 1e-13 * size,
         "forces sum to {sum} of {size} N"
     );
     let tangent = on_threads(1, || {
         best_time(0.3, || body.tangent_product_into(&x, &mut f))
     });
-    let words = vec![1.0_f64; body.bytes() / 8];
+    let words = vec![1.0_f64; body.bytes().all / 8];
     let read = best_time(0.2, || {
         let mut sum = [0.0; 8];
         for eight in words.chunks_exact(8) {
@@ -117,7 +109,7 @@ fn row(block: &Block, order: &str, precision: Precision) {
         std::hint::black_box(sum);
     });
     println!(
-        "| {} | {:.1} | {order} | {precision:?} | {:.3} | {:.3} | {:.2} | {:.0} | {:.3} | {} | {:.3} |",
+        "| {} | {:.1} | {order} | {:.3} | {:.3} | {:.2} | {:.0} | {:.3} | {} | {:.3} |",
         body.node_count(),
         body.pair_count() as f64 / body.node_count() as f64,
         one * 1e3,
@@ -125,7 +117,7 @@ fn row(block: &Block, order: &str, precision: Precision) {
         one * 1e9 / body.pair_count() as f64,
         one * 1e9 / body.node_count() as f64,
         tangent * 1e3,
-        body.bytes() / body.node_count(),
+        body.bytes().all / body.node_count(),
         read * 1e3
     );
 }

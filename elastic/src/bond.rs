@@ -14,12 +14,12 @@
 use glam::{DMat3, DVec3};
 
 use crate::control::refresh_control;
+use crate::fixed::{gradient, set_gradient};
 use crate::lanes::Planes;
 use crate::law::outer;
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::State;
 use crate::part::Part;
-use crate::storage::{BLOCK, Number};
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
@@ -37,9 +37,6 @@ const LEAST_SUM: f64 = 1.0;
 const SOFTENING: f64 = 0.2;
 /// Share of a bond's rest length below which what is left of `d` is dropped.
 const SMALLEST_OFFSET: f64 = 1e-4;
-
-/// Components of the identity.
-const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// A bond of a weak node.
 #[derive(Debug, Clone, Copy)]
@@ -140,8 +137,6 @@ pub(crate) struct Bonds {
     /// Weak nodes with those, weak or not, from which their deformation is taken, nearest to sound
     /// ones first; those that hang on nothing sound have none.
     hosts: Vec<(u32, Vec<u32>)>,
-    /// Second half of the work (J) of the last decay, at the state last evaluated.
-    decay_work: f64,
 }
 
 /// A bond of a part: its place in the list and its ends' places in the part.
@@ -150,15 +145,13 @@ pub(crate) type PartBond = (u32, Option<u32>, Option<u32>);
 impl Bonds {
     /// Evaluates all bonds at positions (m); their energy (J).
     pub(crate) fn evaluate(&mut self, positions: &[DVec3]) -> f64 {
-        let (mut energy, mut work) = (0.0, 0.0);
+        let mut energy = 0.0;
         for bond in &mut self.list {
             let (i, j) = (bond.node as usize, bond.other as usize);
             bond.set_x(positions[j] - positions[i]);
             bond.pull = bond.x * (bond.tension() / bond.length);
             energy += bond.energy();
-            work += bond.decay_work();
         }
-        self.decay_work = work;
         energy
     }
 
@@ -171,28 +164,18 @@ impl Bonds {
     }
 
     /// Gives weak nodes the mean deformation of their hosts.
-    pub(crate) fn set_gradients<T: Number>(&self, deformation: &mut [Planes<T>]) {
+    pub(crate) fn set_gradients(&self, deformation: &mut [Planes]) {
         for (node, hosts) in &self.hosts {
             #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
             let share = (hosts.len() as f64).recip();
-            // By components, as they are stored.
-            let mut mean = [0.0; 9];
+            let mut mean = DMat3::ZERO;
             for &host in hosts {
-                let (planes, lane) = (&deformation[host as usize / BLOCK], host as usize % BLOCK);
-                for (mean, plane) in mean.iter_mut().zip(planes) {
-                    *mean += plane[lane].wide() * share;
-                }
+                mean += gradient(deformation, host as usize) * share;
             }
             if hosts.is_empty() {
-                mean = IDENTITY;
+                mean = DMat3::IDENTITY;
             }
-            let (planes, lane) = (
-                &mut deformation[*node as usize / BLOCK],
-                *node as usize % BLOCK,
-            );
-            for (plane, mean) in planes.iter_mut().zip(mean) {
-                plane[lane] = T::of(mean);
-            }
+            set_gradient(deformation, *node as usize, mean);
         }
     }
 
@@ -200,6 +183,10 @@ impl Bonds {
     pub(crate) fn ends(&self) -> impl Iterator<Item = u32> + '_ {
         let ends = self.list.iter().flat_map(|bond| [bond.node, bond.other]);
         ends.chain(self.nodes.iter().copied())
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
     }
 
     pub(crate) fn add_product(&self, vector: &[DVec3], product: &mut [DVec3]) {
@@ -300,7 +287,7 @@ impl Elastic {
     /// 0 for a severed one. `positions` (m) are the present ones.
     ///
     /// At the positions given, the energy does not rise: bonds begin with at most what the node's
-    /// strain held. [`Elastic::decay_bonds`] then lets them go to their rest lengths. Returns what the energy lost (J),
+    /// strain held. [`Elastic::decay`] then lets them go to their rest lengths. Returns what the energy lost (J),
     /// control aside.
     ///
     /// # Panics
@@ -345,9 +332,7 @@ impl Elastic {
         let (energy, _) = model.energy_and_stress(viscosity, node, f);
         let held = model.elastic_volumes[node] * energy;
         model.elastic_volumes[node] = 0.0;
-        with_table!(&mut self.tables, table => {
-            refresh_control(model, &mut table.fixed, &[node]);
-        });
+        refresh_control(model, &mut self.tables, &[node]);
         held.max(0.0)
     }
 
@@ -387,32 +372,19 @@ impl Elastic {
             .collect()
     }
 
-    /// Multiplies the offsets of all bonds with `factor` (0 to 1) and returns the first half of the
-    /// work (J) that this does, at the state last evaluated. The second half is that of
-    /// [`Elastic::bond_work`] after the next evaluation.
-    pub fn decay_bonds(&mut self, factor: f64) -> f64 {
+    /// Multiplies the offsets of all bonds with `factor` (0 to 1); `works` gets the weak node and the first half of the
+    /// work (J) of each, nodes ascending.
+    pub(crate) fn decay_bonds(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
+        works.clear();
         let bonds = self.state.bonds.list.iter_mut();
-        bonds.fold(0.0, |sum, bond| sum + bond.decay(factor))
+        works.extend(bonds.map(|bond| (bond.node, bond.decay(factor))));
     }
 
-    /// As [`Elastic::decay_bonds`], with the weak node and the work of each bond, nodes rising.
-    pub fn decay_bonds_each(&mut self, factor: f64) -> Vec<(u32, f64)> {
-        let bonds = self.state.bonds.list.iter_mut();
-        bonds.map(|bond| (bond.node, bond.decay(factor))).collect()
-    }
-
-    /// The second half of the work (J) of the last [`Elastic::decay_bonds`], at the state last
-    /// evaluated.
-    #[must_use]
-    pub fn bond_work(&self) -> f64 {
-        self.state.bonds.decay_work
-    }
-
-    /// As [`Elastic::bond_work`], with the weak node and the work of each bond, nodes rising.
-    #[must_use]
-    pub fn bond_works(&self) -> Vec<(u32, f64)> {
+    /// The second halves, at the state last evaluated.
+    pub(crate) fn bond_works(&self, works: &mut Vec<(u32, f64)>) {
+        works.clear();
         let bonds = self.state.bonds.list.iter();
-        bonds.map(|bond| (bond.node, bond.decay_work())).collect()
+        works.extend(bonds.map(|bond| (bond.node, bond.decay_work())));
     }
 
     /// Weak node and energy (J) of each bond at the state last evaluated, nodes rising; summed in order, they are
@@ -436,9 +408,8 @@ impl Elastic {
         hosts.filter(|(_, hosts)| hosts.is_empty()).count()
     }
 
-    /// Offsets (m) of all bonds, for a checkpoint.
-    #[must_use]
-    pub fn bond_offsets(&self) -> Vec<f64> {
+    /// Offsets (m) of all bonds.
+    pub(crate) fn bond_offsets(&self) -> Vec<f64> {
         self.state
             .bonds
             .list
@@ -447,12 +418,8 @@ impl Elastic {
             .collect()
     }
 
-    /// Restores what [`Elastic::bond_offsets`] gave, on the same bonds.
-    ///
-    /// # Panics
-    /// If there are others.
-    pub fn set_bond_offsets(&mut self, offsets: &[f64]) {
-        self.state.bonds.decay_work = 0.0;
+    /// Restores them on the same bonds.
+    pub(crate) fn set_bond_offsets(&mut self, offsets: &[f64]) {
         let list = &mut self.state.bonds.list;
         assert_eq!(list.len(), offsets.len(), "one offset per bond");
         for (bond, &offset) in list.iter_mut().zip(offsets) {

@@ -43,20 +43,6 @@ impl Span {
         p
     }
 
-    /// Inverse of a moment matrix on the span, zero across it.
-    pub(crate) fn inverse(&self, moment: DMat3) -> DMat3 {
-        let (a, b) = (self.frame.x_axis, self.frame.y_axis);
-        match self.rank {
-            0 => DMat3::ZERO,
-            1 => outer(a, a) * a.dot(moment * a).recip(),
-            _ => {
-                let (aa, ab, bb) = (a.dot(moment * a), a.dot(moment * b), b.dot(moment * b));
-                let scale = (aa * bb - ab * ab).recip();
-                (outer(a, a) * bb + outer(b, b) * aa - (outer(a, b) + outer(b, a)) * ab) * scale
-            }
-        }
-    }
-
     /// Completes `F_x`.
     #[cold]
     pub(crate) fn complete(&self, fx: DMat3) -> DMat3 {

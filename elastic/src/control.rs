@@ -3,11 +3,10 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::fixed::Fixed;
+use crate::fixed::Tables;
 use crate::law::outer;
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::Model;
-use crate::storage::Storage;
 
 impl Elastic {
     /// Energy (J) that the zero-energy control of `nodes` holds at `positions` (m).
@@ -22,10 +21,10 @@ impl Elastic {
 
     fn control_energies(&self, nodes: &[u32], positions: &[DVec3]) -> Vec<f64> {
         let model = &self.model;
-        with_table!(&self.tables, table => {
-            let energies = nodes.iter().map(|&node| energy_of(model, &table.fixed, node as usize, positions));
-            energies.collect()
-        })
+        let energies = nodes
+            .iter()
+            .map(|&node| energy_of(model, &self.tables, node as usize, positions));
+        energies.collect()
     }
 
     /// Raises the scales of the zero-energy control of `nodes` to `scale`, or by the same share of the way as
@@ -72,19 +71,15 @@ impl Elastic {
         scales.get(node as usize).copied().unwrap_or(1.0)
     }
 
-    /// Nodes whose control has a scale other than 1, rising, with it: for a checkpoint.
-    #[must_use]
-    pub fn control_scales(&self) -> Vec<(u32, f64)> {
+    /// Nodes whose control has a scale other than 1, ascending, with it.
+    pub(crate) fn control_scales(&self) -> Vec<(u32, f64)> {
         let scales = (0..).zip(&self.model.control_scales);
         let scaled = scales.filter(|(_, scale)| **scale > 1.0);
         scaled.map(|(node, scale)| (node, *scale)).collect()
     }
 
-    /// Restores what [`Elastic::control_scales`] gave: all others are 1.
-    ///
-    /// # Panics
-    /// If a node does not exist.
-    pub fn set_control_scales(&mut self, scales: &[(u32, f64)]) {
+    /// Restores them: all others are 1.
+    pub(crate) fn set_control_scales(&mut self, scales: &[(u32, f64)]) {
         let mut all: Vec<(u32, f64)> = self.control_scales();
         for (_, scale) in &mut all {
             *scale = 1.0;
@@ -112,31 +107,24 @@ impl Elastic {
         let numbers: Vec<u32> = changed.iter().map(|(node, _)| *node).collect();
         self.scratch.stale.add(&numbers);
         let nodes: Vec<usize> = numbers.iter().map(|&node| node as usize).collect();
-        with_table!(&mut self.tables, table => {
-            refresh_control(model, &mut table.fixed, &nodes);
-        });
+        refresh_control(model, &mut self.tables, &nodes);
     }
 }
 
 /// Energy (J) of one node's control.
-fn energy_of<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &Fixed<S, L>,
-    node: usize,
-    positions: &[DVec3],
-) -> f64 {
-    let control = fixed.control(node);
+fn energy_of(model: &Model, tables: &Tables, node: usize, positions: &[DVec3]) -> f64 {
+    let control = tables.control(node);
     if control == 0.0 {
         return 0.0;
     }
     let displacement = |i: usize| positions[i] - model.rest[i];
     let own = displacement(node);
-    let row = || fixed.row(node, model.pairs.row(node));
+    let row = || tables.row(node, model.pairs.row(node));
     let mut moved = DMat3::ZERO;
     for (j, w, x, _) in row() {
         moved += outer((displacement(j as usize) - own) * w, x);
     }
-    let gradient = moved * fixed.moment_inverse(node);
+    let gradient = moved * tables.moment_inverse(node);
     let left = row().map(|(j, w, x, _)| {
         let leftover = displacement(j as usize) - own - gradient * x;
         w * leftover.length_squared()
@@ -145,49 +133,36 @@ fn energy_of<S: Storage, const L: usize>(
 }
 
 /// Recomputes `c_i` after volumes or scales of some nodes changed, and what their neighbours sum of it.
-pub(crate) fn refresh_control<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &mut Fixed<S, L>,
-    nodes: &[usize],
-) {
+pub(crate) fn refresh_control(model: &Model, tables: &mut Tables, nodes: &[usize]) {
     if model.controlled() {
         for &node in nodes {
-            let spread = fixed.moments(node, model.pairs.row(node)).spread();
-            set_control(model, fixed, node, spread);
+            let spread = tables.moments(node, model.pairs.row(node)).spread();
+            set_control(model, tables, node, spread);
         }
-        set_drags(model, fixed, nodes.iter().copied());
+        set_drags(model, tables, nodes.iter().copied());
     }
 }
 
 /// `c_i = s_i alpha mu V_i / sum_j w_ij |X_ij|²`; none for a node whose row is not full.
-pub(crate) fn set_control<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &mut Fixed<S, L>,
-    node: usize,
-    spread: f64,
-) {
+pub(crate) fn set_control(model: &Model, tables: &mut Tables, node: usize, spread: f64) {
     if model.controlled() {
         let factor = model.control_scales.get(node).copied().unwrap_or(1.0);
         let alpha = model.settings.zero_energy_control * factor;
         let stiffness = alpha * model.material(node).lame_mu() * model.elastic_volumes[node];
         let full = model.ranks[node] == 3 && spread > 0.0;
-        fixed.set_control(node, if full { stiffness / spread } else { 0.0 });
+        tables.set_control(node, if full { stiffness / spread } else { 0.0 });
     }
 }
 
 /// Sums the control of neighbours again, where it changed.
-pub(crate) fn set_drags<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &mut Fixed<S, L>,
-    touched: impl Iterator<Item = usize>,
-) {
+pub(crate) fn set_drags(model: &Model, tables: &mut Tables, touched: impl Iterator<Item = usize>) {
     if !model.controlled() {
         return;
     }
     for node in touched {
-        fixed.set_drag(&model.pairs, node);
+        tables.set_drag(&model.pairs, node);
         for pair in model.pairs.row(node) {
-            fixed.set_drag(&model.pairs, pair.to as usize);
+            tables.set_drag(&model.pairs, pair.to as usize);
         }
     }
 }

@@ -1,34 +1,100 @@
-//! What a node's stencil is made of, as the passes read it: constant between cuts.
+//! What a node's stencil is made of, as the passes read it, and what they leave.
 
 use glam::{DMat3, DVec3};
 
-use crate::completion::Span;
-use crate::gather::ONE;
+use crate::gather::{ONE, Record};
 use crate::input::{Frame, Stencils};
-use crate::lanes::Constants;
+use crate::lanes::{BlockConstants, Planes};
 use crate::law::outer;
 use crate::pairs::{Pair, Pairs};
-use crate::storage::{BLOCK, Number, Place, Plane, Sixteen, Storage, at};
+use crate::storage::{BLOCK, Plane, Sixteen, at};
 
-/// Coordinates and constants of all nodes. What a body does not use is empty.
+/// Constants of all nodes, and what the last evaluation left. What a body does not use is empty.
 #[derive(Debug, Clone)]
-pub(crate) struct Fixed<S: Storage, const L: usize> {
+pub(crate) struct Tables {
     /// What coordinates and multipliers are counted from: sums of them lose the fewer digits.
     origin: [DVec3; 2],
-    /// Units of the lanes.
-    pub(crate) unit: [f64; L],
-    /// `X`, one, `μ`, one.
-    pub(crate) anchors: Vec<Sixteen<[S::Place; L]>>,
+    lanes: Lanes,
+    constants: Constants,
+    /// `F_i` of the state last evaluated.
+    pub(crate) deformation: Vec<Planes>,
+}
+
+/// What pairs read of nodes, with or without multipliers.
+#[derive(Debug, Clone)]
+enum Lanes {
+    Plain(Read<4>),
+    Corrected(Read<8>),
+}
+
+#[derive(Debug, Clone)]
+struct Read<const L: usize> {
+    /// `X`, one, `μ`, zero.
+    anchors: Vec<Sixteen<[f64; L]>>,
+    /// What pass one writes and pass two reads.
+    records: Vec<Sixteen<Record<L>>>,
+}
+
+impl<const L: usize> Read<L> {
+    fn new(blocks: usize) -> Self {
+        Self {
+            anchors: vec![Sixteen([[0.0; L]; BLOCK]); blocks],
+            records: vec![Sixteen([[[0.0; L]; 3]; BLOCK]); blocks],
+        }
+    }
+
+    /// The three numbers of a node from a lane on.
+    fn place(&self, node: usize, lane: usize) -> DVec3 {
+        DVec3::from_slice(&at(&self.anchors, node)[lane..])
+    }
+
+    fn set_place(&mut self, node: usize, lane: usize, place: DVec3) {
+        let anchor = &mut self.anchors[node / BLOCK].0[node % BLOCK];
+        anchor[ONE] = 1.0;
+        place.write_to_slice(&mut anchor[lane..]);
+    }
+
+    fn bytes(&self) -> usize {
+        bytes_of(&self.anchors) + bytes_of(&self.records)
+    }
+}
+
+/// Lane of the multipliers.
+const MULTIPLIER: usize = ONE + 1;
+
+/// What passes over nodes read of them.
+#[derive(Debug, Clone)]
+struct Constants {
     /// `B`, row by row.
-    matrices: Vec<[Plane<S::Number>; 9]>,
+    matrices: Vec<[Plane; 9]>,
     /// `A⁻¹`: xx, yy, zz, yz, zx, xy; with control and multipliers.
-    inverses: Vec<[Plane<S::Number>; 6]>,
+    inverses: Vec<[Plane; 6]>,
     /// `s`; with multipliers.
-    scales: Vec<Plane<S::Number>>,
+    scales: Vec<Plane>,
     /// `c`; with control.
-    controls: Vec<Plane<S::Number>>,
+    controls: Vec<Plane>,
     /// `sum_j w_ij c_j`; with control.
-    drags: Vec<Plane<f64>>,
+    drags: Vec<Plane>,
+}
+
+/// What passes read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fixed<'a, const L: usize> {
+    pub(crate) anchors: &'a [Sixteen<[f64; L]>],
+    constants: &'a Constants,
+}
+
+/// What passes read and write.
+pub(crate) struct Table<'a, const L: usize> {
+    pub(crate) fixed: Fixed<'a, L>,
+    pub(crate) deformation: &'a mut [Planes],
+    pub(crate) records: &'a mut [Sixteen<Record<L>>],
+}
+
+/// A table of either kind.
+pub(crate) enum Either<'a> {
+    Plain(Table<'a, 4>),
+    Corrected(Table<'a, 8>),
 }
 
 /// Sums over a row of the stencils.
@@ -73,18 +139,7 @@ impl Moments {
     }
 }
 
-fn lane<const L: usize>(axis: usize) -> usize {
-    (ONE + 1 + axis) % L
-}
-
-fn blocks<T: Copy>(of: usize, blank: T) -> Vec<T> {
-    vec![blank; of]
-}
-
-impl<S: Storage, const L: usize> Fixed<S, L> {
-    /// Whether there are multipliers.
-    pub(crate) const CORRECTED: bool = L > ONE + 1;
-
+impl Tables {
     /// In a frame of its own unless one is given.
     pub(crate) fn new(
         rest: &[DVec3],
@@ -93,126 +148,87 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         frame: Option<&Frame>,
     ) -> Self {
         let count = rest.len().div_ceil(BLOCK);
-        let zero = S::Number::ZERO;
-        let corrected = if Self::CORRECTED { count } else { 0 };
+        let is_corrected = !multipliers.is_empty();
+        let corrected = if is_corrected { count } else { 0 };
         let under_control = if controlled { count } else { 0 };
-        let (low, high) = bounds(rest);
-        let origin = frame.map_or((low + high) * 0.5, |frame| frame.origin[0]);
-        let mut fixed = Self {
-            origin: [origin, DVec3::ZERO],
-            unit: [1.0; L],
-            anchors: blocks(count, Sixteen([[S::Place::ZERO; L]; BLOCK])),
-            matrices: blocks(count, [[zero; BLOCK]; 9]),
-            inverses: blocks(corrected.min(under_control), [[zero; BLOCK]; 6]),
-            scales: blocks(corrected, [zero; BLOCK]),
-            controls: blocks(under_control, [zero; BLOCK]),
-            drags: blocks(under_control, [0.0; BLOCK]),
+        let (one, zero) = ([1.0; BLOCK], [0.0; BLOCK]);
+        let mut tables = Self {
+            origin: frame.map_or_else(|| [middle(rest), middle(multipliers)], |frame| frame.origin),
+            lanes: if is_corrected {
+                Lanes::Corrected(Read::new(count))
+            } else {
+                Lanes::Plain(Read::new(count))
+            },
+            constants: Constants {
+                matrices: vec![[zero; 9]; count],
+                inverses: vec![[zero; 6]; corrected.min(under_control)],
+                scales: vec![zero; corrected],
+                controls: vec![zero; under_control],
+                drags: vec![zero; under_control],
+            },
+            deformation: vec![[one, zero, zero, zero, one, zero, zero, zero, one]; count],
         };
-        let unit = S::Place::unit(rest.iter().fold(0.0, |most, x| farther(most, *x - origin)));
-        for axis in 0..3 {
-            fixed.unit[axis] = frame.map_or(unit, |frame| frame.unit[0]);
-        }
-        match frame {
-            None => fixed.scale_multipliers(multipliers),
-            Some(frame) if Self::CORRECTED => {
-                fixed.origin[1] = frame.origin[1];
-                for axis in 0..3 {
-                    fixed.unit[lane::<L>(axis)] = frame.unit[1];
-                }
-            }
-            Some(_) => {}
-        }
         for (node, x) in rest.iter().enumerate() {
-            let anchor = &mut fixed.anchors[node / BLOCK].0[node % BLOCK];
-            // The last lane with multipliers is that of the low parts of what is recorded in the first one.
-            anchor[ONE] = S::Place::ONE;
-            anchor[L - 1] = S::Place::ONE;
-            let x = (*x - origin).to_array();
-            for axis in 0..3 {
-                anchor[axis] = S::Place::of(x[axis], unit);
+            let place = *x - tables.origin[0];
+            match &mut tables.lanes {
+                Lanes::Plain(read) => read.set_place(node, 0, place),
+                Lanes::Corrected(read) => read.set_place(node, 0, place),
             }
+            tables.set_multiplier(node, multipliers);
         }
-        for node in 0..rest.len() {
-            fixed.set_multiplier(node, multipliers);
-        }
-        fixed
+        tables
     }
 
     pub(crate) fn frame(&self) -> Frame {
-        let of_multipliers = if Self::CORRECTED { lane::<L>(0) } else { 0 };
         Frame {
             origin: self.origin,
-            unit: [self.unit[0], self.unit[of_multipliers]],
         }
     }
 
-    /// Chooses the origin and unit of the multipliers.
-    fn scale_multipliers(&mut self, multipliers: &[DVec3]) {
-        if !Self::CORRECTED {
-            return;
-        }
-        let (low, high) = bounds(multipliers);
-        self.origin[1] = (low + high) * 0.5;
-        let off = |most, mu: &DVec3| farther(most, *mu - self.origin[1]);
-        let unit = S::Place::unit(multipliers.iter().fold(0.0, off));
-        for axis in 0..3 {
-            self.unit[lane::<L>(axis)] = unit;
-        }
-    }
-
-    /// Makes room for multipliers that have grown; true if all rows must be set again.
-    pub(crate) fn outgrown(&mut self, touched: &[u32], multipliers: &[DVec3]) -> bool {
-        if !Self::CORRECTED || S::Place::PLAIN {
-            return false;
-        }
-        // Whole numbers are chosen up to 2³⁰ and end at 2³¹.
-        let most = self.unit[lane::<L>(0)] * 2.0_f64.powi(31);
-        let grown = touched
-            .iter()
-            .any(|&node| farther(0.0, multipliers[node as usize] - self.origin[1]) >= most);
-        if grown {
-            self.scale_multipliers(multipliers);
-            for node in 0..multipliers.len() {
-                self.set_multiplier(node, multipliers);
-            }
-        }
-        grown
+    pub(crate) fn is_corrected(&self) -> bool {
+        matches!(self.lanes, Lanes::Corrected(_))
     }
 
     pub(crate) fn set_multiplier(&mut self, node: usize, multipliers: &[DVec3]) {
-        if let (true, Some(mu)) = (Self::CORRECTED, multipliers.get(node)) {
-            let mu = (*mu - self.origin[1]).to_array();
-            let anchor = &mut self.anchors[node / BLOCK].0[node % BLOCK];
-            for (axis, mu) in mu.into_iter().enumerate() {
-                let at = lane::<L>(axis);
-                anchor[at] = S::Place::of(mu, self.unit[at]);
-            }
+        if let (Lanes::Corrected(read), Some(mu)) = (&mut self.lanes, multipliers.get(node)) {
+            read.set_place(node, MULTIPLIER, *mu - self.origin[1]);
         }
     }
 
-    /// Units of the lanes, with their signs turned but for those of ones.
-    #[inline(always)]
-    pub(crate) fn signed_unit(&self) -> [f64; L] {
-        let mut signed = self.unit;
-        for (k, unit) in signed.iter_mut().enumerate() {
-            if k % 4 != ONE {
-                *unit = -*unit;
-            }
+    /// What passes read and write.
+    pub(crate) fn split(&mut self) -> Either<'_> {
+        let (constants, deformation) = (&self.constants, &mut self.deformation[..]);
+        match &mut self.lanes {
+            Lanes::Plain(read) => Either::Plain(Table {
+                fixed: Fixed {
+                    anchors: &read.anchors,
+                    constants,
+                },
+                deformation,
+                records: &mut read.records,
+            }),
+            Lanes::Corrected(read) => Either::Corrected(Table {
+                fixed: Fixed {
+                    anchors: &read.anchors,
+                    constants,
+                },
+                deformation,
+                records: &mut read.records,
+            }),
         }
-        signed
+    }
+
+    /// `F_i` of a node.
+    pub(crate) fn gradient(&self, node: usize) -> DMat3 {
+        gradient(&self.deformation, node)
     }
 
     /// `X_i` and `μ_i` as stored.
     fn place(&self, node: usize) -> (DVec3, DVec3) {
-        let anchor = at(&self.anchors, node);
-        let axis = |at: usize| anchor[at].wide() * self.unit[at];
-        let x = DVec3::new(axis(0), axis(1), axis(2));
-        let mu = if Self::CORRECTED {
-            DVec3::from_array([0, 1, 2].map(|k| axis(lane::<L>(k))))
-        } else {
-            DVec3::ZERO
-        };
-        (x, mu)
+        match &self.lanes {
+            Lanes::Plain(read) => (read.place(node, 0), DVec3::ZERO),
+            Lanes::Corrected(read) => (read.place(node, 0), read.place(node, MULTIPLIER)),
+        }
     }
 
     /// Sums over a row with coordinates and multipliers as stored.
@@ -229,42 +245,27 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         &mut self,
         node: usize,
         stencils: &Stencils<'_>,
-        moments: &Moments,
         inverse: Option<[f64; 6]>,
-        span: Option<&Span>,
     ) {
         let (block, at) = (node / BLOCK, node % BLOCK);
-        let mut matrix = stencils.matrices[node];
-        let mut scale = 0.0;
-        if let Some(stored) = self.scales.get_mut(block) {
-            let rounded = S::Number::of(stencils.scales[node]);
-            stored[at] = rounded;
-            scale = rounded.wide();
+        let constants = &mut self.constants;
+        if let Some(stored) = constants.scales.get_mut(block) {
+            stored[at] = stencils.scales[node];
         }
-        if S::Number::ROUNDS {
-            // What follows from rounded numbers must, or consistency is lost to cancellation.
-            let inverse = match (span, inverse) {
-                (Some(span), _) => Some(span.inverse(moments.moment)),
-                (None, inverse) => inverse.map(symmetric),
-            };
-            if let Some(inverse) = inverse {
-                matrix = inverse - moments.cross.transpose() * inverse * scale;
-            }
+        let rows = stencils.matrices[node].transpose().to_cols_array();
+        for (plane, value) in constants.matrices[block].iter_mut().zip(rows) {
+            plane[at] = value;
         }
-        let rows = matrix.transpose().to_cols_array();
-        for (plane, value) in self.matrices[block].iter_mut().zip(rows) {
-            plane[at] = S::Number::of(value);
-        }
-        if let Some(planes) = self.inverses.get_mut(block) {
+        if let Some(planes) = constants.inverses.get_mut(block) {
             for (plane, value) in planes.iter_mut().zip(inverse.unwrap_or([0.0; 6])) {
-                plane[at] = S::Number::of(value);
+                plane[at] = value;
             }
         }
     }
 
     pub(crate) fn set_control(&mut self, node: usize, control: f64) {
-        if let Some(plane) = self.controls.get_mut(node / BLOCK) {
-            plane[node % BLOCK] = S::Number::of(control);
+        if let Some(plane) = self.constants.controls.get_mut(node / BLOCK) {
+            plane[node % BLOCK] = control;
         }
     }
 
@@ -274,46 +275,29 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         for pair in pairs.row(node) {
             sum += f64::from(pair.weight) * self.control(pair.to as usize);
         }
-        if let Some(plane) = self.drags.get_mut(node / BLOCK) {
+        if let Some(plane) = self.constants.drags.get_mut(node / BLOCK) {
             plane[node % BLOCK] = sum;
         }
     }
 
     /// `c_i`.
     pub(crate) fn control(&self, node: usize) -> f64 {
-        let plane = self.controls.get(node / BLOCK);
-        plane.map_or(0.0, |plane| plane[node % BLOCK].wide())
-    }
-
-    /// `sum_j w_ij c_j`.
-    #[inline(always)]
-    pub(crate) fn drag(&self, node: usize) -> f64 {
-        let plane = self.drags.get(node / BLOCK);
+        let plane = self.constants.controls.get(node / BLOCK);
         plane.map_or(0.0, |plane| plane[node % BLOCK])
-    }
-
-    /// Constants of a block of nodes.
-    #[inline(always)]
-    pub(crate) fn constants(&self, block: usize) -> Constants<'_, S::Number> {
-        Constants {
-            matrix: &self.matrices[block],
-            inverse: self.inverses.get(block),
-            scale: self.scales.get(block),
-            control: self.controls.get(block),
-        }
     }
 
     /// `B` of a node.
     fn matrix(&self, node: usize) -> DMat3 {
-        let planes = &self.matrices[node / BLOCK];
-        DMat3::from_cols_array(&[0, 1, 2, 3, 4, 5, 6, 7, 8].map(|i| planes[i][node % BLOCK].wide()))
-            .transpose()
+        gradient(&self.constants.matrices, node)
     }
 
     /// `A⁻¹` of a node under control.
     pub(crate) fn moment_inverse(&self, node: usize) -> DMat3 {
-        match self.inverses.get(node / BLOCK) {
-            Some(planes) => symmetric([0, 1, 2, 3, 4, 5].map(|i| planes[i][node % BLOCK].wide())),
+        match self.constants.inverses.get(node / BLOCK) {
+            Some(planes) => {
+                let [xx, yy, zz, yz, zx, xy] = planes.map(|plane| plane[node % BLOCK]);
+                DMat3::from_cols_array(&[xx, xy, zx, xy, yy, yz, zx, yz, zz])
+            }
             None => self.matrix(node),
         }
     }
@@ -326,8 +310,8 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
     ) -> impl Iterator<Item = (u32, f64, DVec3, DVec3)> + 'a {
         let (x, mu) = self.place(node);
         let matrix = self.matrix(node);
-        let scale = self.scales.get(node / BLOCK);
-        let scale = scale.map_or(0.0, |plane| plane[node % BLOCK].wide());
+        let scale = self.constants.scales.get(node / BLOCK);
+        let scale = scale.map_or(0.0, |plane| plane[node % BLOCK]);
         row.iter().map(move |pair| {
             let (there, other) = self.place(pair.to as usize);
             let w = f64::from(pair.weight);
@@ -336,81 +320,118 @@ impl<S: Storage, const L: usize> Fixed<S, L> {
         })
     }
 
+    /// Heap bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        let constants = &self.constants;
+        let read = match &self.lanes {
+            Lanes::Plain(read) => read.bytes(),
+            Lanes::Corrected(read) => read.bytes(),
+        };
+        read + bytes_of(&constants.matrices)
+            + bytes_of(&constants.inverses)
+            + bytes_of(&constants.scales)
+            + bytes_of(&constants.controls)
+            + bytes_of(&constants.drags)
+            + bytes_of(&self.deformation)
+    }
+}
+
+impl<'a, const L: usize> Fixed<'a, L> {
+    /// `sum_j w_ij c_j`.
+    #[inline(always)]
+    pub(crate) fn drag(&self, node: usize) -> f64 {
+        let plane = self.constants.drags.get(node / BLOCK);
+        plane.map_or(0.0, |plane| plane[node % BLOCK])
+    }
+
+    /// Constants of a block of nodes.
+    #[inline(always)]
+    pub(crate) fn constants(&self, block: usize) -> BlockConstants<'a> {
+        let constants = self.constants;
+        BlockConstants {
+            matrix: &constants.matrices[block],
+            inverse: constants.inverses.get(block),
+            scale: constants.scales.get(block),
+            control: constants.controls.get(block),
+        }
+    }
+
     /// Copies a node's constants into a lane of other planes.
-    pub(crate) fn copy_lane(&self, node: usize, lane: usize, to: &mut Lane<S::Number>) {
+    pub(crate) fn copy_lane(&self, node: usize, lane: usize, to: &mut Lane) {
         let (block, at) = (node / BLOCK, node % BLOCK);
-        let copy = |to: &mut [Plane<S::Number>], from: &[Plane<S::Number>]| {
+        let copy = |to: &mut [Plane], from: &[Plane]| {
             for (to, from) in to.iter_mut().zip(from) {
                 to[lane] = from[at];
             }
         };
-        copy(&mut to.matrix, &self.matrices[block]);
-        if let Some(planes) = self.inverses.get(block) {
+        let constants = self.constants;
+        copy(&mut to.matrix, &constants.matrices[block]);
+        if let Some(planes) = constants.inverses.get(block) {
             copy(&mut to.inverse, planes);
         }
-        if let Some(plane) = self.scales.get(block) {
+        if let Some(plane) = constants.scales.get(block) {
             to.scale[lane] = plane[at];
         }
-        if let Some(plane) = self.controls.get(block) {
+        if let Some(plane) = constants.controls.get(block) {
             to.control[lane] = plane[at];
         }
     }
 
     /// Constants copied by [`Fixed::copy_lane`].
-    pub(crate) fn copied<'a>(&self, from: &'a Lane<S::Number>) -> Constants<'a, S::Number> {
-        Constants {
+    pub(crate) fn copied<'b>(&self, from: &'b Lane) -> BlockConstants<'b> {
+        let constants = self.constants;
+        BlockConstants {
             matrix: &from.matrix,
-            inverse: (!self.inverses.is_empty()).then_some(&from.inverse),
-            scale: (!self.scales.is_empty()).then_some(&from.scale),
-            control: (!self.controls.is_empty()).then_some(&from.control),
+            inverse: (!constants.inverses.is_empty()).then_some(&from.inverse),
+            scale: (!constants.scales.is_empty()).then_some(&from.scale),
+            control: (!constants.controls.is_empty()).then_some(&from.control),
         }
-    }
-
-    /// Heap bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        fn of<T>(v: &Vec<T>) -> usize {
-            v.capacity() * size_of::<T>()
-        }
-        of(&self.anchors)
-            + of(&self.matrices)
-            + of(&self.inverses)
-            + of(&self.scales)
-            + of(&self.controls)
-            + of(&self.drags)
     }
 }
 
 /// Constants of nodes that do not lie together.
 #[derive(Debug, Clone)]
-pub(crate) struct Lane<T> {
-    matrix: [Plane<T>; 9],
-    inverse: [Plane<T>; 6],
-    scale: Plane<T>,
-    control: Plane<T>,
+pub(crate) struct Lane {
+    matrix: [Plane; 9],
+    inverse: [Plane; 6],
+    scale: Plane,
+    control: Plane,
 }
 
-impl<T: Number> Lane<T> {
+impl Lane {
     pub(crate) fn new() -> Self {
         Self {
-            matrix: [[T::ZERO; BLOCK]; 9],
-            inverse: [[T::ZERO; BLOCK]; 6],
-            scale: [T::ZERO; BLOCK],
-            control: [T::ZERO; BLOCK],
+            matrix: [[0.0; BLOCK]; 9],
+            inverse: [[0.0; BLOCK]; 6],
+            scale: [0.0; BLOCK],
+            control: [0.0; BLOCK],
         }
     }
 }
 
-/// Matrix of xx, yy, zz, yz, zx, xy.
-fn symmetric([xx, yy, zz, yz, zx, xy]: [f64; 6]) -> DMat3 {
-    DMat3::from_cols_array(&[xx, xy, zx, xy, yy, yz, zx, yz, zz])
+/// A node's matrix of those stored by blocks.
+pub(crate) fn gradient(stored: &[Planes], node: usize) -> DMat3 {
+    let planes = &stored[node / BLOCK];
+    let rows = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| planes[k][node % BLOCK]);
+    DMat3::from_cols_array(&rows).transpose()
 }
 
-fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+/// Replaces one of them.
+pub(crate) fn set_gradient(stored: &mut [Planes], node: usize, value: DMat3) {
+    let rows = value.transpose().to_cols_array();
+    for (plane, value) in stored[node / BLOCK].iter_mut().zip(rows) {
+        plane[node % BLOCK] = value;
+    }
+}
+
+/// Middle of the box around some points.
+fn middle(points: &[DVec3]) -> DVec3 {
     let first = points.first().copied().unwrap_or(DVec3::ZERO);
     let grow = |(low, high): (DVec3, DVec3), x: &DVec3| (low.min(*x), high.max(*x));
-    points.iter().fold((first, first), grow)
+    let (low, high) = points.iter().fold((first, first), grow);
+    (low + high) * 0.5
 }
 
-fn farther(most: f64, off: DVec3) -> f64 {
-    most.max(off.abs().max_element())
+fn bytes_of<T>(v: &Vec<T>) -> usize {
+    v.capacity() * size_of::<T>()
 }

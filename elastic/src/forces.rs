@@ -1,13 +1,10 @@
 //! Forces and energy, in parallel over fixed chunks of nodes.
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::bond::Bonds;
-use crate::early::Early;
-use crate::fixed::Fixed;
+use crate::fixed::{Fixed, Table};
 use crate::front::Fronts;
 use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
 use crate::inactive::Asleep;
@@ -18,7 +15,7 @@ use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::planes::ZERO;
 use crate::stale::Stale;
-use crate::storage::{BLOCK, Number, Sixteen, Storage, at};
+use crate::storage::{BLOCK, Sixteen, at};
 use crate::viscosity::Viscosity;
 use crate::watch::{Watch, Watching, indicator};
 
@@ -29,59 +26,13 @@ const COPY_CHUNK: usize = 4 * CHUNK;
 /// Below this many nodes a second thread costs more than it saves.
 pub(crate) const PARALLEL_NODES: usize = 1024;
 
-/// What depends on the storage and on whether there are multipliers.
-#[derive(Debug, Clone)]
-pub(crate) struct Table<S: Storage, const L: usize, const R: usize> {
-    /// Constant between cuts.
-    pub(crate) fixed: Fixed<S, L>,
-    /// `F_i` of the state last evaluated.
-    pub(crate) deformation: Vec<Planes<S::Number>>,
-    /// What pass one writes and pass two reads.
-    pub(crate) records: Vec<Sixteen<Record<S::Number, L, R>>>,
-}
-
-impl<S: Storage, const L: usize, const R: usize> Table<S, L, R> {
-    pub(crate) fn new(fixed: Fixed<S, L>, node_count: usize) -> Self {
-        let blank = Sixteen([[[S::Number::ZERO; L]; R]; BLOCK]);
-        let one = [S::Number::of(1.0); BLOCK];
-        let zero = [S::Number::ZERO; BLOCK];
-        let identity = [one, zero, zero, zero, one, zero, zero, zero, one];
-        let blocks = node_count.div_ceil(BLOCK);
-        Self {
-            fixed,
-            deformation: vec![identity; blocks],
-            records: vec![blank; blocks],
-        }
-    }
-
-    /// `F_i` of a node.
-    pub(crate) fn gradient(&self, node: usize) -> DMat3 {
-        gradient(&self.deformation, node)
-    }
-
-    /// Heap bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        self.fixed.bytes()
-            + self.deformation.capacity() * size_of::<Planes<S::Number>>()
-            + self.records.capacity() * size_of::<Sixteen<Record<S::Number, L, R>>>()
-    }
-}
-
-/// A node's matrix of those stored by blocks.
-pub(crate) fn gradient<T: Number>(stored: &[Planes<T>], node: usize) -> DMat3 {
-    let planes = &stored[node / BLOCK];
-    let rows = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| planes[k][node % BLOCK].wide());
-    DMat3::from_cols_array(&rows).transpose()
-}
-
 /// Copies those of all nodes.
-pub(crate) fn copy_gradients<T: Number>(parallel: bool, stored: &[Planes<T>], to: &mut [DMat3]) {
+pub(crate) fn copy_gradients(parallel: bool, stored: &[Planes], to: &mut [DMat3]) {
     let copy = |(chunk, to): (usize, &mut [DMat3])| {
         let blocks = to.chunks_mut(BLOCK);
         for (planes, nodes) in stored[chunk * (COPY_CHUNK / BLOCK)..].iter().zip(blocks) {
             for (lane, f) in nodes.iter_mut().enumerate() {
-                let row =
-                    |r: usize| DVec3::from_array([0, 1, 2].map(|c| planes[3 * r + c][lane].wide()));
+                let row = |r: usize| DVec3::from_array([0, 1, 2].map(|c| planes[3 * r + c][lane]));
                 *f = DMat3::from_cols(row(0), row(1), row(2)).transpose();
             }
         }
@@ -90,14 +41,6 @@ pub(crate) fn copy_gradients<T: Number>(parallel: bool, stored: &[Planes<T>], to
         to.par_chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
     } else {
         to.chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
-    }
-}
-
-/// Replaces one of them.
-pub(crate) fn set_gradient<T: Number>(stored: &mut [Planes<T>], node: usize, value: DMat3) {
-    let rows = value.transpose().to_cols_array();
-    for (plane, value) in stored[node / BLOCK].iter_mut().zip(rows) {
-        plane[node % BLOCK] = T::of(value);
     }
 }
 
@@ -148,111 +91,42 @@ pub(crate) fn set_moves(
     }
 }
 
-/// Displacement (m) of a node as passes read it.
+/// Displacement (m) as passes read it.
 #[inline(always)]
-pub(crate) fn displacement<S: Storage>(model: &Model, positions: &[DVec3], node: usize) -> DVec3 {
-    DVec3::from_array(moved::<S>(positions[node], model.rest[node]))
+pub(crate) fn moved(position: DVec3, rest: DVec3) -> Move {
+    (position - rest).to_array()
 }
 
-#[inline(always)]
-fn moved<S: Storage>(position: DVec3, rest: DVec3) -> Move {
-    let seen = |u: f64| {
-        if u.abs() < S::LEAST_DISPLACEMENT {
-            0.0
-        } else {
-            u
-        }
-    };
-    let u = position - rest;
-    [seen(u.x), seen(u.y), seen(u.z)]
+/// Chunks that an evaluation takes; of others all that the last one left is kept. `None` for all.
+pub(crate) type Chosen<'a> = Option<&'a [bool]>;
+
+fn skips(chosen: Chosen<'_>, chunk: usize) -> bool {
+    chosen.is_some_and(|chosen| !chosen[chunk])
 }
 
-/// What an evaluation takes of the chunks.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Stage<'a> {
-    /// All, or the marked ones; of others all that the last evaluation left is kept.
-    Chosen(Option<&'a [bool]>),
-    /// What comes first.
-    Begin(&'a Early),
-    /// What that left.
-    Finish(&'a Early),
-}
-
-impl Stage<'_> {
-    pub(crate) const ALL: Self = Self::Chosen(None);
-
-    fn skips_stresses(self, chunk: usize) -> bool {
-        match self {
-            Self::Chosen(chosen) => chosen.is_some_and(|chosen| !chosen[chunk]),
-            Self::Begin(early) => !early.stresses[chunk],
-            Self::Finish(early) => early.stresses[chunk],
-        }
-    }
-
-    fn skips_forces(self, chunk: usize) -> bool {
-        match self {
-            Self::Chosen(_) => self.skips_stresses(chunk),
-            Self::Begin(early) => !early.forces[chunk],
-            Self::Finish(early) => early.forces[chunk],
-        }
-    }
-
-    /// Nodes whose places are read now.
-    fn places(self, node_count: usize) -> [Range<usize>; 2] {
-        match self {
-            Self::Chosen(_) => [0..node_count, 0..0],
-            Self::Begin(early) => [early.known.clone(), 0..0],
-            Self::Finish(early) => [0..early.known.start, early.known.end..node_count],
-        }
-    }
-}
-
-/// Forces and energy; see [`crate::Elastic::forces_into`]. With mean dilatation all chunks are evaluated, at once.
-pub(crate) fn forces<S: Storage, const L: usize, const R: usize>(
+/// Deformation gradients, stresses, records and what a node's own row gives it; the energy (J) of bonds. With mean
+/// dilatation all chunks are evaluated.
+pub(crate) fn pass_one<const L: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
-    table: &mut Table<S, L, R>,
+    mut table: Table<'_, L>,
     positions: &[DVec3],
     forces: &mut [DVec3],
-    stage: Stage<'_>,
-) -> f64 {
-    let of_bonds = pass_one(
-        (model, &mut *state, &mut *scratch),
-        table,
-        positions,
-        forces,
-        stage,
-    );
-    of_bonds + pass_two((model, state, scratch), table, forces, stage)
-}
-
-/// Deformation gradients, stresses, records and what a node's own row gives it; the energy (J) of bonds.
-pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
-    (model, state, scratch): (&Model, &mut State, &mut Scratch),
-    table: &mut Table<S, L, R>,
-    positions: &[DVec3],
-    forces: &mut [DVec3],
-    stage: Stage<'_>,
+    chosen: Chosen<'_>,
 ) -> f64 {
     let parallel = parallel(model);
-    for nodes in stage.places(model.node_count()) {
-        let (positions, rest) = (&positions[nodes.clone()], &model.rest[nodes.clone()]);
-        set_moves(parallel, &mut scratch.moves[nodes], |first, moves| {
-            let places = positions[first..].iter().zip(&rest[first..]);
-            for (to, (position, rest)) in moves.iter_mut().zip(places) {
-                *to = moved::<S>(*position, *rest);
-            }
-        });
-    }
-    if !matches!(stage, Stage::Finish(_)) {
-        scratch.stale.wake(&mut scratch.asleep);
-        state.continuation.pulls.clear();
-    }
+    set_moves(parallel, &mut scratch.moves, |first, moves| {
+        let places = positions[first..].iter().zip(&model.rest[first..]);
+        for (to, (position, rest)) in moves.iter_mut().zip(places) {
+            *to = moved(*position, *rest);
+        }
+    });
+    scratch.stale.wake(&mut scratch.asleep);
+    state.continuation.pulls.clear();
     for (chunk, sum) in scratch.partial.iter_mut().enumerate() {
-        if !stage.skips_stresses(chunk) {
+        if !skips(chosen, chunk) {
             *sum = 0.0;
         }
     }
-    let begins = matches!(stage, Stage::Begin(_));
     let State {
         viscosity,
         continuation,
@@ -264,28 +138,25 @@ pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
     // What threads share out is all that there is in a step between two of the caller's passes: one that waits for
     // longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
     let of_bonds = |bonds: &mut Bonds, fronts: &mut Fronts| {
-        if begins {
-            return 0.0;
-        }
         fronts.evaluate(&model.rest, positions);
         bonds.evaluate(positions)
     };
     let energy_of_bonds;
     if model.means.is_some() {
         energy_of_bonds = of_bonds(bonds, fronts);
-        mean::stresses((model, state, scratch), table, forces);
+        mean::stresses((model, state, scratch), &mut table, forces);
     } else {
         let moves = &scratch.moves[..];
         let rest = Rest {
             viscosity: viscosity.as_ref(),
             continuation,
         };
-        let fixed = &table.fixed;
+        let fixed = table.fixed;
         let work = |(chunk, (((records, deformation), forces), ((sum, watch), asleep))): (
             usize,
-            Slots<'_, S, L, R>,
+            Slots<'_, L>,
         )| {
-            if stage.skips_stresses(chunk) {
+            if skips(chosen, chunk) {
                 return;
             }
             model.arch.dispatch(Stresses {
@@ -339,22 +210,22 @@ pub(crate) fn pass_one<S: Storage, const L: usize, const R: usize>(
 }
 
 /// What neighbours and bonds give; the energy (J) but that of bonds.
-pub(crate) fn pass_two<S: Storage, const L: usize, const R: usize>(
+pub(crate) fn pass_two<const L: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
-    table: &mut Table<S, L, R>,
+    table: Table<'_, L>,
     forces: &mut [DVec3],
-    stage: Stage<'_>,
+    chosen: Chosen<'_>,
 ) -> f64 {
     let parallel = parallel(model);
     let State { bonds, fronts, .. } = state;
     let moves = &scratch.moves[..];
-    let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (&_, &[_])| {
+    let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (_, &[_])| {
         chunks(
             parallel,
             (forces, CHUNK),
             (partial, 1),
             |chunk, forces, sum| {
-                if stage.skips_forces(chunk) {
+                if skips(chosen, chunk) {
                     return;
                 }
                 model.arch.dispatch(Received {
@@ -370,12 +241,8 @@ pub(crate) fn pass_two<S: Storage, const L: usize, const R: usize>(
             },
         );
     };
-    let read = (&table.fixed, &table.records[..]);
+    let read = (table.fixed, &table.records[..]);
     let deformation = &mut table.deformation[..];
-    if matches!(stage, Stage::Begin(_)) {
-        receive(forces, &mut scratch.partial, read);
-        return 0.0;
-    }
     let mut means = || bonds.set_gradients(deformation);
     if parallel {
         rayon::join(means, || receive(forces, &mut scratch.partial, read));
@@ -392,12 +259,9 @@ pub(crate) fn pass_two<S: Storage, const L: usize, const R: usize>(
 
 /// Records, deformation gradients and forces of a chunk, its part of the energy, what is seen of it, and what
 /// of it sleeps.
-type Slots<'a, S, const L: usize, const R: usize> = (
+type Slots<'a, const L: usize> = (
     (
-        (
-            &'a mut [Sixteen<Record<<S as Storage>::Number, L, R>>],
-            &'a mut [Planes<<S as Storage>::Number>],
-        ),
+        (&'a mut [Sixteen<Record<L>>], &'a mut [Planes]),
         &'a mut [DVec3],
     ),
     ((&'a mut f64, &'a mut Watch), &'a mut Asleep),
@@ -411,28 +275,28 @@ pub(crate) struct Rest<'a> {
 }
 
 /// What a chunk writes in pass one.
-type Outputs<'a, S, const L: usize, const R: usize> = (
-    &'a mut [Sixteen<Record<<S as Storage>::Number, L, R>>],
-    &'a mut [Planes<<S as Storage>::Number>],
+type Outputs<'a, const L: usize> = (
+    &'a mut [Sixteen<Record<L>>],
+    &'a mut [Planes],
     &'a mut [DVec3],
 );
 
 /// Pass one for a chunk: gradients, stresses, records, and what a node's own row gives it.
-struct Stresses<'a, S: Storage, const L: usize, const R: usize> {
+struct Stresses<'a, const L: usize> {
     model: &'a Model,
     rest: Rest<'a>,
-    fixed: &'a Fixed<S, L>,
+    fixed: Fixed<'a, L>,
     moves: &'a [Move],
     first: usize,
-    outputs: Outputs<'a, S, L, R>,
+    outputs: Outputs<'a, L>,
     sum: &'a mut f64,
     watch: &'a mut Watch,
     asleep: &'a mut Asleep,
 }
 
-choose_arithmetic!(Stresses<S, L, R>);
+choose_arithmetic!(Stresses);
 
-impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
+impl<const L: usize> Stresses<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let (model, fixed) = (self.model, self.fixed);
@@ -461,10 +325,10 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
             let offsets = continuation.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
-                gather::<A, S, L>(model, fixed, self.moves, node, lane, &mut block);
+                gather::<A, L>(model, fixed, self.moves, node, lane, &mut block);
             }
             let constants = fixed.constants(first / BLOCK);
-            block.gradients::<A, _>(constants, 1.0);
+            block.gradients::<A>(constants, 1.0);
             for &node in offsets {
                 continuation.carry(node as usize, node as usize - first, &mut block);
             }
@@ -500,7 +364,7 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
                 block.work[lane] += continuation.excess(node, stress);
                 continuation.pull(node, lane, &mut block);
             }
-            block.records::<A, _>(constants);
+            block.records::<A>(constants);
             block.write(records);
             block.write_deformation(deformation);
             for (lane, force) in forces.iter_mut().enumerate() {
@@ -528,9 +392,9 @@ impl<S: Storage, const L: usize, const R: usize> Stresses<'_, S, L, R> {
 
 /// Sums of one node into a lane.
 #[inline(always)]
-pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
+pub(crate) fn gather<A: Arithmetic, const L: usize>(
     model: &Model,
-    fixed: &Fixed<S, L>,
+    fixed: Fixed<'_, L>,
     moves: &[Move],
     node: usize,
     lane: usize,
@@ -541,16 +405,15 @@ pub(crate) fn gather<A: Arithmetic, S: Storage, const L: usize>(
         [[0.0; L]; 4]
     } else {
         let row = model.pairs.row(node);
-        sums::<A, S::Place, L>(node, row, &fixed.anchors, &fixed.unit, moves)
+        sums::<A, L>(node, row, fixed.anchors, moves)
     };
-    let anchor = at(&fixed.anchors, node);
-    block.take(lane, &found, (anchor, &fixed.unit), &moves[node]);
+    block.take(lane, &found, at(fixed.anchors, node), &moves[node]);
 }
 
 /// Whether records say nothing.
-fn are_blank<T: Number, const L: usize, const R: usize>(records: &[Record<T, L, R>]) -> bool {
+fn are_blank<const L: usize>(records: &[Record<L>]) -> bool {
     let numbers = records.iter().flatten().flatten();
-    numbers.fold(true, |blank, number| blank & (*number == T::ZERO))
+    numbers.fold(true, |blank, number| blank & (*number == 0.0))
 }
 
 /// Energy and stress of a node that the lanes do not hold for; returns its deformation gradient.
@@ -595,10 +458,10 @@ pub(crate) fn watch_node(
 }
 
 /// Pass two for a chunk: what neighbours give, with the energy of the penalty.
-pub(crate) struct Received<'a, S: Storage, const L: usize, const R: usize> {
+pub(crate) struct Received<'a, const L: usize> {
     pub(crate) model: &'a Model,
-    pub(crate) fixed: &'a Fixed<S, L>,
-    pub(crate) records: &'a [Sixteen<Record<S::Number, L, R>>],
+    pub(crate) fixed: Fixed<'a, L>,
+    pub(crate) records: &'a [Sixteen<Record<L>>],
     pub(crate) moves: &'a [Move],
     pub(crate) first: usize,
     pub(crate) forces: &'a mut [DVec3],
@@ -607,16 +470,15 @@ pub(crate) struct Received<'a, S: Storage, const L: usize, const R: usize> {
     pub(crate) sign: f64,
 }
 
-choose_arithmetic!(Received<S, L, R>);
+choose_arithmetic!(Received);
 
-impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
+impl<const L: usize> Received<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
-        let signed = self.fixed.signed_unit();
         let mut work = 0.0;
         let read = (self.fixed, self.records);
         for (node, force) in (self.first..).zip(self.forces) {
-            let given = receive::<A, S, L, R>(self.model, read, &signed, self.moves, node);
+            let given = receive::<A, L>(self.model, read, self.moves, node);
             *force = (*force + given) * self.sign;
             work += DVec3::from_array(self.moves[node]).dot(*force);
         }
@@ -625,26 +487,22 @@ impl<S: Storage, const L: usize, const R: usize> Received<'_, S, L, R> {
 }
 
 /// Rows and what pass one wrote of them.
-type Read<'a, S, const L: usize, const R: usize> = (
-    &'a Fixed<S, L>,
-    &'a [Sixteen<Record<<S as Storage>::Number, L, R>>],
-);
+type Read<'a, const L: usize> = (Fixed<'a, L>, &'a [Sixteen<Record<L>>]);
 
-/// What its neighbours give a node; `signed` are the units of [`Fixed::signed_unit`].
+/// What its neighbours give a node.
 #[inline(always)]
-pub(crate) fn receive<A: Arithmetic, S: Storage, const L: usize, const R: usize>(
+pub(crate) fn receive<A: Arithmetic, const L: usize>(
     model: &Model,
-    (fixed, all): Read<'_, S, L, R>,
-    signed: &[f64; L],
+    (fixed, all): Read<'_, L>,
     moves: &[Move],
     node: usize,
 ) -> DVec3 {
     if model.inactive.is_unloaded(node) && model.means.is_none() {
         return DVec3::ZERO;
     }
-    let sum = records::<A, S::Number, L, R>(model.pairs.incoming(node), all);
-    let anchor = at(&fixed.anchors, node);
-    let force = DVec3::from_array(received::<A, S::Place, L, R>(&sum, anchor, signed));
+    let sum = records::<A, L>(model.pairs.incoming(node), all);
+    let anchor = at(fixed.anchors, node);
+    let force = DVec3::from_array(received::<A, L>(&sum, anchor));
     let drag = fixed.drag(node);
     force - DVec3::from_array(moves[node]) * drag
 }

@@ -10,12 +10,11 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::fixed::Fixed;
+use crate::fixed::Tables;
 use crate::law::outer;
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::Model;
 use crate::part::Part;
-use crate::storage::Storage;
 
 /// `beta`. Work of a centre crack of 4 spacings over its closed form, at two places of its line, with 0, 1.5, 2, 2.5, 3: mode
 /// II 1.15 and 1.21, 1.05 and 1.08, 1.03 and 1.06, 1.01 and 1.04, 1.00 and 1.02; mode I 0.902 and 0.915, 0.895 and 0.908,
@@ -193,17 +192,17 @@ impl Front {
     }
 
     /// Takes over its row and its node's volume.
-    fn refresh<S: Storage, const L: usize>(&mut self, model: &Model, fixed: &Fixed<S, L>) {
+    fn refresh(&mut self, model: &Model, tables: &Tables) {
         let node = self.node as usize;
         let pairs = model.pairs.row(node);
-        let spread = fixed.moments(node, pairs).spread();
+        let spread = tables.moments(node, pairs).spread();
         let volume = model.elastic_volumes[node];
         let full = model.ranks[node] == 3 && spread > 0.0;
         let stiffness = STIFFNESS * model.material(node).lame_mu() * volume;
         self.stiffness = if full { stiffness / spread } else { 0.0 };
-        self.inverse = fixed.moment_inverse(node);
+        self.inverse = tables.moment_inverse(node);
         self.row.clear();
-        let row = fixed.row(node, pairs);
+        let row = tables.row(node, pairs);
         self.row
             .extend(row.map(|(to, weight, x, _)| Neighbor { to, weight, x }));
         self.left.resize(self.row.len(), DVec3::ZERO);
@@ -307,24 +306,10 @@ impl Fronts {
         self.0.iter().map(|front| front.node)
     }
 
-    /// `c_i M_i`, zero at other nodes.
-    pub(crate) fn at_rest(&self, node: usize) -> DMat3 {
-        let node = u32::try_from(node).ok();
-        let found = node.and_then(|node| self.find(node).ok());
-        found.map_or(DMat3::ZERO, |at| {
-            let front = &self.0[at];
-            front.matrix * front.stiffness
-        })
-    }
-
     /// Takes over rows and volumes that have changed.
-    pub(crate) fn refresh<S: Storage, const L: usize>(
-        &mut self,
-        model: &Model,
-        fixed: &Fixed<S, L>,
-    ) {
+    pub(crate) fn refresh(&mut self, model: &Model, tables: &Tables) {
         for front in &mut self.0 {
-            front.refresh(model, fixed);
+            front.refresh(model, tables);
         }
     }
 
@@ -396,14 +381,11 @@ impl Elastic {
     /// Brings them up to date with rows and volumes.
     pub(crate) fn refresh_fronts(&mut self) {
         let (model, fronts) = (&self.model, &mut self.state.fronts);
-        with_table!(&self.tables, table => fronts.refresh(model, &table.fixed));
+        fronts.refresh(model, &self.tables);
     }
 
     /// Restores what [`Elastic::fronts`] gave: all other nodes have no such control.
-    ///
-    /// # Panics
-    /// If a node does not exist.
-    pub fn restore_fronts(&mut self, fronts: &[(u32, DMat3)]) {
+    pub(crate) fn restore_fronts(&mut self, fronts: &[(u32, DMat3)]) {
         let mut nodes: Vec<u32> = self.state.fronts.nodes().collect();
         let mut matrices = vec![DMat3::ZERO; nodes.len()];
         for &(node, matrix) in fronts {
@@ -413,9 +395,8 @@ impl Elastic {
         self.set_fronts(&nodes, &matrices);
     }
 
-    /// Nodes with a control of a cut's front, rising, and its matrices.
-    #[must_use]
-    pub fn fronts(&self) -> Vec<(u32, DMat3)> {
+    /// Nodes with a control of a cut's front, ascending, and its matrices.
+    pub(crate) fn fronts(&self) -> Vec<(u32, DMat3)> {
         let fronts = self.state.fronts.0.iter();
         fronts.map(|front| (front.node, front.matrix)).collect()
     }

@@ -18,7 +18,7 @@ use std::hint::black_box;
 use pulp::Simd;
 
 use crate::pairs::Pair;
-use crate::storage::{Number, Place, Sixteen, at};
+use crate::storage::{Sixteen, at};
 
 /// Displacement `u_i` (m) of a node, or any vector.
 pub(crate) type Move = [f64; 3];
@@ -96,10 +96,8 @@ pub(crate) fn holds_sums_twice<S: Simd>() -> bool {
 /// Makes a pass with `run::<Arithmetic>` one that instructions are chosen for: [`Fused`] or [`FusedInFew`] where
 /// they round products and sums once, else [`Separate`].
 macro_rules! choose_arithmetic {
-    ($pass:ident<S, L $(, $records:ident)?>) => {
-        impl<S: $crate::storage::Storage, const L: usize $(, const $records: usize)?> pulp::WithSimd
-            for $pass<'_, S, L $(, $records)?>
-        {
+    ($pass:ident) => {
+        impl<const L: usize> pulp::WithSimd for $pass<'_, L> {
             type Output = ();
 
             #[inline(always)]
@@ -126,36 +124,32 @@ pub(crate) const ONE: usize = 3;
 
 /// Pass one for one node.
 #[inline(always)]
-pub(crate) fn sums<A: Arithmetic, P: Place, const L: usize>(
+pub(crate) fn sums<A: Arithmetic, const L: usize>(
     node: usize,
     row: &[Pair],
-    anchors: &[Sixteen<[P; L]>],
-    unit: &[f64; L],
+    anchors: &[Sixteen<[f64; L]>],
     moves: &[Move],
 ) -> Sums<L> {
     let own = at(anchors, node);
-    let mut here = [0.0; L];
-    for k in 0..L {
-        here[k] = own[k].wide();
-    }
+    let mut here = *own;
     here[ONE] = 0.0;
     let (mut even, mut odd) = ([[0.0; L]; 4], [[0.0; L]; 4]);
     let (twos, last) = row.as_chunks::<2>();
     if A::HOLDS_SUMS {
         for [a, b] in twos {
-            add_pair::<A, P, L>(a, &here, anchors, moves, &mut even);
-            add_pair::<A, P, L>(b, &here, anchors, moves, &mut odd);
+            add_pair::<A, L>(a, &here, anchors, moves, &mut even);
+            add_pair::<A, L>(b, &here, anchors, moves, &mut odd);
         }
     } else {
         for [a, _] in twos {
-            add_pair::<A, P, L>(a, &here, anchors, moves, &mut even);
+            add_pair::<A, L>(a, &here, anchors, moves, &mut even);
         }
         for [_, b] in twos {
-            add_pair::<A, P, L>(b, &here, anchors, moves, &mut odd);
+            add_pair::<A, L>(b, &here, anchors, moves, &mut odd);
         }
     }
     for pair in last {
-        add_pair::<A, P, L>(pair, &here, anchors, moves, &mut even);
+        add_pair::<A, L>(pair, &here, anchors, moves, &mut even);
     }
     let mut sum = plus(&even, &odd);
     let u = &moves[node];
@@ -164,23 +158,16 @@ pub(crate) fn sums<A: Arithmetic, P: Place, const L: usize>(
             sum[r][k] = A::add(-u[r], sum[3][k], sum[r][k]);
         }
     }
-    if !P::PLAIN {
-        for r in 0..4 {
-            for k in 0..L {
-                sum[r][k] *= unit[k];
-            }
-        }
-    }
     // Out of sight: else what takes numbers one by one takes the lanes apart by shuffles, or the loop.
     black_box(sum)
 }
 
 /// A pair's share in the sums.
 #[inline(always)]
-fn add_pair<A: Arithmetic, P: Place, const L: usize>(
+fn add_pair<A: Arithmetic, const L: usize>(
     pair: &Pair,
     here: &[f64; L],
-    anchors: &[Sixteen<[P; L]>],
+    anchors: &[Sixteen<[f64; L]>],
     moves: &[Move],
     sum: &mut Sums<L>,
 ) {
@@ -189,7 +176,7 @@ fn add_pair<A: Arithmetic, P: Place, const L: usize>(
     let w = f64::from(pair.weight);
     let mut z = [0.0; L];
     for k in 0..L {
-        z[k] = w * (there[k].wide() - here[k]);
+        z[k] = w * (there[k] - here[k]);
     }
     for r in 0..3 {
         for k in 0..L {
@@ -216,63 +203,60 @@ fn plus<const L: usize, const R: usize>(
     sum
 }
 
-/// What a node records for its neighbours: three rows of `(Q, q, R, q low)`; without multipliers
-/// rows of `(Q, q)` and, where storing rounds, one of the low parts of `q`.
-pub(crate) type Record<T, const L: usize, const R: usize> = [[T; L]; R];
+/// What a node records for its neighbours: three rows of `(Q, q, R, 0)`, without multipliers of `(Q, q)`.
+pub(crate) type Record<const L: usize> = [[f64; L]; 3];
 
 /// Pass two for one node: `sum_j w_ij record_j`.
 #[inline(always)]
-pub(crate) fn records<A: Arithmetic, T: Number, const L: usize, const R: usize>(
+pub(crate) fn records<A: Arithmetic, const L: usize>(
     row: &[Pair],
-    records: &[Sixteen<Record<T, L, R>>],
-) -> [[f64; L]; R] {
-    let (mut even, mut odd) = ([[0.0; L]; R], [[0.0; L]; R]);
+    records: &[Sixteen<Record<L>>],
+) -> Record<L> {
+    let (mut even, mut odd) = ([[0.0; L]; 3], [[0.0; L]; 3]);
     let (twos, last) = row.as_chunks::<2>();
     if A::HOLDS_RECORDS {
         for [a, b] in twos {
-            add_record::<A, T, L, R>(a, records, &mut even);
-            add_record::<A, T, L, R>(b, records, &mut odd);
+            add_record::<A, L>(a, records, &mut even);
+            add_record::<A, L>(b, records, &mut odd);
         }
     } else {
         for [a, _] in twos {
-            add_record::<A, T, L, R>(a, records, &mut even);
+            add_record::<A, L>(a, records, &mut even);
         }
         for [_, b] in twos {
-            add_record::<A, T, L, R>(b, records, &mut odd);
+            add_record::<A, L>(b, records, &mut odd);
         }
     }
     for pair in last {
-        add_record::<A, T, L, R>(pair, records, &mut even);
+        add_record::<A, L>(pair, records, &mut even);
     }
     black_box(plus(&even, &odd))
 }
 
 #[inline(always)]
-fn add_record<A: Arithmetic, T: Number, const L: usize, const R: usize>(
+fn add_record<A: Arithmetic, const L: usize>(
     pair: &Pair,
-    records: &[Sixteen<Record<T, L, R>>],
-    sum: &mut [[f64; L]; R],
+    records: &[Sixteen<Record<L>>],
+    sum: &mut Record<L>,
 ) {
     let record = at(records, pair.to as usize);
     let w = f64::from(pair.weight);
-    for r in 0..R {
+    for r in 0..3 {
         for k in 0..L {
-            sum[r][k] = A::add(w, record[r][k].wide(), sum[r][k]);
+            sum[r][k] = A::add(w, record[r][k], sum[r][k]);
         }
     }
 }
 
-/// `sum_j w_ij (q_j - Q_j X_i - R_j μ_i)` from the summed records, `anchor` that of the node, and its units
-/// with the signs of `q`, `X` and `μ`.
+/// `sum_j w_ij (q_j - Q_j X_i - R_j μ_i)` from the summed records, `anchor` that of the node.
 #[inline(always)]
-pub(crate) fn received<A: Arithmetic, P: Place, const L: usize, const R: usize>(
-    sum: &[[f64; L]; R],
-    anchor: &[P; L],
-    signed: &[f64; L],
+pub(crate) fn received<A: Arithmetic, const L: usize>(
+    sum: &Record<L>,
+    anchor: &[f64; L],
 ) -> [f64; 3] {
     let mut share = [0.0; L];
     for k in 0..L {
-        share[k] = anchor[k].wide() * signed[k];
+        share[k] = if k % 4 == ONE { anchor[k] } else { -anchor[k] };
     }
     let mut forces = [0.0; 3];
     for r in 0..3 {
@@ -286,9 +270,6 @@ pub(crate) fn received<A: Arithmetic, P: Place, const L: usize, const R: usize>(
         // takes two of the three rows for lanes, and shuffles.
         let [a, b, c, d] = black_box(terms);
         forces[r] = (a + b) + (c + d);
-        if R > 3 {
-            forces[r] += sum[R - 1][r];
-        }
     }
     forces
 }

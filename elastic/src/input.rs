@@ -54,14 +54,13 @@ impl<'a> Nodes<'a> {
     }
 }
 
-/// What a model counts its stored coordinates and multipliers from, and their units in single precision. A
-/// model of some of a body's nodes has the bits of the whole's only in the whole's frame.
+/// What a model counts its stored coordinates and multipliers from. A model of some of a body's nodes has the bits of
+/// the whole's only in the whole's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Frame {
     /// Of coordinates (m) and of multipliers.
     pub(crate) origin: [DVec3; 2],
-    pub(crate) unit: [f64; 2],
 }
 
 /// Materials of the nodes.
@@ -85,40 +84,8 @@ pub struct Settings {
     /// `alpha` of the penalty against zero-energy modes, in units of the shear modulus; 0 turns it
     /// off. 0.1 serves beams, contact and cracks alike; 0.3 is visibly stiff, 0.05 soft.
     pub zero_energy_control: f64,
-    /// Storage of pairs.
-    pub precision: Precision,
     /// Where volume changes are resisted.
     pub dilatation: Dilatation,
-    /// What of the processor is used.
-    pub instructions: Instructions,
-}
-
-/// What of the processor is used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Instructions {
-    /// The widest vectors that it has; where it can (x86 with AVX2, 64-bit Arm) a product and a sum are
-    /// rounded once. The same bits for any number of threads and on all machines that can.
-    #[default]
-    Native,
-    /// What all machines of the target have, with products and sums rounded one by one: the same bits
-    /// on every machine, in several times the time.
-    Portable,
-}
-
-/// How pairs are stored, and what the two passes hand on; positions, sums, stresses, energies and forces are of 64
-/// bits either way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-pub enum Precision {
-    /// 64 bits.
-    #[default]
-    Double,
-    /// 32 bits, coordinates as 32-bit fractions of the body's size: two thirds of the memory, for a
-    /// relative 1e-7 per row. Forces of a body at rest vanish exactly; those of a deformed one sum to
-    /// zero as in f64.
-    Single,
 }
 
 /// Where changes of volume are resisted.
@@ -139,9 +106,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             zero_energy_control: 0.1,
-            precision: Precision::Double,
             dilatation: Dilatation::Local,
-            instructions: Instructions::Native,
         }
     }
 }

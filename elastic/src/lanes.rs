@@ -16,38 +16,30 @@ use glam::DMat3;
 use crate::gather::{Arithmetic, Move, ONE, Record, Sums};
 use crate::law::{EXTENSION_VOLUME_RATIO, barrier, ln};
 use crate::nodes::Model;
-use crate::planes::{Wide, ZERO, add, as_stored, product, rounded, subtract, weave};
-use crate::storage::{BLOCK, Number, Place, Plane, Sixteen};
+use crate::planes::{ZERO, add, product, subtract, weave};
+use crate::storage::{BLOCK, Plane, Sixteen};
 
 /// A matrix of each node of a block, row by row.
-pub(crate) type Planes<T> = [Plane<T>; 9];
+pub(crate) type Planes = [Plane; 9];
 
 /// Constants of a block's nodes by component; matrices row by row.
-#[derive(Debug)]
-pub(crate) struct Constants<'a, T> {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BlockConstants<'a> {
     /// `B`.
-    pub(crate) matrix: &'a [Plane<T>; 9],
+    pub(crate) matrix: &'a [Plane; 9],
     /// `A⁻¹`: xx, yy, zz, yz, zx, xy; only with control and multipliers.
-    pub(crate) inverse: Option<&'a [Plane<T>; 6]>,
+    pub(crate) inverse: Option<&'a [Plane; 6]>,
     /// `s`; only with multipliers.
-    pub(crate) scale: Option<&'a Plane<T>>,
+    pub(crate) scale: Option<&'a Plane>,
     /// `c`; only with control.
-    pub(crate) control: Option<&'a Plane<T>>,
+    pub(crate) control: Option<&'a Plane>,
 }
-
-impl<T> Clone for Constants<'_, T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<T> Copy for Constants<'_, T> {}
 
 /// `2 c10`, the volumetric law `a`, `b`, `l`, `k` and its barrier, and the volume of a block's nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Laws {
-    pub(crate) law: [Wide; 6],
-    pub(crate) volume: Wide,
+    pub(crate) law: [Plane; 6],
+    pub(crate) volume: Plane,
 }
 
 impl Laws {
@@ -78,7 +70,7 @@ impl Laws {
 
     #[inline(always)]
     fn set_law(&mut self, model: &Model, node: usize, lane: usize) {
-        let law = model.law_shared(node).plain_constants();
+        let law = model.law(node).plain_constants();
         for (plane, value) in self.law.iter_mut().zip(law) {
             plane[lane] = value;
         }
@@ -87,7 +79,7 @@ impl Laws {
 
 /// Numbers of the nodes from `first` on, zero in the lanes after them.
 #[inline(always)]
-pub(crate) fn wide(of: &[f64], first: usize, count: usize) -> Wide {
+pub(crate) fn wide(of: &[f64], first: usize, count: usize) -> Plane {
     if let Some(whole) = of
         .get(first..first + BLOCK)
         .and_then(|of| of.try_into().ok())
@@ -103,28 +95,27 @@ pub(crate) fn wide(of: &[f64], first: usize, count: usize) -> Wide {
 #[derive(Debug, Clone)]
 pub(crate) struct Block<const L: usize> {
     /// Sums of pass one.
-    sums: [[Wide; L]; 4],
+    sums: [[Plane; L]; 4],
     /// `X`, one, `μ`.
-    place: [Wide; L],
+    place: [Plane; L],
     /// `u`.
-    moved: [Wide; 3],
+    moved: [Plane; 3],
     /// `F`, row by row; in a tangent product its change, without what completes it.
-    pub(crate) deformation: [Wide; 9],
+    pub(crate) deformation: [Plane; 9],
     /// `F` of the state at which a tangent product is taken.
-    pub(crate) at: [Wide; 9],
+    pub(crate) at: [Plane; 9],
     /// `V P` of what the rows see.
-    pub(crate) stress: [Wide; 9],
+    pub(crate) stress: [Plane; 9],
     /// `V W - V P : (F - I) / 2`.
-    pub(crate) work: Wide,
+    pub(crate) work: Plane,
     /// `J`.
-    pub(crate) ratio: Wide,
+    pub(crate) ratio: Plane,
     /// Bound on the tangent modulus, as `Coefficients::tangent_bound`.
-    pub(crate) bound: Wide,
-    /// Rows of `(Q, q)` and of `(R, q low)`; without multipliers the second of the first row holds the
-    /// low parts of all.
-    record: [[[Wide; 4]; 2]; 3],
+    pub(crate) bound: Plane,
+    /// Rows of `(Q, q)` and of `(R, 0)`.
+    record: [[[Plane; 4]; 2]; 3],
     /// What a node's own row gives itself.
-    force: [Wide; 3],
+    force: [Plane; 3],
 }
 
 impl<const L: usize> Block<L> {
@@ -146,13 +137,7 @@ impl<const L: usize> Block<L> {
 
     /// Takes a node's sums, coordinates and displacement into a lane.
     #[inline(always)]
-    pub(crate) fn take<P: Place>(
-        &mut self,
-        lane: usize,
-        sums: &Sums<L>,
-        (anchor, unit): (&[P; L], &[f64; L]),
-        moved: &Move,
-    ) {
+    pub(crate) fn take(&mut self, lane: usize, sums: &Sums<L>, anchor: &[f64; L], moved: &Move) {
         // No more numbers than a node has: what is not read is not moved.
         for r in 0..4 {
             for k in 0..L {
@@ -163,8 +148,7 @@ impl<const L: usize> Block<L> {
         }
         for k in 0..L {
             if k % 4 != ONE {
-                let x = anchor[k].wide();
-                self.place[k][lane] = if P::PLAIN { x } else { x * unit[k] };
+                self.place[k][lane] = anchor[k];
             }
         }
         for r in 0..3 {
@@ -174,22 +158,18 @@ impl<const L: usize> Block<L> {
 
     /// `F` from the sums taken: `I + S Bᵀ + s T`; without the identity for `one = 0`.
     #[inline(always)]
-    pub(crate) fn gradients<A: Arithmetic, T: Number>(
-        &mut self,
-        constants: Constants<'_, T>,
-        one: f64,
-    ) {
+    pub(crate) fn gradients<A: Arithmetic>(&mut self, constants: BlockConstants<'_>, one: f64) {
         for r in 0..3 {
             let s = &self.sums[r];
             for c in 0..3 {
                 let b = &constants.matrix[3 * c..3 * c + 3];
                 let mut sum = [if r == c { one } else { 0.0 }; BLOCK];
                 if let (true, Some(scale)) = (L > 4, constants.scale) {
-                    sum = add::<A, T>(&s[(ONE + 1 + c) % L], scale, &sum);
+                    sum = add::<A>(&s[(ONE + 1 + c) % L], scale, &sum);
                 }
-                sum = add::<A, T>(&s[2], &b[2], &sum);
-                sum = add::<A, T>(&s[1], &b[1], &sum);
-                self.deformation[3 * r + c] = add::<A, T>(&s[0], &b[0], &sum);
+                sum = add::<A>(&s[2], &b[2], &sum);
+                sum = add::<A>(&s[1], &b[1], &sum);
+                self.deformation[3 * r + c] = add::<A>(&s[0], &b[0], &sum);
             }
         }
     }
@@ -198,8 +178,7 @@ impl<const L: usize> Block<L> {
     #[inline(always)]
     pub(crate) fn holds(&self, model: &Model, node: usize, lane: usize) -> bool {
         model.is_plain(node)
-            && (self.ratio[lane] >= EXTENSION_VOLUME_RATIO
-                || !model.law_shared(node).has_logarithm())
+            && (self.ratio[lane] >= EXTENSION_VOLUME_RATIO || !model.law(node).has_logarithm())
     }
 
     /// Whether the lanes hold for all nodes from `first` on.
@@ -323,110 +302,82 @@ impl<const L: usize> Block<L> {
 
     /// Records and own forces from stresses and sums.
     #[inline(always)]
-    pub(crate) fn records<A: Arithmetic, T: Number>(&mut self, constants: Constants<'_, T>) {
+    pub(crate) fn records<A: Arithmetic>(&mut self, constants: BlockConstants<'_>) {
         for r in 0..3 {
-            self.record_row::<A, T>(r, constants);
+            self.record_row::<A>(r, constants);
         }
     }
 
     #[inline(always)]
-    fn record_row<A: Arithmetic, T: Number>(&mut self, r: usize, constants: Constants<'_, T>) {
+    fn record_row<A: Arithmetic>(&mut self, r: usize, constants: BlockConstants<'_>) {
         let p = &self.stress[3 * r..3 * r + 3];
         let s = &self.sums[r];
         let b = constants.matrix;
         // `V P B - c S A⁻¹`.
         // Written out: over a loop of three, compilers take the three for lanes.
         let mut q = [
-            product::<A, T>(p, [&b[0], &b[3], &b[6]]),
-            product::<A, T>(p, [&b[1], &b[4], &b[7]]),
-            product::<A, T>(p, [&b[2], &b[5], &b[8]]),
+            product::<A>(p, [&b[0], &b[3], &b[6]]),
+            product::<A>(p, [&b[1], &b[4], &b[7]]),
+            product::<A>(p, [&b[2], &b[5], &b[8]]),
         ];
         let (mut along, mut force) = (ZERO, ZERO);
         if let Some(control) = constants.control {
             let h = match constants.inverse {
                 Some([xx, yy, zz, yz, zx, xy]) => [
-                    product::<A, T>(s, [xx, xy, zx]),
-                    product::<A, T>(s, [xy, yy, yz]),
-                    product::<A, T>(s, [zx, yz, zz]),
+                    product::<A>(s, [xx, xy, zx]),
+                    product::<A>(s, [xy, yy, yz]),
+                    product::<A>(s, [zx, yz, zz]),
                 ],
                 // Without multipliers B is the inverse itself.
                 None => [
-                    product::<A, T>(s, [&b[0], &b[3], &b[6]]),
-                    product::<A, T>(s, [&b[1], &b[4], &b[7]]),
-                    product::<A, T>(s, [&b[2], &b[5], &b[8]]),
+                    product::<A>(s, [&b[0], &b[3], &b[6]]),
+                    product::<A>(s, [&b[1], &b[4], &b[7]]),
+                    product::<A>(s, [&b[2], &b[5], &b[8]]),
                 ],
             };
             for k in 0..3 {
-                q[k] = subtract::<A, T>(&h[k], control, &q[k]);
+                q[k] = subtract::<A>(&h[k], control, &q[k]);
             }
-            along = add::<A, T>(&self.moved[r], control, &along);
-            force = add::<A, T>(&s[ONE], control, &force);
+            along = add::<A>(&self.moved[r], control, &along);
+            force = add::<A>(&s[ONE], control, &force);
         }
         for k in 0..3 {
-            // What neighbours read is what counts: the sum of forces is exact then.
-            q[k] = rounded::<T>(&q[k]);
-            along = add::<A, f64>(&q[k], &self.place[k], &along);
-            force = add::<A, f64>(&q[k], &self.sums[3][k], &force);
+            along = add::<A>(&q[k], &self.place[k], &along);
+            force = add::<A>(&q[k], &self.sums[3][k], &force);
         }
         let mut bent = [ZERO; 3];
         if let (true, Some(scale)) = (L > 4, constants.scale) {
             for k in 0..3 {
                 let at = (ONE + 1 + k) % L;
-                bent[k] = rounded::<T>(&add::<A, T>(&p[k], scale, &ZERO));
-                along = add::<A, f64>(&bent[k], &self.place[at], &along);
-                force = add::<A, f64>(&bent[k], &self.sums[3][at], &force);
+                bent[k] = add::<A>(&p[k], scale, &ZERO);
+                along = add::<A>(&bent[k], &self.place[at], &along);
+                force = add::<A>(&bent[k], &self.sums[3][at], &force);
             }
-        }
-        let mut low = ZERO;
-        if T::ROUNDS {
-            let high = rounded::<T>(&along);
-            low = rounded::<T>(&subtract::<A, f64>(&high, &[1.0; BLOCK], &along));
-            along = high;
         }
         self.force[r] = force;
         self.record[r][0] = [q[0], q[1], q[2], along];
-        if L > 4 {
-            self.record[r][1] = [bent[0], bent[1], bent[2], low];
-        } else {
-            self.record[0][1][r] = low;
-        }
+        self.record[r][1] = [bent[0], bent[1], bent[2], ZERO];
     }
 
     /// Writes the records of all lanes as they are stored.
     #[inline(always)]
-    pub(crate) fn write<T: Number, const R: usize>(&self, to: &mut Sixteen<Record<T, L, R>>) {
-        for r in 0..R {
+    pub(crate) fn write(&self, to: &mut Sixteen<Record<L>>) {
+        for r in 0..3 {
             for half in 0..L / 4 {
-                // The fourth row without multipliers is that of the low parts.
-                let woven = if r < 3 {
-                    weave(&self.record[r][half])
-                } else {
-                    weave(&self.record[0][1])
-                };
+                let woven = weave(&self.record[r][half]);
                 for lane in 0..BLOCK {
-                    let numbers = woven[lane].map(T::exactly);
-                    to.0[lane][r][4 * half..4 * half + 4].copy_from_slice(&numbers);
+                    to.0[lane][r][4 * half..4 * half + 4].copy_from_slice(&woven[lane]);
                 }
             }
         }
     }
 
-    /// A number of the records; the fourth row without multipliers is that of the low parts.
-    #[inline(always)]
-    fn stored(&self, r: usize, k: usize) -> &Wide {
-        if r < 3 {
-            &self.record[r][k / 4][k % 4]
-        } else {
-            &self.record[0][1][k % 4]
-        }
-    }
-
     /// The record of a lane as it is stored.
-    pub(crate) fn record<T: Number, const R: usize>(&self, lane: usize) -> Record<T, L, R> {
-        let mut record = [[T::ZERO; L]; R];
-        for r in 0..R {
+    pub(crate) fn record(&self, lane: usize) -> Record<L> {
+        let mut record = [[0.0; L]; 3];
+        for r in 0..3 {
             for k in 0..L {
-                record[r][k] = T::exactly(self.stored(r, k)[lane]);
+                record[r][k] = self.record[r][k / 4][k % 4][lane];
             }
         }
         record
@@ -434,27 +385,21 @@ impl<const L: usize> Block<L> {
 
     /// A matrix of a lane.
     #[inline(always)]
-    pub(crate) fn matrix(&self, planes: &[Wide; 9], lane: usize) -> DMat3 {
+    pub(crate) fn matrix(&self, planes: &[Plane; 9], lane: usize) -> DMat3 {
         let p = |k: usize| planes[k][lane];
         DMat3::from_cols_array(&[p(0), p(3), p(6), p(1), p(4), p(7), p(2), p(5), p(8)])
     }
 
     /// Writes the deformation gradients.
     #[inline(always)]
-    pub(crate) fn write_deformation<T: Number>(&self, to: &mut Planes<T>) {
-        for k in 0..9 {
-            to[k] = as_stored(&self.deformation[k]);
-        }
+    pub(crate) fn write_deformation(&self, to: &mut Planes) {
+        *to = self.deformation;
     }
 
     /// Takes the deformation gradients at which a tangent product is taken.
     #[inline(always)]
-    pub(crate) fn set_at<T: Number>(&mut self, from: &Planes<T>) {
-        for k in 0..9 {
-            for lane in 0..BLOCK {
-                self.at[k][lane] = from[k][lane].wide();
-            }
-        }
+    pub(crate) fn set_at(&mut self, from: &Planes) {
+        self.at = *from;
     }
 
     /// Takes one of them.

@@ -180,15 +180,6 @@ impl Coefficients {
         }
     }
 
-    /// The same with another fiber direction.
-    pub(crate) fn turned(&self, direction: DVec3) -> Self {
-        let mut turned = *self;
-        if let Some(fiber) = &mut turned.fiber {
-            fiber.direction = direction;
-        }
-        turned
-    }
-
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {
         self.plain

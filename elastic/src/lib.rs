@@ -2,12 +2,10 @@
 #![doc = include_str!("../README.md")]
 
 mod bond;
-mod bound;
 mod checks;
 mod completion;
 mod control;
 mod dilatation;
-mod early;
 mod error;
 mod fiber;
 mod fixed;
@@ -28,6 +26,7 @@ mod part;
 mod planes;
 mod settings;
 mod stale;
+mod state;
 mod storage;
 mod stress;
 mod tangent;
@@ -36,16 +35,15 @@ mod viscosity;
 mod watch;
 
 pub use checks::BadSetting;
-pub use early::Early;
 pub use error::ElasticError;
 pub use fiber::Fiber;
 pub use glam;
-pub use input::{Dilatation, Frame, Instructions, Materials, Nodes, Precision, Settings, Stencils};
+pub use input::{Dilatation, Frame, Materials, Nodes, Settings, Stencils};
 pub use material::{Law, MAX_PRONY_TERMS, Material};
-pub use model::Elastic;
-pub use offset::Offsets;
+pub use model::{Bytes, Elastic};
 pub use part::Part;
 pub use settings::{MaterialSettings, Model, Preset};
+pub use state::{State, Works};
 pub use stress::von_mises_stress;
 pub use update::Rows;
 pub use viscosity::PronyTerm;

@@ -5,19 +5,20 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::forces::{CHUNK, Table, chunks, gather, gradient, parallel, set_gradient, watch_node};
+use crate::fixed::{Fixed, Table, gradient, set_gradient};
+use crate::forces::{CHUNK, chunks, gather, parallel, watch_node};
 use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::lanes::Block;
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
 use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
-use crate::storage::{BLOCK, Sixteen, Storage};
+use crate::storage::{BLOCK, Sixteen};
 use crate::watch::Watch;
 
 /// Stresses and records of all nodes; see [`crate::Elastic::forces_into`].
-pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
+pub(crate) fn stresses<const L: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
-    table: &mut Table<S, L, R>,
+    table: &mut Table<'_, L>,
     forces: &mut [DVec3],
 ) {
     let (Some(means), Some(pressures)) = (&model.means, &mut state.pressures) else {
@@ -28,13 +29,13 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
     let moves = &scratch.moves[..];
     let work = Work {
         model,
-        table: &table.fixed,
+        table: table.fixed,
         moves,
     };
     let ratios = &mut pressures.ratios[..];
     chunks(
         parallel,
-        (&mut table.deformation, CHUNK / BLOCK),
+        (&mut *table.deformation, CHUNK / BLOCK),
         (ratios, CHUNK),
         |chunk, f, ratios| {
             let first = chunk * CHUNK;
@@ -78,7 +79,6 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
         .collect();
     let run = |(chunk, ((records, forces), sum)): (usize, ((&mut [_], &mut [DVec3]), &mut f64))| {
         let stress = |node: usize, h: DMat3| {
-            // Not what is stored: rounded to single precision, F = I + H loses H below 6e-8.
             let f = deformation(model, continuation, node, h);
             let volume = model.elastic_volumes[node];
             let (energy, stress) = model.energy_and_stress(viscosity, node, f);
@@ -96,16 +96,16 @@ pub(crate) fn stresses<S: Storage, const L: usize, const R: usize>(
     for (chunk, watch) in state.watches.iter_mut().enumerate() {
         let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(model.node_count());
         *watch = nodes.fold(Watch::NOTHING, |worst, node| {
-            let f = gradient(&table.deformation, node);
+            let f = gradient(table.deformation, node);
             worst.and(watch_node((model, continuation), node, f))
         });
     }
 }
 
 /// Changes of stress and records of all nodes; see [`crate::Elastic::tangent_product_into`].
-pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
+pub(crate) fn changes<const L: usize>(
     (model, state, scratch): (&Model, &State, &mut Scratch),
-    table: &mut Table<S, L, R>,
+    table: &mut Table<'_, L>,
     own: &mut [DVec3],
 ) {
     let (Some(means), Some(pressures)) = (&model.means, &state.pressures) else {
@@ -116,7 +116,7 @@ pub(crate) fn changes<S: Storage, const L: usize, const R: usize>(
     let [ratios, slopes] = changes;
     let work = Work {
         model,
-        table: &table.fixed,
+        table: table.fixed,
         moves,
     };
     let deformation = &table.deformation[..];
@@ -197,13 +197,13 @@ fn run_all<T: Send>(parallel: bool, outputs: Vec<T>, work: impl Fn((usize, T)) +
 }
 
 /// What all stages read.
-struct Work<'a, S: Storage, const L: usize> {
+struct Work<'a, const L: usize> {
     model: &'a Model,
-    table: &'a crate::fixed::Fixed<S, L>,
+    table: Fixed<'a, L>,
     moves: &'a [Move],
 }
 
-impl<S: Storage, const L: usize> Work<'_, S, L> {
+impl<const L: usize> Work<'_, L> {
     /// Gathers `count` nodes from `first` on and hands out their displacement gradients.
     fn each(&self, first: usize, count: usize, mut use_of: impl FnMut(usize, DMat3)) {
         let mut block = Block::<L>::new();
@@ -229,10 +229,10 @@ impl<S: Storage, const L: usize> Work<'_, S, L> {
 
     /// Writes records and own forces of a chunk for the stresses that `stress` gives, with energies to
     /// be summed.
-    fn records<const R: usize>(
+    fn records(
         &self,
         first: usize,
-        records: &mut [Sixteen<Record<S::Number, L, R>>],
+        records: &mut [Sixteen<Record<L>>],
         forces: &mut [DVec3],
         stress: impl Fn(usize, DMat3) -> (DMat3, f64),
     ) -> f64 {
@@ -264,16 +264,16 @@ impl<S: Storage, const L: usize> Work<'_, S, L> {
 }
 
 /// Sums and displacement gradients of a block.
-struct Gather<'a, S: Storage, const L: usize> {
-    work: &'a Work<'a, S, L>,
+struct Gather<'a, const L: usize> {
+    work: &'a Work<'a, L>,
     first: usize,
     count: usize,
     block: &'a mut Block<L>,
 }
 
-choose_arithmetic!(Gather<S, L>);
+choose_arithmetic!(Gather);
 
-impl<S: Storage, const L: usize> Gather<'_, S, L> {
+impl<const L: usize> Gather<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let Work {
@@ -282,28 +282,28 @@ impl<S: Storage, const L: usize> Gather<'_, S, L> {
             moves,
         } = *self.work;
         for lane in 0..self.count {
-            gather::<A, S, L>(model, table, moves, self.first + lane, lane, self.block);
+            gather::<A, L>(model, table, moves, self.first + lane, lane, self.block);
         }
         let constants = table.constants(self.first / BLOCK);
-        self.block.gradients::<A, _>(constants, 0.0);
+        self.block.gradients::<A>(constants, 0.0);
     }
 }
 
 /// Records of a block from its stresses.
-struct Finish<'a, S: Storage, const L: usize, const R: usize> {
-    work: &'a Work<'a, S, L>,
+struct Finish<'a, const L: usize> {
+    work: &'a Work<'a, L>,
     first: usize,
     block: &'a mut Block<L>,
-    records: &'a mut Sixteen<Record<S::Number, L, R>>,
+    records: &'a mut Sixteen<Record<L>>,
 }
 
-choose_arithmetic!(Finish<S, L, R>);
+choose_arithmetic!(Finish);
 
-impl<S: Storage, const L: usize, const R: usize> Finish<'_, S, L, R> {
+impl<const L: usize> Finish<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let constants = self.work.table.constants(self.first / BLOCK);
-        self.block.records::<A, _>(constants);
+        self.block.records::<A>(constants);
         self.block.write(self.records);
     }
 }

@@ -5,13 +5,12 @@ use glam::{DMat3, DVec3};
 use crate::bond::Bonds;
 use crate::dilatation::{Means, Pressures};
 use crate::error::ElasticError;
-use crate::fixed::Fixed;
-use crate::forces::{self, CHUNK, Stage, Table};
+use crate::fixed::{Either, Tables};
+use crate::forces::{self, CHUNK, Chosen};
 use crate::front::Fronts;
 use crate::inactive::{Asleep, Inactive};
 use crate::input::{
-    Dilatation, Frame, Materials, Nodes, Precision, Settings, Stencils, checked_materials,
-    same_length,
+    Dilatation, Frame, Materials, Nodes, Settings, Stencils, checked_materials, same_length,
 };
 use crate::law::Coefficients;
 use crate::material::{Law, Material};
@@ -19,7 +18,7 @@ use crate::nodes::{Model, Scratch, State};
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
-use crate::storage::{Compact, Double, Storage};
+use crate::state::Works;
 use crate::tangent;
 use crate::update;
 use crate::viscosity::Viscosity;
@@ -43,31 +42,24 @@ pub struct Elastic {
     pub(crate) state: State,
     /// What passes write for each other.
     pub(crate) scratch: Scratch,
-    /// The parts of each that depend on the storage.
+    /// Rows of the stencils, and what passes leave of nodes.
     pub(crate) tables: Tables,
 }
 
-/// In one of the two precisions, with and without multipliers.
-#[derive(Debug, Clone)]
-pub(crate) enum Tables {
-    Double(Table<Double, 8, 3>),
-    Single(Table<Compact, 8, 3>),
-    PlainDouble(Table<Double, 4, 3>),
-    PlainSingle(Table<Compact, 4, 4>),
+/// Heap bytes of a model and of parts of it, which are 0 where a body does not use them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bytes {
+    /// The whole model.
+    pub all: usize,
+    /// What cuts need: control of touched nodes and of fronts, retained gradients, bonds.
+    pub cuts: usize,
+    /// What [`Elastic::watch_stiffness`] takes.
+    pub watch: usize,
+    /// What viscous materials need.
+    pub viscosity: usize,
+    /// What [`Elastic::set_held`] takes.
+    pub held: usize,
 }
-
-/// Binds `$table` to the table of either kind.
-macro_rules! with_table {
-    ($tables:expr, $table:ident => $work:expr) => {
-        match $tables {
-            $crate::model::Tables::Double($table) => $work,
-            $crate::model::Tables::Single($table) => $work,
-            $crate::model::Tables::PlainDouble($table) => $work,
-            $crate::model::Tables::PlainSingle($table) => $work,
-        }
-    };
-}
-pub(crate) use with_table;
 
 impl Elastic {
     /// Builds a model.
@@ -106,7 +98,7 @@ impl Elastic {
     /// What stored coordinates are counted from, for [`Elastic::in_frame`].
     #[must_use]
     pub fn frame(&self) -> Frame {
-        with_table!(&self.tables, table => table.fixed.frame())
+        self.tables.frame()
     }
 
     fn build(
@@ -147,6 +139,7 @@ impl Elastic {
             continuation: Continuation::default(),
             bonds: Bonds::default(),
             fronts: Fronts::default(),
+            works: Works::default(),
             watches: vec![Watch::NOTHING; node_count.div_ceil(CHUNK)],
         };
         let scratch = Scratch {
@@ -156,41 +149,13 @@ impl Elastic {
             asleep: vec![Asleep::NONE; node_count.div_ceil(CHUNK)],
             changes,
         };
-        let plain = stencils.multipliers.is_empty();
-        let tables = match (settings.precision, plain) {
-            (Precision::Double, false) => Tables::Double(table(&mut model, stencils, frame)?),
-            (Precision::Single, false) => Tables::Single(table(&mut model, stencils, frame)?),
-            (Precision::Double, true) => Tables::PlainDouble(table(&mut model, stencils, frame)?),
-            (Precision::Single, true) => Tables::PlainSingle(table(&mut model, stencils, frame)?),
-        };
+        let tables = tables(&mut model, stencils, frame)?;
         Ok(Self {
             model,
             state,
             scratch,
             tables,
         })
-    }
-
-    /// Gives every node a fiber direction of its own (unit vectors, rest state) in place of its
-    /// material's.
-    ///
-    /// # Errors
-    /// [`ElasticError::NotFinite`] if a direction has no length.
-    ///
-    /// # Panics
-    /// If there is not one direction per node.
-    pub fn set_fiber_directions(&mut self, directions: &[DVec3]) -> Result<(), ElasticError> {
-        let n = self.node_count();
-        assert_eq!(directions.len(), n, "one direction per node");
-        let mut unit = Vec::with_capacity(n);
-        for (node, direction) in directions.iter().enumerate() {
-            let what = "fiber direction";
-            let error = ElasticError::NotFinite { what, node };
-            unit.push(direction.try_normalize().ok_or(error)?);
-        }
-        self.model.fiber_directions = unit;
-        self.scratch.stale = Stale::everything();
-        Ok(())
     }
 
     /// Number of nodes.
@@ -241,9 +206,8 @@ impl Elastic {
     #[must_use]
     pub fn deformation_gradients(&self) -> Vec<DMat3> {
         let mut all = vec![DMat3::IDENTITY; self.node_count()];
-        with_table!(&self.tables, table => {
-            forces::copy_gradients(forces::parallel(&self.model), &table.deformation, &mut all);
-        });
+        let stored = &self.tables.deformation;
+        forces::copy_gradients(forces::parallel(&self.model), stored, &mut all);
         all
     }
 
@@ -253,7 +217,7 @@ impl Elastic {
     /// If there is no such node.
     #[must_use]
     pub fn deformation_gradient(&self, node: usize) -> DMat3 {
-        with_table!(&self.tables, table => table.gradient(node))
+        self.tables.gradient(node)
     }
 
     /// Number of dimensions, 0 to 3, that the row of `node` sees.
@@ -330,7 +294,7 @@ impl Elastic {
     /// The penalty's energy comes from `-u·f/2` and the virtual work of the stresses, which costs
     /// nothing per pair; its round-off is that of `sum |u| |f|`.
     pub fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        self.evaluate(positions, forces, Stage::ALL)
+        self.evaluate(positions, forces, None)
     }
 
     /// Writes `K v` with `K = d²E/dx²` (N/m, symmetric) at the state last evaluated by
@@ -345,63 +309,79 @@ impl Elastic {
         assert_eq!(vector.len(), n, "one vector per node");
         assert_eq!(product.len(), n, "one product per node");
         let parts = (&self.model, &self.state, &mut self.scratch);
-        with_table!(&mut self.tables, table => {
-            tangent::product(parts, table, vector, product);
-            self.state.fronts.add_product(vector, product);
-        });
+        match self.tables.split() {
+            Either::Plain(table) => tangent::product(parts, table, vector, product),
+            Either::Corrected(table) => tangent::product(parts, table, vector, product),
+        }
+        self.state.fronts.add_product(vector, product);
         self.scratch.stale = Stale::everything();
         self.state.bonds.add_product(vector, product);
     }
 
-    /// Those of [`Elastic::bytes`] that [`Elastic::set_held`] takes.
-    #[must_use]
-    pub fn held_bytes(&self) -> usize {
-        self.model.inactive.bytes()
-    }
-
     /// Round-off (J) of the energy that [`Elastic::forces_into`] returns: `eps sum_i V_i M_i`, with
     /// [`Material::modulus_bound`] `M_i`, because the terms of `W` are as large as the modulus and cancel at
-    /// rest; `eps` is that of `f64`, or in single precision that of `f32`.
+    /// rest.
     ///
     /// An estimate: nothing below it tells one energy from another.
     #[must_use]
     pub fn energy_round_off(&self) -> f64 {
-        let precision = match self.tables {
-            Tables::Double(_) | Tables::PlainDouble(_) => f64::EPSILON,
-            Tables::Single(_) | Tables::PlainSingle(_) => f64::from(f32::EPSILON),
-        };
         let volumes = self.model.elastic_volumes.iter().enumerate();
         let moduli = volumes.map(|(node, volume)| volume * self.material(node).modulus_bound());
-        precision * moduli.sum::<f64>()
+        f64::EPSILON * moduli.sum::<f64>()
     }
 
     /// Heap bytes that the model holds.
     #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.model.bytes()
-            + self.state.bytes()
-            + self.scratch.bytes()
-            + with_table!(&self.tables, table => table.bytes())
+    pub fn bytes(&self) -> Bytes {
+        let (model, state) = (&self.model, &self.state);
+        Bytes {
+            all: model.bytes() + state.bytes() + self.scratch.bytes() + self.tables.bytes(),
+            cuts: state.cut_bytes() + model.control_scales.capacity() * size_of::<f64>(),
+            watch: model.watch_bytes(),
+            viscosity: state.viscosity.as_ref().map_or(0, Viscosity::bytes),
+            held: model.inactive.bytes(),
+        }
     }
 
-    /// Those of them that cuts need: control of touched nodes and of fronts, offsets,
-    /// bonds; 0 before the first.
-    #[must_use]
-    pub fn cut_bytes(&self) -> usize {
-        self.state.cut_bytes() + self.model.control_scales.capacity() * size_of::<f64>()
+    pub(crate) fn evaluate(
+        &mut self,
+        positions: &[DVec3],
+        forces: &mut [DVec3],
+        chosen: Chosen<'_>,
+    ) -> f64 {
+        let n = self.node_count();
+        assert_eq!(positions.len(), n, "one position per node");
+        assert_eq!(forces.len(), n, "one force per node");
+        self.pass_one_of(positions, forces, chosen) + self.pass_two_of(forces, chosen)
     }
 
-    /// Those of them that [`Elastic::watch_stiffness`] takes.
-    #[must_use]
-    pub fn watch_bytes(&self) -> usize {
-        self.model.watch_bytes()
+    fn pass_one_of(&mut self, x: &[DVec3], forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
+        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        match self.tables.split() {
+            Either::Plain(table) => forces::pass_one(parts, table, x, forces, chosen),
+            Either::Corrected(table) => forces::pass_one(parts, table, x, forces, chosen),
+        }
     }
 
-    /// Those of them that only viscous materials need; 0 without any.
-    #[must_use]
-    pub fn viscous_bytes(&self) -> usize {
-        let viscosity = self.state.viscosity.as_ref();
-        viscosity.map_or(0, Viscosity::bytes)
+    fn pass_two_of(&mut self, forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
+        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        match self.tables.split() {
+            Either::Plain(table) => forces::pass_two(parts, table, forces, chosen),
+            Either::Corrected(table) => forces::pass_two(parts, table, forces, chosen),
+        }
+    }
+
+    /// The first of the two passes of [`Elastic::forces_into`] alone, for benchmarks: `forces` is what the nodes' own
+    /// rows give. [`Elastic::pass_two`] ends it.
+    #[doc(hidden)]
+    pub fn pass_one(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        self.pass_one_of(positions, forces, None)
+    }
+
+    /// The second, which adds to `forces`.
+    #[doc(hidden)]
+    pub fn pass_two(&mut self, forces: &mut [DVec3]) -> f64 {
+        self.pass_two_of(forces, None)
     }
 
     /// Prepares the viscous part for a step of `time_step` (s) from the state of the last
@@ -427,7 +407,7 @@ impl Elastic {
             return;
         };
         for node in 0..model.node_count() {
-            let f = with_table!(tables, table => table.gradient(node));
+            let f = tables.gradient(node);
             if f.determinant() > 0.01 {
                 let (energy, stress) = model.settled_energy_and_stress(node, f);
                 let settled = (energy, f.inverse() * stress);
@@ -447,23 +427,10 @@ impl Elastic {
         })
     }
 
-    /// Viscous state for a checkpoint: per node the last second Piola–Kirchhoff stress, one overstress per
-    /// Prony term (Pa; xx, yy, zz, xy, yz, zx), the last Green strain, and the energy densities (J/m³) of the
-    /// long-term law and of each term. Empty without viscous materials.
+    /// Whether a material is viscous.
     #[must_use]
-    pub fn viscous_history(&self) -> &[[f64; 6]] {
-        self.state.viscosity.as_ref().map_or(&[], |v| v.history())
-    }
-
-    /// Restores what [`Elastic::viscous_history`] gave.
-    ///
-    /// # Panics
-    /// If it comes from a model of another size.
-    pub fn set_viscous_history(&mut self, history: &[[f64; 6]]) {
-        match &mut self.state.viscosity {
-            Some(viscosity) => viscosity.set_history(history),
-            None => assert!(history.is_empty(), "this body has no viscous materials"),
-        }
+    pub fn is_viscous(&self) -> bool {
+        self.state.viscosity.is_some()
     }
 }
 
@@ -482,23 +449,23 @@ fn means_of(model: &mut Model) -> Result<Means, ElasticError> {
 }
 
 /// Reads all rows.
-fn table<S: Storage, const L: usize, const R: usize>(
+fn tables(
     model: &mut Model,
     stencils: &Stencils<'_>,
     frame: Option<&Frame>,
-) -> Result<Table<S, L, R>, ElasticError> {
+) -> Result<Tables, ElasticError> {
     let multipliers = stencils.multipliers;
-    let mut fixed = Fixed::new(&model.rest, multipliers, model.controlled(), frame);
+    let mut tables = Tables::new(&model.rest, multipliers, model.controlled(), frame);
     let n = model.node_count();
     for node in 0..n {
-        update::set_row(model, &mut fixed, node, stencils)?;
+        update::set_row(model, &mut tables, node, stencils)?;
     }
     if model.controlled() {
         for node in 0..n {
-            fixed.set_drag(&model.pairs, node);
+            tables.set_drag(&model.pairs, node);
         }
     }
-    Ok(Table::new(fixed, n))
+    Ok(tables)
 }
 
 #[cfg(test)]

@@ -10,12 +10,13 @@ use crate::dilatation::{Means, Pressures};
 use crate::front::Fronts;
 use crate::gather::Move;
 use crate::inactive::{Asleep, Inactive};
-use crate::input::{Instructions, Settings};
+use crate::input::Settings;
 use crate::law::Coefficients;
 use crate::material::Material;
 use crate::offset::Continuation;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
+use crate::state::Works;
 use crate::viscosity::Viscosity;
 use crate::watch::Watch;
 
@@ -34,8 +35,6 @@ pub(crate) struct Model {
     pub(crate) coefficients: Vec<Coefficients>,
     /// Empty if there is one material for all.
     pub(crate) material_of: Vec<u32>,
-    /// Fiber directions, empty if the materials' own hold.
-    pub(crate) fiber_directions: Vec<DVec3>,
     /// Whether any law has `ln J` in it.
     pub(crate) logarithm: bool,
     /// Whether all laws are what the passes evaluate in place.
@@ -66,6 +65,8 @@ pub(crate) struct State {
     pub(crate) bonds: Bonds,
     /// Nodes beside the front of a cut.
     pub(crate) fronts: Fronts,
+    /// What the last decay did.
+    pub(crate) works: Works,
     /// What was seen of chunks of nodes.
     pub(crate) watches: Vec<Watch>,
 }
@@ -102,17 +103,13 @@ impl Model {
             gradient_squares: Vec::new(),
             settings: *settings,
             pairs,
-            arch: match settings.instructions {
-                Instructions::Native => Arch::new(),
-                Instructions::Portable => Arch::Scalar,
-            },
+            arch: Arch::new(),
             rest: rest.to_vec(),
             volumes: volumes.to_vec(),
             elastic_volumes: volumes.to_vec(),
             coefficients,
             materials,
             material_of,
-            fiber_directions: Vec::new(),
             spans: Vec::new(),
             ranks: vec![3; rest.len()],
             inactive: Inactive::default(),
@@ -188,17 +185,9 @@ impl Model {
         }
     }
 
-    fn law(&self, node: usize) -> LawAt<'_> {
-        let coefficients = self.law_shared(node);
-        match self.fiber_directions.get(node) {
-            None => LawAt::Shared(coefficients),
-            Some(&direction) => LawAt::Turned(coefficients.turned(direction)),
-        }
-    }
-
     /// Energy density and stress of the law and fibers alone.
     pub(crate) fn settled_energy_and_stress(&self, node: usize, f: DMat3) -> (f64, DMat3) {
-        self.law(node).get().energy_and_stress(f)
+        self.law(node).energy_and_stress(f)
     }
 
     /// Energy density and stress of a node at `F`, without mean dilatation: law, fibers, viscosity.
@@ -225,7 +214,7 @@ impl Model {
         f: DMat3,
         df: DMat3,
     ) -> DMat3 {
-        let change = self.law(node).get().stress_change(f, df);
+        let change = self.law(node).stress_change(f, df);
         match viscosity {
             None => change,
             Some(viscosity) => viscosity.stress_change(node, self.material_index(node), df, change),
@@ -258,11 +247,11 @@ impl Model {
     /// True if a node's stress is its material's neo-Hookean one and nothing else.
     #[inline(always)]
     pub(crate) fn is_plain(&self, node: usize) -> bool {
-        self.ranks[node] == 3 && self.law_shared(node).is_plain()
+        self.ranks[node] == 3 && self.law(node).is_plain()
     }
 
     #[inline(always)]
-    pub(crate) fn law_shared(&self, node: usize) -> &Coefficients {
+    pub(crate) fn law(&self, node: usize) -> &Coefficients {
         &self.coefficients[self.material_index(node)]
     }
 
@@ -279,7 +268,6 @@ impl Model {
             + of(&self.materials)
             + of(&self.coefficients)
             + of(&self.material_of)
-            + of(&self.fiber_directions)
             + of(&self.control_scales)
             + self.watch_bytes()
             + of(&self.spans)
@@ -293,7 +281,7 @@ impl Model {
 impl State {
     /// Heap bytes that only cut bodies hold.
     pub(crate) fn cut_bytes(&self) -> usize {
-        self.continuation.bytes() + self.bonds.bytes() + self.fronts.bytes()
+        self.continuation.bytes() + self.bonds.bytes() + self.fronts.bytes() + self.works.bytes()
     }
 
     /// Heap bytes held.
@@ -319,19 +307,4 @@ impl Scratch {
 
 fn of<T>(v: &Vec<T>) -> usize {
     v.capacity() * size_of::<T>()
-}
-
-/// A node's law: the list's, or one with the node's own fiber direction.
-enum LawAt<'a> {
-    Shared(&'a Coefficients),
-    Turned(Coefficients),
-}
-
-impl LawAt<'_> {
-    fn get(&self) -> &Coefficients {
-        match self {
-            Self::Shared(law) => law,
-            Self::Turned(law) => law,
-        }
-    }
 }

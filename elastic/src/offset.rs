@@ -13,14 +13,13 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::fixed::Fixed;
+use crate::fixed::Tables;
 use crate::forces::parallel;
 use crate::lanes::Block;
 use crate::law::{double_dot, outer};
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::Model;
 use crate::stale::Stale;
-use crate::storage::Storage;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
 /// modulus, and what dropping it adds to the energy is counted like the decay.
@@ -32,15 +31,6 @@ const SMALLEST_OFFSET: f64 = 1e-5;
 const LARGEST_FACTOR: f64 = 3.0;
 /// Nodes whose work a thread finds at least: some 10 µs.
 const NODES_PER_TASK: usize = 64;
-
-/// Offsets of deformation gradients, as a checkpoint keeps them.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Offsets {
-    /// Nodes with an offset, rising.
-    pub nodes: Vec<u32>,
-    /// Their offsets, as columns.
-    pub values: Vec<[f64; 9]>,
-}
 
 /// Offsets of a body; empty before the first.
 #[derive(Debug, Clone, Default)]
@@ -128,6 +118,10 @@ impl Continuation {
         }
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
     fn set(&mut self, node_count: usize, node: u32, offset: DMat3) {
         self.of_node.resize(node_count, DMat3::ZERO);
         self.of_node[node as usize] = offset;
@@ -160,19 +154,17 @@ impl Elastic {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.scratch.stale.add(nodes);
         let (model, continuation) = (&self.model, &mut self.state.continuation);
-        with_table!(&self.tables, table => {
-            for (&node, &before) in nodes.iter().zip(before) {
-                let at = node as usize;
-                let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
-                let offset = if full {
-                    let now = gradient_at(model, &table.fixed, at, positions);
-                    factor_between(now, before).map_or(DMat3::ZERO, |all| all - DMat3::IDENTITY)
-                } else {
-                    DMat3::ZERO
-                };
-                continuation.set(model.node_count(), node, offset);
-            }
-        });
+        for (&node, &before) in nodes.iter().zip(before) {
+            let at = node as usize;
+            let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
+            let offset = if full {
+                let now = gradient_at(model, &self.tables, at, positions);
+                factor_between(now, before).map_or(DMat3::ZERO, |all| all - DMat3::IDENTITY)
+            } else {
+                DMat3::ZERO
+            };
+            continuation.set(model.node_count(), node, offset);
+        }
     }
 
     /// Those of `nodes` whose rebuilt full rows cannot keep the gradients `before`: they see the body at
@@ -186,29 +178,20 @@ impl Elastic {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         let model = &self.model;
-        with_table!(&self.tables, table => {
-            let lost = nodes.iter().zip(before).filter(|&(&node, &before)| {
-                let at = node as usize;
-                let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
-                full && {
-                    let now = gradient_at(model, &table.fixed, at, positions);
-                    factor_between(now, before).is_none()
-                }
-            });
-            lost.map(|(&node, _)| node).collect()
-        })
+        let lost = nodes.iter().zip(before).filter(|&(&node, &before)| {
+            let at = node as usize;
+            let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
+            full && {
+                let now = gradient_at(model, &self.tables, at, positions);
+                factor_between(now, before).is_none()
+            }
+        });
+        lost.map(|(&node, _)| node).collect()
     }
 
-    /// Multiplies every offset with `factor` (0 to 1) and returns the first half of the work (J) that
-    /// this does, with the stresses last evaluated: positive if it adds energy. The second half is
-    /// that of [`Elastic::offset_work`] after the next evaluation.
-    pub fn decay_offsets(&mut self, factor: f64) -> f64 {
-        let works = self.decay_offsets_each(factor);
-        works.iter().fold(0.0, |sum, (_, work)| sum + work)
-    }
-
-    /// As [`Elastic::decay_offsets`], with the work of each node, rising.
-    pub fn decay_offsets_each(&mut self, factor: f64) -> Vec<(u32, f64)> {
+    /// Multiplies every offset with `factor` (0 to 1); `works` gets the first half of the work (J) of each node,
+    /// ascending.
+    pub(crate) fn decay_offsets(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
         let nodes = std::mem::take(&mut self.state.continuation.nodes);
         let mut pulls = std::mem::take(&mut self.state.continuation.pulls);
         if self.scratch.stale.is_some() || !of_same_nodes(&mut pulls, &nodes) {
@@ -222,7 +205,7 @@ impl Elastic {
             pulls: kept,
         } = &mut self.state.continuation;
         decayed.clear();
-        let mut works = Vec::with_capacity(nodes.len());
+        works.clear();
         for (node, pull) in &pulls {
             let offset = of_node[*node as usize];
             let mut next = offset * factor;
@@ -241,29 +224,20 @@ impl Elastic {
         }
         pulls.clear();
         *kept = pulls;
-        works
     }
 
-    /// The second half of the work (J) of the last [`Elastic::decay_offsets`], with the stresses last
-    /// evaluated; to be asked for once.
-    pub fn offset_work(&mut self) -> f64 {
-        self.offset_works().iter().map(|(_, work)| work).sum()
-    }
-
-    /// As [`Elastic::offset_work`], with the work of each node, rising.
-    pub fn offset_works(&mut self) -> Vec<(u32, f64)> {
+    /// The second halves, with the stresses last evaluated; to be asked for once.
+    pub(crate) fn offset_works(&mut self, works: &mut Vec<(u32, f64)>) {
         let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
         let nodes: Vec<u32> = decayed.iter().map(|(node, _)| *node).collect();
         let mut pulls = std::mem::take(&mut self.state.continuation.pulls);
         self.pulls_into(&nodes, &mut pulls);
         let halves = decayed.iter().zip(&pulls);
-        let works = halves
-            .map(|(&(node, change), (_, pull))| (node, pull.half_work(change)))
-            .collect();
+        works.clear();
+        works.extend(halves.map(|(&(node, change), (_, pull))| (node, pull.half_work(change))));
         decayed.clear();
         self.state.continuation.decayed = decayed;
         self.state.continuation.pulls = pulls;
-        works
     }
 
     /// What changes of the offsets of nodes work against, at the state last evaluated.
@@ -288,34 +262,21 @@ impl Elastic {
         }
     }
 
-    /// Whether any node has an offset.
-    #[must_use]
-    pub fn has_offsets(&self) -> bool {
-        !self.state.continuation.nodes.is_empty()
-    }
-
-    /// The offsets, for a checkpoint.
-    #[must_use]
-    pub fn offsets(&self) -> Offsets {
+    /// Offsets by columns of nodes that have one, ascending.
+    pub(crate) fn offsets(&self) -> Vec<(u32, [f64; 9])> {
         let continuation = &self.state.continuation;
-        let value = |&node: &u32| continuation.of_node[node as usize].to_cols_array();
-        Offsets {
-            nodes: continuation.nodes.clone(),
-            values: continuation.nodes.iter().map(value).collect(),
-        }
+        let value = |&node: &u32| (node, continuation.of_node[node as usize].to_cols_array());
+        continuation.nodes.iter().map(value).collect()
     }
 
-    /// Restores what [`Elastic::offsets`] gave.
-    ///
-    /// # Panics
-    /// If a node does not exist.
-    pub fn set_offsets(&mut self, offsets: &Offsets) {
+    /// Restores them.
+    pub(crate) fn set_offsets(&mut self, offsets: &[(u32, [f64; 9])]) {
         let n = self.node_count();
         self.state.continuation = Continuation::default();
         self.scratch.stale = Stale::everything();
-        for (&node, value) in offsets.nodes.iter().zip(&offsets.values) {
+        for (node, value) in offsets {
             let continuation = &mut self.state.continuation;
-            continuation.set(n, node, DMat3::from_cols_array(value));
+            continuation.set(n, *node, DMat3::from_cols_array(value));
         }
     }
 }
@@ -336,15 +297,10 @@ fn factor_between(now: DMat3, before: DMat3) -> Option<DMat3> {
 }
 
 /// `I + sum_j u_ij ⊗ g_ij` of a node with a full row, without its offset.
-fn gradient_at<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &Fixed<S, L>,
-    node: usize,
-    positions: &[DVec3],
-) -> DMat3 {
+fn gradient_at(model: &Model, tables: &Tables, node: usize, positions: &[DVec3]) -> DMat3 {
     let displacement = |i: usize| positions[i] - model.rest[i];
     let own = displacement(node);
-    let row = fixed.row(node, model.pairs.row(node));
+    let row = tables.row(node, model.pairs.row(node));
     row.fold(DMat3::IDENTITY, |f, (j, _, _, g)| {
         f + outer(displacement(j as usize) - own, g)
     })

@@ -2,13 +2,22 @@
 
 use crate::error::ElasticError;
 use crate::input::Stencils;
-use crate::storage::Number;
 
 /// A neighbour and the weight of its pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pair {
     pub(crate) to: u32,
     pub(crate) weight: f32,
+}
+
+/// A weight as it is stored. Subnormal numbers become zero: they cost a hundred times a normal one.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "weights have the digits of f32"
+)]
+fn rounded(weight: f64) -> f32 {
+    let tiny = weight.abs() < f64::from(f32::MIN_POSITIVE);
+    if tiny { 0.0 } else { weight as f32 }
 }
 
 /// Rows of the graph and, unless they are the same, the rows of its transpose.
@@ -77,7 +86,7 @@ impl Pairs {
             pairs: ends
                 .map(|(&to, &weight)| Pair {
                     to,
-                    weight: f32::of(weight),
+                    weight: rounded(weight),
                 })
                 .collect(),
         };
@@ -176,7 +185,7 @@ impl Pairs {
 }
 
 fn stored_weight(stencils: &Stencils<'_>, node: usize, pair: usize) -> Result<f32, ElasticError> {
-    let weight = f32::of(stencils.weights[pair]);
+    let weight = rounded(stencils.weights[pair]);
     if weight.is_finite() && weight >= 0.0 {
         return Ok(weight);
     }

@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 
 use crate::bond::PartBond;
-use crate::forces::set_gradient;
+use crate::fixed::{Either, set_gradient};
 use crate::front::PartFront;
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::State;
 use crate::pairs::{Pair, Pairs};
 use crate::stale::Stale;
@@ -149,11 +149,9 @@ impl Elastic {
     pub fn set_part_state(&mut self, part: &Part, gradients: &[DMat3], positions: &[DVec3]) {
         assert_eq!(gradients.len(), part.rows.len(), "one gradient per row");
         assert_eq!(positions.len(), part.ends.len(), "one place per end");
-        with_table!(&mut self.tables, table => {
-            for (&node, &gradient) in part.rows.iter().zip(gradients) {
-                set_gradient(&mut table.deformation, node as usize, gradient);
-            }
-        });
+        for (&node, &gradient) in part.rows.iter().zip(gradients) {
+            set_gradient(&mut self.tables.deformation, node as usize, gradient);
+        }
         let place = |node: u32| part.end(node).map_or(DVec3::ZERO, |at| positions[at]);
         self.state.bonds.set_part(&part.bonds, place);
         let rest = &self.model.rest;
@@ -173,10 +171,14 @@ impl Elastic {
         assert_eq!(vector.len(), part.nodes.len(), "one vector per node");
         assert_eq!(product.len(), part.nodes.len(), "one product per node");
         let parts = (&self.model, &self.state, &mut self.scratch);
-        with_table!(&mut self.tables, table => {
-            tangent::product_within(parts, table, part, vector, product);
-            self.state.fronts.add_product_within(&part.fronts, vector, product);
-        });
+        match self.tables.split() {
+            Either::Plain(table) => tangent::product_within(parts, table, part, vector, product),
+            Either::Corrected(table) => {
+                tangent::product_within(parts, table, part, vector, product);
+            }
+        }
+        let fronts = &self.state.fronts;
+        fronts.add_product_within(&part.fronts, vector, product);
         self.scratch
             .stale
             .add_part(part, self.model.means.is_some());

@@ -2,13 +2,12 @@
 
 use glam::DVec3;
 
-use crate::forces::{self, CHUNK, Stage, displacement};
+use crate::forces::{CHUNK, moved};
 use crate::gather::Move;
 use crate::inactive::Asleep;
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::Model;
 use crate::part::Part;
-use crate::storage::Storage;
 
 /// What is not as the last evaluation of forces left it.
 #[derive(Debug, Clone, Default)]
@@ -68,13 +67,13 @@ impl Stale {
     }
 
     /// Whether what is kept of the last evaluation is one at these positions.
-    fn is_at<S: Storage>(&self, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
+    fn is_at(&self, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
         let mut overwritten = vec![false; moves.len()];
         for &node in &self.moves {
             overwritten[node as usize] = true;
         }
         let same = |node: usize| {
-            let u = displacement::<S>(model, positions, node);
+            let u = DVec3::from_array(moved(positions[node], model.rest[node]));
             u == DVec3::from_array(moves[node])
         };
         (0..moves.len()).all(|node| overwritten[node] || same(node))
@@ -96,13 +95,12 @@ impl Elastic {
         let (model, stale) = (&self.model, &self.scratch.stale);
         let whole = stale.all || model.means.is_some() || self.state.viscosity.is_some();
         let moves = &self.scratch.moves;
-        let still = !whole
-            && with_table!(&self.tables, table => table.is_at(stale, model, moves, positions));
+        let still = !whole && stale.is_at(model, moves, positions);
         if !still {
             return self.forces_into(positions, forces);
         }
         let chosen = self.changed_chunks();
-        self.evaluate(positions, forces, Stage::Chosen(Some(&chosen)))
+        self.evaluate(positions, forces, Some(&chosen))
     }
 
     /// Chunks whose records or forces follow from what changed.
@@ -128,12 +126,5 @@ impl Elastic {
             chosen[node as usize / CHUNK] = true;
         }
         chosen
-    }
-}
-
-impl<S: Storage, const L: usize, const R: usize> forces::Table<S, L, R> {
-    /// See [`Stale::is_at`].
-    fn is_at(&self, stale: &Stale, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
-        stale.is_at::<S>(model, moves, positions)
     }
 }

@@ -3,20 +3,20 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::fixed::{Fixed, Lane};
-use crate::forces::{CHUNK, Received, Table, gather, parallel, receive, set_moves};
+use crate::fixed::{Fixed, Lane, Table, gradient};
+use crate::forces::{CHUNK, Received, gather, parallel, receive, set_moves};
 use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::inactive::Asleep;
 use crate::lanes::{Block, Laws, Planes};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
 use crate::part::Part;
-use crate::storage::{BLOCK, Sixteen, Storage};
+use crate::storage::{BLOCK, Sixteen};
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
-pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
+pub(crate) fn product<const L: usize>(
     (model, state, scratch): (&Model, &State, &mut Scratch),
-    table: &mut Table<S, L, R>,
+    mut table: Table<'_, L>,
     vector: &[DVec3],
     product: &mut [DVec3],
 ) {
@@ -27,29 +27,28 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
         }
     });
     if model.means.is_some() {
-        mean::changes((model, state, scratch), table, product);
+        mean::changes((model, state, scratch), &mut table, product);
     }
     let (moves, asleep) = (&scratch.moves[..], &scratch.asleep[..]);
     if model.means.is_none() {
-        let (fixed, deformation) = (&table.fixed, &table.deformation[..]);
-        let work =
-            |chunk: usize, records: &mut [Sixteen<Record<S::Number, L, R>>], own: &mut [DVec3]| {
-                model.arch.dispatch(Changes {
-                    model,
-                    state,
-                    fixed,
-                    deformation,
-                    moves,
-                    first: chunk * CHUNK,
-                    asleep: asleep[chunk],
-                    records,
-                    own,
-                });
-            };
+        let (fixed, deformation) = (table.fixed, &table.deformation[..]);
+        let work = |chunk: usize, records: &mut [Sixteen<Record<L>>], own: &mut [DVec3]| {
+            model.arch.dispatch(Changes {
+                model,
+                state,
+                fixed,
+                deformation,
+                moves,
+                first: chunk * CHUNK,
+                asleep: asleep[chunk],
+                records,
+                own,
+            });
+        };
         let (records, own) = (&mut table.records[..], &mut *product);
         crate::forces::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
     }
-    let (fixed, records) = (&table.fixed, &table.records[..]);
+    let (fixed, records) = (table.fixed, &table.records[..]);
     let work = |(chunk, forces): (usize, &mut [DVec3])| {
         model.arch.dispatch(Received {
             model,
@@ -71,22 +70,22 @@ pub(crate) fn product<S: Storage, const L: usize, const R: usize>(
 }
 
 /// Pass one of a product for a chunk.
-struct Changes<'a, S: Storage, const L: usize, const R: usize> {
+struct Changes<'a, const L: usize> {
     model: &'a Model,
     state: &'a State,
-    fixed: &'a Fixed<S, L>,
-    deformation: &'a [Planes<S::Number>],
+    fixed: Fixed<'a, L>,
+    deformation: &'a [Planes],
     moves: &'a [Move],
     first: usize,
     /// What of the chunk has no records.
     asleep: Asleep,
-    records: &'a mut [Sixteen<Record<S::Number, L, R>>],
+    records: &'a mut [Sixteen<Record<L>>],
     own: &'a mut [DVec3],
 }
 
-choose_arithmetic!(Changes<S, L, R>);
+choose_arithmetic!(Changes);
 
-impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
+impl<const L: usize> Changes<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let mut block = Block::<L>::new();
@@ -103,12 +102,12 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
             let offsets = continuation.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
-                gather::<A, S, L>(self.model, self.fixed, self.moves, node, lane, &mut block);
+                gather::<A, L>(self.model, self.fixed, self.moves, node, lane, &mut block);
             }
             block.set_at(&self.deformation[first / BLOCK]);
             let constants = self.fixed.constants(first / BLOCK);
             laws.load(self.model, first, count);
-            block.gradients::<A, _>(constants, 0.0);
+            block.gradients::<A>(constants, 0.0);
             for &node in offsets {
                 continuation.carry(node as usize, node as usize - first, &mut block);
             }
@@ -121,7 +120,7 @@ impl<S: Storage, const L: usize, const R: usize> Changes<'_, S, L, R> {
             for &node in offsets {
                 continuation.pull(node as usize, node as usize - first, &mut block);
             }
-            block.records::<A, _>(constants);
+            block.records::<A>(constants);
             block.write(records);
             for (lane, own) in own.iter_mut().enumerate() {
                 *own = DVec3::from_array(block.own_force(lane));
@@ -168,9 +167,9 @@ fn single<const L: usize>(
 }
 
 /// Tangent product within a part; see [`crate::Elastic::tangent_product_within`].
-pub(crate) fn product_within<S: Storage, const L: usize, const R: usize>(
+pub(crate) fn product_within<const L: usize>(
     (model, state, scratch): (&Model, &State, &mut Scratch),
-    table: &mut Table<S, L, R>,
+    table: Table<'_, L>,
     part: &Part,
     vector: &[DVec3],
     out: &mut [DVec3],
@@ -206,18 +205,18 @@ pub(crate) fn product_within<S: Storage, const L: usize, const R: usize>(
 }
 
 /// Both passes over the rows of a part.
-struct Within<'a, S: Storage, const L: usize, const R: usize> {
+struct Within<'a, const L: usize> {
     model: &'a Model,
     state: &'a State,
     moves: &'a [Move],
-    table: &'a mut Table<S, L, R>,
+    table: Table<'a, L>,
     part: &'a Part,
     out: &'a mut [DVec3],
 }
 
-choose_arithmetic!(Within<S, L, R>);
+choose_arithmetic!(Within);
 
-impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
+impl<const L: usize> Within<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let (model, table, moves) = (self.model, self.table, self.moves);
@@ -228,13 +227,13 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
         for nodes in self.part.rows.chunks(BLOCK) {
             for (lane, &node) in nodes.iter().enumerate() {
                 let node = node as usize;
-                gather::<A, S, L>(model, &table.fixed, moves, node, lane, &mut block);
-                block.set_matrix_at(lane, table.gradient(node));
+                gather::<A, L>(model, table.fixed, moves, node, lane, &mut block);
+                block.set_matrix_at(lane, gradient(table.deformation, node));
                 table.fixed.copy_lane(node, lane, &mut copies);
                 laws.load_one(model, node, lane);
             }
             let constants = table.fixed.copied(&copies);
-            block.gradients::<A, _>(constants, 0.0);
+            block.gradients::<A>(constants, 0.0);
             for (lane, &node) in nodes.iter().enumerate() {
                 let continuation = &self.state.continuation;
                 continuation.carry(node as usize, lane, &mut block);
@@ -245,7 +244,7 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
                 finish(model, self.state, node, &mut block, lane);
                 self.state.continuation.pull(node, lane, &mut block);
             }
-            block.records::<A, _>(constants);
+            block.records::<A>(constants);
             for (lane, &node) in nodes.iter().enumerate() {
                 let at = node as usize;
                 table.records[at / BLOCK].0[at % BLOCK] = block.record(lane);
@@ -254,10 +253,9 @@ impl<S: Storage, const L: usize, const R: usize> Within<'_, S, L, R> {
                 }
             }
         }
-        let signed = table.fixed.signed_unit();
-        let read = (&table.fixed, &table.records[..]);
+        let read = (table.fixed, &table.records[..]);
         for (&node, out) in self.part.nodes.iter().zip(self.out) {
-            let given = receive::<A, S, L, R>(model, read, &signed, moves, node as usize);
+            let given = receive::<A, L>(model, read, moves, node as usize);
             *out = (*out + given) * -1.0;
         }
     }

@@ -7,12 +7,10 @@ use glam::{DMat3, DVec3};
 use crate::completion::{RowKind, row_kind};
 use crate::control::{set_control, set_drags};
 use crate::error::ElasticError;
-use crate::fixed::{Fixed, Moments};
+use crate::fixed::{Moments, Tables};
 use crate::input::{Stencils, same_length};
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::Model;
-use crate::stale::Stale;
-use crate::storage::Storage;
 
 /// Rows of some nodes alone, as [`Stencils`] has those of all.
 #[derive(Debug, Clone, Copy)]
@@ -122,52 +120,29 @@ impl Elastic {
         for &node in touched {
             model.pairs.check_symmetry(node as usize)?;
         }
-        let all = with_table!(&mut self.tables, table => {
-            take_rows(model, &mut table.fixed, touched, stencils)?
-        });
-        if all {
-            self.scratch.stale = Stale::everything();
+        assert_eq!(
+            self.tables.is_corrected(),
+            !stencils.multipliers.is_empty(),
+            "multipliers as at the start"
+        );
+        let tables = &mut self.tables;
+        for &node in touched {
+            tables.set_multiplier(node as usize, stencils.multipliers);
         }
+        for &node in touched {
+            set_row(model, tables, node as usize, stencils)?;
+        }
+        set_drags(model, tables, touched.iter().map(|&node| node as usize));
         self.refresh_fronts();
         self.refresh_squares(touched.iter().map(|&node| node as usize));
         Ok(())
     }
 }
 
-/// Takes the rows of `touched` nodes, whose weights are taken already, and what follows from them; true
-/// if all rows had to be read again.
-fn take_rows<S: Storage, const L: usize>(
-    model: &mut Model,
-    fixed: &mut Fixed<S, L>,
-    touched: &[u32],
-    stencils: &Stencils<'_>,
-) -> Result<bool, ElasticError> {
-    assert_eq!(
-        Fixed::<S, L>::CORRECTED,
-        !stencils.multipliers.is_empty(),
-        "multipliers as at the start"
-    );
-    let all = fixed.outgrown(touched, stencils.multipliers);
-    if all {
-        for node in 0..model.node_count() {
-            set_row(model, fixed, node, stencils)?;
-        }
-    } else {
-        for &node in touched {
-            fixed.set_multiplier(node as usize, stencils.multipliers);
-        }
-        for &node in touched {
-            set_row(model, fixed, node as usize, stencils)?;
-        }
-    }
-    set_drags(model, fixed, touched.iter().map(|&node| node as usize));
-    Ok(all)
-}
-
 /// Reads a row of the stencils, but for its weights, and everything that follows from it but drags.
-pub(crate) fn set_row<S: Storage, const L: usize>(
+pub(crate) fn set_row(
     model: &mut Model,
-    fixed: &mut Fixed<S, L>,
+    tables: &mut Tables,
     node: usize,
     stencils: &Stencils<'_>,
 ) -> Result<(), ElasticError> {
@@ -191,9 +166,9 @@ pub(crate) fn set_row<S: Storage, const L: usize>(
         RowKind::Deficient(span) => Some(span),
         RowKind::Full => None,
     };
-    let moments = fixed.moments(node, row);
+    let moments = tables.moments(node, row);
     let inverse = inverse_moment(moments.moment).filter(|_| span.is_none());
-    fixed.set_row(node, stencils, &moments, inverse, span);
+    tables.set_row(node, stencils, inverse);
     model.set_span(node, span);
     // Without a full row the leftover e_ij is not blind to rotations; the node is then held by the
     // control of its neighbours.
@@ -202,7 +177,7 @@ pub(crate) fn set_row<S: Storage, const L: usize>(
     } else {
         f64::INFINITY
     };
-    set_control(model, fixed, node, spread);
+    set_control(model, tables, node, spread);
     Ok(())
 }
 

@@ -9,16 +9,16 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::fixed::Fixed;
+use crate::fixed::Tables;
 use crate::forces::PARALLEL_NODES;
 use crate::lanes::wide;
 use crate::law::cofactor;
-use crate::model::{Elastic, with_table};
+use crate::model::Elastic;
 use crate::nodes::Model;
 use crate::offset::Continuation;
-use crate::planes::{Wide, ZERO};
+use crate::planes::ZERO;
 use crate::stale::Stale;
-use crate::storage::{BLOCK, Storage};
+use crate::storage::{BLOCK, Plane};
 
 /// Nodes of a run of which the largest indicator is told.
 pub const WATCHED_NODES: usize = crate::forces::CHUNK;
@@ -57,11 +57,11 @@ impl Watch {
 pub(crate) struct Watching {
     watched: bool,
     /// `V_i` of the block at hand; zero in lanes with nothing to see.
-    volumes: Wide,
+    volumes: Plane,
     /// `s_i` times what offsets add, of the block at hand.
-    squares: Wide,
-    ratios: Wide,
-    stiffness: Wide,
+    squares: Plane,
+    ratios: Plane,
+    stiffness: Plane,
 }
 
 impl Watching {
@@ -100,7 +100,7 @@ impl Watching {
 
     /// Takes in `J` and the bounds on the tangent modulus of a block.
     #[inline(always)]
-    pub(crate) fn see(&mut self, ratios: &Wide, bounds: &Wide) {
+    pub(crate) fn see(&mut self, ratios: &Plane, bounds: &Plane) {
         for lane in 0..BLOCK {
             let carries = self.volumes[lane] > 0.0;
             let ratio = if carries { ratios[lane] } else { f64::INFINITY };
@@ -111,7 +111,7 @@ impl Watching {
     }
 
     /// What [`Watching::see`] takes in of the block at hand alone.
-    pub(crate) fn of_block(&self, ratios: &Wide, bounds: &Wide) -> Watch {
+    pub(crate) fn of_block(&self, ratios: &Plane, bounds: &Plane) -> Watch {
         let mut alone = Self {
             ratios: [Watch::NOTHING.ratio; BLOCK],
             stiffness: [Watch::NOTHING.stiffness; BLOCK],
@@ -164,9 +164,9 @@ impl Elastic {
         if model.inverse_masses.is_empty() {
             return;
         }
-        with_table!(&self.tables, table => for node in nodes {
-            model.gradient_squares[node] = gradient_square(model, &table.fixed, node);
-        });
+        for node in nodes {
+            model.gradient_squares[node] = gradient_square(model, &self.tables, node);
+        }
     }
 
     /// Largest `r_i = V_i c(F_i) sum_j |g_ij|²/m_j` (1/s²) at the state last evaluated, `c` a bound on
@@ -237,7 +237,7 @@ impl Elastic {
         let indicator = |node: usize| {
             let square = model.gradient_squares[node];
             let f = self.deformation_gradient(node);
-            let bound = model.law_shared(node).tangent_bound(f);
+            let bound = model.law(node).tangent_bound(f);
             let gain = self.state.continuation.gain(node);
             (model.elastic_volumes[node] * bound * square * gain, node)
         };
@@ -268,20 +268,14 @@ impl Elastic {
 pub(crate) fn indicator(model: &Model, node: usize, f: DMat3) -> f64 {
     match model.gradient_squares.get(node) {
         None => 0.0,
-        Some(square) => {
-            model.elastic_volumes[node] * square * model.law_shared(node).tangent_bound(f)
-        }
+        Some(square) => model.elastic_volumes[node] * square * model.law(node).tangent_bound(f),
     }
 }
 
 /// `sum_j |g_ij|²/m_j`, `j = i` included.
-fn gradient_square<S: Storage, const L: usize>(
-    model: &Model,
-    fixed: &Fixed<S, L>,
-    node: usize,
-) -> f64 {
+fn gradient_square(model: &Model, tables: &Tables, node: usize) -> f64 {
     let (mut own, mut sum) = (DVec3::ZERO, 0.0);
-    for (j, _, _, g) in fixed.row(node, model.pairs.row(node)) {
+    for (j, _, _, g) in tables.row(node, model.pairs.row(node)) {
         own -= g;
         sum += g.length_squared() * model.inverse_masses[j as usize];
     }

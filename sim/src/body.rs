@@ -316,7 +316,7 @@ impl Body {
         }
         self.smallest_ratio = self.smallest_ratio.min(self.smallest_volume_ratio());
         self.doubt = self.doubt.or_else(|| self.motion.take_warning());
-        if self.is_viscous() {
+        if self.elastic.is_viscous() {
             let start = Instant::now();
             self.elastic.end_viscous_step();
             self.elastic.begin_viscous_step(0.0);
@@ -353,12 +353,8 @@ impl Body {
         motion: phyxel_integrate::State,
         estimates: [f64; 2],
         eigenvector: Vec<DVec3>,
-        (history, relaxed): (&[[f64; 6]], f64),
     ) {
         let mut forces = vec![DVec3::ZERO; self.rest.len()];
-        self.elastic.set_viscous_history(history);
-        self.elastic.begin_viscous_step(0.0);
-        self.relaxed = relaxed;
         self.elastic.forces_into(&motion.positions, &mut forces);
         self.motion.restore(motion);
         self.rebuilt_here();

@@ -1,7 +1,6 @@
 //! What moves in a body, to be kept and gone on from.
 
-use glam::{DMat3, DVec3};
-use phyxel_elastic::Offsets;
+use glam::DVec3;
 use phyxel_integrate::Grip;
 use serde::{Deserialize, Serialize};
 
@@ -26,17 +25,10 @@ pub(crate) struct BodyState {
     pub(crate) stroke_energies: Vec<CutEnergy>,
     /// Blades that are in strokes.
     pub(crate) strokes: Vec<OpenStroke>,
-    /// What viscous materials remember, and the energy (J) they took up.
-    pub(crate) history: Vec<[f64; 6]>,
+    /// What decays in the model, and its control.
+    pub(crate) elastic: phyxel_elastic::State,
+    /// Energy (J) that viscosity has lost.
     pub(crate) relaxed: f64,
-    /// What rebuilt rows carried over: nodes, deformation gradients, lengths of bonds.
-    pub(crate) offset_nodes: Vec<u32>,
-    pub(crate) offsets: Vec<[f64; 9]>,
-    pub(crate) bond_offsets: Vec<f64>,
-    /// Scales of the zero-energy control, where they are not 1.
-    pub(crate) control_scales: Vec<(u32, f64)>,
-    /// The control of cuts' fronts.
-    pub(crate) fronts: Vec<(u32, DMat3)>,
     pub(crate) contacts: Vec<ToolContact>,
     pub(crate) grip: Option<Grip>,
 }
@@ -56,9 +48,7 @@ impl BodyState {
             cut.largest_addition,
             cut.decay,
         ];
-        let lists = numbers.iter().chain(&self.indicators);
-        let lists = lists.chain(self.history.iter().flatten());
-        let lists = lists.chain(self.offsets.iter().flatten());
+        let mut numbers = numbers.iter().chain(&self.indicators);
         body.motion.fits(&self.motion)
             && self
                 .estimates
@@ -67,25 +57,13 @@ impl BodyState {
             && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
             && self.eigenvector.iter().all(|x| x.is_finite())
             && !self.smallest_ratio.is_nan()
-            && lists.chain(&self.bond_offsets).all(|x| x.is_finite())
-            && self.history.len() == body.elastic.viscous_history().len()
-            && self.offset_nodes.len() == self.offsets.len()
-            && self.offset_nodes.iter().all(|&node| (node as usize) < n)
-            && self.bond_offsets.len() == body.elastic.bond_offsets().len()
-            && (self.control_scales.iter())
-                .all(|&(node, scale)| (node as usize) < n && scale.is_finite() && scale >= 1.0)
-            && (self.fronts.iter()).all(|(node, matrix)| (*node as usize) < n && is_share(matrix))
+            && numbers.all(|x| x.is_finite())
+            && self.elastic.fits(&body.elastic)
             && self.contacts.len() == member.contacts.len()
             && (self.contacts.iter().zip(&member.contacts))
                 .all(|(kept, built)| kept.is_sound(n, built))
             && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
     }
-}
-
-/// Whether this can be the matrix of a front: a mean of squares of unit vectors, or a share of it.
-fn is_share(matrix: &DMat3) -> bool {
-    let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
-    matrix.is_finite() && trace > 0.0 && trace < 1.0 + 1e-9
 }
 
 impl Member {
@@ -96,7 +74,6 @@ impl Member {
             cutting,
             contacts,
         } = self;
-        let offsets = body.elastic.offsets();
         BodyState {
             fingerprint: body.fingerprint,
             motion: body.motion.state().clone(),
@@ -114,13 +91,8 @@ impl Member {
                 let strokes = cutting.by_stroke().iter();
                 strokes.map(|stroke| stroke.energy).collect()
             }),
-            history: body.elastic.viscous_history().to_vec(),
+            elastic: body.elastic.state(),
             relaxed: body.relaxed,
-            offset_nodes: offsets.nodes,
-            offsets: offsets.values,
-            bond_offsets: body.elastic.bond_offsets(),
-            control_scales: body.elastic.control_scales(),
-            fronts: body.elastic.fronts(),
             contacts: contacts.clone(),
             grip: body.grip.clone(),
         }
@@ -129,19 +101,13 @@ impl Member {
     /// Takes over a kept state of the same body with the same cuts.
     pub(crate) fn set_state(&mut self, state: BodyState) {
         let body = &mut self.body;
-        body.elastic.set_offsets(&Offsets {
-            nodes: state.offset_nodes,
-            values: state.offsets,
-        });
-        body.elastic.set_bond_offsets(&state.bond_offsets);
-        body.elastic.set_control_scales(&state.control_scales);
-        body.elastic.restore_fronts(&state.fronts);
+        body.elastic.set_state(&state.elastic);
+        body.relaxed = state.relaxed;
         body.indicators = state.indicators;
         body.smallest_ratio = state.smallest_ratio;
         body.doubt = state.doubt;
-        let viscous = (&*state.history, state.relaxed);
         body.grip = state.grip;
-        body.restore(state.motion, state.estimates, state.eigenvector, viscous);
+        body.restore(state.motion, state.estimates, state.eigenvector);
         self.contacts = state.contacts;
         if let Some(cutting) = &mut self.cutting {
             if let Some(growth) = state.growth {

@@ -22,7 +22,7 @@ impl Body {
         in_forces: &mut Duration,
     ) -> Result<Option<f64>, BodyProblem> {
         self.relax(step, in_forces)?;
-        if !self.elastic.has_offsets() && self.elastic.weak_nodes().is_empty() {
+        if !self.elastic.decays() {
             return Ok(None);
         }
         let factor = (-step * self.eigenvalue.value.sqrt() / DECAY).exp();
@@ -37,14 +37,10 @@ impl Body {
         work
     }
 
-    pub(crate) fn is_viscous(&self) -> bool {
-        !self.elastic.viscous_history().is_empty()
-    }
-
     /// Advances viscosity by `step` (s): forces are then those of the step's potential, and the energy that
     /// viscosity lost is booked.
     pub(crate) fn relax(&mut self, step: f64, in_forces: &mut Duration) -> Result<(), BodyProblem> {
-        if !self.is_viscous() {
+        if !self.elastic.is_viscous() {
             return Ok(());
         }
         let start = Instant::now();

@@ -91,7 +91,7 @@ impl Member {
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
         let body = &self.body;
-        let is_viscous = !body.elastic.viscous_history().is_empty();
+        let is_viscous = body.elastic.is_viscous();
         let before = Before {
             untouched: self.cutting.is_none(),
             relaxed: is_viscous.then(|| (body.motion.state().clone(), body.relaxed)),

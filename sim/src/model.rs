@@ -91,9 +91,7 @@ pub(crate) fn build(
         &materials,
         &Settings {
             zero_energy_control: spec.material.stabilization,
-            precision: spec.precision,
             dilatation: spec.material.dilatation,
-            ..Settings::default()
         },
     )?;
     if carried.is_some() {

@@ -24,7 +24,7 @@ impl Member {
         let part = |name, bytes, phase| PartCost { name, bytes, phase };
         let moving = body.motion.bytes();
         let graph = &body.neighborhoods;
-        let relaxing = body.elastic.viscous_bytes();
+        let elastic = body.elastic.bytes();
         vec![
             part(
                 "nodes",
@@ -42,24 +42,16 @@ impl Member {
             part("stencils", body.stencils.bytes(), None),
             part(
                 "elasticity",
-                body.elastic.bytes()
-                    - body.elastic.held_bytes()
-                    - body.elastic.cut_bytes()
-                    - body.elastic.watch_bytes()
-                    - relaxing,
+                elastic.all - elastic.held - elastic.cuts - elastic.watch - elastic.viscosity,
                 Some(Phase::Forces),
             ),
-            part("viscosity", relaxing, None),
+            part("viscosity", elastic.viscosity, None),
             part(
                 "motion",
-                moving.state + size_of_val(&*body.eigenvector) + body.elastic.watch_bytes(),
+                moving.state + size_of_val(&*body.eigenvector) + elastic.watch,
                 Some(Phase::Integration),
             ),
-            part(
-                "supports",
-                moving.supports + body.elastic.held_bytes(),
-                None,
-            ),
+            part("supports", moving.supports + elastic.held, None),
             part("gravity", moving.loads, None),
             part("viscous damping", moving.viscous, None),
             part(
@@ -69,7 +61,7 @@ impl Member {
             ),
             part(
                 "cuts",
-                self.cutting.as_ref().map_or(0, crate::Cutting::bytes) + body.elastic.cut_bytes(),
+                self.cutting.as_ref().map_or(0, crate::Cutting::bytes) + elastic.cuts,
                 Some(Phase::Cut),
             ),
         ]

@@ -51,7 +51,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`phyxel_elastic::Elastic::stiffness_indicators`] of the whole, at the state last evaluated.
     fn stiffness_indicators(&self) -> Vec<f64>;
 
-    /// Lets what rebuilt rows carried over decay ([`Elastic::decay_offsets`], [`Elastic::decay_bonds`]); the first
+    /// Lets what rebuilt rows carried over decay ([`Elastic::decay`]); the first
     /// half of the work (J).
     fn decay(&mut self, factor: f64) -> f64;
 
@@ -197,7 +197,7 @@ impl Member {
         let body = &self.body;
         let reason = if !body.is_explicit() {
             Some("implicit schemes (integration.scheme)")
-        } else if !body.elastic.viscous_history().is_empty() {
+        } else if body.elastic.is_viscous() {
             Some("viscous materials (material.viscosity)")
         } else if body.elastic.settings().dilatation == Dilatation::Mean {
             Some("mean dilatation (material.dilatation)")
@@ -429,14 +429,15 @@ impl Body {
     /// Lets what rebuilt rows carried over decay, here and in the shares; the first half of the work (J).
     pub(crate) fn decay_by(&mut self, factor: f64) -> f64 {
         // Where the nodes are with shares, what the model here says of works is of another state.
-        let work = self.elastic.decay_offsets(factor) + self.elastic.decay_bonds(factor);
+        let [offsets, bonds] = self.elastic.decay(factor).sums();
+        let work = offsets + bonds;
         let shared = self.shared.as_ref();
         shared.map_or(work, |shared| shared.lock().decay(factor))
     }
 
     /// The second halves (J) of the works of the last [`Body::decay_by`].
     pub(crate) fn decay_works(&mut self) -> [f64; 2] {
-        let works = [self.elastic.offset_work(), self.elastic.bond_work()];
+        let works = self.elastic.decay_works().sums();
         let shared = self.shared.as_ref();
         shared.map_or(works, |shared| shared.lock().decay_works())
     }

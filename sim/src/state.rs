@@ -246,12 +246,14 @@ mod tests {
             ("a time", |s| s.bodies[0].motion.time = f64::NAN),
             ("estimates", |s| s.bodies[0].estimates[0] = f64::NAN),
             ("a vector", |s| s.bodies[0].eigenvector.truncate(3)),
-            ("history", |s| s.bodies[0].history.clear()),
-            ("offsets", |s| s.bodies[0].offset_nodes.push(1 << 30)),
-            ("bonds", |s| s.bodies[0].bond_offsets.push(0.0)),
-            ("control", |s| s.bodies[0].control_scales.push((0, 0.5))),
+            ("history", |s| s.bodies[0].elastic.viscosity.clear()),
+            ("offsets", |s| {
+                s.bodies[0].elastic.offsets.push((1 << 30, [0.0; 9]));
+            }),
+            ("bonds", |s| s.bodies[0].elastic.bonds.push(0.0)),
+            ("control", |s| s.bodies[0].elastic.control.push((0, 0.5))),
             ("a front", |s| {
-                s.bodies[0].fronts.push((0, glam::DMat3::IDENTITY));
+                s.bodies[0].elastic.fronts.push((0, glam::DMat3::IDENTITY));
             }),
             ("contacts", |s| s.bodies[0].contacts.clear()),
             ("bodies", |s| s.bodies.clear()),

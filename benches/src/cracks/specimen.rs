@@ -129,7 +129,9 @@ impl Specimen {
         let (body, turn) = (&member.body, plate.turn());
         let mut elastic = body.elastic.clone();
         if fronts == Fronts::Without {
-            elastic.restore_fronts(&[]);
+            let mut state = elastic.state();
+            state.fronts.clear();
+            elastic.set_state(&state);
         }
         let back = turn.transpose();
         Ok(Self {

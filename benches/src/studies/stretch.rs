@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_elastic::{Dilatation, Elastic, Fiber, Material, Precision, Settings};
+use phyxel_elastic::{Dilatation, Elastic, Fiber, Material, Settings};
 use phyxel_integrate::{Ease, ForceLaw, NewtonSettings, Path, StaticLoad, Supports, solve_static};
 
 use crate::problems::block::{Block, lattice};
@@ -139,23 +139,16 @@ impl Kind {
 #[derive(Clone, Copy, PartialEq)]
 enum Model {
     Default,
-    Single,
     MeanDilatation,
     Dissertation,
 }
 
 impl Model {
-    const ALL: [Self; 4] = [
-        Self::Default,
-        Self::Single,
-        Self::MeanDilatation,
-        Self::Dissertation,
-    ];
+    const ALL: [Self; 3] = [Self::Default, Self::MeanDilatation, Self::Dissertation];
 
     fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
-            Self::Single => "default, pairs in f32",
             Self::MeanDilatation => "mean dilatation",
             Self::Dissertation => "dissertation",
         }
@@ -165,7 +158,6 @@ impl Model {
         let mut settings = Settings::default();
         match self {
             Self::Default => {}
-            Self::Single => settings.precision = Precision::Single,
             Self::MeanDilatation => settings.dilatation = Dilatation::Mean,
             Self::Dissertation => return Ok(dissertation(&block.rest, material, 1.0)?.0),
         }
@@ -222,11 +214,7 @@ fn stretch(
     supports.drive(&far, [true, false, false], pull, &block.rest);
     let mut x = block.rest.clone();
     let settings = NewtonSettings {
-        tolerance: if model == Model::Single {
-            1e-5
-        } else {
-            TOLERANCE
-        },
+        tolerance: TOLERANCE,
         ..NewtonSettings::default()
     };
     let load = StaticLoad {

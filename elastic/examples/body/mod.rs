@@ -1,10 +1,10 @@
 //! The model that the examples measure.
 
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Precision, Settings, Stencils};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use testkit::block::Block;
 
 /// A neo-Hookean block, E 10 kPa, nu 0.4, with the default control.
-pub(crate) fn body(block: &Block, precision: Precision) -> Elastic {
+pub(crate) fn body(block: &Block) -> Elastic {
     let stencils = Stencils {
         offsets: &block.offsets,
         indices: &block.indices,
@@ -18,9 +18,5 @@ pub(crate) fn body(block: &Block, precision: Precision) -> Elastic {
         volumes: &block.volumes,
     };
     let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
-    let settings = Settings {
-        precision,
-        ..Settings::default()
-    };
-    Elastic::new(&stencils, &nodes, &material, &settings).expect("sound")
+    Elastic::new(&stencils, &nodes, &material, &Settings::default()).expect("sound")
 }

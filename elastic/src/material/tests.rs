@@ -292,7 +292,7 @@ fn materials_and_settings_survive_being_written() {
             relaxation_time: 0.1,
         }]);
     let settings = crate::Settings {
-        precision: crate::Precision::Single,
+        dilatation: crate::Dilatation::Mean,
         ..crate::Settings::default()
     };
     let text = ron::to_string(&(material, settings)).unwrap();

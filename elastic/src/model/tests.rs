@@ -13,7 +13,6 @@ mod properties;
 
 use super::*;
 use crate::fiber::Fiber;
-use crate::input::Instructions;
 use crate::viscosity::PronyTerm;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::ThreadPoolBuilder;
@@ -68,6 +67,13 @@ fn built(block: &Block, material: Material, settings: &Settings) -> Elastic {
 fn mean() -> Settings {
     Settings {
         dilatation: Dilatation::Mean,
+        ..Settings::default()
+    }
+}
+
+fn bare() -> Settings {
+    Settings {
+        zero_energy_control: 0.0,
         ..Settings::default()
     }
 }

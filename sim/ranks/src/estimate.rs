@@ -39,7 +39,7 @@ impl Share {
             },
             |v, product| {
                 moves[own.clone()].copy_from_slice(v);
-                wire.exchange(package, &mut moves, |_| {});
+                wire.exchange(package, &mut moves);
                 elastic.tangent_product_into(&moves, &mut products);
                 product.copy_from_slice(&products[own.clone()]);
             },

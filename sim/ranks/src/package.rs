@@ -18,7 +18,7 @@ use crate::layout::Layout;
 pub(crate) use change::Change;
 pub(crate) use locals::{Locals, number};
 use locals::{of_rank, row};
-use weak::{Weak, carries, gradient_offsets, set_offsets, weak_nodes, weaken};
+use weak::{Weak, carries, weak_nodes, weaken};
 
 /// A rank's part of a body.
 #[derive(Debug, Serialize, Deserialize)]
@@ -113,7 +113,7 @@ fn package(
     let corrected = !view.multipliers.is_empty();
     let pad = |value: f64| vec![value; padding];
     let spot = body.rest.get(range.start).copied().unwrap_or(DVec3::ZERO);
-    let elastic = &body.elastic;
+    let state = body.elastic.state();
     let mut package = Package {
         start: range.start,
         chunks: layout.chunks(),
@@ -139,10 +139,10 @@ fn package(
         held: Vec::new(),
         motion: *body.motion.settings(),
         supports: body.motion.supports().part(range.clone()),
-        control_scales: of_rank(elastic.control_scales(), locals, |_| true),
-        fronts: of_rank(elastic.fronts(), locals, |_| true),
+        control_scales: of_rank(state.control, locals, |_| true),
+        fronts: of_rank(state.fronts, locals, |_| true),
         weak: Vec::new(),
-        offsets_of_gradients: of_rank(gradient_offsets(elastic), locals, |_| true),
+        offsets_of_gradients: of_rank(state.offsets, locals, |_| true),
         carries: carries(member),
         sends: Vec::new(),
         receives: Vec::new(),
@@ -202,9 +202,12 @@ impl Package {
         )?;
         elastic.set_held(&self.held);
         weaken(&mut elastic, &self.rest, &self.weak);
-        set_offsets(&mut elastic, &self.offsets_of_gradients);
-        elastic.set_control_scales(&self.control_scales);
-        elastic.restore_fronts(&self.fronts);
+        elastic.set_state(&phyxel_elastic::State {
+            offsets: self.offsets_of_gradients.clone(),
+            control: self.control_scales.clone(),
+            fronts: self.fronts.clone(),
+            ..elastic.state()
+        });
         elastic.watch_stiffness(&self.masses);
         Ok(elastic)
     }

@@ -18,16 +18,15 @@ fn least_ghosts(own: f64) -> f64 {
 /// Then what went between rank 0 and the others besides steps.
 pub(crate) fn table(counted: &[Counted], traffic: &[Traffic; Traffic::KINDS]) -> String {
     let mut text = String::from(
-        "rank      nodes      early     ghosts  ghosts/cube  messages/step  bytes/step  bytes/ghost  \
+        "rank      nodes     ghosts  ghosts/cube  messages/step  bytes/step  bytes/ghost  \
          bytes/node  forces s  exchange s  estimates s\n",
     );
     for (rank, found) in counted.iter().enumerate() {
         let each = found.exchanges.max(1.0);
         let _ = writeln!(
             text,
-            "{rank:4} {:10} {:10} {:10} {:12.2} {:14.1} {:11.0} {:12.1} {:11.0} {:9.3} {:11.3} {:12.3}",
+            "{rank:4} {:10} {:10} {:12.2} {:14.1} {:11.0} {:12.1} {:11.0} {:9.3} {:11.3} {:12.3}",
             found.own,
-            found.early,
             found.ghosts,
             found.ghosts / least_ghosts(found.own.max(1.0)),
             found.messages / each,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use phyxel::BodyProblem;
-use phyxel_elastic::{Early, Elastic, WATCHED_NODES};
+use phyxel_elastic::{Elastic, WATCHED_NODES};
 use phyxel_integrate::{Motion, Pass, PassSums, State};
 
 use crate::package::{Change, Package};
@@ -21,8 +21,6 @@ pub(crate) struct Share {
     places: Vec<DVec3>,
     forces: Vec<DVec3>,
     own: Range<usize>,
-    /// What is evaluated while messages travel.
-    early: Early,
     /// Forces from outside (N) on own nodes; empty without any.
     applied: Vec<DVec3>,
     /// Offsets and bonds of own nodes whose works the last decay has told of, if it was in this step.
@@ -48,7 +46,6 @@ impl Share {
         let n = package.rest.len();
         let own = package.first..package.first + package.count;
         Ok(Self {
-            early: elastic.early(own.clone()),
             motion,
             elastic,
             places: package.rest.clone(),
@@ -66,7 +63,7 @@ impl Share {
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         let motion = self.motion.bytes();
-        self.elastic.bytes()
+        self.elastic.bytes().all
             + motion.state
             + motion.supports
             + motion.loads
@@ -75,11 +72,6 @@ impl Share {
             + size_of_val(&*self.places)
             + size_of_val(&*self.forces)
             + self.package.bytes()
-    }
-
-    /// Own nodes whose forces are evaluated while messages travel.
-    pub(crate) fn early(&self) -> usize {
-        self.early.node_count()
     }
 
     /// Nodes of other ranks.
@@ -104,9 +96,7 @@ impl Share {
 
     /// Takes over what a cut changed.
     pub(crate) fn change(&mut self, change: Change) -> Result<(), BodyProblem> {
-        change.apply(&mut self.elastic, &mut self.package)?;
-        self.early = self.elastic.early(self.own.clone());
-        Ok(())
+        change.apply(&mut self.elastic, &mut self.package)
     }
 
     /// Evaluates the forces after that, where the nodes are.
@@ -125,26 +115,19 @@ impl Share {
         self.motion.begin_pass(pass);
     }
 
-    /// Exchanges places with the neighbours and evaluates the forces; while messages travel, those that no other rank's
-    /// node has a part in.
+    /// Exchanges places with the neighbours and evaluates the forces.
     pub(crate) fn evaluate(&mut self, wire: &mut Wire) {
         let Self {
             elastic,
             places,
             forces,
-            early,
             ..
         } = self;
         places[self.own.clone()].copy_from_slice(self.motion.positions());
-        let mut spent = Duration::ZERO;
-        wire.exchange(&self.package, places, |places| {
-            let start = Instant::now();
-            elastic.begin_forces(early, places, forces);
-            spent = start.elapsed();
-        });
+        wire.exchange(&self.package, places);
         let start = Instant::now();
-        elastic.finish_forces(early, places, forces);
-        self.in_forces += spent + start.elapsed();
+        elastic.forces_into(places, forces);
+        self.in_forces += start.elapsed();
         self.evaluated = true;
     }
 
@@ -166,12 +149,8 @@ impl Share {
         told.extend_from_slice(&indicators[runs]);
         told.push(self.elastic.smallest_volume_ratio());
         if std::mem::take(&mut self.carried) != [0; 2] {
-            let offsets = self.elastic.offset_works();
-            for works in [
-                offsets,
-                self.elastic.bond_works(),
-                self.elastic.bond_energies(),
-            ] {
+            let works = self.elastic.decay_works().clone();
+            for works in [works.offsets, works.bonds, self.elastic.bond_energies()] {
                 told.extend(self.of_own(&works));
             }
         }
@@ -188,9 +167,8 @@ impl Share {
 
     /// Lets offsets and bonds decay; the works (J) of own ones.
     pub(crate) fn decay(&mut self, factor: f64) -> [Vec<f64>; 2] {
-        let offsets = self.elastic.decay_offsets_each(factor);
-        let bonds = self.elastic.decay_bonds_each(factor);
-        let works = [self.of_own(&offsets), self.of_own(&bonds)];
+        let works = self.elastic.decay(factor).clone();
+        let works = [self.of_own(&works.offsets), self.of_own(&works.bonds)];
         self.carried = [works[0].len(), works[1].len()];
         works
     }

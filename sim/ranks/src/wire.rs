@@ -26,7 +26,7 @@ pub(crate) struct Wire {
     pub(crate) exchanges: u64,
     pub(crate) messages: u64,
     pub(crate) bytes: u64,
-    /// Time in exchanges, but for what was done meanwhile.
+    /// Time in exchanges.
     pub(crate) waited: Duration,
 }
 
@@ -198,13 +198,11 @@ pub(crate) fn ping() -> Option<(f64, f64)> {
 }
 
 impl Wire {
-    /// Gives the neighbours the places (m) of own nodes and takes those of ghosts from them; `meanwhile` sees the list
-    /// while messages travel.
+    /// Gives the neighbours the places (m) of own nodes and takes those of ghosts from them.
     pub(crate) fn exchange(
         &mut self,
         package: &Package,
         places: &mut [DVec3],
-        meanwhile: impl FnOnce(&[DVec3]),
     ) {
         let begun = Instant::now();
         let (sends, receives) = (&package.sends, &package.receives);
@@ -220,7 +218,6 @@ impl Wire {
         for (buffer, (_, _, count)) in self.incoming.iter_mut().zip(receives) {
             buffer.resize(3 * count, 0.0);
         }
-        let mut away = Duration::ZERO;
         let world = world();
         let (outgoing, incoming) = (&self.outgoing, &mut self.incoming);
         multiple_scope(receives.len(), |scope, coming| {
@@ -233,9 +230,6 @@ impl Wire {
                     let to = world.process_at_rank(mpi_rank(*to));
                     going.add(to.immediate_send(to_others, &buffer[..]));
                 }
-                let start = Instant::now();
-                meanwhile(places);
-                away = start.elapsed();
                 let mut done = Vec::new();
                 going.wait_all(&mut done);
             });
@@ -245,7 +239,7 @@ impl Wire {
         for (buffer, &(_, first, count)) in self.incoming.iter().zip(receives) {
             places[first..first + count].copy_from_slice(vectors(buffer));
         }
-        self.waited += begun.elapsed() - away;
+        self.waited += begun.elapsed();
         self.exchanges += 1;
         self.messages += sends.len() as u64;
         let sent: usize = self

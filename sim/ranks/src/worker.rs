@@ -36,8 +36,6 @@ pub(crate) struct Counted {
     pub(crate) exchanges: f64,
     pub(crate) messages: f64,
     pub(crate) bytes: f64,
-    /// Own nodes whose forces are evaluated while messages travel.
-    pub(crate) early: f64,
     /// Seconds in the force law, in exchanges, and in estimates with theirs.
     pub(crate) in_forces: f64,
     pub(crate) in_exchange: f64,
@@ -45,7 +43,7 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    pub(crate) const LENGTH: usize = 10;
+    pub(crate) const LENGTH: usize = 9;
 
     #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub(crate) fn of(share: Option<&Share>, memory: &Memory, wire: &Wire) -> Self {
@@ -56,7 +54,6 @@ impl Counted {
             exchanges: wire.exchanges as f64,
             messages: wire.messages as f64,
             bytes: wire.bytes as f64,
-            early: share.map_or(0.0, |share| share.early() as f64),
             in_forces: share.map_or(0.0, |share| share.in_forces.as_secs_f64()),
             in_exchange: wire.waited.as_secs_f64(),
             in_estimates: share.map_or(0.0, |share| share.in_estimates.as_secs_f64()),
@@ -71,7 +68,6 @@ impl Counted {
             self.exchanges,
             self.messages,
             self.bytes,
-            self.early,
             self.in_forces,
             self.in_exchange,
             self.in_estimates,
@@ -86,7 +82,6 @@ impl Counted {
             exchanges,
             messages,
             bytes,
-            early,
             in_forces,
             in_exchange,
             in_estimates,
@@ -98,7 +93,6 @@ impl Counted {
             exchanges,
             messages,
             bytes,
-            early,
             in_forces,
             in_exchange,
             in_estimates,

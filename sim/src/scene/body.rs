@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Axis, Placement, Refinement, Shape, path_text};
-use phyxel_elastic::{MaterialSettings, Precision};
+use phyxel_elastic::MaterialSettings;
 use phyxel_enrich::CutRule;
 use phyxel_splat::{InsideTest, RadiusRule, WeightLaw};
 use serde::{Deserialize, Serialize};
@@ -50,9 +50,6 @@ pub struct Body {
     /// How a cut weakens the pairs it crosses.
     #[serde(default)]
     pub cut_rule: CutRule,
-    /// How pairs are stored.
-    #[serde(default)]
-    pub precision: Precision,
     /// Mass-proportional damping (1/s): a free motion loses its speed as `exp(-damping t)`.
     #[serde(default = "Body::default_damping")]
     pub damping: f64,
@@ -85,7 +82,6 @@ impl Body {
             inclusions: Vec::new(),
             method: Method::default(),
             cut_rule: CutRule::default(),
-            precision: Precision::default(),
             damping: Self::default_damping(),
             damping_ratio: 0.0,
             moved_mass: Self::default_moved_mass(),

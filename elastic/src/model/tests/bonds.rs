@@ -85,9 +85,9 @@ fn weakening_never_adds_energy_and_its_decay_is_booked() {
         let start = energy;
         let mut work = 0.0;
         for _ in 0..400 {
-            work += kept.decay_bonds(0.98);
+            work += kept.decay(0.98).sums()[1];
             energy = kept.forces_into(&x, &mut f);
-            work += kept.bond_work();
+            work += kept.decay_works().sums()[1];
         }
         assert_within(
             "work of the decay",
@@ -132,7 +132,7 @@ fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_ener
     body.forces_into(&x, &mut f);
     body.weaken(&[62], &x, &|p| if row.contains(&p) { 0.2 } else { 0.0 });
     for _ in 0..400 {
-        body.decay_bonds(0.98);
+        body.decay(0.98);
     }
     let before = body.forces_into(&x, &mut f);
     let held = body.bond_energies()[3].1;

@@ -36,25 +36,21 @@ fn rows_that_come_alone_give_the_same_bits() {
         scales: &scales,
         multipliers: &multipliers,
     };
-    for precision in [Precision::Double, Precision::Single] {
-        let settings = Settings {
-            precision,
-            ..Settings::default()
-        };
-        let mut one = built(&whole, law(), &settings);
-        let mut other = one.clone();
-        one.update_rows(&touched, &stencils(&torn)).expect("sound");
-        other.take_rows(&rows).expect("sound");
-        let [mut f, mut g] = [(); 2].map(|()| vec![DVec3::ZERO; x.len()]);
-        let energies = [one.forces_into(&x, &mut f), other.forces_into(&x, &mut g)];
-        assert_eq!(energies[0].to_bits(), energies[1].to_bits());
-        assert_eq!(f, g);
-        let none = Rows {
-            weights: &weights[1..],
-            ..rows
-        };
-        assert!(other.take_rows(&none).is_err(), "a weight is missing");
-    }
+
+    let settings = Settings::default();
+    let mut one = built(&whole, law(), &settings);
+    let mut other = one.clone();
+    one.update_rows(&touched, &stencils(&torn)).expect("sound");
+    other.take_rows(&rows).expect("sound");
+    let [mut f, mut g] = [(); 2].map(|()| vec![DVec3::ZERO; x.len()]);
+    let energies = [one.forces_into(&x, &mut f), other.forces_into(&x, &mut g)];
+    assert_eq!(energies[0].to_bits(), energies[1].to_bits());
+    assert_eq!(f, g);
+    let none = Rows {
+        weights: &weights[1..],
+        ..rows
+    };
+    assert!(other.take_rows(&none).is_err(), "a weight is missing");
 }
 
 #[test]
@@ -101,18 +97,14 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
             assert_below("sum", sum.length(), 1e-12 * size);
         }
         let start = body.forces_into(&x, &mut f);
-        let kept = body.offsets();
-        assert!(
-            body.has_offsets() && kept.nodes.len() > 5,
-            "{}",
-            kept.nodes.len()
-        );
+        let kept = body.state();
+        assert!(kept.offsets.len() > 5, "{}", kept.offsets.len());
         let (mut work, mut energy) = (0.0, start);
         let mut steps = 0;
-        while body.has_offsets() {
-            work += body.decay_offsets(0.99);
+        while body.decays() {
+            work += body.decay(0.99).sums()[0];
             energy = body.forces_into(&x, &mut f);
-            work += body.offset_work();
+            work += body.decay_works().sums()[0];
             steps += 1;
         }
         assert!(steps > 100, "{steps}");
@@ -131,8 +123,8 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), energy.to_bits());
         assert_eq!(f, g);
         // And a checkpoint brings the offsets back.
-        fresh.set_offsets(&kept);
-        assert_eq!(fresh.offsets(), kept);
+        fresh.set_state(&kept);
+        assert_eq!(fresh.state(), kept);
         assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), start.to_bits());
     }
 }
@@ -203,9 +195,31 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
         if material.fiber.is_some() {
             continue;
         }
-        let value = hard::largest_eigenvalue(&mut body, &masses);
+        let value = largest_eigenvalue(&mut body, &masses);
         assert!(stiffest.0 > 0.5 * value, "{} for {value}", stiffest.0);
     }
+}
+
+/// By power iteration.
+fn largest_eigenvalue(body: &mut Elastic, masses: &[f64]) -> f64 {
+    let n = masses.len();
+    let mut random = Random::new(1);
+    let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
+    let mut kv = v.clone();
+    let mut value = 0.0;
+    for _ in 0..300 {
+        body.tangent_product_into(&v, &mut kv);
+        for (k, m) in kv.iter_mut().zip(masses) {
+            *k /= *m;
+        }
+        let size = dot(&kv, &kv).sqrt();
+        value = size / dot(&v, &v).sqrt();
+        v.clone_from(&kv);
+        for v in &mut v {
+            *v /= size;
+        }
+    }
+    value
 }
 
 /// Everything that an evaluation leaves, as bits.
@@ -224,15 +238,8 @@ fn stiffest_nodes_of_few_runs_are_those_of_all() {
     let n = block.positions.len();
     assert!(n > 10 * crate::WATCHED_NODES, "{n} nodes");
     let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
-    for (precision, seed) in [(Precision::Double, 1), (Precision::Single, 2)] {
-        let mut body = built(
-            &block,
-            law(),
-            &Settings {
-                precision,
-                ..Settings::default()
-            },
-        );
+    for seed in [1, 2] {
+        let mut body = built(&block, law(), &Settings::default());
         body.watch_stiffness(&masses);
         let x = shaken(&block, 0.02, seed);
         let mut forces = vec![DVec3::ZERO; n];
@@ -266,7 +273,7 @@ fn control_is_raised_as_far_as_its_energy_allows() {
     let before = with.control_energy(&nodes, &x);
     with.raise_control(&nodes, 3.0, 0.9 * before, &x);
     assert!(
-        with.control_scales().is_empty(),
+        with.state().control.is_empty(),
         "nothing is left to raise it"
     );
     // Two thirds of the energy that the whole way takes, in two calls.
@@ -278,14 +285,14 @@ fn control_is_raised_as_far_as_its_energy_allows() {
         let now = with.control_energy(&nodes, &x);
         assert_within("the energy", now / before, scale, 1e-9);
         assert!((added - (now - held)).abs() < 1e-9 * energy, "{added}");
-        let scales = with.control_scales();
+        let scales = with.state().control;
         assert_eq!(scales.len(), nodes.len());
         assert!(
             scales.iter().all(|(_, s)| (s - scale).abs() < 1e-9),
             "{scales:?}"
         );
         let mut again = model(&rest, law(), 0.1);
-        again.set_control_scales(&scales);
+        again.set_state(&with.state());
         let mut same = vec![DVec3::ZERO; n];
         again.forces_into(&x, &mut same);
         assert_eq!(same, forces, "as kept");
@@ -295,7 +302,8 @@ fn control_is_raised_as_far_as_its_energy_allows() {
     still.raise_control(&nodes, 3.0, 0.0, &rest.positions);
     assert!(
         still
-            .control_scales()
+            .state()
+            .control
             .iter()
             .all(|(_, scale)| *scale > 2.999_999)
     );
@@ -303,168 +311,138 @@ fn control_is_raised_as_far_as_its_energy_allows() {
 
 #[test]
 fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
-    for precision in [Precision::Double, Precision::Single] {
-        let mut block = Block::new([6, 6, 60], DVec3::splat(0.1), 0.2, 3);
-        let settings = Settings {
-            precision,
-            ..Settings::default()
-        };
-        let mut body = built(&block, law(), &settings);
-        let n = body.node_count();
-        body.watch_stiffness(&vec![1.0; n]);
-        let x = shaken(&block, 0.01, 4);
-        let mut forces = vec![DVec3::ZERO; n];
-        body.forces_into(&x, &mut forces);
-        let middle = block.positions[n / 2];
-        for round in 0..4 {
-            let before = body.deformation_gradients();
-            // A slit across the bar, one layer deeper in every round.
-            let at = block.positions.clone();
-            let deep = 0.1 * f64::from(round + 2);
-            let touched = cut(&mut block, |i, j| {
-                let side = |k: usize| at[k].z > middle.z;
-                side(i) == side(j) || at[i].x.max(at[j].x) > deep
-            });
-            body.update_rows(&touched, &stencils(&block))
-                .expect("sound");
-            body.raise_control(&touched, 3.0, f64::INFINITY, &x);
-            let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
-            body.weaken(&touched[..3], &x, &share);
-            let old: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
-            body.continue_deformation(&touched, &old, &x);
-            let part = body.part(&touched[3..20]);
-            let mut product = vec![DVec3::ONE; part.nodes().len()];
-            let ones = product.clone();
-            body.tangent_product_within(&part, &ones, &mut product);
-            if round == 3 {
-                body.decay_offsets(0.5);
-                body.decay_bonds(0.5);
-            }
-            let chosen = body.changed_chunks();
-            let count = chosen.iter().filter(|chosen| **chosen).count();
-            assert!(2 * count <= chosen.len(), "{count} of {}", chosen.len());
-            let mut whole = body.clone();
-            let mut expected = vec![DVec3::ZERO; n];
-            let energy = whole.forces_into(&x, &mut expected);
-            let expected = left_behind(&whole, energy, &expected);
-            let energy = body.forces_again(&x, &mut forces);
-            assert_eq!(left_behind(&body, energy, &forces), expected);
+    let mut block = Block::new([6, 6, 60], DVec3::splat(0.1), 0.2, 3);
+    let settings = Settings::default();
+    let mut body = built(&block, law(), &settings);
+    let n = body.node_count();
+    body.watch_stiffness(&vec![1.0; n]);
+    let x = shaken(&block, 0.01, 4);
+    let mut forces = vec![DVec3::ZERO; n];
+    body.forces_into(&x, &mut forces);
+    let middle = block.positions[n / 2];
+    for round in 0..4 {
+        let before = body.deformation_gradients();
+        // A slit across the bar, one layer deeper in every round.
+        let at = block.positions.clone();
+        let deep = 0.1 * f64::from(round + 2);
+        let touched = cut(&mut block, |i, j| {
+            let side = |k: usize| at[k].z > middle.z;
+            side(i) == side(j) || at[i].x.max(at[j].x) > deep
+        });
+        body.update_rows(&touched, &stencils(&block))
+            .expect("sound");
+        body.raise_control(&touched, 3.0, f64::INFINITY, &x);
+        let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
+        body.weaken(&touched[..3], &x, &share);
+        let old: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
+        body.continue_deformation(&touched, &old, &x);
+        let part = body.part(&touched[3..20]);
+        let mut product = vec![DVec3::ONE; part.nodes().len()];
+        let ones = product.clone();
+        body.tangent_product_within(&part, &ones, &mut product);
+        if round == 3 {
+            body.decay(0.5);
         }
-        // In two goes, the first of which knows no place before and behind the middle.
-        let known = 300..n - 300;
-        let early = body.early(known.clone());
-        assert!(
-            (256..n - 600).contains(&early.node_count()),
-            "not all, not nothing"
-        );
-        let there = shaken(&block, 0.02, 6);
+        let chosen = body.changed_chunks();
+        let count = chosen.iter().filter(|chosen| **chosen).count();
+        assert!(2 * count <= chosen.len(), "{count} of {}", chosen.len());
         let mut whole = body.clone();
         let mut expected = vec![DVec3::ZERO; n];
-        let energy = whole.forces_into(&there, &mut expected);
+        let energy = whole.forces_into(&x, &mut expected);
         let expected = left_behind(&whole, energy, &expected);
-        let mut places = vec![DVec3::NAN; n];
-        places[known.clone()].copy_from_slice(&there[known]);
-        body.begin_forces(&early, &places, &mut forces);
-        let energy = body.finish_forces(&early, &there, &mut forces);
-        assert_eq!(left_behind(&body, energy, &forces), expected, "in two goes");
-        // Elsewhere, and after a product of the whole, everything is evaluated.
-        let there = shaken(&block, 0.02, 5);
-        for x in [&there, &x] {
-            let mut whole = body.clone();
-            let mut expected = vec![DVec3::ZERO; n];
-            let energy = whole.forces_into(x, &mut expected);
-            let expected = left_behind(&whole, energy, &expected);
-            body.tangent_product_into(&there, &mut forces);
-            let energy = body.forces_again(x, &mut forces);
-            assert_eq!(left_behind(&body, energy, &forces), expected);
-        }
-        let mut whole = vec![DVec3::ZERO; n];
-        body.forces_again(&there, &mut forces);
-        body.forces_into(&there, &mut whole);
-        assert_eq!(forces, whole, "a body that moved");
+        let energy = body.forces_again(&x, &mut forces);
+        assert_eq!(left_behind(&body, energy, &forces), expected);
     }
+    // Elsewhere, and after a product of the whole, everything is evaluated.
+    let there = shaken(&block, 0.02, 5);
+    for x in [&there, &x] {
+        let mut whole = body.clone();
+        let mut expected = vec![DVec3::ZERO; n];
+        let energy = whole.forces_into(x, &mut expected);
+        let expected = left_behind(&whole, energy, &expected);
+        body.tangent_product_into(&there, &mut forces);
+        let energy = body.forces_again(x, &mut forces);
+        assert_eq!(left_behind(&body, energy, &forces), expected);
+    }
+    let mut whole = vec![DVec3::ZERO; n];
+    body.forces_again(&there, &mut forces);
+    body.forces_into(&there, &mut whole);
+    assert_eq!(forces, whole, "a body that moved");
 }
 
 /// Blocks in which nothing can have a strain are evaluated once; against a body that evaluates them each time.
 #[test]
 fn blocks_that_are_not_evaluated_again_say_what_they_said() {
-    for precision in [Precision::Double, Precision::Single] {
-        let mut block = Block::new([6, 6, 60], DVec3::new(0.1, 0.1, 1.0), 0.2, 3);
-        let settings = Settings {
-            precision,
-            ..Settings::default()
-        };
-        let mut body = built(&block, law(), &settings);
-        let rest = block.positions.clone();
-        let n = body.node_count();
-        let middle = rest[n / 2].z;
-        let held: Vec<u32> = (0_u32..)
-            .zip(&rest)
-            .filter(|(_, x)| x.z > middle)
-            .map(|(node, _)| node)
-            .collect();
-        body.set_held(&held);
-        body.watch_stiffness(&vec![1.0; n]);
-        let sleeping = |body: &Elastic| {
-            let chunks = body.scratch.asleep.iter();
-            let blocks =
-                chunks.map(|chunk| (0..CHUNK / BLOCK).filter(|&at| chunk.holds(at)).count());
-            blocks.sum::<usize>()
-        };
-        for round in 0..6 {
-            let mut x = shaken(&block, 0.01, round);
-            for &node in &held {
-                x[node as usize] = rest[node as usize];
-            }
-            let before = sleeping(&body);
-            match round {
-                2 | 4 => {
-                    // Through half of what sleeps, too, and deeper the second time.
-                    let deep = if round == 2 { 0.04 } else { 0.08 };
-                    let touched = cut(&mut block, |i, j| {
-                        let side = |k: usize| rest[k].y > 0.05;
-                        let far = rest[i].z.max(rest[j].z) > 1.5 * middle;
-                        side(i) == side(j) || far || rest[i].x.max(rest[j].x) > deep
-                    });
-                    body.update_rows(&touched, &stencils(&block))
-                        .expect("sound");
-                    body.raise_control(&touched, 3.0, f64::INFINITY, &x);
-                    let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
-                    body.weaken(&touched[touched.len() - 9..], &x, &share);
-                    let old = vec![DMat3::from_diagonal(DVec3::new(1.1, 1.0, 0.9)); touched.len()];
-                    body.continue_deformation(&touched, &old, &x);
-                }
-                3 => {
-                    body.decay_offsets(0.5);
-                    body.decay_bonds(0.5);
-                }
-                5 => {
-                    // What offsets are left is dropped.
-                    body.decay_offsets(0.0);
-                    let part = body.part(&held[..40]);
-                    let mut product = vec![DVec3::ZERO; part.nodes().len()];
-                    body.tangent_product_within(&part, &product.clone(), &mut product);
-                }
-                _ => {}
-            }
-            let mut awake = body.clone();
-            awake.scratch.stale = Stale::everything();
-            let mut expected = vec![DVec3::ZERO; n];
-            let energy = awake.forces_into(&x, &mut expected);
-            let expected = left_behind(&awake, energy, &expected);
-            // What is left in the slice does not matter.
-            let mut forces = vec![DVec3::ONE; n];
-            let energy = body.forces_into(&x, &mut forces);
-            assert_eq!(
-                left_behind(&body, energy, &forces),
-                expected,
-                "round {round}"
-            );
-            assert!(
-                round != 2 || sleeping(&body) < before,
-                "a cut wakes what it touches"
-            );
-            assert!(sleeping(&body) > 0, "round {round}: something sleeps");
+    let mut block = Block::new([6, 6, 60], DVec3::new(0.1, 0.1, 1.0), 0.2, 3);
+    let settings = Settings::default();
+    let mut body = built(&block, law(), &settings);
+    let rest = block.positions.clone();
+    let n = body.node_count();
+    let middle = rest[n / 2].z;
+    let held: Vec<u32> = (0_u32..)
+        .zip(&rest)
+        .filter(|(_, x)| x.z > middle)
+        .map(|(node, _)| node)
+        .collect();
+    body.set_held(&held);
+    body.watch_stiffness(&vec![1.0; n]);
+    let sleeping = |body: &Elastic| {
+        let chunks = body.scratch.asleep.iter();
+        let blocks = chunks.map(|chunk| (0..CHUNK / BLOCK).filter(|&at| chunk.holds(at)).count());
+        blocks.sum::<usize>()
+    };
+    for round in 0..6 {
+        let mut x = shaken(&block, 0.01, round);
+        for &node in &held {
+            x[node as usize] = rest[node as usize];
         }
+        let before = sleeping(&body);
+        match round {
+            2 | 4 => {
+                // Through half of what sleeps, too, and deeper the second time.
+                let deep = if round == 2 { 0.04 } else { 0.08 };
+                let touched = cut(&mut block, |i, j| {
+                    let side = |k: usize| rest[k].y > 0.05;
+                    let far = rest[i].z.max(rest[j].z) > 1.5 * middle;
+                    side(i) == side(j) || far || rest[i].x.max(rest[j].x) > deep
+                });
+                body.update_rows(&touched, &stencils(&block))
+                    .expect("sound");
+                body.raise_control(&touched, 3.0, f64::INFINITY, &x);
+                let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
+                body.weaken(&touched[touched.len() - 9..], &x, &share);
+                let old = vec![DMat3::from_diagonal(DVec3::new(1.1, 1.0, 0.9)); touched.len()];
+                body.continue_deformation(&touched, &old, &x);
+            }
+            3 => {
+                body.decay(0.5);
+            }
+            5 => {
+                // What offsets are left is dropped.
+                body.decay(0.0);
+                let part = body.part(&held[..40]);
+                let mut product = vec![DVec3::ZERO; part.nodes().len()];
+                body.tangent_product_within(&part, &product.clone(), &mut product);
+            }
+            _ => {}
+        }
+        let mut awake = body.clone();
+        awake.scratch.stale = Stale::everything();
+        let mut expected = vec![DVec3::ZERO; n];
+        let energy = awake.forces_into(&x, &mut expected);
+        let expected = left_behind(&awake, energy, &expected);
+        // What is left in the slice does not matter.
+        let mut forces = vec![DVec3::ONE; n];
+        let energy = body.forces_into(&x, &mut forces);
+        assert_eq!(
+            left_behind(&body, energy, &forces),
+            expected,
+            "round {round}"
+        );
+        assert!(
+            round != 2 || sleeping(&body) < before,
+            "a cut wakes what it touches"
+        );
+        assert!(sleeping(&body) > 0, "round {round}: something sleeps");
     }
 }

@@ -101,35 +101,27 @@ fn a_part_in_the_frame_of_the_whole_has_its_bits() {
     let cutout = cutout(&block);
     assert!(cutout.outer.len() > 50 && cutout.nodes.len() < block.positions.len() + WATCHED_NODES);
     let material = Material::stable_neo_hookean(1000.0, 0.4);
-    for precision in [Precision::Double, Precision::Single] {
-        let settings = Settings {
-            precision,
-            ..Settings::default()
-        };
-        let mut whole = built(&block, material, &settings);
-        let mut part = part(&block, &whole, &cutout, material);
-        let x = shaken(&block, 0.02, 3);
-        let mut forces = vec![DVec3::ZERO; x.len()];
-        whole.forces_into(&x, &mut forces);
-        let places = cutout.nodes.iter();
-        let places: Vec<DVec3> = places
-            .map(|at| at.map_or(DVec3::ZERO, |at| x[at]))
-            .collect();
-        let mut found = vec![DVec3::ZERO; places.len()];
-        part.forces_into(&places, &mut found);
-        let (own, run) = (cutout.first, cutout.first / WATCHED_NODES);
-        assert_eq!(
-            found[own..own + WATCHED_NODES],
-            forces[WATCHED_NODES..2 * WATCHED_NODES],
-            "{precision:?}"
-        );
-        let energies = [part.run_energies()[run], whole.run_energies()[1]];
-        assert_eq!(
-            energies[0].to_bits(),
-            energies[1].to_bits(),
-            "{precision:?}"
-        );
-    }
+
+    let settings = Settings::default();
+    let mut whole = built(&block, material, &settings);
+    let mut part = part(&block, &whole, &cutout, material);
+    let x = shaken(&block, 0.02, 3);
+    let mut forces = vec![DVec3::ZERO; x.len()];
+    whole.forces_into(&x, &mut forces);
+    let places = cutout.nodes.iter();
+    let places: Vec<DVec3> = places
+        .map(|at| at.map_or(DVec3::ZERO, |at| x[at]))
+        .collect();
+    let mut found = vec![DVec3::ZERO; places.len()];
+    part.forces_into(&places, &mut found);
+    let (own, run) = (cutout.first, cutout.first / WATCHED_NODES);
+    assert_eq!(
+        found[own..own + WATCHED_NODES],
+        forces[WATCHED_NODES..2 * WATCHED_NODES],
+        "the forces"
+    );
+    let energies = [part.run_energies()[run], whole.run_energies()[1]];
+    assert_eq!(energies[0].to_bits(), energies[1].to_bits(), "the forces");
 }
 
 #[test]

@@ -51,23 +51,19 @@ fn sheets_lines_and_lone_nodes_are_objective_and_exact() {
 fn round_off_bounds_the_energy_of_rigid_motions() {
     let block = Block::new([5, 4, 4], DVec3::splat(0.4), 0.2, 3);
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, -2.0, 0.3).normalize(), 2.3);
-    for precision in [Precision::Double, Precision::Single] {
-        for poissons_ratio in [0.3, 0.49] {
-            let settings = Settings {
-                precision,
-                ..Settings::default()
-            };
-            let material = Material::stable_neo_hookean(1e4, poissons_ratio);
-            let mut body = built(&block, material, &settings);
-            let mut f = vec![DVec3::ZERO; body.node_count()];
-            let x = block.positions.iter().map(|x| turn * *x + DVec3::ONE);
-            let energy = body.forces_into(&x.collect::<Vec<_>>(), &mut f);
-            let bound = body.energy_round_off();
-            assert_below("energy of a rotation", energy.abs(), bound);
-            let x = block.positions.iter().map(|x| *x * 1.01);
-            let energy = body.forces_into(&x.collect::<Vec<_>>(), &mut f);
-            assert!(energy > 10.0 * bound, "{energy} J, round-off {bound} J");
-        }
+
+    for poissons_ratio in [0.3, 0.49] {
+        let settings = Settings::default();
+        let material = Material::stable_neo_hookean(1e4, poissons_ratio);
+        let mut body = built(&block, material, &settings);
+        let mut f = vec![DVec3::ZERO; body.node_count()];
+        let x = block.positions.iter().map(|x| turn * *x + DVec3::ONE);
+        let energy = body.forces_into(&x.collect::<Vec<_>>(), &mut f);
+        let bound = body.energy_round_off();
+        assert_below("energy of a rotation", energy.abs(), bound);
+        let x = block.positions.iter().map(|x| *x * 1.01);
+        let energy = body.forces_into(&x.collect::<Vec<_>>(), &mut f);
+        assert!(energy > 10.0 * bound, "{energy} J, round-off {bound} J");
     }
 }
 
@@ -88,39 +84,6 @@ fn collapsed_neighborhoods_stay_finite() {
         body.tangent_product_into(&v, &mut kv);
         assert!(energy.is_finite());
         assert!(f.iter().chain(&kv).all(|f| f.is_finite()));
-    }
-}
-
-pub(super) fn largest_eigenvalue(body: &mut Elastic, masses: &[f64]) -> f64 {
-    let n = masses.len();
-    let mut random = Random::new(1);
-    let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
-    let mut kv = v.clone();
-    let mut value = 0.0;
-    for _ in 0..300 {
-        body.tangent_product_into(&v, &mut kv);
-        for (k, m) in kv.iter_mut().zip(masses) {
-            *k /= *m;
-        }
-        let size = dot(&kv, &kv).sqrt();
-        value = size / dot(&v, &v).sqrt();
-        v.clone_from(&kv);
-        for v in &mut v {
-            *v /= size;
-        }
-    }
-    value
-}
-
-#[test]
-fn bound_is_above_the_largest_eigenvalue_and_not_far() {
-    for (jitter, alpha, nu) in [(0.0, 0.1, 0.3), (0.25, 0.1, 0.45), (0.25, 0.0, 0.3)] {
-        let block = Block::new([6, 5, 5], DVec3::new(1.2, 1.0, 1.0), jitter, 3);
-        let mut body = model(&block, Material::neo_hookean(1.0, nu), alpha);
-        let masses: Vec<f64> = block.volumes.iter().map(|v| 1000.0 * v).collect();
-        let value = largest_eigenvalue(&mut body, &masses);
-        let ratio = value / body.eigenvalue_bound(&masses);
-        assert!(ratio < 1.0 && ratio > 0.25, "eigenvalue / bound = {ratio}");
     }
 }
 

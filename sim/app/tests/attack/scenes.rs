@@ -59,7 +59,6 @@ const PAIR: &str = r#"(
             shape: Ellipsoid(radii: (0.02, 0.03, 0.02)),
             position: (0, 0.1, 0),
             sampling: (target: Nodes(200)),
-            precision: Single,
             surfels: (spacing: Curvature(range: 3), radius: Constant(0.001)),
         ),
     ],

@@ -456,7 +456,7 @@ fn model_cases() -> Vec<Case> {
             "grid without cells",
             "bodies[0].cut_rule=Grid(cells: (8, 0, 8))",
         ),
-        set("misspelt precision", "bodies[0].precision=Singel"),
+        set("precision", "bodies[0].precision=Single"),
         set(
             "implicit scheme with viscous damping",
             "integration.scheme=Newmark()",

@@ -2,12 +2,12 @@
 
 use glam::{DMat3, DVec3};
 use phyxel::{BodyProblem, Member, elastic_stencils};
-use phyxel_elastic::{Elastic, Offsets, Rows};
+use phyxel_elastic::{Elastic, Rows};
 use serde::{Deserialize, Serialize};
 
 use super::Package;
 use super::locals::{Locals, of_rank, row};
-use super::weak::{Weak, carries, gradient_offsets, set_offsets, weak_nodes, weaken};
+use super::weak::{Weak, carries, weak_nodes, weaken};
 
 /// What a cut changes in a rank's model.
 #[derive(Debug, Serialize, Deserialize)]
@@ -43,7 +43,7 @@ impl Change {
         let view = elastic_stencils(&member.body.stencils, &member.body.neighborhoods);
         let corrected = !view.multipliers.is_empty();
         let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
-        let elastic = &member.body.elastic;
+        let state = member.body.elastic.state();
         let mut change = Self {
             nodes: Vec::new(),
             whole: Vec::new(),
@@ -51,10 +51,10 @@ impl Change {
             matrices: Vec::new(),
             scales: Vec::new(),
             multipliers: Vec::new(),
-            control_scales: of_rank(elastic.control_scales(), locals, is_changed),
-            fronts: of_rank(elastic.fronts(), locals, is_changed),
+            control_scales: of_rank(state.control, locals, is_changed),
+            fronts: of_rank(state.fronts, locals, is_changed),
             weak: weak_nodes(member, locals, is_changed),
-            offsets_of_gradients: of_rank(gradient_offsets(elastic), locals, is_changed),
+            offsets_of_gradients: of_rank(state.offsets, locals, is_changed),
             carries: carries(member),
             watched: watched.map(|watched| (locals.watched(watched), watched.len())),
         };
@@ -128,14 +128,11 @@ impl Change {
             multipliers: &self.multipliers,
         })?;
         weaken(elastic, &package.rest, &self.weak);
-        let Offsets { nodes, values } = elastic.offsets();
-        let offsets = nodes.into_iter().zip(values).collect();
-        let offsets = replaced(offsets, &self.nodes, self.offsets_of_gradients);
-        set_offsets(elastic, &offsets);
-        let scales = elastic.control_scales();
-        elastic.set_control_scales(&replaced(scales, &self.nodes, self.control_scales));
-        let fronts = elastic.fronts();
-        elastic.restore_fronts(&replaced(fronts, &self.nodes, self.fronts));
+        let mut state = elastic.state();
+        state.offsets = replaced(state.offsets, &self.nodes, self.offsets_of_gradients);
+        state.control = replaced(state.control, &self.nodes, self.control_scales);
+        state.fronts = replaced(state.fronts, &self.nodes, self.fronts);
+        elastic.set_state(&state);
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel::{Cutting, Member};
-use phyxel_elastic::{Elastic, Offsets};
+use phyxel_elastic::Elastic;
 use serde::{Deserialize, Serialize};
 
 use super::locals::Locals;
@@ -19,14 +19,7 @@ pub(super) struct Weak {
 
 /// Whether the body has anything that decays.
 pub(super) fn carries(member: &Member) -> bool {
-    let elastic = &member.body.elastic;
-    elastic.has_offsets() || !elastic.weak_nodes().is_empty()
-}
-
-/// Offsets of deformation gradients by nodes.
-pub(super) fn gradient_offsets(elastic: &Elastic) -> impl Iterator<Item = (u32, [f64; 9])> {
-    let Offsets { nodes, values } = elastic.offsets();
-    nodes.into_iter().zip(values)
+    member.body.elastic.decays()
 }
 
 /// Weak ones of a rank's nodes, of some.
@@ -40,7 +33,7 @@ pub(super) fn weak_nodes(
     let factors = member.cutting.as_ref().map(Cutting::factors);
     let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
     let bonds = body.elastic.bond_energies();
-    let offsets = body.elastic.bond_offsets();
+    let offsets = body.elastic.state().bonds;
     let mut weak = Vec::new();
     for &node in body.elastic.weak_nodes().iter().filter(|node| some(**node)) {
         if let Some(local) = locals.whole(node) {
@@ -78,19 +71,13 @@ pub(super) fn weaken(elastic: &mut Elastic, rest: &[DVec3], weak: &[Weak]) {
     };
     elastic.weaken(&nodes, rest, &share);
     let bonds = elastic.bond_energies();
-    let mut offsets = elastic.bond_offsets();
+    let mut state = elastic.state();
     for weak in weak {
         let from = bonds.partition_point(|(of, _)| *of < weak.node);
-        let to = offsets.iter_mut().skip(from);
+        let to = state.bonds.iter_mut().skip(from);
         for (to, offset) in to.zip(&weak.offsets) {
             *to = *offset;
         }
     }
-    elastic.set_bond_offsets(&offsets);
-}
-
-/// Sets offsets of deformation gradients, rising.
-pub(super) fn set_offsets(elastic: &mut Elastic, offsets: &[(u32, [f64; 9])]) {
-    let (nodes, values) = offsets.iter().copied().unzip();
-    elastic.set_offsets(&Offsets { nodes, values });
+    elastic.set_state(&state);
 }

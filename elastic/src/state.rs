@@ -1,0 +1,125 @@
+//! What decays, and what a model is restored from.
+
+use glam::DMat3;
+
+use crate::model::Elastic;
+use crate::viscosity::Viscosity;
+
+/// All of a model that time and cuts change, its rows and deficient nodes aside.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct State {
+    /// Per node of a viscous body the last second Piola–Kirchhoff stress, one overstress per Prony term (Pa; xx, yy,
+    /// zz, xy, yz, zx), the last Green strain, and the energy densities (J/m³) of the long-term law and of each term.
+    pub viscosity: Vec<[f64; 6]>,
+    /// Nodes with a retained gradient, ascending, and its offset `A` by columns.
+    pub offsets: Vec<(u32, [f64; 9])>,
+    /// Offsets (m) of all bonds.
+    pub bonds: Vec<f64>,
+    /// Nodes whose zero-energy control has a scale other than 1, ascending, and the scale.
+    pub control: Vec<(u32, f64)>,
+    /// Nodes with a control of a cut's front, ascending, and its matrix.
+    pub fronts: Vec<(u32, DMat3)>,
+}
+
+impl State {
+    /// Whether it can be a state of `body`: lists of its lengths, nodes within it, numbers within their bounds.
+    #[must_use]
+    pub fn fits(&self, body: &Elastic) -> bool {
+        let exists = |node: u32| (node as usize) < body.node_count();
+        let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
+        let viscosity = body.state.viscosity.as_ref();
+        self.viscosity.len() == viscosity.map_or(0, |v| v.history().len())
+            && self.viscosity.iter().all(|row| finite(row))
+            && (self.offsets.iter()).all(|(node, value)| exists(*node) && finite(value))
+            && self.bonds.len() == body.bond_offsets().len()
+            && finite(&self.bonds)
+            && (self.control.iter())
+                .all(|&(node, scale)| exists(node) && scale.is_finite() && scale >= 1.0)
+            && (self.fronts.iter()).all(|(node, matrix)| exists(*node) && is_mean(matrix))
+    }
+}
+
+/// Whether this can be a mean of squares of unit vectors, or a part of it.
+fn is_mean(matrix: &DMat3) -> bool {
+    let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
+    matrix.is_finite() && trace > 0.0 && trace < 1.0 + 1e-9
+}
+
+/// Halves of the works (J) of a decay; positive where it adds energy.
+#[derive(Debug, Clone, Default)]
+pub struct Works {
+    /// Of retained gradients, nodes ascending.
+    pub offsets: Vec<(u32, f64)>,
+    /// Of bonds, by their deficient nodes, ascending.
+    pub bonds: Vec<(u32, f64)>,
+}
+
+impl Works {
+    /// Sums (J) over gradients and over bonds.
+    #[must_use]
+    pub fn sums(&self) -> [f64; 2] {
+        [&self.offsets, &self.bonds]
+            .map(|works| works.iter().fold(0.0, |sum, (_, work)| sum + work))
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        (self.offsets.capacity() + self.bonds.capacity()) * size_of::<(u32, f64)>()
+    }
+}
+
+impl Elastic {
+    /// Whether anything is left for [`Elastic::decay`].
+    #[must_use]
+    pub fn decays(&self) -> bool {
+        !self.state.continuation.is_empty() || !self.state.bonds.is_empty()
+    }
+
+    /// Multiplies the offsets of retained gradients and bonds with `factor` (0 to 1). Returns the first half of the
+    /// works, with the stresses last evaluated; [`Elastic::decay_works`] returns the second after the next evaluation.
+    pub fn decay(&mut self, factor: f64) -> &Works {
+        let mut works = std::mem::take(&mut self.state.works);
+        self.decay_offsets(factor, &mut works.offsets);
+        self.decay_bonds(factor, &mut works.bonds);
+        self.state.works = works;
+        &self.state.works
+    }
+
+    /// The second half of the works of the last [`Elastic::decay`], at the state last evaluated; to be asked for once.
+    pub fn decay_works(&mut self) -> &Works {
+        let mut works = std::mem::take(&mut self.state.works);
+        self.offset_works(&mut works.offsets);
+        self.bond_works(&mut works.bonds);
+        self.state.works = works;
+        &self.state.works
+    }
+
+    /// The state, for snapshots and checkpoints.
+    #[must_use]
+    pub fn state(&self) -> State {
+        let viscosity = self.state.viscosity.as_ref();
+        State {
+            viscosity: viscosity.map_or_else(Vec::new, |v| v.history().to_vec()),
+            offsets: self.offsets(),
+            bonds: self.bond_offsets(),
+            control: self.control_scales(),
+            fronts: self.fronts(),
+        }
+    }
+
+    /// Restores a state on the same rows and deficient nodes. Viscosity is then between two steps.
+    ///
+    /// # Panics
+    /// If [`State::fits`] would say no.
+    pub fn set_state(&mut self, state: &State) {
+        self.set_offsets(&state.offsets);
+        self.set_bond_offsets(&state.bonds);
+        self.set_control_scales(&state.control);
+        self.restore_fronts(&state.fronts);
+        match &mut self.state.viscosity {
+            Some(viscosity) => Viscosity::set_history(viscosity, &state.viscosity),
+            None => assert!(state.viscosity.is_empty(), "no viscous materials here"),
+        }
+        self.begin_viscous_step(0.0);
+    }
+}
