@@ -8,6 +8,8 @@
 mod determinism;
 /// Hard cases, each with what must happen.
 mod hard_cases;
+/// Cuts by the leaves alone: no capture adds energy.
+mod leaves_cut;
 /// A scene pays for what it needs and for nothing else.
 mod model_only;
 /// Conservative stencils on sampled livers.

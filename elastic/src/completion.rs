@@ -196,6 +196,18 @@ pub(crate) fn row_kind(m: DMat3) -> RowKind {
     RowKind::Deficient(Span { rank, frame })
 }
 
+/// Largest over smallest eigenvalue of a symmetric matrix; infinite if the smallest is not positive.
+pub(crate) fn condition(m: DMat3) -> f64 {
+    let (values, _) = symmetric_eigen(m);
+    let [a, b, c] = values;
+    let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+    if least > 0.0 {
+        most / least
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Largest absolute entry.
 fn largest(m: DMat3) -> f64 {
     m.to_cols_array()

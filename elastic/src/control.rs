@@ -10,11 +10,7 @@ use crate::nodes::Model;
 
 impl Elastic {
     /// Energy (J) that the zero-energy control of `nodes` holds at `positions` (m).
-    ///
-    /// # Panics
-    /// If a node does not exist or `positions` is not one per node.
-    #[must_use]
-    pub fn control_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
+    pub(crate) fn control_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.control_energies(nodes, positions).iter().sum()
     }
@@ -34,10 +30,13 @@ impl Elastic {
     /// A scale of 3, at the default of 0.1, takes 1 % from the work of a crack at 6.4 spacings; 10 takes 3 %.
     ///
     /// Scales that are as high are left; no scale falls.
-    ///
-    /// # Panics
-    /// If a node does not exist or `positions` is not one per node.
-    pub fn raise_control(&mut self, nodes: &[u32], scale: f64, most: f64, positions: &[DVec3]) {
+    pub(crate) fn raise_control(
+        &mut self,
+        nodes: &[u32],
+        scale: f64,
+        most: f64,
+        positions: &[DVec3],
+    ) {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         if !self.model.controlled() {
             return;

@@ -328,7 +328,7 @@ impl Elastic {
     ///
     /// # Panics
     /// If a node does not exist or there is not one matrix per node.
-    pub fn set_fronts(&mut self, nodes: &[u32], matrices: &[DMat3]) {
+    pub(crate) fn set_fronts(&mut self, nodes: &[u32], matrices: &[DMat3]) {
         assert_eq!(nodes.len(), matrices.len(), "one matrix per node");
         if !self.model.controlled() {
             return;
@@ -357,17 +357,17 @@ impl Elastic {
 
     /// As [`Elastic::set_fronts`], with the matrices times the same share, at most 1, as far as their control then holds at
     /// most `most` (J) at `positions` (m). With `most` what a cut took, a cut of a strained body adds no energy, and one of
-    /// a body at rest gets the whole control.
+    /// a body at rest gets the whole control. Returns what it holds.
     ///
     /// # Panics
     /// As [`Elastic::set_fronts`], or if `positions` is not one per node.
-    pub fn set_fronts_within(
+    pub(crate) fn set_fronts_within(
         &mut self,
         nodes: &[u32],
         matrices: &[DMat3],
         most: f64,
         positions: &[DVec3],
-    ) {
+    ) -> f64 {
         self.set_fronts(nodes, matrices);
         let whole = self.front_energy(nodes, positions);
         if whole > most.max(0.0) {
@@ -375,7 +375,9 @@ impl Elastic {
             let share = (most / whole).clamp(0.0, 1.0);
             let matrices: Vec<DMat3> = matrices.iter().map(|matrix| *matrix * share).collect();
             self.set_fronts(nodes, &matrices);
+            return whole * share;
         }
+        whole
     }
 
     /// Brings them up to date with rows and volumes.
@@ -405,8 +407,7 @@ impl Elastic {
     ///
     /// # Panics
     /// If `positions` is not one per node.
-    #[must_use]
-    pub fn front_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
+    pub(crate) fn front_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         let (rest, fronts) = (&self.model.rest, &self.state.fronts);
         let displacement = |node: u32| positions[node as usize] - rest[node as usize];

@@ -5,6 +5,7 @@ mod bond;
 mod checks;
 mod completion;
 mod control;
+mod cut;
 mod dilatation;
 mod error;
 mod fiber;
@@ -35,6 +36,7 @@ mod viscosity;
 mod watch;
 
 pub use checks::BadSetting;
+pub use cut::{CutEnergy, CutInput, CutPolicy};
 pub use error::ElasticError;
 pub use fiber::Fiber;
 pub use glam;

@@ -139,6 +139,7 @@ impl Elastic {
             continuation: Continuation::default(),
             bonds: Bonds::default(),
             fronts: Fronts::default(),
+            uncut: Vec::new(),
             works: Works::default(),
             watches: vec![Watch::NOTHING; node_count.div_ceil(CHUNK)],
         };

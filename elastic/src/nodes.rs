@@ -6,6 +6,7 @@ use pulp::Arch;
 
 use crate::bond::Bonds;
 use crate::completion::Span;
+use crate::cut::Uncut;
 use crate::dilatation::{Means, Pressures};
 use crate::front::Fronts;
 use crate::gather::Move;
@@ -65,6 +66,8 @@ pub(crate) struct State {
     pub(crate) bonds: Bonds,
     /// Nodes beside the front of a cut.
     pub(crate) fronts: Fronts,
+    /// Rows as they were before cuts, of nodes that cuts have touched, ascending.
+    pub(crate) uncut: Vec<Uncut>,
     /// What the last decay did.
     pub(crate) works: Works,
     /// What was seen of chunks of nodes.
@@ -281,7 +284,11 @@ impl Model {
 impl State {
     /// Heap bytes that only cut bodies hold.
     pub(crate) fn cut_bytes(&self) -> usize {
-        self.continuation.bytes() + self.bonds.bytes() + self.fronts.bytes() + self.works.bytes()
+        self.continuation.bytes()
+            + self.bonds.bytes()
+            + self.fronts.bytes()
+            + self.works.bytes()
+            + of(&self.uncut)
     }
 
     /// Heap bytes held.

@@ -149,7 +149,12 @@ impl Elastic {
     ///
     /// # Panics
     /// If the slices' lengths do not fit or a node does not exist.
-    pub fn continue_deformation(&mut self, nodes: &[u32], before: &[DMat3], positions: &[DVec3]) {
+    pub(crate) fn continue_deformation(
+        &mut self,
+        nodes: &[u32],
+        before: &[DMat3],
+        positions: &[DVec3],
+    ) {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.scratch.stale.add(nodes);
@@ -173,8 +178,12 @@ impl Elastic {
     ///
     /// # Panics
     /// As [`Elastic::continue_deformation`].
-    #[must_use]
-    pub fn lost_gradients(&self, nodes: &[u32], before: &[DMat3], positions: &[DVec3]) -> Vec<u32> {
+    pub(crate) fn lost_gradients(
+        &self,
+        nodes: &[u32],
+        before: &[DMat3],
+        positions: &[DVec3],
+    ) -> Vec<u32> {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         let model = &self.model;

@@ -6,7 +6,7 @@ use crate::forces::{CHUNK, moved};
 use crate::gather::Move;
 use crate::inactive::Asleep;
 use crate::model::Elastic;
-use crate::nodes::Model;
+use crate::nodes::{Model, Scratch};
 use crate::part::Part;
 
 /// What is not as the last evaluation of forces left it.
@@ -81,6 +81,13 @@ impl Stale {
 }
 
 impl Elastic {
+    /// Whether the last evaluation was of this model at these positions (m).
+    pub(crate) fn is_evaluated_at(&self, positions: &[DVec3]) -> bool {
+        let Scratch { stale, moves, .. } = &self.scratch;
+        assert_eq!(positions.len(), moves.len(), "one position per node");
+        !stale.is_some() && stale.is_at(&self.model, moves, positions)
+    }
+
     /// As [`Elastic::forces_into`], with the same bits, where `forces` holds what the last evaluation gave
     /// at the same positions and a cut has changed the model since: only what follows from the change
     /// is evaluated, in whole chunks of 256 nodes. A body with mean dilatation or viscosity, one that

@@ -69,7 +69,7 @@ impl Works {
 }
 
 impl Elastic {
-    /// Whether anything is left for [`Elastic::decay`].
+    /// Whether there are retained gradients or bonds, for [`Elastic::decay`].
     #[must_use]
     pub fn decays(&self) -> bool {
         !self.state.continuation.is_empty() || !self.state.bonds.is_empty()

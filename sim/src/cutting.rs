@@ -1,9 +1,9 @@
 //! Blades that pass through a body: from the edge in the world to rows of the model.
 
 use glam::{DMat3, DVec3};
+use phyxel_elastic::{CutInput, CutPolicy};
 use phyxel_enrich::{
-    Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, SMALLEST_PART, Sweep, connected_pieces,
-    is_parted, nodes_in_small_pieces,
+    Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, Sweep, connected_pieces, is_parted,
 };
 use phyxel_mls::{MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
@@ -14,15 +14,6 @@ use crate::error::BodyProblem;
 use crate::input::StrokePhase;
 use crate::stencils::elastic_stencils;
 
-/// A node that a cut took neighbours from and left fewer than this, or a moment matrix of a larger
-/// condition, has no strain of its own any more.
-pub(crate) const FEWEST_NEIGHBORS: usize = 6;
-pub(crate) const LARGEST_CONDITION: f64 = 5.0;
-/// Growth of the condition by which a cut has to do with it.
-const CONDITION_GROWTH: f64 = 1.2;
-/// Scale of the zero-energy control of nodes that a cut touched, whose rows see less, as far as what the cut
-/// takes from that control pays for it.
-const TOUCHED_CONTROL: f64 = 3.0;
 /// Products with the stiffness of the part round a cut per estimate.
 const ESTIMATE_PRODUCTS: usize = 16;
 /// Tissue that is pressed to a smaller share of its volume is not mapped: its gradients are none.
@@ -39,8 +30,6 @@ pub struct Cutting {
     cuts: Cuts,
     factors: Factors,
     map: MaterialMap,
-    /// Neighbours and condition of each node before any cut.
-    uncut: Vec<(usize, f64)>,
     /// Piece of each node; empty before the first cut.
     pieces: Vec<u32>,
     /// Open strokes.
@@ -124,7 +113,6 @@ impl Cutting {
             cuts: Cuts::new(&CutSettings::for_spacing(spacing)),
             factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
             map,
-            uncut: supports_of_rows(body),
             pieces: Vec::new(),
             strokes: Vec::new(),
             missed: 0,
@@ -151,11 +139,7 @@ impl Cutting {
     /// Heap bytes of all that a cut needs.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.cuts.bytes()
-            + self.factors.bytes()
-            + self.map.bytes()
-            + size_of_val(&*self.uncut)
-            + size_of_val(&*self.pieces)
+        self.cuts.bytes() + self.factors.bytes() + self.map.bytes() + size_of_val(&*self.pieces)
     }
 
     /// Captured edges of blades, and how many of them changed the connectivity.
@@ -248,38 +232,25 @@ impl Cutting {
     }
 
     /// Applies an update to the body, the one place where a cut changes it: rows of stencils, map and model.
-    /// Deformation gradients go on from what they were; nodes that are left without a strain of their own get bonds;
-    /// control, and that of the cut's front, rise by what both lost.
     pub(crate) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
         let touched = &update.touched;
         self.updates += 1;
         self.by_stroke[update.stroke].updates += 1;
-        let before = |&i: &u32| body.elastic.deformation_gradient(i as usize);
-        let before: Vec<DMat3> = touched.iter().map(before).collect();
-        let positions = body.motion.positions();
-        let held = body.elastic.control_energy(touched, positions)
-            + body.elastic.front_energy(touched, positions);
         let factor = |pair| self.factors.factor(pair);
         body.stencils
             .update_rows(&body.rest, &body.neighborhoods, factor, touched)?;
         self.map.update_rows(factor, touched);
-        body.elastic.update_rows(
-            touched,
-            &elastic_stencils(&body.stencils, &body.neighborhoods),
-        )?;
-        let lost = body.elastic.lost_gradients(touched, &before, positions);
-        let weak = self.weak_nodes(body, touched, &lost);
-        let lost = body.elastic.weaken(&weak, positions, &factor);
-        body.elastic
-            .continue_deformation(touched, &before, positions);
-        body.elastic
-            .raise_control(touched, TOUCHED_CONTROL, held + lost, positions);
-        let left = held + lost - body.elastic.control_energy(touched, positions);
         let graph = graph_of(body);
         let front = |&node: &u32| self.factors.front_matrix(&graph, node as usize);
         let fronts: Vec<DMat3> = touched.iter().map(front).collect();
-        body.elastic
-            .set_fronts_within(touched, &fronts, left, positions);
+        let input = CutInput {
+            touched,
+            stencils: &elastic_stencils(&body.stencils, &body.neighborhoods),
+            left: &factor,
+            fronts: &fronts,
+            positions: body.motion.positions(),
+        };
+        body.elastic.apply_cut(&input, &CutPolicy::default())?;
         let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
         let (offsets, indices) = (graph.offsets(), graph.indices());
         if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
@@ -446,54 +417,11 @@ impl Cutting {
             stroke,
         }
     }
-
-    /// Those of the touched nodes that cuts have left without a strain of their own, by what they took:
-    /// a node that had no more from the start keeps its stiffness. What is `lost` is weak, too.
-    fn weak_nodes(&self, body: &Body, touched: &[u32], lost: &[u32]) -> Vec<u32> {
-        let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
-        let ranks = &body.stencils.ranks;
-        let (offsets, indices) = (graph.offsets(), graph.indices());
-        let debris = nodes_in_small_pieces(offsets, indices, weights, touched, SMALLEST_PART);
-        let is_weak = |node: &u32| {
-            let at = *node as usize;
-            let (neighbors, condition) = self.uncut[at];
-            if neighbors == 0 {
-                return false;
-            }
-            let left = linked_count(&weights[graph.pairs(at)]);
-            let now = &ranks[at];
-            (left < FEWEST_NEIGHBORS && left < neighbors)
-                || now.rank < 3
-                || (now.condition > LARGEST_CONDITION
-                    && now.condition > CONDITION_GROWTH * condition)
-                || debris.binary_search(node).is_ok()
-                || lost.binary_search(node).is_ok()
-                || body.elastic.weak_nodes().binary_search(node).is_ok()
-        };
-        touched.iter().copied().filter(is_weak).collect()
-    }
 }
 
 /// A stroke's weld tolerance (m), or the usual one of a body.
 fn weld_tolerance_of(body: &Body, tolerance: Option<f64>) -> f64 {
     tolerance.unwrap_or_else(|| CutSettings::for_spacing(body.spacing).weld_tolerance)
-}
-
-/// Pairs of a row that still link.
-pub(crate) fn linked_count(row: &[f64]) -> usize {
-    row.iter().filter(|&&weight| weight > 0.0).count()
-}
-
-/// Neighbours and condition of each node.
-fn supports_of_rows(body: &Body) -> Vec<(usize, f64)> {
-    let weights = &body.stencils.weights;
-    let ranks = body.stencils.ranks.iter().enumerate();
-    ranks
-        .map(|(node, rank)| {
-            let count = linked_count(&weights[body.neighborhoods.pairs(node)]);
-            (count, rank.condition)
-        })
-        .collect()
 }
 
 /// The body's nodes and pairs, as the factors read them.

@@ -4,13 +4,12 @@ use glam::DVec3;
 use phyxel_discretize::{
     Solid, boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
 };
-use phyxel_elastic::{Elastic, Material, MaterialSettings, Materials, Nodes, Settings};
+use phyxel_elastic::{CutPolicy, Elastic, Material, MaterialSettings, Materials, Nodes, Settings};
 use phyxel_mls::{
     ConservativeSettings, GradientStencils, NearestSettings, Neighborhoods, dissertation_cloud,
     inverse_square_weights, k_nearest, widen_deficient_rows,
 };
 
-use crate::cutting::{FEWEST_NEIGHBORS, LARGEST_CONDITION, linked_count};
 use crate::error::BodyProblem;
 use crate::scene::{self, Form, Method, Scene};
 use crate::shape::{Sampled, sample};
@@ -96,12 +95,14 @@ pub(crate) fn build(
     )?;
     if carried.is_some() {
         // Nodes at a corner of what is held, which a support leaves too little to tell a strain from.
+        let policy = CutPolicy::default();
         let too_few = |&node: &u32| {
             let at = node as usize;
             holders[at] > 0 && inert.binary_search(&node).is_err() && {
-                let linked = linked_count(&stencils.weights[neighborhoods.pairs(at)]);
-                linked < FEWEST_NEIGHBORS && linked < neighborhoods.row(at).len()
-                    || stencils.ranks[at].condition > LARGEST_CONDITION
+                let row = &stencils.weights[neighborhoods.pairs(at)];
+                let linked = row.iter().filter(|&&weight| weight > 0.0).count();
+                linked < policy.fewest_neighbors && linked < neighborhoods.row(at).len()
+                    || stencils.ranks[at].condition > policy.largest_condition
             }
         };
         let weak: Vec<u32> = (0..).take(holders.len()).filter(too_few).collect();

@@ -1,0 +1,221 @@
+use glam::DVec3;
+use phyxel_elastic::{
+    CutInput, CutPolicy, Elastic, Material, Materials, Nodes, PronyTerm, Settings, Stencils,
+};
+use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
+use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
+use proptest::prelude::*;
+use testkit::cloud::Random;
+use testkit::kuhn::kuhn_block;
+
+/// Largest energy that one capture may add, relative to what is stored.
+const LARGEST_ADDITION: f64 = 1e-9;
+
+/// A block of the leaves alone with a blade in it.
+struct Block {
+    rest: Vec<DVec3>,
+    volumes: Vec<f64>,
+    graph: Neighborhoods,
+    stencils: GradientStencils,
+    body: Elastic,
+    cuts: Cuts,
+    factors: PairFactors,
+}
+
+fn view<'a>(stencils: &'a GradientStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
+    Stencils {
+        offsets: graph.offsets(),
+        indices: graph.indices(),
+        weights: &stencils.weights,
+        matrices: &stencils.matrices,
+        scales: &stencils.scales,
+        multipliers: &stencils.multipliers,
+    }
+}
+
+impl Block {
+    fn new(cells: [usize; 3], spacing: f64, jitter: f64, seed: u64, material: Material) -> Self {
+        let block = kuhn_block(cells, spacing, jitter, seed);
+        let (rest, volumes) = (block.positions, block.volumes);
+        let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("edges");
+        let weights = inverse_square_weights(&rest, &graph);
+        let settings = ConservativeSettings::for_cutting();
+        let stencils = GradientStencils::conservative(
+            &rest,
+            &volumes,
+            &block.boundary_vectors,
+            &graph,
+            weights,
+            &settings,
+        );
+        let stencils = stencils.expect("sound");
+        let body = Elastic::new(
+            &view(&stencils, &graph),
+            &Nodes::new(&rest, &volumes),
+            &Materials::Uniform(material),
+            &Settings::default(),
+        );
+        let pairs = Graph::new(&rest, graph.offsets(), graph.indices()).expect("sound");
+        let factors = PairFactors::new(&pairs, &FactorSettings::default());
+        Self {
+            body: body.expect("sound"),
+            cuts: Cuts::new(&CutSettings::for_spacing(spacing)),
+            rest,
+            volumes,
+            graph,
+            stencils,
+            factors,
+        }
+    }
+
+    /// A capture: the edge is where the blade is now (m, at rest). Returns the energy (J) before and after.
+    fn capture(&mut self, stroke: &mut Option<usize>, edge: &[DVec3], at: &[DVec3]) -> [f64; 2] {
+        let mut forces = vec![DVec3::ZERO; at.len()];
+        let before = self.body.forces_into(at, &mut forces);
+        let Some(stroke) = *stroke else {
+            *stroke = Some(self.cuts.start(edge).expect("an edge"));
+            return [before; 2];
+        };
+        let new = self.cuts.append(stroke, edge).expect("a face");
+        let pairs = Graph::new(&self.rest, self.graph.offsets(), self.graph.indices());
+        let pairs = pairs.expect("sound");
+        let touched = self
+            .factors
+            .update(&pairs, &self.cuts, new, &|_| true)
+            .nodes;
+        let factor = |pair| self.factors.factor(pair);
+        self.stencils
+            .update_rows(&self.rest, &self.graph, factor, &touched)
+            .expect("sound");
+        let front = |&node: &u32| self.factors.front_matrix(&pairs, node as usize);
+        let fronts: Vec<_> = touched.iter().map(front).collect();
+        let input = CutInput {
+            touched: &touched,
+            stencils: &view(&self.stencils, &self.graph),
+            left: &factor,
+            fronts: &fronts,
+            positions: at,
+        };
+        let told = self.body.apply_cut(&input, &CutPolicy::default());
+        let after = self.body.forces_into(at, &mut forces);
+        let off = before + told.expect("sound").total() - after;
+        assert!(off.abs() <= 1e-9 * before, "{off} J of {before} J untold");
+        [before, after]
+    }
+}
+
+fn materials() -> impl Strategy<Value = Material> {
+    let law = prop_oneof![
+        Just(Material::stable_neo_hookean(1e4, 0.45).with_barrier(5e4)),
+        Just(Material::neo_hookean(1e4, 0.4)),
+        Just(Material::saint_venant_kirchhoff(1e4, 0.3)),
+        Just(Material::mooney_rivlin(1e4, 0.4, 0.3)),
+    ];
+    let term = PronyTerm {
+        ratio: 0.5,
+        relaxation_time: 0.1,
+    };
+    (law, any::<bool>()).prop_map(move |(law, viscous)| {
+        if viscous {
+            law.with_prony(&[term])
+        } else {
+            law
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Random blocks, strained at random, cut by random blades: no capture adds energy.
+    #[test]
+    fn no_capture_adds_energy(
+        cells in [3_usize..6, 3..6, 3..7],
+        jitter in 0.0..0.25_f64,
+        seed in any::<u64>(),
+        material in materials(),
+        strain in 0.0..0.25_f64,
+        place in 0.2..0.8_f64,
+        tilt in -0.4..0.4_f64,
+        depth in 0.3..1.2_f64,
+    ) {
+        let spacing = 0.01;
+        let mut block = Block::new(cells, spacing, jitter, seed, material);
+        #[allow(clippy::cast_precision_loss, reason = "a few cells")]
+        let [width, length, height] = cells.map(|n| spacing * n as f64);
+        let mut random = Random::new(seed);
+        let at: Vec<DVec3> = block.rest.iter().map(|x| {
+            let stretched = DVec3::new(x.x * (1.0 - 0.4 * strain), x.y, x.z * (1.0 + strain));
+            stretched + random.vector(0.1 * strain * spacing)
+        }).collect();
+        block.body.begin_viscous_step(0.0);
+        let mut stroke = None;
+        for k in 0..8 {
+            let x = width * (depth * f64::from(k) / 7.0 - 0.05);
+            let edge = [-0.1, 1.1].map(|y| {
+                DVec3::new(x, y * length, height * (place + tilt * (y - 0.5)) + 0.00013)
+            });
+            let [before, after] = block.capture(&mut stroke, &edge, &at);
+            prop_assert!(
+                after <= before * (1.0 + LARGEST_ADDITION),
+                "capture {k}: {before} to {after} J"
+            );
+        }
+    }
+}
+
+/// A block hangs, is cut half through in ten captures, and swings: by the leaves alone. What it has at the end is what it had,
+/// less what the blade released, with the work of what decayed.
+#[test]
+fn a_block_that_swings_is_cut_and_gains_nothing() {
+    const REST: u32 = 1000;
+    let material = Material::stable_neo_hookean(1e4, 0.4).with_barrier(5e4);
+    let mut block = Block::new([4, 4, 8], 0.01, 0.15, 3, material);
+    let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
+    let n = block.rest.len();
+    let (mut x, mut v) = (block.rest.clone(), vec![DVec3::ZERO; n]);
+    let mut f = vec![DVec3::ZERO; n];
+    let rest = block.rest.clone();
+    let energy = |x: &[DVec3], v: &[DVec3], stored: f64| {
+        let each = (masses.iter().zip(v)).zip(x.iter().zip(&rest));
+        let moving =
+            each.map(|((m, v), (x, rest))| m * (0.5 * v.length_squared() + 9.81 * (x.z - rest.z)));
+        moving.sum::<f64>() + stored
+    };
+    let (step, mut stroke, mut booked) = (1e-4, None, 0.0);
+    let mut stored = block.body.forces_into(&x, &mut f);
+    let (mut start, mut most) = (0.0, 0.0_f64);
+    for k in 0..3000_u32 {
+        if k == REST {
+            start = energy(&x, &v, stored);
+        }
+        if k >= REST && k % 100 == 0 && k < 2 * REST {
+            let edge = f64::from(k - REST) / 900.0 * 0.021 - 0.001;
+            let edge = [-0.01, 0.05].map(|y| DVec3::new(edge, y, 0.0412));
+            let [before, after] = block.capture(&mut stroke, &edge, &x);
+            assert!(
+                after <= before * (1.0 + LARGEST_ADDITION),
+                "{before} to {after} J"
+            );
+            booked += after - before;
+            block.body.forces_into(&x, &mut f);
+        }
+        booked += block.body.decay(0.95).sums().iter().sum::<f64>();
+        for i in (0..n).filter(|&i| rest[i].z < 0.0799) {
+            v[i] += (f[i] / masses[i] - DVec3::Z * 9.81) * step;
+            // Comes to rest, then swings.
+            v[i] *= if k < REST { 0.99 } else { 1.0 };
+            x[i] += v[i] * step;
+        }
+        stored = block.body.forces_into(&x, &mut f);
+        booked += block.body.decay_works().sums().iter().sum::<f64>();
+        most = most.max(stored);
+    }
+    assert!(
+        block.body.decays() && booked < 0.0,
+        "the blade cut: {booked} J"
+    );
+    assert!(block.body.smallest_volume_ratio() > 0.0, "nothing inverts");
+    let off = (energy(&x, &v, stored) - start - booked) / most;
+    assert!(off.abs() < 0.01, "{off} of {most} J");
+}
