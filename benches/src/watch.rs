@@ -486,7 +486,7 @@ fn area_within(cutting: &Cutting, body: &Body) -> f64 {
 
 /// Which nodes carry strain energy.
 fn carrying(member: &Member) -> impl Iterator<Item = bool> + '_ {
-    let weak = member.body.elastic.weak_nodes();
+    let weak = member.body.elastic.deficient_nodes();
     let nodes = 0..u32::try_from(member.body.rest.len()).unwrap_or(u32::MAX);
     nodes.map(|node| weak.binary_search(&node).is_err())
 }

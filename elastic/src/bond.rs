@@ -1,7 +1,7 @@
 //! Nodes that a cut left without a strain of their own.
 //!
 //! A deformation gradient needs neighbours on all sides. Where a cut leaves a node too few, the little
-//! that its row still sees turns inside out under load and no penalty holds it. Such a *weak* node
+//! that its row still sees turns inside out under load and no penalty holds it. Such a *deficient* node
 //! carries no strain energy; along each pair that is left acts a bond, as in bond-based peridynamics
 //! (Silling 2000), with the energy
 //!
@@ -38,7 +38,7 @@ const SOFTENING: f64 = 0.2;
 /// Share of a bond's rest length below which what is left of `d` is dropped.
 const SMALLEST_OFFSET: f64 = 1e-4;
 
-/// A bond of a weak node.
+/// A bond of a deficient node.
 #[derive(Debug, Clone, Copy)]
 struct Bond {
     node: u32,
@@ -127,14 +127,14 @@ fn softened(squared: f64, rest_squared: f64) -> f64 {
     (squared + SOFTENING * SOFTENING * rest_squared).sqrt()
 }
 
-/// Weak nodes and their bonds; empty before the first.
+/// Deficient nodes and their bonds; empty before the first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Bonds {
     /// By node, then by other.
     list: Vec<Bond>,
-    /// Weak nodes, rising.
+    /// Deficient nodes, ascending.
     nodes: Vec<u32>,
-    /// Weak nodes with those, weak or not, from which their deformation is taken, nearest to sound
+    /// Deficient nodes with those, weak or not, from which their deformation is taken, nearest to sound
     /// ones first; those that hang on nothing sound have none.
     hosts: Vec<(u32, Vec<u32>)>,
 }
@@ -163,7 +163,7 @@ impl Bonds {
         }
     }
 
-    /// Gives weak nodes the mean deformation of their hosts.
+    /// Gives deficient nodes the mean deformation of their hosts.
     pub(crate) fn set_gradients(&self, deformation: &mut [Planes]) {
         for (node, hosts) in &self.hosts {
             #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
@@ -243,7 +243,7 @@ impl Bonds {
         }
     }
 
-    /// Orders weak nodes by their distance in bonds from sound ones.
+    /// Orders deficient nodes by their distance in bonds from sound ones.
     fn find_hosts(&mut self) {
         let mut open = self.nodes.clone();
         self.hosts.clear();
@@ -372,7 +372,7 @@ impl Elastic {
             .collect()
     }
 
-    /// Multiplies the offsets of all bonds with `factor` (0 to 1); `works` gets the weak node and the first half of the
+    /// Multiplies the offsets of all bonds with `factor` (0 to 1); `works` gets the deficient node and the first half of the
     /// work (J) of each, nodes ascending.
     pub(crate) fn decay_bonds(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
         works.clear();
@@ -387,7 +387,7 @@ impl Elastic {
         works.extend(bonds.map(|bond| (bond.node, bond.decay_work())));
     }
 
-    /// Weak node and energy (J) of each bond at the state last evaluated, nodes rising; summed in order, they are
+    /// Deficient node and energy (J) of each bond at the state last evaluated, nodes ascending; summed in order, they are
     /// what [`Elastic::forces_into`] adds to [`Elastic::run_energies`].
     #[must_use]
     pub fn bond_energies(&self) -> Vec<(u32, f64)> {
@@ -395,13 +395,13 @@ impl Elastic {
         bonds.map(|bond| (bond.node, bond.energy())).collect()
     }
 
-    /// Weak nodes, rising.
+    /// Deficient nodes, ascending.
     #[must_use]
-    pub fn weak_nodes(&self) -> &[u32] {
+    pub fn deficient_nodes(&self) -> &[u32] {
         &self.state.bonds.nodes
     }
 
-    /// Weak nodes that hang on no sound one, not even by others: debris.
+    /// Deficient nodes that hang on no sound one, not even by others: debris.
     #[must_use]
     pub fn loose_nodes(&self) -> usize {
         let hosts = self.state.bonds.hosts.iter();

@@ -111,7 +111,7 @@ impl Elastic {
         let lost = self.lost_gradients(touched, &before, x);
         let deficient = self.deficient_nodes_of(touched, &lost, policy);
         let released = self.weaken(&deficient, x, input.left);
-        self.continue_deformation(touched, &before, x);
+        self.retain_gradients(touched, &before, x);
         let most = held + released;
         self.raise_control(touched, policy.touched_control, most, x);
         let control = self.control_energy(touched, x);
@@ -147,7 +147,7 @@ impl Elastic {
     /// Those of the touched nodes that cuts have left without a strain of their own. What is `lost` is, too.
     fn deficient_nodes_of(&self, touched: &[u32], lost: &[u32], policy: &CutPolicy) -> Vec<u32> {
         let model = &self.model;
-        let (uncut, known) = (&self.state.uncut, self.weak_nodes());
+        let (uncut, known) = (&self.state.uncut, self.deficient_nodes());
         let is_deficient = |node: &u32| {
             let at = *node as usize;
             let before = uncut.binary_search_by_key(node, |row| row.node);

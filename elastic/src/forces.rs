@@ -12,7 +12,7 @@ use crate::lanes::{Block, Laws, Planes};
 use crate::law::{double_dot, volume_ratio};
 use crate::mean;
 use crate::nodes::{Model, Scratch, State};
-use crate::offset::Continuation;
+use crate::offset::Prestrain;
 use crate::planes::ZERO;
 use crate::stale::Stale;
 use crate::storage::{BLOCK, Sixteen, at};
@@ -121,7 +121,7 @@ pub(crate) fn pass_one<const L: usize>(
         }
     });
     scratch.stale.wake(&mut scratch.asleep);
-    state.continuation.pulls.clear();
+    state.prestrain.pulls.clear();
     for (chunk, sum) in scratch.partial.iter_mut().enumerate() {
         if !skips(chosen, chunk) {
             *sum = 0.0;
@@ -129,7 +129,7 @@ pub(crate) fn pass_one<const L: usize>(
     }
     let State {
         viscosity,
-        continuation,
+        prestrain,
         watches,
         bonds,
         fronts,
@@ -149,7 +149,7 @@ pub(crate) fn pass_one<const L: usize>(
         let moves = &scratch.moves[..];
         let rest = Rest {
             viscosity: viscosity.as_ref(),
-            continuation,
+            prestrain,
         };
         let fixed = table.fixed;
         let work = |(chunk, (((records, deformation), forces), ((sum, watch), asleep))): (
@@ -271,7 +271,7 @@ type Slots<'a, const L: usize> = (
 #[derive(Clone, Copy)]
 pub(crate) struct Rest<'a> {
     pub(crate) viscosity: Option<&'a Viscosity>,
-    pub(crate) continuation: &'a Continuation,
+    pub(crate) prestrain: &'a Prestrain,
 }
 
 /// What a chunk writes in pass one.
@@ -305,7 +305,7 @@ impl<const L: usize> Stresses<'_, L> {
         let mut laws = Laws::new(model);
         let Rest {
             viscosity,
-            continuation,
+            prestrain,
         } = self.rest;
         let mut watching = Watching::new(model);
         let asleep = self.asleep;
@@ -322,7 +322,7 @@ impl<const L: usize> Stresses<'_, L> {
             }
             let first = self.first + at * BLOCK;
             let count = forces.len();
-            let offsets = continuation.among(first..first + count);
+            let offsets = prestrain.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
                 gather::<A, L>(model, fixed, self.moves, node, lane, &mut block);
@@ -330,13 +330,13 @@ impl<const L: usize> Stresses<'_, L> {
             let constants = fixed.constants(first / BLOCK);
             block.gradients::<A>(constants, 1.0);
             for &node in offsets {
-                continuation.carry(node as usize, node as usize - first, &mut block);
+                prestrain.carry(node as usize, node as usize - first, &mut block);
             }
             laws.load(model, first, count);
             block.stresses::<A>(&laws, model.logarithm);
-            watching.load(model, continuation, first, count);
+            watching.load(model, prestrain, first, count);
             let mut singles = Watch::NOTHING;
-            // Nothing strains these: what a law with memory or a carried-over gradient makes of that is its own.
+            // Nothing strains these: what a law with memory or a retained gradient makes of that is its own.
             let is_at_rest = |node: usize| {
                 model.inactive.is_unstrained(node) && viscosity.is_none() && offsets.is_empty()
             };
@@ -351,7 +351,7 @@ impl<const L: usize> Stresses<'_, L> {
                             continue;
                         }
                         let f = single(model, viscosity, node, &mut block, lane);
-                        singles = singles.and(watch_node((model, continuation), node, f));
+                        singles = singles.and(watch_node((model, prestrain), node, f));
                         watching.skip(lane);
                     }
                 }
@@ -361,8 +361,8 @@ impl<const L: usize> Stresses<'_, L> {
             for &node in offsets {
                 let (node, lane) = (node as usize, node as usize - first);
                 let stress = block.matrix(&block.stress, lane);
-                block.work[lane] += continuation.excess(node, stress);
-                continuation.pull(node, lane, &mut block);
+                block.work[lane] += prestrain.excess(node, stress);
+                prestrain.pull(node, lane, &mut block);
             }
             block.records::<A>(constants);
             block.write(records);
@@ -442,15 +442,11 @@ fn single<const L: usize>(
 }
 
 /// What is watched of a node.
-pub(crate) fn watch_node(
-    (model, continuation): (&Model, &Continuation),
-    node: usize,
-    f: DMat3,
-) -> Watch {
+pub(crate) fn watch_node((model, prestrain): (&Model, &Prestrain), node: usize, f: DMat3) -> Watch {
     if model.elastic_volumes[node] > 0.0 {
         Watch {
             ratio: volume_ratio(f),
-            stiffness: indicator(model, node, f) * continuation.gain(node),
+            stiffness: indicator(model, node, f) * prestrain.gain(node),
         }
     } else {
         Watch::NOTHING

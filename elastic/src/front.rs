@@ -52,7 +52,7 @@ struct Front {
     pulls: Vec<DVec3>,
 }
 
-/// Nodes with such a control, rising; empty before the first.
+/// Nodes with such a control, ascending; empty before the first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts(Vec<Front>);
 

@@ -11,7 +11,7 @@ use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::lanes::Block;
 use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
 use crate::nodes::{Model, Scratch, State};
-use crate::offset::Continuation;
+use crate::offset::Prestrain;
 use crate::storage::{BLOCK, Sixteen};
 use crate::watch::Watch;
 
@@ -24,7 +24,7 @@ pub(crate) fn stresses<const L: usize>(
     let (Some(means), Some(pressures)) = (&model.means, &mut state.pressures) else {
         return;
     };
-    let continuation = &state.continuation;
+    let prestrain = &state.prestrain;
     let parallel = parallel(model);
     let moves = &scratch.moves[..];
     let work = Work {
@@ -40,7 +40,7 @@ pub(crate) fn stresses<const L: usize>(
         |chunk, f, ratios| {
             let first = chunk * CHUNK;
             work.each(first, ratios.len(), |node, h| {
-                let value = deformation(model, continuation, node, h);
+                let value = deformation(model, prestrain, node, h);
                 let at = node - first;
                 set_gradient(f, at, value);
                 ratios[at] = volume_ratio(value);
@@ -79,13 +79,13 @@ pub(crate) fn stresses<const L: usize>(
         .collect();
     let run = |(chunk, ((records, forces), sum)): (usize, ((&mut [_], &mut [DVec3]), &mut f64))| {
         let stress = |node: usize, h: DMat3| {
-            let f = deformation(model, continuation, node, h);
+            let f = deformation(model, prestrain, node, h);
             let volume = model.elastic_volumes[node];
             let (energy, stress) = model.energy_and_stress(viscosity, node, f);
             let pressure = means.pressure(model, node, &pressures.pressures);
             let stress = stress * volume + cofactor(f) * pressure;
             let mut stress = model.seen_stress(node, f, stress);
-            if let Some(factor) = continuation.factor(node) {
+            if let Some(factor) = prestrain.factor(node) {
                 stress *= factor.transpose();
             }
             (stress, volume * energy - 0.5 * double_dot(stress, h))
@@ -97,7 +97,7 @@ pub(crate) fn stresses<const L: usize>(
         let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(model.node_count());
         *watch = nodes.fold(Watch::NOTHING, |worst, node| {
             let f = gradient(table.deformation, node);
-            worst.and(watch_node((model, continuation), node, f))
+            worst.and(watch_node((model, prestrain), node, f))
         });
     }
 }
@@ -111,7 +111,7 @@ pub(crate) fn changes<const L: usize>(
     let (Some(means), Some(pressures)) = (&model.means, &state.pressures) else {
         return;
     };
-    let (parallel, continuation) = (parallel(model), &state.continuation);
+    let (parallel, prestrain) = (parallel(model), &state.prestrain);
     let Scratch { moves, changes, .. } = scratch;
     let [ratios, slopes] = changes;
     let work = Work {
@@ -129,7 +129,7 @@ pub(crate) fn changes<const L: usize>(
             work.each(chunk * CHUNK, outputs.len(), |node, dh| {
                 if let Some(ratio) = outputs.next() {
                     let f = gradient(deformation, node);
-                    let dh = continuation.factor(node).map_or(dh, |factor| dh * factor);
+                    let dh = prestrain.factor(node).map_or(dh, |factor| dh * factor);
                     *ratio = double_dot(cofactor(f), model.deformation_change(node, f, dh));
                 }
             });
@@ -159,7 +159,7 @@ pub(crate) fn changes<const L: usize>(
     let run = |(chunk, (records, own)): (usize, (&mut [_], &mut [DVec3]))| {
         let change = |node: usize, dh: DMat3| {
             let f = gradient(deformation, node);
-            let factor = continuation.factor(node);
+            let factor = prestrain.factor(node);
             let dh = factor.map_or(dh, |factor| dh * factor);
             let df = model.deformation_change(node, f, dh);
             let cof = cofactor(f);
@@ -180,10 +180,10 @@ pub(crate) fn changes<const L: usize>(
     run_all(parallel, outputs, run);
 }
 
-/// `F` of a node from its displacement gradient, with what has been carried over from before a cut.
-fn deformation(model: &Model, continuation: &Continuation, node: usize, h: DMat3) -> DMat3 {
+/// `F` of a node from its displacement gradient, with what has been retained from before a cut.
+fn deformation(model: &Model, prestrain: &Prestrain, node: usize, h: DMat3) -> DMat3 {
     let f = model.deformation_gradient(node, h);
-    continuation.factor(node).map_or(f, |factor| f * factor)
+    prestrain.factor(node).map_or(f, |factor| f * factor)
 }
 
 /// Runs `work` on numbered outputs, on the pool or in place.

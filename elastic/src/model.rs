@@ -15,7 +15,7 @@ use crate::input::{
 use crate::law::Coefficients;
 use crate::material::{Law, Material};
 use crate::nodes::{Model, Scratch, State};
-use crate::offset::Continuation;
+use crate::offset::Prestrain;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
 use crate::state::Works;
@@ -80,7 +80,7 @@ impl Elastic {
 
     /// As [`Elastic::new`], in the frame of another model: that of a body of which these are some nodes. Rows
     /// of matrix and scale zero see nothing and give nothing; what the other rows, and the forces on nodes all
-    /// of whose neighbours have such other rows, say is what the whole says, to the bit, where the order of
+    /// of whose neighbours have such other rows, say is what the whole says, bit for bit, where the order of
     /// neighbours is the whole's. Sums over nodes are, where runs of [`crate::WATCHED_NODES`] nodes are.
     ///
     /// # Errors
@@ -136,7 +136,7 @@ impl Elastic {
         let state = State {
             viscosity: Viscosity::new(&model.materials, node_count),
             pressures: mean.then(|| Pressures::new(node_count)),
-            continuation: Continuation::default(),
+            prestrain: Prestrain::default(),
             bonds: Bonds::default(),
             fronts: Fronts::default(),
             uncut: Vec::new(),
@@ -190,17 +190,10 @@ impl Elastic {
         &self.model.volumes
     }
 
-    /// Volumes `V_i` (m³) that carry strain energy: the given ones, 0 at nodes that
-    /// [`Elastic::weaken`] took it from.
-    #[must_use]
-    pub fn elastic_volumes(&self) -> &[f64] {
-        &self.model.elastic_volumes
-    }
-
     /// Deformation gradients `F_i` of the last evaluation; the identity before the first.
     ///
     /// A node with a deficient row has unit vectors normal to the deformed span of its neighbours
-    /// in place of the directions that its row cannot see. A weak node has the mean of those nodes that
+    /// in place of the directions that its row cannot see. A deficient node has the mean of those nodes that
     /// its bonds lead to and that are nearer to sound ones, the identity without any.
     ///
     /// They are stored by components; this copies them.

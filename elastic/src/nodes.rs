@@ -14,7 +14,7 @@ use crate::inactive::{Asleep, Inactive};
 use crate::input::Settings;
 use crate::law::Coefficients;
 use crate::material::Material;
-use crate::offset::Continuation;
+use crate::offset::Prestrain;
 use crate::pairs::Pairs;
 use crate::stale::Stale;
 use crate::state::Works;
@@ -30,7 +30,7 @@ pub(crate) struct Model {
     pub(crate) arch: Arch,
     pub(crate) rest: Vec<DVec3>,
     pub(crate) volumes: Vec<f64>,
-    /// `V_i`, 0 at weak nodes.
+    /// `V_i`, 0 at deficient nodes.
     pub(crate) elastic_volumes: Vec<f64>,
     pub(crate) materials: Vec<Material>,
     pub(crate) coefficients: Vec<Coefficients>,
@@ -46,7 +46,7 @@ pub(crate) struct Model {
     pub(crate) inverse_masses: Vec<f64>,
     /// `sum_j |g_ij|²/m_j`, `j = i` included; empty unless stiffness is watched.
     pub(crate) gradient_squares: Vec<f64>,
-    /// Nodes whose row is not full, rising.
+    /// Nodes whose row is not full, ascending.
     spans: Vec<(u32, Span)>,
     pub(crate) ranks: Vec<u8>,
     /// Nodes with nothing to compute.
@@ -61,8 +61,8 @@ pub(crate) struct State {
     pub(crate) viscosity: Option<Viscosity>,
     pub(crate) pressures: Option<Pressures>,
     /// Offsets of rebuilt rows.
-    pub(crate) continuation: Continuation,
-    /// Weak nodes.
+    pub(crate) prestrain: Prestrain,
+    /// Deficient nodes.
     pub(crate) bonds: Bonds,
     /// Nodes beside the front of a cut.
     pub(crate) fronts: Fronts,
@@ -284,7 +284,7 @@ impl Model {
 impl State {
     /// Heap bytes that only cut bodies hold.
     pub(crate) fn cut_bytes(&self) -> usize {
-        self.continuation.bytes()
+        self.prestrain.bytes()
             + self.bonds.bytes()
             + self.fronts.bytes()
             + self.works.bytes()

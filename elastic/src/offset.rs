@@ -34,10 +34,10 @@ const NODES_PER_TASK: usize = 64;
 
 /// Offsets of a body; empty before the first.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Continuation {
+pub(crate) struct Prestrain {
     /// Per node; empty before the first.
     pub(crate) of_node: Vec<DMat3>,
-    /// Nodes whose offset is not zero, rising.
+    /// Nodes whose offset is not zero, ascending.
     nodes: Vec<u32>,
     /// Changes of the last decay.
     decayed: Vec<(u32, DMat3)>,
@@ -60,7 +60,7 @@ impl Pull {
     }
 }
 
-impl Continuation {
+impl Prestrain {
     /// `V P : A / 2` of a node, from `V P`: what the virtual work of the stresses with all of `F`
     /// counts too much.
     pub(crate) fn excess(&self, node: usize, stress: DMat3) -> f64 {
@@ -72,7 +72,7 @@ impl Continuation {
         self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
     }
 
-    /// Those of the nodes of a range that have an offset, rising.
+    /// Those of the nodes of a range that have an offset, ascending.
     #[inline(always)]
     pub(crate) fn among(&self, range: Range<usize>) -> &[u32] {
         if self.nodes.is_empty() {
@@ -149,7 +149,7 @@ impl Elastic {
     ///
     /// # Panics
     /// If the slices' lengths do not fit or a node does not exist.
-    pub(crate) fn continue_deformation(
+    pub(crate) fn retain_gradients(
         &mut self,
         nodes: &[u32],
         before: &[DMat3],
@@ -158,7 +158,7 @@ impl Elastic {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.scratch.stale.add(nodes);
-        let (model, continuation) = (&self.model, &mut self.state.continuation);
+        let (model, prestrain) = (&self.model, &mut self.state.prestrain);
         for (&node, &before) in nodes.iter().zip(before) {
             let at = node as usize;
             let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
@@ -168,7 +168,7 @@ impl Elastic {
             } else {
                 DMat3::ZERO
             };
-            continuation.set(model.node_count(), node, offset);
+            prestrain.set(model.node_count(), node, offset);
         }
     }
 
@@ -177,7 +177,7 @@ impl Elastic {
     /// Frobenius norm above 3 (that of no change is 1.7).
     ///
     /// # Panics
-    /// As [`Elastic::continue_deformation`].
+    /// As [`Elastic::retain_gradients`].
     pub(crate) fn lost_gradients(
         &self,
         nodes: &[u32],
@@ -201,18 +201,18 @@ impl Elastic {
     /// Multiplies every offset with `factor` (0 to 1); `works` gets the first half of the work (J) of each node,
     /// ascending.
     pub(crate) fn decay_offsets(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
-        let nodes = std::mem::take(&mut self.state.continuation.nodes);
-        let mut pulls = std::mem::take(&mut self.state.continuation.pulls);
+        let nodes = std::mem::take(&mut self.state.prestrain.nodes);
+        let mut pulls = std::mem::take(&mut self.state.prestrain.pulls);
         if self.scratch.stale.is_some() || !of_same_nodes(&mut pulls, &nodes) {
             self.pulls_into(&nodes, &mut pulls);
         }
         self.scratch.stale.add(&nodes);
-        let Continuation {
+        let Prestrain {
             of_node,
             nodes: left,
             decayed,
             pulls: kept,
-        } = &mut self.state.continuation;
+        } = &mut self.state.prestrain;
         decayed.clear();
         works.clear();
         for (node, pull) in &pulls {
@@ -237,23 +237,23 @@ impl Elastic {
 
     /// The second halves, with the stresses last evaluated; to be asked for once.
     pub(crate) fn offset_works(&mut self, works: &mut Vec<(u32, f64)>) {
-        let mut decayed = std::mem::take(&mut self.state.continuation.decayed);
+        let mut decayed = std::mem::take(&mut self.state.prestrain.decayed);
         let nodes: Vec<u32> = decayed.iter().map(|(node, _)| *node).collect();
-        let mut pulls = std::mem::take(&mut self.state.continuation.pulls);
+        let mut pulls = std::mem::take(&mut self.state.prestrain.pulls);
         self.pulls_into(&nodes, &mut pulls);
         let halves = decayed.iter().zip(&pulls);
         works.clear();
         works.extend(halves.map(|(&(node, change), (_, pull))| (node, pull.half_work(change))));
         decayed.clear();
-        self.state.continuation.decayed = decayed;
-        self.state.continuation.pulls = pulls;
+        self.state.prestrain.decayed = decayed;
+        self.state.prestrain.pulls = pulls;
     }
 
     /// What changes of the offsets of nodes work against, at the state last evaluated.
     fn pulls_into(&self, nodes: &[u32], pulls: &mut Vec<(u32, Pull)>) {
         let pull = |&node: &u32| {
             let at = node as usize;
-            let factor = self.state.continuation.factor(at);
+            let factor = self.state.prestrain.factor(at);
             let f = self.deformation_gradient(at);
             let pull = Pull {
                 volume: self.model.elastic_volumes[at],
@@ -273,24 +273,24 @@ impl Elastic {
 
     /// Offsets by columns of nodes that have one, ascending.
     pub(crate) fn offsets(&self) -> Vec<(u32, [f64; 9])> {
-        let continuation = &self.state.continuation;
-        let value = |&node: &u32| (node, continuation.of_node[node as usize].to_cols_array());
-        continuation.nodes.iter().map(value).collect()
+        let prestrain = &self.state.prestrain;
+        let value = |&node: &u32| (node, prestrain.of_node[node as usize].to_cols_array());
+        prestrain.nodes.iter().map(value).collect()
     }
 
     /// Restores them.
     pub(crate) fn set_offsets(&mut self, offsets: &[(u32, [f64; 9])]) {
         let n = self.node_count();
-        self.state.continuation = Continuation::default();
+        self.state.prestrain = Prestrain::default();
         self.scratch.stale = Stale::everything();
         for (node, value) in offsets {
-            let continuation = &mut self.state.continuation;
-            continuation.set(n, *node, DMat3::from_cols_array(value));
+            let prestrain = &mut self.state.prestrain;
+            prestrain.set(n, *node, DMat3::from_cols_array(value));
         }
     }
 }
 
-/// Keeps the pulls of some nodes, rising; whether all of them are there.
+/// Keeps the pulls of some nodes, ascending; whether all of them are there.
 fn of_same_nodes(pulls: &mut Vec<(u32, Pull)>, nodes: &[u32]) -> bool {
     let mut next = nodes.iter().peekable();
     pulls.retain(|(node, _)| next.next_if_eq(&node).is_some());

@@ -14,9 +14,9 @@ use crate::tangent;
 /// Nodes that may move while all others are held; made by [`Elastic::part`].
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// The nodes, rising.
+    /// The nodes, ascending.
     pub(crate) nodes: Vec<u32>,
-    /// They and all nodes whose rows they appear in, rising.
+    /// They and all nodes whose rows they appear in, ascending.
     pub(crate) rows: Vec<u32>,
     /// Those and all their neighbours.
     pub(crate) seen: Vec<u32>,
@@ -24,24 +24,24 @@ pub struct Part {
     pub(crate) bonds: Vec<PartBond>,
     /// Fronts that its nodes are in.
     pub(crate) fronts: Vec<PartFront>,
-    /// Where both end, rising.
+    /// Where both end, ascending.
     pub(crate) ends: Vec<u32>,
 }
 
 impl Part {
-    /// The nodes, rising.
+    /// The nodes, ascending.
     #[must_use]
     pub fn nodes(&self) -> &[u32] {
         &self.nodes
     }
 
-    /// Nodes whose deformation gradients products within the part read, rising.
+    /// Nodes whose deformation gradients products within the part read, ascending.
     #[must_use]
     pub fn rows(&self) -> &[u32] {
         &self.rows
     }
 
-    /// Nodes whose positions they read, rising: where bonds of weak nodes end, and pairs of nodes beside a cut's front.
+    /// Nodes whose positions they read, ascending: where bonds of deficient nodes end, and pairs of nodes beside a cut's front.
     #[must_use]
     pub fn ends(&self) -> &[u32] {
         &self.ends

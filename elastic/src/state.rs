@@ -72,7 +72,7 @@ impl Elastic {
     /// Whether there are retained gradients or bonds, for [`Elastic::decay`].
     #[must_use]
     pub fn decays(&self) -> bool {
-        !self.state.continuation.is_empty() || !self.state.bonds.is_empty()
+        !self.state.prestrain.is_empty() || !self.state.bonds.is_empty()
     }
 
     /// Multiplies the offsets of retained gradients and bonds with `factor` (0 to 1). Returns the first half of the

@@ -90,7 +90,7 @@ impl<const L: usize> Changes<'_, L> {
     fn run<A: Arithmetic>(self) {
         let mut block = Block::<L>::new();
         let mut laws = Laws::new(self.model);
-        let continuation = &self.state.continuation;
+        let prestrain = &self.state.prestrain;
         let viscosity = self.state.viscosity.as_ref();
         let outputs = self.records.iter_mut().zip(self.own.chunks_mut(BLOCK));
         for (at, (records, own)) in outputs.enumerate() {
@@ -99,7 +99,7 @@ impl<const L: usize> Changes<'_, L> {
                 continue;
             }
             let (first, count) = (self.first + at * BLOCK, own.len());
-            let offsets = continuation.among(first..first + count);
+            let offsets = prestrain.among(first..first + count);
             for lane in 0..count {
                 let node = first + lane;
                 gather::<A, L>(self.model, self.fixed, self.moves, node, lane, &mut block);
@@ -109,7 +109,7 @@ impl<const L: usize> Changes<'_, L> {
             laws.load(self.model, first, count);
             block.gradients::<A>(constants, 0.0);
             for &node in offsets {
-                continuation.carry(node as usize, node as usize - first, &mut block);
+                prestrain.carry(node as usize, node as usize - first, &mut block);
             }
             block.stress_changes::<A>(&laws, self.model.logarithm);
             if viscosity.is_some() || !block.all_hold(self.model, first, count) {
@@ -118,7 +118,7 @@ impl<const L: usize> Changes<'_, L> {
                 }
             }
             for &node in offsets {
-                continuation.pull(node as usize, node as usize - first, &mut block);
+                prestrain.pull(node as usize, node as usize - first, &mut block);
             }
             block.records::<A>(constants);
             block.write(records);
@@ -235,14 +235,14 @@ impl<const L: usize> Within<'_, L> {
             let constants = table.fixed.copied(&copies);
             block.gradients::<A>(constants, 0.0);
             for (lane, &node) in nodes.iter().enumerate() {
-                let continuation = &self.state.continuation;
-                continuation.carry(node as usize, lane, &mut block);
+                let prestrain = &self.state.prestrain;
+                prestrain.carry(node as usize, lane, &mut block);
             }
             block.stress_changes::<A>(&laws, model.logarithm);
             for (lane, &node) in nodes.iter().enumerate() {
                 let node = node as usize;
                 finish(model, self.state, node, &mut block, lane);
-                self.state.continuation.pull(node, lane, &mut block);
+                self.state.prestrain.pull(node, lane, &mut block);
             }
             block.records::<A>(constants);
             for (lane, &node) in nodes.iter().enumerate() {

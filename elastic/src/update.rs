@@ -91,7 +91,7 @@ impl Elastic {
     ///
     /// Volumes, masses and materials stay. A row may have lost its rank, down to an isolated node
     /// whose row is all zeros: such nodes stay objective and finite (see
-    /// [`Elastic::deformation_gradients`]). Weak nodes stay weak. Call
+    /// [`Elastic::deformation_gradients`]). Deficient nodes stay weak. Call
     /// [`Elastic::forces_into`] before the next tangent product.
     ///
     /// # Arguments

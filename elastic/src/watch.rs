@@ -15,7 +15,7 @@ use crate::lanes::wide;
 use crate::law::cofactor;
 use crate::model::Elastic;
 use crate::nodes::Model;
-use crate::offset::Continuation;
+use crate::offset::Prestrain;
 use crate::planes::ZERO;
 use crate::stale::Stale;
 use crate::storage::{BLOCK, Plane};
@@ -80,15 +80,15 @@ impl Watching {
     pub(crate) fn load(
         &mut self,
         model: &Model,
-        continuation: &Continuation,
+        prestrain: &Prestrain,
         first: usize,
         count: usize,
     ) {
         self.volumes = wide(&model.elastic_volumes, first, count);
         if self.watched {
             self.squares = wide(&model.gradient_squares, first, count);
-            for &node in continuation.among(first..first + count) {
-                self.squares[node as usize - first] *= continuation.gain(node as usize);
+            for &node in prestrain.among(first..first + count) {
+                self.squares[node as usize - first] *= prestrain.gain(node as usize);
             }
         }
     }
@@ -135,7 +135,7 @@ impl Watching {
 pub struct StiffNode {
     /// The node.
     pub node: u32,
-    /// `r_i` (1/s²), see [`Elastic::stiffness_indicator`].
+    /// `r_i` (1/s²), see [`Elastic::stiffness_indicators`].
     pub indicator: f64,
     /// Unit vector along which it resists most: the longest column of `cof F`.
     pub direction: DVec3,
@@ -169,16 +169,15 @@ impl Elastic {
         }
     }
 
-    /// Largest `r_i = V_i c(F_i) sum_j |g_ij|²/m_j` (1/s²) at the state last evaluated, `c` a bound on
-    /// the tangent modulus: it rises with the largest eigenvalue of `M⁻¹ K` and is at least of its
-    /// size, without fibers, viscosity, control and bonds. 0 unless [`Elastic::watch_stiffness`] was
-    /// called.
-    #[must_use]
-    pub fn stiffness_indicator(&self) -> f64 {
+    /// The largest of all nodes.
+    #[cfg(test)]
+    pub(crate) fn stiffness_indicator(&self) -> f64 {
         self.watched().stiffness
     }
 
-    /// [`Elastic::stiffness_indicator`] of each run of [`WATCHED_NODES`] nodes, the last one shorter.
+    /// Largest `r_i = V_i c(F_i) sum_j |g_ij|²/m_j` (1/s²) of each run of [`WATCHED_NODES`] nodes at the state last
+    /// evaluated, `c` a bound on the tangent modulus: it rises with the largest eigenvalue of `M⁻¹ K` and is at least of
+    /// its size, without fibers, viscosity, control and bonds. 0 unless [`Elastic::watch_stiffness`] was called.
     /// One maximum over a body hides that its second stiffest place has become the stiffest: `r_i` bounds
     /// the eigenvalues of different places by different factors.
     pub fn stiffness_indicators(&self) -> impl ExactSizeIterator<Item = f64> {
@@ -238,7 +237,7 @@ impl Elastic {
             let square = model.gradient_squares[node];
             let f = self.deformation_gradient(node);
             let bound = model.law(node).tangent_bound(f);
-            let gain = self.state.continuation.gain(node);
+            let gain = self.state.prestrain.gain(node);
             (model.elastic_volumes[node] * bound * square * gain, node)
         };
         let nodes: Vec<usize> = nodes.into_iter().collect();

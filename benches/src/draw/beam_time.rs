@@ -147,7 +147,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
         }
         let svk = Material::saint_venant_kirchhoff(1.0, NU);
         let mut paper = beam::dissertation(&block, svk);
-        let masses = paper.elastic_volumes().to_vec();
+        let masses = paper.volumes().to_vec();
         let outcome = measure(&block, &masses, &mut beam::ask(&mut paper));
         paper_error = f64::max(paper_error, outcome.error.abs());
         note("dissertation".into(), &outcome);

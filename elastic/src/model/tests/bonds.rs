@@ -26,10 +26,10 @@ fn bonds_are_exact_gradients_and_conserve_momenta() {
     let x = shaken(&rest, 0.02, 6);
     let (_, mut body, weak) = weakened(&x, law());
     assert!(weak.len() > 20 && weak.len() < x.len(), "{}", weak.len());
-    assert_eq!(body.weak_nodes(), weak);
+    assert_eq!(body.deficient_nodes(), weak);
     assert!(
         weak.iter()
-            .all(|&i| body.elastic_volumes()[i as usize] == 0.0)
+            .all(|&i| body.model.elastic_volumes[i as usize] == 0.0)
     );
     let there = shaken(&rest, 0.05, 7);
     check_derivatives("weak", &mut body, &there, 1e-3, 1e-3);
@@ -51,7 +51,7 @@ fn bonds_are_objective_and_hold_however_far_a_node_is_moved() {
     let mut f = vec![DVec3::ZERO; x.len()];
     let energy = body.forces_into(&x, &mut f);
     assert_within("energy of a rotation", energy, 0.0, 1e-14);
-    // A weak node that has bonds is drawn back, from any side and through its neighbours too.
+    // A deficient node that has bonds is drawn back, from any side and through its neighbours too.
     let node = *weak.iter().find(|&&i| i != 124).expect("some") as usize;
     for far in [DVec3::X, -DVec3::Y, DVec3::new(0.3, -0.2, 0.9)] {
         x[node] += far;
@@ -198,7 +198,7 @@ fn a_part_is_told_of_its_state_to_the_bit() {
             .collect();
         let ends = part.ends().iter();
         let ends: Vec<DVec3> = ends.map(|&node| y[node as usize]).collect();
-        assert!(!ends.is_empty(), "bonds of weak nodes");
+        assert!(!ends.is_empty(), "bonds of deficient nodes");
         let mut found = vec![DVec3::ZERO; v.len()];
         told.tangent_product_within(&part, &v, &mut found);
         assert_ne!(found, expected, "of another state");

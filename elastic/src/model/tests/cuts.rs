@@ -71,7 +71,7 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         });
         body.update_rows(&touched, &stencils(&torn)).expect("sound");
         let kept: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
-        body.continue_deformation(&touched, &kept, &x);
+        body.retain_gradients(&touched, &kept, &x);
         body.forces_into(&x, &mut f);
         for &node in &touched {
             let node = node as usize;
@@ -335,7 +335,7 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
         let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
         body.weaken(&touched[..3], &x, &share);
         let old: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
-        body.continue_deformation(&touched, &old, &x);
+        body.retain_gradients(&touched, &old, &x);
         let part = body.part(&touched[3..20]);
         let mut product = vec![DVec3::ONE; part.nodes().len()];
         let ones = product.clone();
@@ -412,7 +412,7 @@ fn blocks_that_are_not_evaluated_again_say_what_they_said() {
                 let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
                 body.weaken(&touched[touched.len() - 9..], &x, &share);
                 let old = vec![DMat3::from_diagonal(DVec3::new(1.1, 1.0, 0.9)); touched.len()];
-                body.continue_deformation(&touched, &old, &x);
+                body.retain_gradients(&touched, &old, &x);
             }
             3 => {
                 body.decay(0.5);

@@ -1,4 +1,4 @@
-//! A model of some of a body's nodes, in the body's frame, says of them what the body's says, to the bit.
+//! A model of some of a body's nodes, in the body's frame, says of them what the body's says, bit for bit.
 
 use super::*;
 use crate::WATCHED_NODES;

@@ -140,7 +140,7 @@ fn what_a_cut_severed_does_not_pull_at_a_front() {
         }
     }
     assert_within("energy", body.front_energy(&touched, &x) / held, 1.0, 1e-11);
-    // A node that turns weak has none any more.
+    // A node that turns deficient has none any more.
     body.weaken(&touched, &x, &|_| 0.0);
     assert_eq!(body.front_energy(&touched, &x).to_bits(), 0);
 }

@@ -271,7 +271,7 @@ fn cut_summary(world: &World) -> CutSummary {
             largest_addition: stroke.energy.largest_addition,
             decay: stroke.energy.decay,
         }));
-        all.weak_nodes += body.elastic.weak_nodes().len();
+        all.weak_nodes += body.elastic.deficient_nodes().len();
         all.loose_nodes += body.elastic.loose_nodes();
     }
     all
