@@ -1,5 +1,7 @@
 //! What a cut does to a model, in one call.
 
+use std::fmt;
+
 use glam::{DMat3, DVec3};
 
 use crate::completion::condition;
@@ -21,6 +23,13 @@ pub struct CutInput<'a> {
     pub fronts: &'a [DMat3],
     /// Positions (m) of all nodes.
     pub positions: &'a [DVec3],
+}
+
+impl fmt::Debug for CutInput<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = f.debug_struct("CutInput");
+        text.field("touched", &self.touched).finish_non_exhaustive()
+    }
 }
 
 /// When a node loses its strain energy to bonds, and how much stabilization rises. The default is what scenes use.

@@ -21,9 +21,7 @@ pub use material::Inclusion;
 pub use method::Method;
 pub use path::{Key, pose_at};
 pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
-pub use phyxel_elastic::{
-    Dilatation, Fiber, MaterialSettings, Model, Precision, Preset, PronyTerm,
-};
+pub use phyxel_elastic::{Dilatation, Fiber, MaterialSettings, Model, Preset, PronyTerm};
 pub use phyxel_enrich::CutRule;
 pub use phyxel_integrate::{Pose, Region, Scheme, ToolShape};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
