@@ -123,7 +123,7 @@ fn laws(c: &mut Criterion) {
                 body.begin_viscous_step(1e-3);
                 body.forces_into(&x, &mut f);
                 group.throughput(pairs(&body));
-                group.bench_function(BenchmarkId::new("Double", x.len()), |b| {
+                group.bench_function(BenchmarkId::new(name, x.len()), |b| {
                     one.install(|| {
                         b.iter(|| {
                             if products {

@@ -134,7 +134,6 @@ fn study(folder: &Path) -> Result<(), StudyError> {
                     let settings = Settings {
                         zero_energy_control,
                         dilatation,
-                        ..Settings::default()
                     };
                     let mut body = beam::on_graph(&block, graph, material, &settings);
                     let outcome = measure(&block, &block.volumes, &mut beam::ask(&mut body));
