@@ -105,7 +105,10 @@ fn steps(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("loops, free and damped", n), |b| {
             b.iter(|| free.step(1e-9, |_, f| f[0].x).unwrap());
         });
-        for scheme in [ImplicitScheme::Newmark, ImplicitScheme::BackwardEuler] {
+        for scheme in [
+            ImplicitScheme::EnergyMomentum,
+            ImplicitScheme::BackwardEuler,
+        ] {
             let newton = NewtonSettings {
                 tolerance: 1e-3,
                 ..NewtonSettings::default()

@@ -120,9 +120,9 @@ fn a_pushed_ball_and_its_block_keep_their_momentum() {
     assert!((kept - 1.0).abs() < 0.02, "{kept} of the momentum given");
     assert!(audit.momentum.z < 0.2 * given, "the block has its share");
     assert!(
-        audit.balance().abs() < 0.01 * audit.scale(),
+        audit.energy_error().abs() < 0.01 * audit.scale(),
         "balance {} of {}",
-        audit.balance(),
+        audit.energy_error(),
         audit.scale()
     );
     let work = [touched.work, audit.applied_work];

@@ -98,7 +98,7 @@ pub fn measure(nodes: u32) -> Result<Finding, StudyError> {
         }
         let gradients = body.elastic.deformation_gradients().into_iter();
         smallest = gradients.map(|f| f.determinant()).fold(smallest, f64::min);
-        imbalance = imbalance.max(body.motion.audit().balance().abs() / initial);
+        imbalance = imbalance.max(body.motion.audit().energy_error().abs() / initial);
     }
     Ok(Finding {
         nodes: rest.len(),

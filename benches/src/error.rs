@@ -108,7 +108,7 @@ pub enum StudyError {
     Surface(#[from] phyxel_integrate::SurfaceError),
     /// A support of a study does not move as asked.
     #[error("a study's body: {0}")]
-    Path(#[from] phyxel_integrate::PathError),
+    Path(#[from] phyxel_integrate::TrajectoryError),
     /// A body of a study has no largest eigenvalue.
     #[error("a study's body: {0}")]
     Eigenvalue(#[from] phyxel_integrate::EigenvalueError),

@@ -325,7 +325,7 @@ impl Watch {
             let audit = body.motion.audit();
             elastic += audit.elastic;
             dissipated += audit.dissipated;
-            balance += audit.balance();
+            balance += audit.energy_error();
             let (before, now) = (self.before[index], Energies::of(member));
             self.before[index] = now;
             if updates(member) != self.links[index].updates {
@@ -442,7 +442,7 @@ impl Watch {
             row.elastic += audit.elastic;
             row.kinetic += audit.kinetic;
             row.dissipated += audit.dissipated;
-            balance += audit.balance();
+            balance += audit.energy_error();
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             row.severed += severed;
             let cutting = member.cutting.as_ref();

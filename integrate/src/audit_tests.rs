@@ -1,9 +1,8 @@
-use super::Audit;
+use super::{Audit, RigidEnergies};
 use crate::motion::{Motion, MotionSettings};
-use crate::path::Path;
-use crate::rigid::RigidEnergies;
 use crate::supports::Supports;
 use crate::testing::{Chain, one_node, oscillator};
+use crate::trajectory::Trajectory;
 use crate::view::StepView;
 use glam::DVec3;
 use testkit::cloud::uniform;
@@ -39,7 +38,10 @@ fn verlet_balances_energy_exactly_at_equal_phase_and_within_bounds_between() {
             .unwrap();
         let audit = motion.audit();
         // The swing of a mode is at most (omega dt)^2/4 / (1 - (omega dt)^2/4) of its energy.
-        assert!(audit.balance().abs() < 0.34 * audit.initial, "{audit:?}");
+        assert!(
+            audit.energy_error().abs() < 0.34 * audit.initial,
+            "{audit:?}"
+        );
     }
 }
 
@@ -60,7 +62,7 @@ fn gravity_work_is_exact_in_free_fall() {
         "parabola"
     );
     assert!(
-        motion.audit().balance().abs() < 1e-12,
+        motion.audit().energy_error().abs() < 1e-12,
         "{:?}",
         motion.audit()
     );
@@ -74,7 +76,7 @@ fn gravity_work_is_exact_in_free_fall() {
 fn driven_end_of_a_chain_balances_work() {
     let chain = Chain::new(12, 40.0, 0.2);
     let mut supports = Supports::fixed(12, &[0]);
-    let path = Path::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
+    let path = Trajectory::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
     supports.drive(&[11], [true, true, true], path, &chain.rest);
     let run = |damping: f64, step: f64| {
         let settings = MotionSettings {
@@ -98,7 +100,7 @@ fn driven_end_of_a_chain_balances_work() {
             let audit = run(damping, step);
             assert!(audit.support_work > 0.1, "work went in: {audit:?}");
             let work = audit.support_work;
-            assert!(audit.balance().abs() < 1e-13 * work, "{audit:?}");
+            assert!(audit.energy_error().abs() < 1e-13 * work, "{audit:?}");
             assert!(audit.staggered.abs() > 1e-5 * work, "{audit:?}");
         }
     }
@@ -111,7 +113,7 @@ fn applied_work_and_booked_jumps_close_the_balance() {
     motion.advance_with(1.0, 1e-3, oscillator, push).unwrap();
     assert!(motion.audit().applied_work.abs() > 1e-3, "work");
     assert!(
-        motion.audit().balance().abs() < 1e-4,
+        motion.audit().energy_error().abs() < 1e-4,
         "{:?}",
         motion.audit()
     );
@@ -124,7 +126,7 @@ fn applied_work_and_booked_jumps_close_the_balance() {
     assert!(jump < 0.0, "half the stiffness, half the energy");
     motion.advance_with(2.0, 1e-3, softer, push).unwrap();
     assert!(
-        motion.audit().balance().abs() < 1e-4,
+        motion.audit().energy_error().abs() < 1e-4,
         "{:?}",
         motion.audit()
     );
@@ -164,7 +166,7 @@ fn the_balance_of_a_stiff_mode_closes_and_stays_closed_when_damping_has_taken_it
         }
         motion.step(step, spring(stiffness)).unwrap();
         let audit = motion.audit();
-        assert!(audit.balance().abs() < 1e-12, "step {k}: {audit:?}");
+        assert!(audit.energy_error().abs() < 1e-12, "step {k}: {audit:?}");
         swing = swing.max(audit.staggered.abs());
     }
     let audit = motion.audit();
@@ -278,7 +280,7 @@ fn the_balance_closes_whatever_steps_and_loads_do() {
         motion.step(step, springs).unwrap();
         let audit = *motion.audit();
         most = most.max(audit.staggered.abs());
-        let off = audit.balance().abs();
+        let off = audit.energy_error().abs();
         assert!(
             off < 1e-12 * audit.scale(),
             "{off} J of {} J",

@@ -1,14 +1,13 @@
-//! Contact of a body's surface with one rigid tool: penalty and augmented Lagrangian.
+//! Contact of a body's surface with one rigid tool: by a penalty.
 
 mod friction;
-mod pressed;
+pub(crate) mod pressed;
 mod scratch;
 mod semi_implicit;
 mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use pressed::Pressed;
 use scratch::SemiImplicit;
 pub use surface::{ContactSurface, SurfaceError};
 
@@ -102,15 +101,13 @@ pub(crate) enum Limit {
 
 /// A surface that can touch a tool, with the state of that contact.
 ///
-/// The energy is `Σ_q a_q ⟨λ_q − k φ_q⟩² / 2k` over the surface's points, with the signed distance `φ`
-/// at the linearly interpolated position; the force on a point, `a ⟨λ − k φ⟩ ∇φ`, goes to its nodes
-/// by its weights. Without [`Contact::augment`] all `λ` are 0: plain penalty.
+/// The energy is `Σ_q a_q ⟨−k φ_q⟩² / 2k` over the surface's points, with the signed distance `φ` at the
+/// linearly interpolated position; the force on a point, `a ⟨−k φ⟩ ∇φ`, goes to its nodes by its weights.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
     pub(crate) surface: ContactSurface,
     pub(crate) settings: ContactSettings,
-    multipliers: Vec<f64>,
     /// Where a sticking point holds on to the tool, in the tool's frame; empty without friction.
     pub(crate) anchors: Vec<Option<DVec3>>,
     /// Largest traction (Pa) that lagged friction may take at each point; empty before the first.
@@ -143,7 +140,6 @@ impl Contact {
         Self {
             surface,
             settings,
-            multipliers: Vec::new(),
             anchors,
             limits: Vec::new(),
             sticking: Vec::new(),
@@ -158,10 +154,8 @@ impl Contact {
     pub fn is_sound(&self, node_count: usize) -> bool {
         let points = self.surface.point_count();
         let fits = |length: usize| length == 0 || length == points;
-        let numbers = self.multipliers.iter().chain(&self.limits);
         let settings = &self.settings;
         self.surface.is_sound(node_count)
-            && fits(self.multipliers.len())
             && fits(self.anchors.len())
             && fits(self.limits.len())
             && (settings.friction == 0.0 || self.anchors.len() == points)
@@ -169,7 +163,7 @@ impl Contact {
                 .sticking
                 .iter()
                 .all(|&point| (point as usize) < self.anchors.len())
-            && numbers.copied().all(f64::is_finite)
+            && self.limits.iter().all(|limit| limit.is_finite())
             && self
                 .anchors
                 .iter()
@@ -197,7 +191,6 @@ impl Contact {
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.surface.bytes()
-            + size_of_val(&*self.multipliers)
             + size_of_val(&*self.anchors)
             + size_of_val(&*self.limits)
             + size_of_val(&*self.sticking)
@@ -238,7 +231,7 @@ impl Contact {
         assert_eq!(positions.len(), forces.len(), "one force per node");
         let mut semi_implicit = std::mem::take(&mut self.semi_implicit);
         semi_implicit.gather(&self.surface, |node| positions[node]);
-        semi_implicit.choose_near(&self.surface, shape, pose, !self.multipliers.is_empty());
+        semi_implicit.choose_near(&self.surface, shape, pose);
         let sum = self.evaluate(shape, pose, &mut semi_implicit, friction);
         for (member, force) in self.surface.members.iter().zip(&semi_implicit.forces) {
             forces[*member as usize] += *force;
@@ -269,13 +262,12 @@ impl Contact {
                     .clone()
                     .map(|(n, w)| semi_implicit.positions[n] * w)
                     .sum();
-                let multiplier = self.multipliers.get(point as usize).copied().unwrap_or(0.0);
                 let value = placed.value(position);
-                if multiplier - stiffness * value <= 0.0 {
+                if value >= 0.0 {
                     continue;
                 }
                 let at = placed.distance(position);
-                let pressure = multiplier - stiffness * at.value;
+                let pressure = -stiffness * at.value;
                 let area = surface.areas[point as usize];
                 let force = at.normal * (area * pressure);
                 for (n, w) in bound {
@@ -333,23 +325,5 @@ impl Contact {
                 blocks[self.surface.members[n] as usize] += active.stiffness * (w * w);
             }
         }
-    }
-
-    /// Augmented Lagrangian update after a solution: pressures become multipliers (`λ ← ⟨λ − k φ⟩`), so
-    /// that the next solution needs less penetration. Returns the deepest penetration (m) that was left.
-    pub fn augment(&mut self, shape: &RigidShape, pose: &Pose) -> f64 {
-        self.multipliers.clear();
-        self.multipliers.resize(self.surface.point_count(), 0.0);
-        let mut deepest: f64 = 0.0;
-        for active in &self.active {
-            self.multipliers[active.point as usize] = active.pressure;
-            deepest = deepest.max(-shape.distance_value(pose, active.position));
-        }
-        deepest
-    }
-
-    /// Forgets multipliers: plain penalty again.
-    pub fn reset(&mut self) {
-        self.multipliers.clear();
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
-use crate::path::Path;
 use crate::testing::{Chain, Network};
+use crate::trajectory::Trajectory;
 use testkit::cloud::uniform;
 
 fn hung() -> (Network, Vec<DVec3>, Supports, Vec<DVec3>) {
@@ -48,7 +48,7 @@ fn driven_supports_stretch_a_chain_evenly() {
     let mut chain = Chain::new(9, 3.0, 1.0);
     let rest = chain.rest.clone();
     let mut supports = Supports::free(9);
-    let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
+    let path = Trajectory::ramp(0.0, 1.0, DVec3::X).unwrap();
     supports.drive(&[8], [true, true, true], path, &rest);
     let mut x = rest.clone();
     let load = StaticLoad {

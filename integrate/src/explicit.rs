@@ -1,17 +1,11 @@
 //! The explicit step: its order, driven nodes, energy sums, divergence.
 
-use crate::audit::Warning;
 use crate::error::{Cause, StepError};
-use crate::motion::{ExplicitScheme, Interval, Motion};
+use crate::motion::{DrivenNode, ExplicitScheme, Motion};
 use crate::shares::{Pass, PassSums, Shares};
-use crate::supports::NodeSupport;
 use crate::sweep::{Before, Kick, Sums, Sweep};
 use crate::view::{NodeForces, StepView};
 use glam::DVec3;
-
-/// Steps in a row with the balance off before anything is said. An unstable step multiplies energies
-/// by some power of its excess each time, so this is far from overflow.
-const PATIENCE: u32 = 10;
 
 /// A closure that adds forces from outside (N) on nodes, once a step; [`crate::RigidTool::press`] makes them.
 pub type Applied<'a> = dyn FnMut(&StepView<'_>, &mut [DVec3]) + 'a;
@@ -24,15 +18,20 @@ enum Passes<'a> {
     Shared(&'a mut dyn Shares),
 }
 
-/// What a driven node was before the step.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct DrivenNode {
-    support: NodeSupport,
-    position: DVec3,
-    velocity: DVec3,
-    force: DVec3,
-    applied: DVec3,
-    viscous: DVec3,
+/// The fewest equal steps of a span (s), none above `largest` (s); none if the span is not positive.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be a whole number between 0 and 2^53"
+)]
+fn step_count(span: f64, largest: f64) -> Result<u64, StepError> {
+    let bad = largest.is_nan() || largest <= 0.0;
+    // A step longer by round-off does not cost a step more.
+    let count = (span / largest * (1.0 - 1e-12)).ceil().max(1.0);
+    if bad || count >= 9e15 {
+        return Err(StepError::BadStep { step: largest });
+    }
+    Ok(if span > 0.0 { count as u64 } else { 0 })
 }
 
 impl Motion {
@@ -46,7 +45,6 @@ impl Motion {
         step: f64,
         mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
     ) -> Result<(), StepError> {
-        self.state.frame = None;
         let end = self.state.time + step;
         self.one_step(step, end, &mut Passes::Here(&mut forces), None)
     }
@@ -61,7 +59,6 @@ impl Motion {
         mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
         applied: &mut Applied<'_>,
     ) -> Result<(), StepError> {
-        self.state.frame = None;
         let end = self.state.time + step;
         self.one_step(step, end, &mut Passes::Here(&mut forces), Some(applied))
     }
@@ -84,7 +81,6 @@ impl Motion {
             self.nodes.masses.is_empty() || !self.state.forces.is_empty(),
             "forces to begin with"
         );
-        self.state.frame = None;
         let end = self.state.time + step;
         self.one_step(step, end, &mut Passes::Shared(shares), applied)
     }
@@ -100,8 +96,7 @@ impl Motion {
         largest: f64,
         mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
     ) -> Result<(), StepError> {
-        while self.frame_step(end, largest, &mut forces, None)? {}
-        Ok(())
+        self.equal_steps(end, largest, &mut forces, None)
     }
 
     /// As [`Motion::advance_to`], with forces from outside as well.
@@ -115,44 +110,30 @@ impl Motion {
         mut forces: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
         applied: &mut Applied<'_>,
     ) -> Result<(), StepError> {
-        while self.frame_step(end, largest, &mut forces, Some(&mut *applied))? {}
-        Ok(())
+        self.equal_steps(end, largest, &mut forces, Some(applied))
     }
 
-    /// Takes one of the steps of [`Motion::advance_to`]; `false` if `end` is reached. A state kept
-    /// between two of them continues to the same bits. A `largest` that fell below the frame's step
-    /// cuts the rest of the frame anew.
-    ///
-    /// # Errors
-    /// [`StepError`]; positions and velocities stay finite.
-    #[allow(
-        clippy::float_cmp,
-        reason = "the same frame is one whose end has the same bits"
-    )]
-    pub(crate) fn frame_step(
+    #[allow(clippy::cast_precision_loss, reason = "fewer than 2^53 steps")]
+    fn equal_steps(
         &mut self,
         end: f64,
         largest: f64,
         forces: &mut dyn FnMut(&[DVec3], &mut [DVec3]) -> f64,
-        applied: Option<&mut Applied<'_>>,
-    ) -> Result<bool, StepError> {
-        if !(largest.is_finite() && largest > 0.0) && largest != f64::INFINITY {
-            return Err(StepError::BadStep { step: largest });
+        mut applied: Option<&mut Applied<'_>>,
+    ) -> Result<(), StepError> {
+        let start = self.state.time;
+        let count = step_count(end - start, largest)?;
+        for done in 1..=count {
+            let reached = if done == count {
+                end
+            } else {
+                start + (end - start) * (done as f64 / count as f64)
+            };
+            let step = (end - start) / count as f64;
+            let (passes, applied) = (&mut Passes::Here(forces), applied.as_deref_mut());
+            self.one_step(step, reached, passes, applied)?;
         }
-        let same = self.state.frame.filter(|frame| {
-            frame.end == end && frame.step() <= largest * (1.0 + 1e-9) && frame.done < frame.steps
-        });
-        let frame = same.or_else(|| Interval::new(self.state.time, end, largest));
-        let Some(mut frame) = frame else {
-            self.state.frame = None;
-            return Ok(false);
-        };
-        frame.done += 1;
-        let end = frame.time(frame.done);
-        self.one_step(frame.step(), end, &mut Passes::Here(forces), applied)?;
-        let finished = frame.done >= frame.steps;
-        self.state.frame = (!finished).then_some(frame);
-        Ok(!finished)
+        Ok(())
     }
 
     /// Evaluates the forces again where the nodes are, after the force law changed (a cut), records the
@@ -333,7 +314,13 @@ impl Motion {
             }
         }
         self.finish_driven(end);
-        self.judge(step, passes)
+        self.judge(
+            step,
+            match passes {
+                Passes::Here(_) => None,
+                Passes::Shared(shares) => Some(&mut **shares),
+            },
+        )
     }
 
     /// Makes the new forces those of the state.
@@ -463,76 +450,6 @@ impl Motion {
             _ => Cause::BrokenForceLaw,
         };
         StepError::ForceNotFinite { node, time, cause }
-    }
-
-    /// Compares the energies after a step with what went in.
-    fn judge(&mut self, step: f64, passes: &mut Passes<'_>) -> Result<(), StepError> {
-        let audit = self.state.audit;
-        let scale = audit.scale();
-        // With all of the kinetic energy: what staggered velocities conserve, they conserve in a mode
-        // that grows without bound, too.
-        let off = audit.balance() + audit.staggered;
-        let balance = off.abs();
-        if balance <= self.settings.warn_balance * scale {
-            self.state.suspicion = 0;
-            return Ok(());
-        }
-        // A force that sets in suddenly kicks before it works: wait whether the balance stays off.
-        self.state.suspicion += 1;
-        if self.state.suspicion < PATIENCE {
-            return Ok(());
-        }
-        // Below 1e-9 body sizes a step, energies are round-off.
-        let slow = 1e-9 * self.size / step;
-        let floor = 0.5 * self.nodes.masses.iter().sum::<f64>() * slow * slow;
-        if balance <= floor {
-            return Ok(());
-        }
-        if let Passes::Shared(shares) = passes {
-            shares.fetch(&mut self.state);
-        }
-        // What damping took is no measure: of a motion that diverges it takes as much as there is.
-        let put_in = scale - audit.dissipated.abs();
-        if audit.kinetic > self.settings.growth_limit * put_in && audit.kinetic > floor {
-            let node = self.fastest_node();
-            return Err(StepError::Diverged {
-                node,
-                time: self.state.time,
-                kinetic: audit.kinetic,
-                cause: self.cause(node, step),
-            });
-        }
-        if self.warning.is_none() {
-            let node = self.fastest_node();
-            self.warning = Some(Warning {
-                time: self.state.time,
-                node,
-                relative: off / scale,
-                cause: self.cause(node, step),
-            });
-        }
-        Ok(())
-    }
-
-    fn fastest_node(&self) -> usize {
-        let energies = self.nodes.masses.iter().zip(&self.state.velocities);
-        let energies = energies.map(|(m, v)| m * v.length_squared());
-        let mut best = (0, 0.0);
-        for (node, energy) in energies.enumerate() {
-            if energy > best.1 {
-                best = (node, energy);
-            }
-        }
-        best.0
-    }
-
-    fn cause(&self, node: usize, step: f64) -> Cause {
-        let at = |v: &Vec<DVec3>| v.get(node).map_or(0.0, |f| f.length());
-        match self.critical_step {
-            Some(critical) if step > critical => Cause::StepTooLarge { step, critical },
-            _ if at(&self.state.applied) > at(&self.state.forces) => Cause::ContactTooStiff,
-            _ => Cause::StiffnessRose,
-        }
     }
 }
 

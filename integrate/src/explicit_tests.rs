@@ -1,9 +1,9 @@
 use super::*;
 use crate::audit::Audit;
 use crate::motion::MotionSettings;
-use crate::path::{Ease, Path};
 use crate::supports::Supports;
 use crate::testing::{Chain, Network, OMEGA, one_node, oscillator};
+use crate::trajectory::{Ease, Trajectory};
 use proptest::prelude::*;
 use testkit::cloud::uniform;
 use testkit::derivative::observed_order;
@@ -55,7 +55,7 @@ fn viscous_damping_decays_as_the_oscillator_does() {
         let (s, c) = (omega * 2.0).sin_cos();
         let exact = (-0.5 * damping * 2.0).exp() * (c + 0.5 * damping / omega * s);
         assert!(motion.audit().dissipated > 0.0, "takes energy out");
-        assert!(motion.audit().balance().abs() < 0.05 * 4.5, "balance");
+        assert!(motion.audit().energy_error().abs() < 0.05 * 4.5, "balance");
         (motion.positions()[0].x - exact).abs()
     };
     let seen = observed_order(run(0.005), run(0.0025), 2.0);
@@ -215,11 +215,14 @@ fn warning_names_the_node_once() {
 }
 
 #[test]
-fn frames_end_exactly_and_split_evenly() {
-    let frame = Interval::new(0.1, 0.4, 0.1).unwrap();
-    assert_eq!(frame.steps, 3, "round-off costs no step");
-    assert_eq!(frame.time(3).to_bits(), 0.4_f64.to_bits(), "end");
-    assert_eq!(Interval::new(1.0, 1.0, 0.1), None, "nothing to do");
+fn steps_are_equal_and_end_exactly() {
+    assert_eq!(step_count(0.4 - 0.1, 0.1), Ok(3), "round-off costs no step");
+    assert_eq!(step_count(0.0, 0.1), Ok(0), "nothing to do");
+    assert_eq!(
+        step_count(1.0, f64::INFINITY),
+        Ok(1),
+        "as long as it may be"
+    );
     let mut motion = one_node(MotionSettings::default());
     motion.advance_to(0.3, 0.07, oscillator).unwrap();
     assert_eq!(motion.time().to_bits(), 0.3_f64.to_bits(), "time");
@@ -229,7 +232,7 @@ fn frames_end_exactly_and_split_evenly() {
 }
 
 #[test]
-fn restored_mid_frame_to_the_same_bits() {
+fn restored_to_the_same_bits() {
     let rest = uniform(12, 1.0, 3);
     let network = Network::complete(&rest, 20.0);
     let settings = MotionSettings {
@@ -239,26 +242,17 @@ fn restored_mid_frame_to_the_same_bits() {
     };
     let mut whole = Motion::new(&rest, &[0.5; 12], Supports::free(12), settings).unwrap();
     whole.set_velocities(&uniform(12, 1.0, 4)).unwrap();
+    let advance = |motion: &mut Motion, end: f64| {
+        let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
+        motion.advance_to(end, 0.013, law).unwrap();
+    };
+    advance(&mut whole, 0.4);
+    let kept = whole.state().clone();
     let mut other = whole.clone();
-    whole
-        .advance_to(1.0, 0.013, |x, f| network.forces(x, f))
-        .unwrap();
-    let mut law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
-    for _ in 0..31 {
-        assert!(
-            other.frame_step(1.0, 0.013, &mut law, None).unwrap(),
-            "not done yet"
-        );
-    }
-    let kept = other.state().clone();
-    other
-        .advance_to(1.0, 0.013, |x, f| network.forces(x, f))
-        .unwrap();
-    assert_eq!(other.state(), whole.state(), "stepped one by one");
+    advance(&mut whole, 1.0);
+    advance(&mut other, 0.8);
     other.restore(kept);
-    other
-        .advance_to(1.0, 0.013, |x, f| network.forces(x, f))
-        .unwrap();
+    advance(&mut other, 1.0);
     assert_eq!(other.state(), whole.state(), "restored");
 }
 
@@ -333,7 +327,7 @@ fn a_path_with_constant_velocity_starts_at_once() {
     supports.drive(
         &[0],
         [true, true, true],
-        Path::new(keys, Ease::Linear).unwrap(),
+        Trajectory::translation(keys, Ease::Linear).unwrap(),
         &chain.rest,
     );
     let mut motion = Motion::new(
@@ -348,7 +342,7 @@ fn a_path_with_constant_velocity_starts_at_once() {
         .unwrap();
     let audit = motion.audit();
     assert!((audit.kinetic - 0.5).abs() < 1e-15, "{audit:?}");
-    assert!(audit.balance().abs() < 1e-12, "{audit:?}");
+    assert!(audit.energy_error().abs() < 1e-12, "{audit:?}");
 }
 
 proptest! {
@@ -419,7 +413,7 @@ fn a_written_state_continues_to_the_same_bits() {
     motion.set_velocities(&uniform(9, 1.0, 4)).unwrap();
     let mut law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
     for _ in 0..7 {
-        motion.frame_step(1.0, 0.013, &mut law, None).unwrap();
+        motion.step(0.013, &mut law).unwrap();
     }
     let text = ron::to_string(motion.state()).unwrap();
     let mut other = Motion::new(&rest, &[0.5; 9], Supports::fixed(9, &[2]), settings).unwrap();

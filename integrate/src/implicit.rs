@@ -1,14 +1,16 @@
-//! Implicit steps: backward Euler and Newmark's average acceleration.
+//! Implicit steps: backward Euler, and the energy–momentum method.
 
 use crate::audit::Audit;
-use crate::contact::Contact;
-use crate::contact::Pressed;
+use crate::contact::Limit;
+use crate::contact::pressed::Pressed;
 use crate::error::MotionError;
 use crate::law::ForceLaw;
 use crate::motion::Motion;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
+use crate::pieces::RigidField;
 use crate::tool::RigidTool;
-use glam::DVec3;
+use crate::vector::{add_scaled, dot};
+use glam::{DMat3, DVec3};
 
 /// Implicit scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -17,10 +19,12 @@ pub enum ImplicitScheme {
     /// First order, damps what the step does not resolve (Aras 2014, eqs. (12)-(14), for the second
     /// order equation of motion).
     BackwardEuler,
-    /// Newmark 1959 with β = 1/4, γ = 1/2 (average acceleration, trapezoidal rule): second order,
-    /// no damping of its own.
+    /// Midpoint rule with a discrete gradient of the energy (Gonzalez 1996, doi:10.1007/BF02440162):
+    /// second order. Internal forces keep the sum of kinetic and elastic energy at any step and of any law,
+    /// and the momenta of a body without supports. Contact acts with its forces at the end of the step,
+    /// which give a body no energy against a tool that stands still.
     #[default]
-    Newmark,
+    EnergyMomentum,
 }
 
 /// How to solve.
@@ -33,6 +37,30 @@ pub struct ImplicitSettings {
     pub newton: NewtonSettings,
 }
 
+/// What a step took.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ImplicitReport {
+    /// Parts in which the step was taken; 1 if it was solved as a whole.
+    pub parts: u32,
+    /// Parts that were not solved, or gained energy, and were halved.
+    pub rejected: u32,
+    /// Newton iterations of accepted parts.
+    pub iterations: usize,
+    /// Tangent products of accepted parts.
+    pub linear_iterations: usize,
+    /// Force evaluations of accepted parts.
+    pub evaluations: usize,
+}
+
+/// Smallest parts of a step that are tried, a power of two.
+const PARTS: u32 = 256;
+
+/// Corrections of the midpoint's forces at most; each lowers the energy's error by some orders.
+const CORRECTIONS: usize = 12;
+
+/// Energy's error at which corrections end, over the kinetic and the elastic energy.
+const ENERGY_ERROR: f64 = 1e-10;
+
 /// Implicit solver with its work arrays; moves a [`Motion`], so that explicit and implicit steps can
 /// follow each other. Viscosity and forces applied from outside are for the explicit schemes; tools
 /// press through [`Implicit::step_with`].
@@ -41,10 +69,38 @@ pub struct Implicit {
     settings: ImplicitSettings,
     newton: Newton,
     target: Vec<DVec3>,
+    /// Gravity and constant loads.
     loads: Vec<DVec3>,
+    /// Those and the correction of the midpoint's forces.
+    acting: Vec<DVec3>,
     start: Vec<DVec3>,
     prescribed: Vec<DVec3>,
-    accelerations: Vec<DVec3>,
+    /// Internal forces of the scheme.
+    internal: Vec<DVec3>,
+    /// Internal forces at the end.
+    end: Vec<DVec3>,
+    /// Contact's forces at the end; empty without tools.
+    applied: Vec<DVec3>,
+    middle: Vec<DVec3>,
+}
+
+/// The part of a step that is tried.
+#[derive(Clone, Copy)]
+struct Attempt {
+    /// (s).
+    step: f64,
+    /// Its end (s).
+    end: f64,
+    /// Whether there is no smaller one: gained energy is accepted, and told of.
+    smallest: bool,
+}
+
+/// What an attempt found.
+struct Solved {
+    x: Vec<DVec3>,
+    /// Elastic energy (J) at the end.
+    energy: f64,
+    report: NewtonReport,
 }
 
 impl Implicit {
@@ -68,11 +124,7 @@ impl Implicit {
         })
     }
 
-    /// Takes one step of `step` seconds.
-    ///
-    /// Solves `M a + damping · M v = f(x) + l` at the end of the step for the positions, with
-    /// `v = (x − x0)/dt` and `a = (v − v0)/dt` for backward Euler, and `v = 2 (x − x0)/dt − v0`,
-    /// `a = 2 (v − v0)/dt − a0` for Newmark. The audit's balance then shows what the scheme damps.
+    /// Takes one step of `step` seconds: [`Implicit::step_with`] without tools.
     ///
     /// # Errors
     /// [`SolveError`]; the motion is then as before the step.
@@ -81,7 +133,35 @@ impl Implicit {
         motion: &mut Motion,
         step: f64,
         law: &mut dyn ForceLaw,
-    ) -> Result<NewtonReport, SolveError> {
+    ) -> Result<ImplicitReport, SolveError> {
+        self.step_with(motion, step, law, &mut [])
+    }
+
+    /// Takes one step of `step` seconds with tools that press.
+    ///
+    /// Solves `M a + damping · M v = f + l + f_c(x1)` for the positions `x1` at the end of the step. With
+    /// `d = x1 − x0`, backward Euler has `v1 = v = d/dt`, `a = (v1 − v0)/dt` and `f = f(x1)`. The
+    /// energy–momentum method has `v = d/dt = (v0 + v1)/2`, `a = (v1 − v0)/dt` and `f = f(m) + α M d'` with
+    /// `m = (x0 + x1)/2`; `d'` is `d` without its rigid part (without its held part, where there are supports), and
+    /// `α` makes `f·d = E0 − E1`. It is found in turns with the positions, as it is small against `2/dt²`.
+    ///
+    /// A part of the step that Newton does not solve, or that gains more than
+    /// [`MotionSettings::warn_balance`](crate::MotionSettings::warn_balance) of the energy there is, is halved, down to
+    /// 1/256 of the step. Driven nodes are at their paths' places at the end of each part.
+    ///
+    /// Tools go to where their paths are at the end and take over the contact's forces there; friction acts with the
+    /// limits of the step before, see [`Pressed`].
+    ///
+    /// # Errors
+    /// [`SolveError`], among them [`SolveError::ForceDrivenTool`]; motion and tools are then as before
+    /// the step.
+    pub fn step_with(
+        &mut self,
+        motion: &mut Motion,
+        step: f64,
+        law: &mut dyn ForceLaw,
+        tools: &mut [&mut RigidTool],
+    ) -> Result<ImplicitReport, SolveError> {
         if !(step.is_finite() && step > 0.0) {
             return Err(SolveError::BadStep { step });
         }
@@ -89,112 +169,223 @@ impl Implicit {
         if viscosity > 0.0 {
             return Err(SolveError::Viscosity { viscosity });
         }
+        if let Some(tool) = tools.iter().position(|tool| tool.is_released()) {
+            return Err(SolveError::ForceDrivenTool { tool });
+        }
         if motion.state.forces.is_empty() {
-            let refreshed = motion.refresh(|x, f| law.forces_into(x, f));
-            if let Err(crate::error::StepError::ForceNotFinite { node, .. }) = refreshed {
-                return Err(SolveError::NotFinite { node });
+            motion.refresh(|x, f| law.forces_into(x, f))?;
+        }
+        let state = motion.state.clone();
+        let kept: Vec<RigidTool> = tools.iter().map(|tool| (**tool).clone()).collect();
+        let taken = self.take_parts(motion, step, law, tools);
+        let taken = taken.and_then(|report| Ok(motion.judge(step, None).map(|()| report)?));
+        if taken.is_err() {
+            motion.state = state;
+            for (tool, kept) in tools.iter_mut().zip(kept) {
+                **tool = kept;
             }
         }
-        let n = motion.node_count();
-        let damping = motion.settings.damping;
-        let newmark = self.settings.scheme == ImplicitScheme::Newmark;
-        self.gather(motion);
-        let inverse = step.recip();
-        let c = if newmark {
-            inverse * (4.0 * inverse + 2.0 * damping)
-        } else {
-            inverse * (inverse + damping)
-        };
-        // y such that M (c x - c y) = M (a + damping v).
-        let state = &motion.state;
-        self.target.clear();
-        self.target.extend((0..n).map(|i| {
-            let v = state.velocities[i];
-            let past = if newmark {
-                v * (4.0 * inverse + damping) + self.accelerations[i]
-            } else {
-                v * inverse
-            };
-            state.positions[i] + past / c
-        }));
-        let end = state.time + step;
-        self.start.clone_from(&state.positions);
-        let driven = self.prescribe(motion, end);
-        let mut x = self.start.clone();
-        let problem = Problem {
-            supports: &motion.nodes.supports,
-            loads: &self.loads,
-            inertia: Some((c, &motion.nodes.masses, &self.target)),
-        };
-        let prescribed = driven.then_some(self.prescribed.as_slice());
-        let settings = &self.settings.newton;
-        let report = self
-            .newton
-            .solve(law, &problem, &mut x, prescribed, settings)?;
-        motion.nodes.supports.place(end, &mut x);
-        self.finish(motion, x, step, end, &report);
-        Ok(report)
+        taken
     }
 
-    /// As [`Implicit::step`], with tools that press. They go to where their paths are at the end of the
-    /// step and take over the contact's forces there; their work is audited. Friction acts with the
-    /// limits of the step before, see [`Pressed`].
-    ///
-    /// # Errors
-    /// [`SolveError`], among them [`SolveError::ForceDrivenTool`]; motion, tools and contacts are then
-    /// as before the step.
-    pub fn step_with(
+    /// Takes the parts of a step one after the other; a failure leaves those before it taken.
+    fn take_parts(
         &mut self,
         motion: &mut Motion,
         step: f64,
         law: &mut dyn ForceLaw,
-        tools: &mut [(&mut RigidTool, &mut Contact)],
-    ) -> Result<NewtonReport, SolveError> {
-        let end = motion.time() + step;
-        let mut contacts = Vec::with_capacity(tools.len());
-        for (index, (tool, contact)) in tools.iter_mut().enumerate() {
-            let Some(pose) = tool.pose_at(end) else {
-                return Err(SolveError::ForceDrivenTool { tool: index });
+        tools: &mut [&mut RigidTool],
+    ) -> Result<ImplicitReport, SolveError> {
+        let begin = motion.state.time;
+        let mut report = ImplicitReport::default();
+        // In smallest parts.
+        let (mut done, mut part) = (0, PARTS);
+        while done < PARTS {
+            let size = |parts: u32| step * (f64::from(parts) / f64::from(PARTS));
+            let attempt = Attempt {
+                step: size(part),
+                end: begin + size(done + part),
+                smallest: part == 1,
             };
-            contacts.push((&mut **contact, tool.shape, pose));
-        }
-        let mut law = Pressed {
-            law,
-            contacts,
-            tool_forces: Vec::new(),
-        };
-        let report = self.step(motion, step, &mut law)?;
-        // The accepted state was the last one evaluated.
-        let sums = law.tool_forces;
-        for ((tool, contact), sum) in tools.iter_mut().zip(sums) {
-            let (before, work) = (tool.pose, tool.contact_work);
-            tool.follow(end);
-            tool.take(sum, &before);
-            contact.settle_friction(&tool.pose);
-            motion.state.audit.applied_work -= tool.contact_work - work;
+            match self.advance(motion, attempt, law, tools) {
+                Ok(solved) => {
+                    done += part;
+                    report.parts += 1;
+                    report.iterations += solved.residuals.len() - 1;
+                    report.linear_iterations += solved.linear_iterations;
+                    report.evaluations += solved.evaluations;
+                    while done < PARTS && done.is_multiple_of(2 * part) {
+                        part *= 2;
+                    }
+                }
+                Err(_) if !attempt.smallest => {
+                    report.rejected += 1;
+                    part /= 2;
+                }
+                Err(error) => return Err(error.in_step(attempt.step, motion.state.time)),
+            }
         }
         Ok(report)
     }
 
-    /// Loads with gravity, and the accelerations at the start of the step.
-    fn gather(&mut self, motion: &Motion) {
-        let n = motion.node_count();
-        let gravity = motion.settings.gravity;
-        self.loads.clear();
-        self.accelerations.clear();
-        for i in 0..n {
-            let load = motion.nodes.loads.get(i).copied().unwrap_or_default();
-            let load = load + gravity * motion.nodes.masses[i];
-            self.loads.push(load);
-            let force = motion.state.forces[i] + load;
-            let damping = motion.state.velocities[i] * motion.settings.damping;
-            self.accelerations
-                .push(force * motion.nodes.mobility.inverse[i] - damping);
+    /// Takes a part of a step; all is as before if that fails.
+    fn advance(
+        &mut self,
+        motion: &mut Motion,
+        attempt: Attempt,
+        law: &mut dyn ForceLaw,
+        tools: &mut [&mut RigidTool],
+    ) -> Result<NewtonReport, SolveError> {
+        let solved = self.solve(motion, attempt, law, tools)?;
+        self.applied.clear();
+        let mut loads = Vec::with_capacity(tools.len());
+        if !tools.is_empty() {
+            self.applied.resize(solved.x.len(), DVec3::ZERO);
+            for tool in &mut *tools {
+                let pose = tool.pose_at(attempt.end).unwrap_or(tool.pose);
+                let (shape, x, limit) = (tool.shape, &solved.x, Some(Limit::Lagged));
+                loads.push(
+                    tool.contact
+                        .add_all(&shape, &pose, x, &mut self.applied, limit),
+                );
+            }
         }
-        motion.nodes.supports.project(&mut self.accelerations);
+        let audit = self.audit(motion, attempt, &solved);
+        let before = motion.state.audit;
+        let gained = before.numerical - audit.numerical;
+        let there = audit.kinetic.max(before.kinetic) + audit.elastic.max(before.elastic);
+        if !attempt.smallest && gained > motion.settings.warn_balance * there {
+            let (relative, node) = (gained / there, 0);
+            return Err(SolveError::NoDescent { relative, node });
+        }
+        for (tool, load) in tools.iter_mut().zip(loads) {
+            let before = tool.pose;
+            tool.follow(attempt.end);
+            tool.take(load, &before);
+            let pose = tool.pose;
+            tool.contact.settle_friction(&pose);
+        }
+        self.finish(motion, attempt, solved.x, audit);
+        Ok(solved.report)
     }
 
-    /// Motion of driven directions over the step; `false` if there is none.
+    /// Positions at the end, with the forces of the scheme in `internal` and those at the end in `end`.
+    fn solve(
+        &mut self,
+        motion: &Motion,
+        attempt: Attempt,
+        law: &mut dyn ForceLaw,
+        tools: &mut [&mut RigidTool],
+    ) -> Result<Solved, SolveError> {
+        let middle = self.settings.scheme == ImplicitScheme::EnergyMomentum;
+        let c = self.prepare(motion, attempt.step);
+        let mut prescribed = self.prescribe(motion, attempt.end);
+        let (supports, masses) = (&motion.nodes.supports, &motion.nodes.masses);
+        let before = motion.state.audit;
+        let mut x = self.start.clone();
+        let mut alpha = 0.0;
+        let mut all = NewtonReport::default();
+        let mut corrections = 0;
+        loop {
+            let mut own = Scheme {
+                law: &mut *law,
+                start: middle.then_some(&*self.start),
+                middle: std::mem::take(&mut self.middle),
+                forces: std::mem::take(&mut self.internal),
+            };
+            let poses = tools.iter_mut().map(|tool| {
+                let pose = tool.pose_at(attempt.end).unwrap_or(tool.pose);
+                (&mut tool.contact, tool.shape, pose)
+            });
+            let mut pressed = Pressed {
+                law: &mut own,
+                contacts: poses.collect(),
+                tool_forces: Vec::new(),
+            };
+            let problem = Problem {
+                supports,
+                loads: &self.acting,
+                inertia: Some((c, masses, &self.target)),
+            };
+            let moved = prescribed.then_some(self.prescribed.as_slice());
+            let settings = &self.settings.newton;
+            let report = self
+                .newton
+                .solve(&mut pressed, &problem, &mut x, moved, settings);
+            (self.middle, self.internal) = (own.middle, own.forces);
+            let report = report?;
+            all.linear_iterations += report.linear_iterations;
+            all.evaluations += report.evaluations + 1;
+            all.residuals.extend(report.residuals);
+            prescribed = false;
+            supports.place(attempt.end, &mut x);
+            self.end.resize(x.len(), DVec3::ZERO);
+            let energy = law.forces_into(&x, &mut self.end);
+            let bad = self.end.iter().position(|force| !force.is_finite());
+            if let Some(node) = bad.or_else(|| (!energy.is_finite()).then_some(0)) {
+                return Err(SolveError::NotFinite { node });
+            }
+            let solved = |x, report| Solved { x, energy, report };
+            if !middle {
+                self.internal.clone_from(&self.end);
+                return Ok(solved(x, all));
+            }
+            // What the forces of the middle miss of the energy, and what a unit of the correction gives.
+            let moved = self.moved(&x);
+            let gap = before.elastic - energy - dot(&self.internal, &moved);
+            let direction = self.deformation(motion, &x, &moved);
+            let unit = dot(&direction, &moved);
+            let missed = gap - alpha * unit;
+            let there = before.kinetic + before.elastic.abs() + energy.abs();
+            let enough = missed.abs() <= ENERGY_ERROR * there || unit <= 0.0;
+            // Energy that is lost is accepted at last, energy that is gained is not.
+            let ends = corrections >= CORRECTIONS && (missed >= 0.0 || attempt.smallest);
+            let next = gap / unit;
+            if enough || ends {
+                // The correction as it acted, so that the forces are those that were solved for.
+                add_scaled(&mut self.internal, 1.0, &self.acting);
+                add_scaled(&mut self.internal, -1.0, &self.loads);
+                return Ok(solved(x, all));
+            }
+            if corrections >= CORRECTIONS || next.abs() > 0.5 * c {
+                let (relative, node) = (missed.abs() / there, 0);
+                return Err(SolveError::NoDescent { relative, node });
+            }
+            alpha = next;
+            corrections += 1;
+            self.acting.clone_from(&self.loads);
+            add_scaled(&mut self.acting, alpha, &direction);
+        }
+    }
+
+    /// Loads, and what inertia draws the nodes to: `M (c x1 − c y) = M (a + damping v)`. Returns `c` (1/s²).
+    fn prepare(&mut self, motion: &Motion, step: f64) -> f64 {
+        let gravity = motion.settings.gravity;
+        let masses = &motion.nodes.masses;
+        self.loads.clear();
+        self.loads.extend(masses.iter().map(|mass| gravity * *mass));
+        if !motion.nodes.loads.is_empty() {
+            add_scaled(&mut self.loads, 1.0, &motion.nodes.loads);
+        }
+        self.acting.clone_from(&self.loads);
+        let rate = self.rate() / step;
+        let c = (rate + motion.settings.damping) / step;
+        let state = &motion.state;
+        self.start.clone_from(&state.positions);
+        self.target.clone_from(&state.positions);
+        add_scaled(&mut self.target, rate / c, &state.velocities);
+        c
+    }
+
+    /// `a dt² = rate (d − v0 dt)`.
+    fn rate(&self) -> f64 {
+        match self.settings.scheme {
+            ImplicitScheme::BackwardEuler => 1.0,
+            ImplicitScheme::EnergyMomentum => 2.0,
+        }
+    }
+
+    /// Motion of driven directions until `end` (s); `false` if there is none.
     fn prescribe(&mut self, motion: &Motion, end: f64) -> bool {
         self.prescribed.clear();
         if motion.nodes.supports.paths().is_empty() {
@@ -202,78 +393,148 @@ impl Implicit {
         }
         self.prescribed.extend_from_slice(&self.start);
         motion.nodes.supports.place(end, &mut self.prescribed);
-        let mut driven = false;
-        for (moved, start) in self.prescribed.iter_mut().zip(&self.start) {
-            *moved -= *start;
-            driven |= *moved != DVec3::ZERO;
-        }
-        driven
+        add_scaled(&mut self.prescribed, -1.0, &self.start);
+        self.prescribed.iter().any(|moved| *moved != DVec3::ZERO)
     }
 
-    fn finish(
-        &mut self,
-        motion: &mut Motion,
-        x: Vec<DVec3>,
-        step: f64,
-        end: f64,
-        report: &NewtonReport,
-    ) {
-        let newmark = self.settings.scheme == ImplicitScheme::Newmark;
-        let (before, damping) = (motion.state.audit, motion.settings.damping);
-        let s = &mut motion.state;
+    /// `x − x0`.
+    fn moved(&self, x: &[DVec3]) -> Vec<DVec3> {
+        let pairs = x.iter().zip(&self.start);
+        pairs.map(|(x, start)| *x - *start).collect()
+    }
+
+    /// Mass times the part of `moved` that the correction acts along: without what is held, or, where nothing
+    /// is, without the rigid motion about the middle, so that it has no force and no torque.
+    fn deformation(&self, motion: &Motion, x: &[DVec3], moved: &[DVec3]) -> Vec<DVec3> {
+        let (masses, supports) = (&motion.nodes.masses, &motion.nodes.supports);
+        let weighted = |i: usize| moved[i] * masses[i];
+        let mut direction: Vec<DVec3> = (0..moved.len()).map(weighted).collect();
+        if !supports.entries().is_empty() {
+            supports.project(&mut direction);
+            return direction;
+        }
+        let pairs = x.iter().zip(&self.start);
+        let middle: Vec<DVec3> = pairs.map(|(x, start)| x.midpoint(*start)).collect();
+        let rigid = RigidField::with_moments_of(0..moved.len(), masses, &middle, weighted);
+        for (i, direction) in direction.iter_mut().enumerate() {
+            *direction -= rigid.at(middle[i]) * masses[i];
+        }
+        direction
+    }
+
+    /// Energies after the step.
+    fn audit(&self, motion: &Motion, attempt: Attempt, solved: &Solved) -> Audit {
+        let (state, supports) = (&motion.state, &motion.nodes.supports);
+        let damping = motion.settings.damping;
+        let euler = self.settings.scheme == ImplicitScheme::BackwardEuler;
+        let moved = self.moved(&solved.x);
         let mut audit = Audit {
             kinetic: 0.0,
             momentum: DVec3::ZERO,
-            elastic: report.energy,
-            ..before
+            elastic: solved.energy,
+            ..state.audit
         };
-        // Work of supports: what inertia and all other forces take on held directions.
-        for support in motion.nodes.supports.entries() {
-            if support.path.is_none() {
-                continue;
-            }
-            let i = support.node as usize;
-            let (m, moved) = (motion.nodes.masses[i], x[i] - self.start[i]);
-            let (_, velocity) = motion
-                .nodes
-                .supports
-                .target(support, end)
-                .unwrap_or((DVec3::ZERO, DVec3::ZERO));
-            let (old, new) = (support.held(s.velocities[i]), support.held(velocity));
-            let change = 0.5 * m * (new.length_squared() - old.length_squared());
-            let force = 0.5 * (s.forces[i] + self.newton.forces[i]) + self.loads[i];
-            audit.support_work += change - support.held(force).dot(moved);
+        // What the forces of the scheme do less than the elastic energy falls.
+        audit.numerical += state.audit.elastic - solved.energy - dot(&self.internal, &moved);
+        if !self.applied.is_empty() {
+            audit.applied_work += dot(&self.applied, &moved);
         }
-        for (i, x) in x.iter().enumerate() {
-            let moved = *x - self.start[i];
-            let old = s.velocities[i];
-            let mean = moved / step;
-            let mut v = if newmark { mean * 2.0 - old } else { mean };
-            if let Some(support) = motion.nodes.supports.of(i) {
-                let driven = motion.nodes.supports.target(support, end);
-                let held = driven.map_or(DVec3::ZERO, |(_, v)| support.held(v));
-                v = support.free * v + held;
+        for (i, moved) in moved.iter().enumerate() {
+            let (mass, old) = (motion.nodes.masses[i], state.velocities[i]);
+            let velocity = self.velocity(motion, attempt, i, *moved);
+            audit.kinetic += 0.5 * mass * velocity.length_squared();
+            audit.momentum += velocity * mass;
+            let support = supports.of(i);
+            let free = support.map_or(DMat3::IDENTITY, |support| support.free);
+            let mean = free * *moved / attempt.step;
+            audit.dissipated += damping * mass * mean.length_squared() * attempt.step;
+            if euler {
+                let change = free * (velocity - old);
+                audit.numerical += 0.5 * mass * change.length_squared();
             }
-            s.velocities[i] = v;
-            let m = motion.nodes.masses[i];
-            audit.kinetic += 0.5 * m * v.length_squared();
-            audit.momentum += v * m;
-            let free = motion
-                .nodes
-                .supports
-                .of(i)
-                .map_or(mean, |support| support.free * mean);
-            audit.dissipated += damping * m * free.length_squared() * step;
+            // Work of a drive: what inertia and all other forces take in held directions.
+            if let Some(support) = support.filter(|support| support.path.is_some()) {
+                let held = |v: DVec3| support.held(v).length_squared();
+                let applied = self.applied.get(i).copied().unwrap_or_default();
+                let force = self.internal[i] + self.loads[i] + applied;
+                audit.support_work +=
+                    0.5 * mass * (held(velocity) - held(old)) - support.held(force).dot(*moved);
+            }
         }
+        audit
+    }
+
+    /// Velocity (m/s) of a node at the end, from how far it moved (m).
+    fn velocity(&self, motion: &Motion, attempt: Attempt, node: usize, moved: DVec3) -> DVec3 {
+        let old = motion.state.velocities[node];
+        let rate = self.rate();
+        // v1 − v0 = rate (d/dt − v0).
+        let velocity = old + (moved / attempt.step - old) * rate;
+        let supports = &motion.nodes.supports;
+        supports.of(node).map_or(velocity, |support| {
+            let driven = supports.target(support, attempt.end);
+            let held = driven.map_or(DVec3::ZERO, |(_, v)| support.held(v));
+            support.free * velocity + held
+        })
+    }
+
+    fn finish(&mut self, motion: &mut Motion, attempt: Attempt, x: Vec<DVec3>, audit: Audit) {
+        let moved = self.moved(&x);
+        for (i, moved) in moved.iter().enumerate() {
+            motion.state.velocities[i] = self.velocity(motion, attempt, i, *moved);
+        }
+        let s = &mut motion.state;
         s.positions = x;
-        s.forces.clone_from(&self.newton.forces);
-        s.applied.clear();
+        s.forces.clone_from(&self.end);
+        s.applied.clone_from(&self.applied);
         s.viscous.clear();
-        s.time = end;
+        s.time = attempt.end;
         s.steps += 1;
-        s.frame = None;
+        // Explicit steps after this one find their lag anew.
+        (s.step, s.lag) = (0.0, 0.0);
         s.audit = audit;
         motion.state.audit.load_work = motion.state.load_origin - motion.load_potential();
+    }
+}
+
+/// A force law as a scheme takes it, by positions at the end: as it is, or with forces at the middle, which
+/// are the gradient of twice the energy there.
+struct Scheme<'a> {
+    law: &'a mut dyn ForceLaw,
+    start: Option<&'a [DVec3]>,
+    middle: Vec<DVec3>,
+    /// Forces (N) last evaluated.
+    forces: Vec<DVec3>,
+}
+
+impl ForceLaw for Scheme<'_> {
+    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
+        let Some(start) = self.start else {
+            return self.law.forces_into(positions, forces);
+        };
+        let pairs = positions.iter().zip(start);
+        self.middle.clear();
+        self.middle
+            .extend(pairs.map(|(x, start)| x.midpoint(*start)));
+        let energy = self.law.forces_into(&self.middle, forces);
+        self.forces.clear();
+        self.forces.extend_from_slice(forces);
+        2.0 * energy
+    }
+
+    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
+        self.law.tangent_product_into(vector, product);
+        if self.start.is_some() {
+            crate::vector::scale_by(product, 0.5);
+        }
+    }
+
+    fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
+        let known = self.law.tangent_blocks_into(blocks);
+        if known && self.start.is_some() {
+            blocks.iter_mut().for_each(|block| *block *= 0.5);
+        }
+        known
     }
 }
 

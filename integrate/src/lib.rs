@@ -11,15 +11,14 @@ mod explicit;
 mod grip;
 mod implicit;
 mod law;
-mod led_tool;
 mod linear;
 mod mass_scaling;
 mod motion;
 mod newton;
-mod path;
+mod nodes;
+mod pieces;
 mod region;
 mod rigid;
-mod rigid_path;
 mod scheme;
 mod shape;
 mod shares;
@@ -28,15 +27,16 @@ mod sweep;
 #[cfg(test)]
 mod testing;
 mod tool;
-mod tool_shape;
+mod trajectory;
 mod vector;
 mod view;
+mod watch;
 
-pub use audit::{Audit, Warning};
+pub use audit::{Audit, RigidEnergies, Warning};
 pub use checks::BadSetting;
+pub use contact::pressed::Pressed;
 pub use contact::{
-    Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, Pressed, SurfaceError,
-    penalty,
+    Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, SurfaceError, penalty,
 };
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
@@ -47,20 +47,17 @@ pub use error::{Cause, MotionError, StepError};
 pub use explicit::Applied;
 pub use glam;
 pub use grip::Grip;
-pub use implicit::{Implicit, ImplicitScheme, ImplicitSettings};
+pub use implicit::{Implicit, ImplicitReport, ImplicitScheme, ImplicitSettings};
 pub use law::{ClosureLaw, Differences, ForceLaw};
-pub use led_tool::LedTool;
 pub use mass_scaling::{MassScaling, scale_masses};
-pub use motion::{ExplicitScheme, Interval, Motion, MotionBytes, MotionSettings, State};
+pub use motion::{ExplicitScheme, Motion, MotionBytes, MotionSettings, State};
 pub use newton::{NewtonReport, NewtonSettings, SolveError};
-pub use path::{Ease, Path, PathError};
 pub use region::Region;
-pub use rigid::RigidEnergies;
-pub use rigid_path::RigidPath;
 pub use scheme::Scheme;
 pub use shape::{Distance, Pose, RigidShape};
 pub use shares::{Pass, PassSums, SHARED_NODES, Shares};
 pub use supports::{NodeSupport, Supports};
 pub use tool::{Drive, RigidTool};
-pub use tool_shape::ToolShape;
+pub use trajectory::{Ease, Trajectory, TrajectoryError};
 pub use view::StepView;
+pub use watch::{Alarm, StepControl, StiffnessTracker};

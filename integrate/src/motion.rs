@@ -2,9 +2,9 @@
 
 use crate::audit::{Audit, Warning};
 use crate::error::MotionError;
-use crate::rigid::Pieces;
-use crate::supports::Supports;
-use crate::sweep::Nodes;
+use crate::nodes::Nodes;
+use crate::pieces::Pieces;
+use crate::supports::{NodeSupport, Supports};
 use glam::DVec3;
 
 /// Explicit scheme.
@@ -53,8 +53,7 @@ impl Default for MotionSettings {
     }
 }
 
-/// All that changes in time. Restoring a clone (or what serde made of it) continues to the same bits,
-/// also in the middle of a frame.
+/// All that changes in time. Restoring a clone (or what serde made of it) continues to the same bits.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
@@ -82,8 +81,6 @@ pub struct State {
     pub load_origin: f64,
     /// Steps in a row after which the balance was off.
     pub suspicion: u32,
-    /// Where the current frame begins and ends, if it is not finished.
-    pub frame: Option<Interval>,
 }
 
 impl State {
@@ -109,57 +106,15 @@ pub struct MotionBytes {
     pub applied: usize,
 }
 
-/// A stretch of time cut into equal steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Interval {
-    /// Start (s).
-    pub start: f64,
-    /// End (s).
-    pub end: f64,
-    /// Number of steps.
-    pub steps: u64,
-    /// Steps done.
-    pub done: u64,
-}
-
-impl Interval {
-    /// Cuts `start..end` into the fewest equal steps not above `largest`; none if `end` is not later.
-    #[must_use]
-    pub fn new(start: f64, end: f64, largest: f64) -> Option<Self> {
-        let span = end - start;
-        let fits = span > 0.0 && span.is_finite() && largest > 0.0;
-        // A step longer by round-off does not cost a step more.
-        let count = (span / largest * (1.0 - 1e-12)).ceil().max(1.0);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked to be a whole number between 1 and 2^53"
-        )]
-        (fits && count < 9e15).then_some(Self {
-            start,
-            end,
-            steps: count as u64,
-            done: 0,
-        })
-    }
-
-    /// Time (s) after `done` steps; exactly `end` after the last.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss, reason = "fewer than 2^53 steps")]
-    pub fn time(&self, done: u64) -> f64 {
-        if done >= self.steps {
-            return self.end;
-        }
-        self.start + (self.end - self.start) * (done as f64 / self.steps as f64)
-    }
-
-    /// Length (s) of its steps.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss, reason = "fewer than 2^53 steps")]
-    pub fn step(&self) -> f64 {
-        (self.end - self.start) / self.steps as f64
-    }
+/// What a driven node was before the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DrivenNode {
+    pub(crate) support: NodeSupport,
+    pub(crate) position: DVec3,
+    pub(crate) velocity: DVec3,
+    pub(crate) force: DVec3,
+    pub(crate) applied: DVec3,
+    pub(crate) viscous: DVec3,
 }
 
 /// Nodes with masses and supports, moved explicitly.
@@ -177,7 +132,7 @@ pub struct Motion {
     pub(crate) next_forces: Vec<DVec3>,
     pub(crate) next_applied: Vec<DVec3>,
     pub(crate) next_viscous: Vec<DVec3>,
-    pub(crate) driven: Vec<crate::explicit::DrivenNode>,
+    pub(crate) driven: Vec<DrivenNode>,
     pub(crate) size: f64,
     pub(crate) pieces: Pieces,
 }
@@ -240,7 +195,6 @@ impl Motion {
                 step: 0.0,
                 load_origin: 0.0,
                 suspicion: 0,
-                frame: None,
             },
             next_forces: vec![DVec3::ZERO; n],
             next_applied: Vec::new(),
@@ -482,15 +436,12 @@ impl Motion {
             audit.support_work,
             audit.dissipated,
             audit.energy_correction,
+            audit.numerical,
             audit.initial,
         ];
-        let frame = state.frame.is_none_or(|frame| {
-            frame.start.is_finite() && frame.end.is_finite() && frame.done <= frame.steps
-        });
         let whole = [&state.positions, &state.velocities];
         let maybe = [&state.forces, &state.applied, &state.viscous];
-        frame
-            && whole.iter().all(|list| list.len() == n)
+        whole.iter().all(|list| list.len() == n)
             && maybe.iter().all(|list| list.is_empty() || list.len() == n)
             && whole
                 .iter()

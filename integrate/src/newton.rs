@@ -96,6 +96,25 @@ pub enum SolveError {
         /// Node with the largest unbalanced force.
         node: usize,
     },
+    /// The motion broke off.
+    #[error(transparent)]
+    Motion(#[from] crate::error::StepError),
+    /// No part of an implicit step, down to 1/256 of it, was solved.
+    #[error(
+        "an implicit step at {time:.6} s is not solved down to {step:.1e} s (last residual {relative:.1e}, \
+         largest at node {node}): look there for inverted or torn nodes, or for a tool or support that moves \
+         through the body"
+    )]
+    Step {
+        /// Smallest part tried (s).
+        step: f64,
+        /// Time (s) that was reached within the step.
+        time: f64,
+        /// Unbalanced over scale; infinite if a force was not finite.
+        relative: f64,
+        /// Node with the largest unbalanced force.
+        node: usize,
+    },
     /// The load step was halved too often.
     #[error("load steps below {smallest:.1e} of the load still fail, at {reached:.4} of it")]
     LoadStep {
@@ -122,6 +141,25 @@ pub enum SolveError {
         /// Step (s).
         step: f64,
     },
+}
+
+impl SolveError {
+    /// The same of a part of an implicit step (s) that begins at `time` (s).
+    pub(crate) fn in_step(self, step: f64, time: f64) -> Self {
+        let (relative, node) = match self {
+            Self::NotFinite { node } => (f64::INFINITY, node),
+            Self::NoDescent { relative, node } | Self::TooManyIterations { relative, node, .. } => {
+                (relative, node)
+            }
+            other => return other,
+        };
+        Self::Step {
+            step,
+            time,
+            relative,
+            node,
+        }
+    }
 }
 
 /// What is held fixed during a solve.

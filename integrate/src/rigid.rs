@@ -6,101 +6,14 @@
 //! turns. In a piece that nothing supports, both act on what is left of the motion when the rigid part
 //! is taken out: the velocity `V + ω × (x - c)` with the piece's momenta.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::audit::RigidEnergies;
 use crate::motion::Motion;
+use crate::pieces::{RigidField, all};
 use crate::sweep::PARALLEL_FROM;
 use crate::vector::CHUNK;
-
-/// Connected pieces, as far as they were named.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Pieces {
-    /// Piece of each node; empty where none were named.
-    of_node: Vec<u32>,
-    /// Those that no support holds, with their nodes, rising within each.
-    free: Vec<(u32, Vec<u32>)>,
-    /// How many pieces there are.
-    count: usize,
-}
-
-/// A field `a + b × (x - center)`.
-#[derive(Debug, Clone, Copy)]
-struct RigidField {
-    center: DVec3,
-    a: DVec3,
-    b: DVec3,
-}
-
-impl RigidField {
-    const ZERO: Self = Self {
-        center: DVec3::ZERO,
-        a: DVec3::ZERO,
-        b: DVec3::ZERO,
-    };
-
-    fn at(&self, x: DVec3) -> DVec3 {
-        self.a + self.b.cross(x - self.center)
-    }
-
-    /// The field whose mass-weighted sum and moment are those of `weighted(i)` (mass times field) over
-    /// some nodes.
-    fn with_moments_of(
-        nodes: &[u32],
-        masses: &[f64],
-        positions: &[DVec3],
-        weighted: impl Fn(usize) -> DVec3,
-    ) -> Self {
-        let (mut mass, mut first) = (0.0, DVec3::ZERO);
-        for &node in nodes {
-            let node = node as usize;
-            mass += masses[node];
-            first += positions[node] * masses[node];
-        }
-        let center = first / mass;
-        let sum: DVec3 = nodes.iter().map(|&node| weighted(node as usize)).sum();
-        let a = sum / mass;
-        let (mut moment, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
-        for &node in nodes {
-            let node = node as usize;
-            let arm = positions[node] - center;
-            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
-            moment += arm.cross(weighted(node) - a * masses[node]);
-            let square = DMat3::from_diagonal(DVec3::splat(arm.length_squared()));
-            let outer = DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
-            inertia += (square - outer) * masses[node];
-        }
-        // One node, or nodes on a line, cannot turn in every way: those ways are left out.
-        let b = solve_semidefinite(inertia, moment);
-        Self { center, a, b }
-    }
-}
-
-/// `A⁻¹ b` of a symmetric positive semidefinite matrix on the span where it is not singular.
-fn solve_semidefinite(a: DMat3, b: DVec3) -> DVec3 {
-    let trace = a.x_axis.x + a.y_axis.y + a.z_axis.z;
-    if trace <= 0.0 {
-        return DVec3::ZERO;
-    }
-    let scaled = a * trace.recip();
-    if scaled.determinant() > 1e-9 {
-        return scaled.inverse() * (b / trace);
-    }
-    // Nearly singular: a ridge of 1e-6 of the trace leaves the free ways as they are.
-    let ridge = DMat3::from_diagonal(DVec3::splat(1e-6));
-    (scaled + ridge).inverse() * (b / trace)
-}
-
-/// What of a motion's energies is of the rigid motions of the pieces that no support holds
-/// ([`Motion::rigid_energies`]).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct RigidEnergies {
-    /// Kinetic energy (J).
-    pub kinetic: f64,
-    /// `Δt²/8 Σ m a²` (J) with the rigid accelerations `a`: their part of [`crate::State::lag`].
-    pub lag: f64,
-}
 
 impl Motion {
     /// What of the kinetic energy and of [`crate::State::lag`] is of the rigid motions of pieces that no support holds, as
@@ -113,7 +26,8 @@ impl Motion {
         let mut sum = RigidEnergies::default();
         for (_, nodes) in &self.pieces.free {
             let energy = |weighted: &dyn Fn(usize) -> DVec3| {
-                let field = RigidField::with_moments_of(nodes, masses, &state.positions, weighted);
+                let field =
+                    RigidField::with_moments_of(all(nodes), masses, &state.positions, weighted);
                 let energies = nodes.iter().map(|&node| {
                     let node = node as usize;
                     0.5 * masses[node] * field.at(state.positions[node]).length_squared()
@@ -190,7 +104,7 @@ impl Motion {
         for (piece, nodes) in &self.pieces.free {
             let momentum = |node: usize| state.velocities[node] * masses[node];
             fields[*piece as usize] =
-                RigidField::with_moments_of(nodes, masses, &state.positions, momentum);
+                RigidField::with_moments_of(all(nodes), masses, &state.positions, momentum);
         }
         let (positions, pieces) = (&state.positions, &self.pieces.of_node);
         let damp = |(chunk, velocities): (usize, &mut [DVec3])| {
@@ -231,7 +145,7 @@ impl Motion {
         let (masses, mut gained) = (&self.nodes.masses, 0.0);
         for (_, nodes) in &self.pieces.free {
             let force = |node: usize| state.viscous[node];
-            let field = RigidField::with_moments_of(nodes, masses, &state.positions, force);
+            let field = RigidField::with_moments_of(all(nodes), masses, &state.positions, force);
             for &node in nodes {
                 let node = node as usize;
                 let off = field.at(state.positions[node]);

@@ -29,9 +29,10 @@ pub enum Scheme {
         #[cfg_attr(feature = "serde", serde(default = "Scheme::default_tolerance"))]
         tolerance: f64,
     },
-    /// Implicit, second order, damps nothing by itself (Newmark 1959, average acceleration). Neither
-    /// `damping_ratio` nor released tools go with it.
-    Newmark {
+    /// Implicit, second order, keeps the sum of kinetic and elastic energy at any step (midpoint rule with a
+    /// discrete gradient, Gonzalez 1996). Neither `damping_ratio` nor released tools go with it.
+    #[cfg_attr(feature = "serde", serde(alias = "Newmark"))]
+    EnergyMomentum {
         /// Step (s), of any length.
         #[cfg_attr(feature = "serde", serde(default = "Scheme::default_step"))]
         step: f64,
@@ -46,7 +47,9 @@ impl Scheme {
     #[must_use]
     pub fn check(&self) -> Vec<BadSetting> {
         let mut checks = Checks::default();
-        if let Self::BackwardEuler { step, tolerance } | Self::Newmark { step, tolerance } = *self {
+        if let Self::BackwardEuler { step, tolerance } | Self::EnergyMomentum { step, tolerance } =
+            *self
+        {
             checks.positive("step", step, " (s), such as 0.01");
             let holds = tolerance > 0.0 && tolerance < 1.0;
             let must = "it must be above 0 and below 1, such as 1e-4";
@@ -70,7 +73,7 @@ impl Scheme {
     pub const fn step(&self) -> Option<f64> {
         match *self {
             Self::VelocityVerlet | Self::SymplecticEuler => None,
-            Self::BackwardEuler { step, .. } | Self::Newmark { step, .. } => Some(step),
+            Self::BackwardEuler { step, .. } | Self::EnergyMomentum { step, .. } => Some(step),
         }
     }
     /// The explicit scheme that it is, or stands for where it is implicit.
@@ -78,7 +81,7 @@ impl Scheme {
     pub const fn explicit(&self) -> ExplicitScheme {
         match self {
             Self::SymplecticEuler => ExplicitScheme::SymplecticEuler,
-            Self::VelocityVerlet | Self::BackwardEuler { .. } | Self::Newmark { .. } => {
+            Self::VelocityVerlet | Self::BackwardEuler { .. } | Self::EnergyMomentum { .. } => {
                 ExplicitScheme::VelocityVerlet
             }
         }
@@ -90,7 +93,7 @@ impl Scheme {
         let (scheme, tolerance) = match *self {
             Self::VelocityVerlet | Self::SymplecticEuler => return None,
             Self::BackwardEuler { tolerance, .. } => (ImplicitScheme::BackwardEuler, tolerance),
-            Self::Newmark { tolerance, .. } => (ImplicitScheme::Newmark, tolerance),
+            Self::EnergyMomentum { tolerance, .. } => (ImplicitScheme::EnergyMomentum, tolerance),
         };
         let newton = NewtonSettings {
             tolerance,

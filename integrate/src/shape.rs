@@ -1,29 +1,66 @@
 //! Rigid shapes by signed distance, with normal and curvature.
 
+use crate::checks::{BadSetting, Checks};
 use glam::{DMat3, DQuat, DVec3};
 
-/// A rigid shape in its own frame.
+/// A rigid shape in its own frame, as a scene's tool has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+#[cfg_attr(
+    feature = "schemars",
+    derive(schemars::JsonSchema),
+    schemars(rename = "ToolShape")
+)]
 pub enum RigidShape {
-    /// A ball about the origin.
+    /// A ball centred at the tool's origin.
     Sphere {
         /// Radius (m).
         radius: f64,
     },
-    /// The half space `z < 0`.
-    Plane,
-    /// All points within `radius` of the segment from `-half_length` to `half_length` along z.
+    /// A half-space through the tool's origin; its normal points away from the solid side.
+    Plane {
+        /// Outward normal, of any length above zero.
+        #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
+        normal: DVec3,
+    },
+    /// A cylinder with round ends.
     Capsule {
-        /// Half the length of the segment (m).
-        half_length: f64,
+        /// First end of the axis (m).
+        #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
+        from: DVec3,
+        /// Second end of the axis (m).
+        #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
+        to: DVec3,
         /// Radius (m).
         radius: f64,
     },
-    /// The box from `-half` to `half`.
+    /// A box centred at the tool's origin, its edges along the tool's axes.
     Box {
-        /// Half the edge lengths (m).
+        /// Full edge lengths (m).
+        #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
+        size: DVec3,
+    },
+}
+
+/// A shape about its own axis.
+#[derive(Debug, Clone, Copy)]
+enum Solid {
+    Sphere {
+        radius: f64,
+    },
+    /// `z < 0`.
+    Plane,
+    /// All points within `radius` of the segment from `-half_length` to `half_length` along z.
+    Capsule {
+        half_length: f64,
+        radius: f64,
+    },
+    /// From `-half` to `half`.
+    Box {
         half: DVec3,
     },
 }
@@ -108,15 +145,87 @@ impl RigidShape {
 
     /// The shape at a pose, for many points.
     pub(crate) fn placed(&self, pose: &Pose) -> Placed {
+        let (solid, local) = self.solid();
+        let pose = local.map_or(*pose, |local| pose.compose(&local));
         Placed {
-            shape: *self,
+            solid,
             position: pose.position,
             turn: DMat3::from_quat(pose.rotation),
         }
     }
 
+    /// The shape about its own axis, and where that lies in the shape's frame if not in its own place.
+    fn solid(&self) -> (Solid, Option<Pose>) {
+        let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
+        match *self {
+            Self::Sphere { radius } => (Solid::Sphere { radius }, None),
+            Self::Plane { normal } => {
+                let rotation = along(normal);
+                let position = DVec3::ZERO;
+                (Solid::Plane, Some(Pose { position, rotation }))
+            }
+            Self::Capsule { from, to, radius } => {
+                let half_length = 0.5 * from.distance(to);
+                let (position, rotation) = (from.midpoint(to), along(to - from));
+                let capsule = Solid::Capsule {
+                    half_length,
+                    radius,
+                };
+                (capsule, Some(Pose { position, rotation }))
+            }
+            Self::Box { size } => (Solid::Box { half: size * 0.5 }, None),
+        }
+    }
+
+    /// The fields that are out of their bounds; none in sound settings.
+    #[must_use]
+    pub fn check(&self) -> Vec<BadSetting> {
+        let mut checks = Checks::default();
+        match *self {
+            Self::Sphere { radius } => checks.positive("radius", radius, " (m)"),
+            Self::Plane { normal } => checks.direction("normal", normal),
+            Self::Capsule { from, to, radius } => {
+                checks.finite("from", from);
+                checks.finite("to", to);
+                checks.positive("radius", radius, " (m)");
+            }
+            Self::Box { size } => checks.lengths("size", size),
+        }
+        checks.0
+    }
+
+    /// The same `scale` times as large.
+    #[must_use]
+    pub fn scaled(&self, scale: f64) -> Self {
+        match *self {
+            Self::Sphere { radius } => Self::Sphere {
+                radius: scale * radius,
+            },
+            Self::Plane { normal } => Self::Plane { normal },
+            Self::Capsule { from, to, radius } => Self::Capsule {
+                from: scale * from,
+                to: scale * to,
+                radius: scale * radius,
+            },
+            Self::Box { size } => Self::Box { size: scale * size },
+        }
+    }
+
+    /// Opposite corners of the box round it (m) in its frame; `None` for a plane, which has no end.
+    #[must_use]
+    pub fn bounds(&self) -> Option<[DVec3; 2]> {
+        Some(match *self {
+            Self::Plane { .. } => return None,
+            Self::Sphere { radius } => [DVec3::splat(-radius), DVec3::splat(radius)],
+            Self::Capsule { from, to, radius } => [from.min(to) - radius, from.max(to) + radius],
+            Self::Box { size } => [-0.5 * size, 0.5 * size],
+        })
+    }
+}
+
+impl Solid {
     #[inline]
-    fn local_value(&self, x: DVec3) -> f64 {
+    fn value_at(&self, x: DVec3) -> f64 {
         match *self {
             Self::Sphere { radius } => x.length() - radius,
             Self::Plane => x.z,
@@ -139,7 +248,7 @@ impl RigidShape {
         }
     }
 
-    fn local_distance(&self, x: DVec3) -> Distance {
+    fn distance_at(&self, x: DVec3) -> Distance {
         match *self {
             Self::Sphere { radius } => round(x, radius, DMat3::IDENTITY),
             Self::Plane => flat(x.z, DVec3::Z),
@@ -189,7 +298,7 @@ impl RigidShape {
 /// A shape at a pose.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
-    shape: RigidShape,
+    solid: Solid,
     position: DVec3,
     turn: DMat3,
 }
@@ -202,11 +311,11 @@ impl Placed {
 
     #[inline]
     pub(crate) fn value(&self, point: DVec3) -> f64 {
-        self.shape.local_value(self.local(point))
+        self.solid.value_at(self.local(point))
     }
 
     pub(crate) fn distance(&self, point: DVec3) -> Distance {
-        let found = self.shape.local_distance(self.local(point));
+        let found = self.solid.distance_at(self.local(point));
         Distance {
             value: found.value,
             normal: self.turn * found.normal,
@@ -250,13 +359,14 @@ mod tests {
 
     const SHAPES: [RigidShape; 4] = [
         RigidShape::Sphere { radius: 0.7 },
-        RigidShape::Plane,
+        RigidShape::Plane { normal: DVec3::Z },
         RigidShape::Capsule {
-            half_length: 0.6,
+            from: DVec3::new(0.0, 0.0, -0.6),
+            to: DVec3::new(0.0, 0.0, 0.6),
             radius: 0.3,
         },
         RigidShape::Box {
-            half: DVec3::new(0.5, 0.8, 0.3),
+            size: DVec3::new(1.0, 1.6, 0.6),
         },
     ];
 
@@ -319,5 +429,48 @@ mod tests {
             "box's corner"
         );
         assert!(value(SHAPES[0], DVec3::Z) < 0.0, "centre");
+    }
+
+    /// Points lie as far from a shape as its words say.
+    #[test]
+    fn distances_are_those_of_the_shape_described() {
+        let at = DVec3::new;
+        let cases = [
+            (RigidShape::Sphere { radius: 0.5 }, at(1.0, 0.0, 0.0), 0.5),
+            (
+                RigidShape::Plane {
+                    normal: at(0.0, 2.0, 0.0),
+                },
+                at(7.0, 0.25, -3.0),
+                0.25,
+            ),
+            (
+                RigidShape::Capsule {
+                    from: at(1.0, 0.0, 0.0),
+                    to: at(1.0, 2.0, 0.0),
+                    radius: 0.5,
+                },
+                at(3.0, 1.5, 0.0),
+                1.5,
+            ),
+            (
+                RigidShape::Box {
+                    size: at(2.0, 4.0, 6.0),
+                },
+                at(0.0, 3.0, 0.0),
+                1.0,
+            ),
+        ];
+        for (shape, point, distance) in cases {
+            let found = shape.distance_value(&Pose::IDENTITY, point);
+            assert!((found - distance).abs() < 1e-12, "{shape:?}: {found} m");
+            let twice = shape.scaled(2.0);
+            let found = twice.distance_value(&Pose::IDENTITY, 2.0 * point);
+            assert!((found - 2.0 * distance).abs() < 1e-12, "{shape:?} doubled");
+            if let Some([min, max]) = shape.bounds() {
+                let corner = shape.distance_value(&Pose::IDENTITY, max + 1e-9);
+                assert!(corner > 0.0 && min.cmplt(max).all(), "{shape:?}");
+            }
+        }
     }
 }

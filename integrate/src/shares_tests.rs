@@ -1,8 +1,8 @@
 use super::*;
 use crate::motion::MotionSettings;
-use crate::path::Path;
 use crate::supports::Supports;
 use crate::testing::Chain;
+use crate::trajectory::Trajectory;
 use std::ops::Range;
 
 /// Shares of a chain in one process, which exchange places through a list of all.
@@ -164,7 +164,7 @@ fn shared_and_whole(free: bool) -> [State; 2] {
     if !free {
         supports.fix(3);
         // It has not ended when the shares are asked for velocities.
-        let path = Path::ramp(0.0, 0.4, DVec3::Y * 0.2).unwrap();
+        let path = Trajectory::ramp(0.0, 0.4, DVec3::Y * 0.2).unwrap();
         supports.drive(&[2300], [false, true, true], path, &rest);
     }
     let mut whole = Motion::new(&rest, &vec![0.3; n], supports, settings).unwrap();

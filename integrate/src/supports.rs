@@ -1,6 +1,6 @@
 //! Which nodes are held, along which directions, and which follow a path.
 
-use crate::rigid_path::RigidPath;
+use crate::trajectory::Trajectory;
 use glam::{DMat3, DVec3};
 
 const FREE: u32 = u32::MAX;
@@ -35,7 +35,7 @@ impl NodeSupport {
 pub struct Supports {
     entry: Vec<u32>,
     supports: Vec<NodeSupport>,
-    paths: Vec<RigidPath>,
+    paths: Vec<Trajectory>,
 }
 
 impl Supports {
@@ -95,7 +95,7 @@ impl Supports {
     /// Heap bytes of the entries, their paths and the table that finds them by node.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let keys: usize = self.paths.iter().map(RigidPath::bytes).sum();
+        let keys: usize = self.paths.iter().map(Trajectory::bytes).sum();
         keys + size_of_val(&*self.entry) + size_of_val(&*self.supports) + size_of_val(&*self.paths)
     }
 
@@ -113,7 +113,7 @@ impl Supports {
 
     /// Paths that driven nodes follow.
     #[must_use]
-    pub fn paths(&self) -> &[RigidPath] {
+    pub fn paths(&self) -> &[Trajectory] {
         &self.paths
     }
 
@@ -169,16 +169,10 @@ impl Supports {
     ///
     /// # Panics
     /// If there is no such node, or `positions` is not as long as there are nodes.
-    pub fn drive(
-        &mut self,
-        nodes: &[u32],
-        axes: [bool; 3],
-        path: impl Into<RigidPath>,
-        positions: &[DVec3],
-    ) {
+    pub fn drive(&mut self, nodes: &[u32], axes: [bool; 3], path: Trajectory, positions: &[DVec3]) {
         assert_eq!(positions.len(), self.entry.len(), "one position per node");
         let index = index(self.paths.len());
-        self.paths.push(path.into());
+        self.paths.push(path);
         for &node in nodes {
             self.fix_axes(node, axes);
             let entry = self.entry_mut(node);
@@ -253,7 +247,7 @@ fn index(count: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::path::Path;
+    use crate::trajectory::Trajectory;
 
     #[test]
     fn conditions_on_one_node_add_up() {
@@ -279,7 +273,7 @@ mod tests {
         let x = [DVec3::ZERO; 5];
         let mut whole = Supports::fixed(5, &[3, 0]);
         whole.slide(4, DVec3::ONE);
-        let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
+        let path = Trajectory::ramp(0.0, 1.0, DVec3::X).unwrap();
         whole.drive(&[2], [true, false, false], path, &x);
         let part = whole.part(2..5);
         assert_eq!(part.node_count(), 3);
@@ -303,7 +297,7 @@ mod tests {
     fn driven_nodes_keep_their_free_directions() {
         let mut supports = Supports::free(2);
         let x = [DVec3::X, DVec3::Y];
-        let path = Path::ramp(0.0, 1.0, DVec3::new(9.0, 9.0, 2.0)).unwrap();
+        let path = Trajectory::ramp(0.0, 1.0, DVec3::new(9.0, 9.0, 2.0)).unwrap();
         supports.drive(&[1], [false, false, true], path, &x);
         let mut moved = [DVec3::X, DVec3::new(0.5, 0.5, 0.1)];
         supports.place(1.0, &mut moved);

@@ -11,7 +11,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::supports::Supports;
+use crate::nodes::Nodes;
 use crate::vector::{CHUNK, dot_in_order, sum_in_order, weighted_squares};
 
 /// Nodes per block, whose vectors stay in the first cache. Divides the chunk.
@@ -19,76 +19,6 @@ const BLOCK: usize = 128;
 
 /// Below this many nodes a pass takes less time than sharing it: some 10 µs, and 4 ns a node.
 pub(crate) const PARALLEL_FROM: usize = 4 * CHUNK;
-
-/// How easily nodes move.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Mobility {
-    /// Inverse masses (1/kg), 0 where a node is held in all directions.
-    pub(crate) inverse: Vec<f64>,
-    /// Nodes held in some directions only, rising.
-    partly: Vec<u32>,
-}
-
-impl Mobility {
-    pub(crate) fn new(masses: &[f64], supports: &Supports) -> Self {
-        let mut inverse: Vec<f64> = masses.iter().map(|m| m.recip()).collect();
-        let mut partly = Vec::new();
-        for support in supports.entries() {
-            if support.free == glam::DMat3::ZERO {
-                inverse[support.node as usize] = 0.0;
-            } else {
-                partly.push(support.node);
-            }
-        }
-        partly.sort_unstable();
-        Self { inverse, partly }
-    }
-
-    /// Bytes for all nodes, and for partly held ones.
-    pub(crate) fn bytes(&self) -> [usize; 2] {
-        [size_of_val(&*self.inverse), size_of_val(&*self.partly)]
-    }
-
-    /// Takes the held parts out of the vectors of the nodes from `first` on.
-    fn project(&self, supports: &Supports, first: usize, vectors: &mut [DVec3]) {
-        let from = self.partly.partition_point(|&node| (node as usize) < first);
-        for &node in &self.partly[from..] {
-            let Some(vector) = vectors.get_mut(node as usize - first) else {
-                break;
-            };
-            if let Some(support) = supports.of(node as usize) {
-                *vector = support.free * *vector;
-            }
-        }
-    }
-}
-
-/// What does not change in a step: masses, what holds nodes, and constant forces on them.
-#[derive(Debug, Clone)]
-pub(crate) struct Nodes {
-    /// (kg).
-    pub(crate) masses: Vec<f64>,
-    pub(crate) mobility: Mobility,
-    pub(crate) supports: Supports,
-    /// (N); empty without any.
-    pub(crate) loads: Vec<DVec3>,
-}
-
-impl Nodes {
-    pub(crate) fn new(masses: &[f64], supports: Supports) -> Self {
-        Self {
-            masses: masses.to_vec(),
-            mobility: Mobility::new(masses, &supports),
-            supports,
-            loads: Vec::new(),
-        }
-    }
-
-    pub(crate) fn set_supports(&mut self, supports: Supports) {
-        self.mobility = Mobility::new(&self.masses, &supports);
-        self.supports = supports;
-    }
-}
 
 /// What a pass reads. Slices are empty where a motion has no such forces.
 #[derive(Clone, Copy)]

@@ -1,10 +1,10 @@
-//! A rigid tool that moves along a path or under forces, and presses.
+//! A rigid tool that follows a path, is led step by step or moves under forces, and presses on one body.
 
-use crate::contact::{Contact, ContactForce};
-use crate::rigid_path::RigidPath;
+use crate::contact::{Contact, ContactForce, ContactSurface};
 use crate::shape::{Pose, RigidShape};
+use crate::trajectory::{Ease, Trajectory};
 use crate::view::StepView;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// What moves a tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +15,7 @@ pub enum Drive {
         /// Pose that the path displaces, and turns about the shape's origin.
         origin: Pose,
         /// Displacement and rotation over time.
-        path: RigidPath,
+        path: Trajectory,
     },
     /// Force-driven: a mass under a constant force (its weight, a hand) and the contact's. It does not
     /// turn: the hand takes the torque.
@@ -29,9 +29,9 @@ pub enum Drive {
     },
 }
 
-/// A rigid tool. Clone it to save its state.
+/// A rigid tool and its contact with one body. Clone it to save its state.
 ///
-/// After each step `contact` holds the force and torque on it; keep them over time for a record.
+/// After each step `load` holds the force and torque on it; keep them over time for a record.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RigidTool {
@@ -45,8 +45,10 @@ pub struct RigidTool {
     pub angular_velocity: DVec3,
     /// What moves it.
     pub drive: Drive,
-    /// Forces of the contact at the end of the last step.
-    pub contact: ContactForce,
+    /// The contact.
+    pub contact: Contact,
+    /// Forces of the contact on the tool at the end of the last step, the torque about its origin.
+    pub load: ContactForce,
     /// Work (J) of the contact on the tool so far.
     pub contact_work: f64,
     /// Work (J) of a force-driven tool's own force so far.
@@ -58,14 +60,15 @@ pub struct RigidTool {
 impl RigidTool {
     /// A tool at rest.
     #[must_use]
-    pub fn new(shape: RigidShape, pose: Pose, drive: Drive) -> Self {
+    pub fn new(shape: RigidShape, pose: Pose, drive: Drive, contact: Contact) -> Self {
         Self {
             shape,
             pose,
             velocity: DVec3::ZERO,
             angular_velocity: DVec3::ZERO,
             drive,
-            contact: ContactForce::default(),
+            contact,
+            load: ContactForce::default(),
             contact_work: 0.0,
             load_work: 0.0,
             dissipated: 0.0,
@@ -74,10 +77,88 @@ impl RigidTool {
 
     /// A tool on a path from `origin`.
     #[must_use]
-    pub fn on_path(shape: RigidShape, origin: Pose, path: impl Into<RigidPath>) -> Self {
-        let path = path.into();
+    pub fn on_path(shape: RigidShape, origin: Pose, path: Trajectory, contact: Contact) -> Self {
         let drive = Drive::Path { origin, path };
-        Self::new(shape, origin, drive)
+        Self::new(shape, origin, drive, contact)
+    }
+
+    /// A tool that stands at a pose until [`RigidTool::lead`].
+    ///
+    /// # Panics
+    /// If the pose is not finite.
+    #[must_use]
+    pub fn standing(shape: RigidShape, pose: Pose, contact: Contact) -> Self {
+        let still = Trajectory::new(&[(0.0, Pose::IDENTITY)], Ease::Linear);
+        let still = still.expect("one finite key is a path");
+        Self::on_path(shape, pose, still, contact)
+    }
+
+    /// Leads the tool from where it is to where it will be after a step (s) that begins at `time` (s),
+    /// and as far again, for contact forces that look ahead. A released tool moves on by itself.
+    ///
+    /// # Panics
+    /// If a pose or time is not finite, or the step is not above zero.
+    pub fn lead(&mut self, from: &Pose, to: &Pose, time: f64, step: f64) {
+        if self.is_released() {
+            return;
+        }
+        let end = time + 2.0 * step;
+        let half = (to.rotation * from.rotation.inverse()).normalize();
+        let twice = Pose {
+            position: (to.position - from.position) * 2.0,
+            rotation: if half.w.abs() < 1.0 {
+                half * half
+            } else {
+                DQuat::IDENTITY
+            },
+        };
+        let path = Trajectory::new(&[(time, Pose::IDENTITY), (end, twice)], Ease::Linear);
+        self.drive = Drive::Path {
+            origin: *from,
+            path: path.expect("finite keys in rising order"),
+        };
+    }
+
+    /// Lets the tool go, at rest: a mass (kg) under a force (N), its weight included, and mass-proportional
+    /// damping (1/s).
+    pub fn release(&mut self, mass: f64, force: DVec3, damping: f64) {
+        self.velocity = DVec3::ZERO;
+        self.drive = Drive::Force {
+            mass,
+            force,
+            damping,
+        };
+    }
+
+    /// Whether it moves under forces.
+    #[must_use]
+    pub fn is_released(&self) -> bool {
+        matches!(self.drive, Drive::Force { .. })
+    }
+
+    /// Whether its numbers are finite and its contact can be one with a body of so many nodes.
+    #[must_use]
+    pub fn is_sound(&self, node_count: usize) -> bool {
+        self.pose.position.is_finite()
+            && self.pose.rotation.is_finite()
+            && self.velocity.is_finite()
+            && self.angular_velocity.is_finite()
+            && self.contact.is_sound(node_count)
+    }
+
+    /// Presses on another surface from now on, as after a cut; where friction sticks is forgotten.
+    pub fn set_surface(&mut self, surface: ContactSurface) {
+        self.contact = Contact::new(surface, *self.contact.settings());
+    }
+
+    /// The forces on the tool with the torque about a point (m).
+    #[must_use]
+    pub fn load_about(&self, point: DVec3) -> ContactForce {
+        let arm = self.pose.position - point;
+        ContactForce {
+            torque: self.load.torque + arm.cross(self.load.force),
+            ..self.load
+        }
     }
 
     /// Kinetic energy (J) of a force-driven tool, 0 for one on a path.
@@ -107,7 +188,7 @@ impl RigidTool {
     ///
     /// # Panics
     /// If slices are shorter than the surface's nodes require.
-    pub fn press(&mut self, contact: &mut Contact, view: &StepView<'_>, forces: &mut [DVec3]) {
+    pub fn press(&mut self, view: &StepView<'_>, forces: &mut [DVec3]) {
         let before = self.pose;
         let (time, step) = (view.time, view.step);
         let half = 0.5 * step;
@@ -118,12 +199,12 @@ impl RigidTool {
         } = self.drive
         {
             self.dissipated += decay(&mut self.velocity, mass, damping, step);
-            self.velocity += (force + self.contact.force) * (half / mass);
+            self.velocity += (force + self.load.force) * (half / mass);
             self.pose.position += self.velocity * step;
         } else {
             self.follow(time);
         }
-        let sum = if contact.settings().implicit {
+        let sum = if self.contact.settings().implicit {
             let (middle, mass) = match self.drive {
                 Drive::Force { mass, force, .. } => {
                     let moved = (self.velocity + force * (step / mass)) * half;
@@ -139,9 +220,11 @@ impl RigidTool {
                 Drive::Path { .. } => (self.pose_at(time + half), None),
             };
             let middle = middle.unwrap_or(self.pose);
+            let contact = &mut self.contact;
             contact.press_semi_implicit(&self.shape, &middle, mass, view, forces)
         } else {
-            let mut sum = contact.add_forces(&self.shape, &self.pose, view.positions, forces);
+            let (shape, contact) = (&self.shape, &mut self.contact);
+            let mut sum = contact.add_forces(shape, &self.pose, view.positions, forces);
             contact.add_friction(&self.pose, forces, &mut sum);
             sum
         };
@@ -171,7 +254,7 @@ impl RigidTool {
 
     /// Takes over the contact's forces at the end of a step that began at `before`, and their work.
     pub(crate) fn take(&mut self, sum: ContactForce, before: &Pose) {
-        let old = std::mem::replace(&mut self.contact, sum);
+        let old = std::mem::replace(&mut self.load, sum);
         let moved = self.pose.position - before.position;
         let turn = self.pose.rotation * before.rotation.inverse();
         let turn = if turn.w < 0.0 { -turn } else { turn };
@@ -186,4 +269,45 @@ fn decay(velocity: &mut DVec3, mass: f64, damping: f64, step: f64) -> f64 {
     let before = 0.5 * mass * velocity.length_squared();
     *velocity *= (-0.5 * damping * step).exp();
     before - 0.5 * mass * velocity.length_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::ContactSettings;
+
+    fn standing(shape: RigidShape) -> RigidTool {
+        let surface = ContactSurface::from_nodes(&[0], &[1.0], 1).expect("a surface");
+        let contact = Contact::new(surface, ContactSettings::new(1.0));
+        RigidTool::standing(shape, Pose::IDENTITY, contact)
+    }
+
+    /// At the end of the step it is where it was led, and on a straight line there in between.
+    #[test]
+    fn it_is_where_it_is_led() {
+        let mut tool = standing(RigidShape::Sphere { radius: 0.1 });
+        let to = Pose {
+            position: DVec3::new(0.1, 0.0, 0.2),
+            rotation: DQuat::from_rotation_z(0.3),
+        };
+        tool.lead(&Pose::IDENTITY, &to, 2.0, 0.5);
+        let end = tool.pose_at(2.5).expect("it is on a path");
+        assert!(end.position.distance(to.position) < 1e-12, "{end:?}");
+        assert!(end.rotation.dot(to.rotation).abs() > 1.0 - 1e-12);
+        let start = tool.pose_at(2.0).expect("it is on a path");
+        assert!(start.position.length() < 1e-15, "{start:?}");
+        let half = tool.pose_at(2.25).expect("it is on a path");
+        assert!(half.position.distance(0.5 * to.position) < 1e-12);
+    }
+
+    #[test]
+    fn once_released_nothing_leads_it() {
+        let mut tool = standing(RigidShape::Plane { normal: DVec3::Y });
+        assert!(!tool.is_released());
+        tool.release(1.0, DVec3::ZERO, 0.0);
+        tool.lead(&Pose::IDENTITY, &Pose::at(DVec3::X), 0.0, 1.0);
+        assert!(tool.is_released());
+        assert_eq!(tool.pose_at(1.0), None, "no path");
+        assert_eq!(tool.pose, Pose::IDENTITY, "where it was let go");
+    }
 }

@@ -1,6 +1,6 @@
 //! What forces from outside may know of a step.
 
-use crate::sweep::Nodes;
+use crate::nodes::Nodes;
 use glam::{DMat3, DVec3};
 
 /// The body at the end of a step, before its second kick: positions are those of the end, velocities

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let member = &world.members()[0];
         let audit = member.body.motion.audit();
-        let off = audit.balance().abs() / audit.scale();
+        let off = audit.energy_error().abs() / audit.scale();
         let bytes: usize = world.parts().iter().map(|part| part.bytes).sum();
         let time = world.scene_time().unwrap_or(0.0);
         let done = world

@@ -8,7 +8,7 @@ use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
     ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion, MotionSettings,
-    StepError, Supports, critical_step, largest_eigenvalue, scale_masses,
+    StepError, StiffnessTracker, Supports, critical_step, largest_eigenvalue, scale_masses,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
@@ -71,13 +71,10 @@ pub struct Body {
     pub mass_scaling: Option<MassScaling>,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
-    /// Largest eigenvalue (1/s²) as last estimated, of the whole and round the stiffest nodes.
-    pub(crate) estimates: [f64; 2],
+    /// Estimates of the largest eigenvalue, for the step.
+    pub(crate) stiffness: StiffnessTracker,
     /// Vector of the last estimate, where the next one starts.
     pub(crate) eigenvector: Vec<DVec3>,
-    /// Stiffness indicators (1/s²) of the runs of nodes when an estimate was last made because of them;
-    /// empty before the first.
-    pub(crate) indicators: Vec<f64>,
     /// Smallest `det F` of nodes that carry strain energy, over all steps and the rest state.
     pub smallest_ratio: f64,
     /// The first time that its energy balance was off for many steps on end, if it was.
@@ -151,7 +148,7 @@ impl Body {
         if !found.critical_step.is_finite() {
             return Err(BodyProblem::NoStiffness);
         }
-        self.estimates = [found.value; 2];
+        self.stiffness = StiffnessTracker::new(found.value);
         self.eigenvalue = found;
         self.motion
             .set_viscosity(2.0 * damping_ratio / found.value.sqrt())?;
@@ -237,9 +234,8 @@ impl Body {
             stencils,
             elastic,
             motion,
-            estimates: [0.0; 2],
+            stiffness: StiffnessTracker::default(),
             eigenvector: Vec::new(),
-            indicators: Vec::new(),
             smallest_ratio: 1.0,
             doubt: None,
             mass_scaling,
@@ -266,8 +262,7 @@ impl Body {
     /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.
     #[must_use]
     pub fn current_eigenvalue(&self) -> f64 {
-        let [whole, local] = self.estimates;
-        whole.max(local).max(self.eigenvalue.value)
+        self.stiffness.eigenvalue().max(self.eigenvalue.value)
     }
 
     /// Largest stable step (s) of the uncut body at rest, damping included.
@@ -351,14 +346,14 @@ impl Body {
     pub(crate) fn restore(
         &mut self,
         motion: phyxel_integrate::State,
-        estimates: [f64; 2],
+        stiffness: StiffnessTracker,
         eigenvector: Vec<DVec3>,
     ) {
         let mut forces = vec![DVec3::ZERO; self.rest.len()];
         self.elastic.forces_into(&motion.positions, &mut forces);
         self.motion.restore(motion);
         self.rebuilt_here();
-        self.estimates = estimates;
+        self.stiffness = stiffness;
         self.eigenvector = eigenvector;
         self.turned_here();
     }

@@ -1,7 +1,7 @@
 //! What moves in a body, to be kept and gone on from.
 
 use glam::DVec3;
-use phyxel_integrate::Grip;
+use phyxel_integrate::{Grip, StiffnessTracker};
 use serde::{Deserialize, Serialize};
 
 use crate::Member;
@@ -15,9 +15,8 @@ pub(crate) struct BodyState {
     /// Checksum of the rest positions: a mesh file may have changed since.
     pub(crate) fingerprint: u32,
     pub(crate) motion: phyxel_integrate::State,
-    pub(crate) estimates: [f64; 2],
+    pub(crate) stiffness: StiffnessTracker,
     pub(crate) eigenvector: Vec<DVec3>,
-    pub(crate) indicators: Vec<f64>,
     pub(crate) smallest_ratio: f64,
     pub(crate) doubt: Option<phyxel_integrate::Warning>,
     pub(crate) growth: Option<f64>,
@@ -48,9 +47,10 @@ impl BodyState {
             cut.largest_addition,
             cut.decay,
         ];
-        let mut numbers = numbers.iter().chain(&self.indicators);
+        let mut numbers = numbers.iter().chain(&self.stiffness.indicators);
         body.motion.fits(&self.motion)
             && self
+                .stiffness
                 .estimates
                 .iter()
                 .all(|value| value.is_finite() && *value >= 0.0)
@@ -77,9 +77,8 @@ impl Member {
         BodyState {
             fingerprint: body.fingerprint,
             motion: body.motion.state().clone(),
-            estimates: body.estimates,
+            stiffness: body.stiffness.clone(),
             eigenvector: body.eigenvector.clone(),
-            indicators: body.indicators.clone(),
             smallest_ratio: body.smallest_ratio,
             doubt: body.doubt,
             growth: cutting.as_ref().map(Cutting::growth),
@@ -103,11 +102,10 @@ impl Member {
         let body = &mut self.body;
         body.elastic.set_state(&state.elastic);
         body.relaxed = state.relaxed;
-        body.indicators = state.indicators;
         body.smallest_ratio = state.smallest_ratio;
         body.doubt = state.doubt;
         body.grip = state.grip;
-        body.restore(state.motion, state.estimates, state.eigenvector);
+        body.restore(state.motion, state.stiffness, state.eigenvector);
         self.contacts = state.contacts;
         if let Some(cutting) = &mut self.cutting {
             if let Some(growth) = state.growth {

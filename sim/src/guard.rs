@@ -8,7 +8,7 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use phyxel_integrate::RigidEnergies;
+use phyxel_integrate::{RigidEnergies, StepControl};
 
 use crate::body::Body;
 use crate::body_state::BodyState;
@@ -17,28 +17,10 @@ use crate::phases::Phase;
 use crate::scene::Pose;
 use crate::{Member, World};
 
-/// Steps between two estimates of the largest eigenvalue, and between two kept states.
-const STEPS_PER_ESTIMATE: u64 = 50;
-/// Products with the stiffness per such estimate; it starts at the vector of the last.
+/// Products with the stiffness per estimate of the largest eigenvalue; it starts at the vector of the last.
 const ESTIMATE_PRODUCTS: usize = 2;
 /// Products where steps failed.
 const RETAKE_PRODUCTS: usize = 16;
-/// Divisions of the steps of a stretch that is done again.
-const DIVISIONS: [u32; 3] = [2, 4, 8];
-/// Energy that may appear or vanish over a stretch, as a share of the largest of the elastic and the
-/// kinetic energy before it and of what loads and damping did in it, without the rigid motions of severed pieces.
-const LARGEST_IMBALANCE: f64 = 0.02;
-/// The same where a tool presses: contact sets in within a step, and at first all the energy there is
-/// comes from it.
-const LARGEST_IMBALANCE_IN_CONTACT: f64 = 2.0;
-/// Imbalance with which a run ends if no shorter step lowers it.
-const FATAL_IMBALANCE: f64 = 0.5;
-/// Share of the first stable step below which a stretch has gone wrong and is done again, and a run ends if that does
-/// not help: it would take a million times as long. Of the scenes of `benches -- random` that end none has steps below
-/// a three-hundredth.
-const SMALLEST_STEP: f64 = 1e-6;
-/// How fast steps grow again after they were shortened, per kept state.
-const RECOVERY: f64 = 1.2;
 
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
@@ -119,7 +101,7 @@ impl World {
         if !vanished || step >= smallest {
             kept.taken.push((step, poses.to_vec()));
         }
-        let due = kept.taken.len() as u64 >= STEPS_PER_ESTIMATE;
+        let due = kept.taken.len() as u64 >= StepControl::STEPS;
         let result = result.and_then(|()| if due { self.check_energy() } else { Ok(()) });
         match result {
             Err(error) => {
@@ -128,7 +110,7 @@ impl World {
                     self.check_step()?;
                 }
             }
-            Ok(()) if due => self.caution = (self.caution / RECOVERY).max(1.0),
+            Ok(()) if due => self.control.recover(),
             Ok(()) => return Ok(()),
         }
         self.keep();
@@ -146,7 +128,7 @@ impl World {
 
     /// Step (s) below which a run leads nowhere.
     fn smallest_step(&self) -> f64 {
-        SMALLEST_STEP * self.first_step()
+        StepControl::smallest_step(self.first_step())
     }
 
     /// Whether there is a stable step that leads anywhere.
@@ -199,8 +181,8 @@ impl World {
         };
         self.retaken.stretches += 1;
         let mut last = error;
-        for division in DIVISIONS {
-            self.caution = self.caution.max(f64::from(division));
+        for division in StepControl::DIVISIONS {
+            self.control.shorten(division);
             match self.repeat(&kept, division) {
                 Ok(()) => return Ok(()),
                 Err(error) => last = error,
@@ -210,7 +192,7 @@ impl World {
             WorldError::Body {
                 problem: BodyProblem::Unbalanced { share, .. },
                 ..
-            } if share < FATAL_IMBALANCE => {
+            } if !StepControl::is_fatal(share) => {
                 self.retaken.unbalanced += 1;
                 Ok(())
             }
@@ -269,10 +251,8 @@ impl World {
                 contacts,
             } = member;
             for contact in contacts.iter_mut() {
-                let shape = self.scene.tools[contact.tool].solid();
-                contact
-                    .led
-                    .lead(&shape, &from[contact.tool], &to[contact.tool], time, step);
+                let tool = contact.tool;
+                contact.rigid.lead(&from[tool], &to[tool], time, step);
             }
             if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
                 grip.lead(from.position, to.position, step);
@@ -298,7 +278,7 @@ impl World {
 
     /// Chooses the step anew where it is due or where stiffness has changed.
     fn follow_stiffness(&mut self, number: u64) -> Result<(), WorldError> {
-        if number.is_multiple_of(STEPS_PER_ESTIMATE) {
+        if number.is_multiple_of(StepControl::STEPS) {
             self.estimate_eigenvalues(ESTIMATE_PRODUCTS)?;
         }
         self.raise_alarms()
@@ -346,16 +326,8 @@ impl World {
         let kept = kept.bodies.iter().zip(&kept.rigid);
         for (Member { body, .. }, (before, rigid)) in self.members.iter_mut().zip(kept) {
             let rigid = [*rigid, body.rigid_energies()];
-            let state = body.motion.state();
-            let pressed = state.is_pressed() || before.motion.is_pressed();
-            let allowed = if pressed {
-                LARGEST_IMBALANCE_IN_CONTACT
-            } else {
-                LARGEST_IMBALANCE
-            };
             let round_off = body.elastic.energy_round_off();
-            let share = (state.audit).imbalance(&before.motion.audit, rigid, state.lag, round_off);
-            if share > allowed {
+            if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
                 let problem = BodyProblem::Unbalanced {
                     share,
                     time: body.motion.time(),
@@ -413,7 +385,7 @@ mod tests {
     fn a_step_beyond_the_limit_is_seen_and_taken_again() {
         let mut sound = block(Vec::new());
         let mut most = 0.0_f64;
-        let until = 4.0 * STEPS_PER_ESTIMATE as f64 * sound.step_size();
+        let until = 4.0 * StepControl::STEPS as f64 * sound.step_size();
         while sound.time() < until {
             sound.step().unwrap();
             most = most.max(scale(&sound));
@@ -479,7 +451,7 @@ mod tests {
             .map_or(0, |c| c.counts().1);
         assert!(updates > 5, "{updates} updates");
         let audit = world.members()[0].body.motion.audit();
-        let off = audit.balance().abs() / scale(&world);
+        let off = audit.energy_error().abs() / scale(&world);
         assert!(off < 1e-3, "{off}");
         assert_eq!(world.retaken(), Retaken::default());
     }
@@ -494,7 +466,7 @@ mod tests {
             let mut world = World::new(scene).unwrap();
             world.step().unwrap();
             let rash = |world: &mut World| {
-                world.members[0].body.estimates = [1e40; 2];
+                world.members[0].body.stiffness.estimates = [1e40; 2];
                 world.estimate_eigenvalues(ESTIMATE_PRODUCTS).unwrap();
             };
             // From a sound state it is done again.

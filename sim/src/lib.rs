@@ -58,6 +58,7 @@ pub use tool::ToolForce;
 use grip::Adjusted;
 use guard::Kept;
 use input::InputSource;
+use phyxel_integrate::StepControl;
 use scene::{Rest, Scene};
 
 /// Products with the stiffness for the step where an equilibrium was found.
@@ -93,7 +94,7 @@ pub struct World {
     /// Where to return to if a step fails.
     kept: Option<Kept>,
     /// Divisor of the step after steps that failed.
-    caution: f64,
+    control: StepControl,
     retaken: Retaken,
     /// Whether each of the scene's cuts has changed any body.
     cut_through: Vec<bool>,
@@ -172,7 +173,7 @@ impl World {
             new_pieces: Vec::new(),
             captured: Vec::new(),
             kept: None,
-            caution: 1.0,
+            control: StepControl::default(),
             retaken: Retaken::default(),
             adjusted: Adjusted::default(),
         };
@@ -380,7 +381,7 @@ impl World {
             for contact in &mut member.contacts {
                 if let Some(release) = &self.scene.tools[contact.tool].release {
                     let force = release.force + gravity * release.mass;
-                    contact.led.release(release.mass, force, release.damping);
+                    contact.rigid.release(release.mass, force, release.damping);
                 }
             }
         }
@@ -406,12 +407,11 @@ impl World {
     /// Forces on the tools at the end of the last step, in the scene's order.
     #[must_use]
     pub fn tool_forces(&self) -> Vec<ToolForce> {
-        let tools = self.scene.tools.iter().enumerate();
-        let forces = tools.map(|(index, tool)| {
+        let forces = (0..self.scene.tools.len()).map(|index| {
             let mut sum = ToolForce::free(self.input.poses()[index]);
             for contact in self.members.iter().flat_map(|member| &member.contacts) {
                 if contact.tool == index {
-                    contact.add_to(&tool.solid(), &mut sum);
+                    contact.add_to(&mut sum);
                 }
             }
             sum
@@ -436,7 +436,7 @@ impl World {
         let number = self.steps();
         self.capture_blades(number)?;
         self.hold(number)?;
-        let step = self.step;
+        let step = self.next_step();
         let end = self.scene_time().map(|now| now + step);
         let poses = self.input.tools(&self.scene, number, end);
         self.advance_safely(step, &poses)?;
@@ -447,6 +447,33 @@ impl World {
         Ok(())
     }
 
+    /// Whether the scene's duration is over, up to round-off.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.time_left().is_some_and(|left| left <= 0.0)
+    }
+
+    /// Scene time (s) that is left, not positive where only round-off is; `None` before the scene starts.
+    fn time_left(&self) -> Option<f64> {
+        let left = self.scene.integration.duration - self.scene_time()?;
+        Some(left - 1e-12 * self.time())
+    }
+
+    /// The next step (s): the last one ends where the scene does, and steps longer than the time between
+    /// two rows of the history end at the rows.
+    fn next_step(&self) -> f64 {
+        let mut step = self.step;
+        let rate = self.scene.observe.history_rate;
+        if step * rate > 1.0 {
+            let done = (self.time() * rate * (1.0 + 1e-12)).floor();
+            step = step.min((done + 1.0) / rate - self.time());
+        }
+        match self.time_left() {
+            Some(left) if left > 0.0 => step.min(left),
+            _ => step,
+        }
+    }
+
     /// Stretches of steps that were done again.
     #[must_use]
     pub fn retaken(&self) -> Retaken {
@@ -455,7 +482,7 @@ impl World {
 
     fn smallest_step_size(&self) -> f64 {
         let steps = self.members.iter().map(|member| member.body.step_size());
-        steps.fold(f64::INFINITY, f64::min) / self.caution
+        steps.fold(f64::INFINITY, f64::min) / self.control.divisor
     }
 
     fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {

@@ -153,7 +153,7 @@ impl Member {
             let factors = Some(cutting.factors());
             let torn = body.torn_count(factors);
             for contact in contacts {
-                contact.led.tear(torn, || body.contact_surface(factors))?;
+                contact.tear(torn, || body.contact_surface(factors))?;
             }
         }
         Ok((update, sweep))

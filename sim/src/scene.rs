@@ -23,7 +23,7 @@ pub use path::{Key, pose_at};
 pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
 pub use phyxel_elastic::{Dilatation, Fiber, MaterialSettings, Model, Preset, PronyTerm};
 pub use phyxel_enrich::CutRule;
-pub use phyxel_integrate::{Pose, Region, Scheme, ToolShape};
+pub use phyxel_integrate::{Pose, Region, RigidShape as ToolShape, Scheme};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
 pub use rigid::RigidMesh;
 pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};

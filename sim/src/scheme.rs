@@ -60,7 +60,7 @@ impl Stepper {
             Self::Implicit { solver, .. } => {
                 let mut tools: Vec<_> = contacts
                     .iter_mut()
-                    .map(|contact| contact.led.parts())
+                    .map(|contact| &mut contact.rigid)
                     .collect();
                 solver.step_with(motion, step, &mut law, &mut tools)?;
             }

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use phyxel_integrate::StepControl;
 use serde::{Deserialize, Serialize};
 
 use crate::body_state::BodyState;
@@ -30,7 +31,7 @@ pub struct WorldState {
     bodies: Vec<BodyState>,
     captured: Vec<Arc<CapturedEdge>>,
     kept: Option<Kept>,
-    caution: f64,
+    control: StepControl,
     retaken: Retaken,
     adjusted: Adjusted,
 }
@@ -56,7 +57,7 @@ impl World {
             latencies: self.latencies.clone(),
             bodies: self.members.iter().map(Member::state).collect(),
             kept: self.kept.clone(),
-            caution: self.caution,
+            control: self.control,
             retaken: self.retaken,
             captured: self.captured.clone(),
             adjusted: self.adjusted,
@@ -96,7 +97,7 @@ impl World {
             member.set_state(kept);
         }
         self.kept = state.kept;
-        self.caution = state.caution;
+        self.control = state.control;
         self.retaken = state.retaken;
         self.step = self.smallest_step_size();
         self.input.restore(state.input);
@@ -128,10 +129,7 @@ impl World {
                     .all(|g| g.is_finite()),
                 "its values of gravity",
             ),
-            (
-                state.caution.is_finite() && state.caution >= 1.0,
-                "its shortened steps",
-            ),
+            (state.control.is_sound(), "its shortened steps"),
             (
                 self.input.fits(&state.input, &self.scene),
                 "its tools and inputs",
@@ -244,7 +242,9 @@ mod tests {
                 s.bodies[0].motion.audit.elastic = f64::INFINITY;
             }),
             ("a time", |s| s.bodies[0].motion.time = f64::NAN),
-            ("estimates", |s| s.bodies[0].estimates[0] = f64::NAN),
+            ("estimates", |s| {
+                s.bodies[0].stiffness.estimates[0] = f64::NAN;
+            }),
             ("a vector", |s| s.bodies[0].eigenvector.truncate(3)),
             ("history", |s| s.bodies[0].elastic.viscosity.clear()),
             ("offsets", |s| {
@@ -257,7 +257,7 @@ mod tests {
             }),
             ("contacts", |s| s.bodies[0].contacts.clear()),
             ("bodies", |s| s.bodies.clear()),
-            ("steps", |s| s.caution = 0.0),
+            ("steps", |s| s.control.divisor = 0.0),
             ("gravity", |s| s.gravity = Some(DVec3::NAN)),
         ];
         for (what, damage) in damages {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
-use phyxel_integrate::{EigenvalueSettings, largest_eigenvalue, largest_eigenvalue_within};
+use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue, largest_eigenvalue_within};
 
 use crate::body::{Body, EIGENVALUE_MARGIN};
 use crate::error::BodyProblem;
@@ -11,16 +11,6 @@ use crate::error::BodyProblem;
 /// with the stiffness of that part.
 const STIFFEST_NODES: usize = 8;
 const LOCAL_PRODUCTS: usize = 12;
-/// An estimate comes from below and may miss a mode that the one before it saw: it never falls faster
-/// than this from one to the next. (Falling freely, two products once let the step of a liver grow by
-/// half past the limit.)
-const SLOWEST_FALL: f64 = 0.8;
-/// Rise of the stiffness indicator of a run of nodes since the last estimate that asks for the next, and
-/// fall of the largest.
-const ALARM_RISE: f64 = 1.1;
-const ALARM_FALL: f64 = 0.5;
-/// Share of the largest indicator from which on a run of nodes is listened to.
-const WATCHED_SHARE: f64 = 0.5;
 
 /// Stiffest mode of a part of a body.
 #[derive(Debug)]
@@ -56,38 +46,20 @@ impl Body {
                 )?
             }
         };
-        let [whole, _] = &mut self.estimates;
-        *whole = found.value.max(SLOWEST_FALL * *whole);
+        self.stiffness.take_whole(found.value);
         let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
-        self.estimates[1] *= SLOWEST_FALL;
         self.estimate_around(&stiffest)
     }
 
-    /// Estimates anew where stiffness has risen by [`ALARM_RISE`] since the last estimate because of that,
-    /// or everywhere when it has fallen by [`ALARM_FALL`]; whether either is so.
+    /// Estimates again where stiffness has risen since the last estimate, or everywhere when it has fallen;
+    /// whether either is so.
     pub(crate) fn follow_stiffness(&mut self) -> Result<bool, BodyProblem> {
-        let runs = self.stiffness_indicators();
-        let largest = runs.iter().copied().fold(0.0, f64::max);
-        self.indicators.resize(runs.len(), 0.0);
-        let before = self.indicators.iter().copied().fold(0.0, f64::max);
-        if largest < ALARM_FALL * before {
-            self.indicators = runs;
-            let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
-            self.estimates[1] *= SLOWEST_FALL;
-            self.estimate_around(&stiffest)?;
-            return Ok(true);
-        }
-        let mut risen: Vec<usize> = Vec::new();
-        for (run, (now, before)) in runs.into_iter().zip(&mut self.indicators).enumerate() {
-            if now > ALARM_RISE * *before && now > WATCHED_SHARE * largest {
-                *before = now;
-                risen.push(run);
-            }
-        }
-        if risen.is_empty() {
-            return Ok(false);
-        }
-        let stiffest = self.stiffest_nodes(STIFFEST_NODES, Some(&risen));
+        let indicators = self.stiffness_indicators();
+        let stiffest = match self.stiffness.follow(indicators) {
+            None => return Ok(false),
+            Some(Alarm::Fell) => self.stiffest_nodes(STIFFEST_NODES, None),
+            Some(Alarm::Rose(runs)) => self.stiffest_nodes(STIFFEST_NODES, Some(&runs)),
+        };
         self.estimate_around(&stiffest)?;
         Ok(true)
     }
@@ -113,8 +85,7 @@ impl Body {
         self.fetch_part(&part);
         let start = self.seeded(&part, &seeds);
         let found = self.part_eigenvalue(&part, start, LOCAL_PRODUCTS)?;
-        let [_, local] = &mut self.estimates;
-        *local = local.max(found.value);
+        self.stiffness.take_local(found.value);
         Ok(())
     }
 
@@ -174,7 +145,7 @@ impl Body {
         if mode.value <= self.current_eigenvalue() {
             return;
         }
-        self.estimates[1] = mode.value;
+        self.stiffness.estimates[1] = mode.value;
         self.fetch_vector();
         self.turned_here();
         for (&node, part) in part.nodes().iter().zip(&mode.vector) {

@@ -1,7 +1,7 @@
 //! Which nodes a scene holds or drives.
 
 use glam::DVec3;
-use phyxel_integrate::{Ease, RigidPath, Supports};
+use phyxel_integrate::{Ease, Supports, Trajectory};
 
 use crate::scene::{Body, Key, Scene, Support, SupportMotion};
 
@@ -73,9 +73,9 @@ pub(crate) fn driven_supports_of(
 }
 
 /// A scene's path in the motion's time, which is `start` (s) at its 0.
-fn shifted(path: &[Key], start: f64) -> RigidPath {
+fn shifted(path: &[Key], start: f64) -> Trajectory {
     let keys = path.iter().map(|key| (start + key.time, key.pose()));
-    let path = RigidPath::new(&keys.collect::<Vec<_>>(), Ease::Linear);
+    let path = Trajectory::new(&keys.collect::<Vec<_>>(), Ease::Linear);
     path.expect("a validated path has finite keys in rising order")
 }
 

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use phyxel_integrate::{
-    ContactSettings, ContactSurface, LedTool, Pose, StepView, ToolShape, penalty,
+    Contact, ContactSettings, ContactSurface, Pose, RigidTool, StepView, penalty,
 };
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,9 @@ pub(crate) struct ToolContact {
     /// Index of the scene's tool.
     pub(crate) tool: usize,
     /// The tool as this body has it.
-    pub(crate) led: LedTool,
+    pub(crate) rigid: RigidTool,
+    /// Surface triangles that a cut has torn.
+    torn: usize,
 }
 
 /// Forces on a tool at the end of the last step, of all bodies together.
@@ -52,7 +54,7 @@ impl ToolForce {
 impl ToolContact {
     /// Whether it can be one of a body of so many nodes in the place of another.
     pub(crate) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
-        self.tool == built.tool && self.led.is_sound(node_count)
+        self.tool == built.tool && self.rigid.is_sound(node_count)
     }
 
     /// The contact of a tool at `pose` with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
@@ -73,8 +75,23 @@ impl ToolContact {
         };
         Self {
             tool,
-            led: LedTool::new(&description.solid(), pose, surface, settings),
+            rigid: RigidTool::standing(description.solid(), *pose, Contact::new(surface, settings)),
+            torn: 0,
         }
+    }
+
+    /// Gives way where a cut has torn the surface, which now has `torn` torn triangles: their area goes to their
+    /// corners, so that nothing spans the gap. `surface` makes the surface as it is now.
+    pub(crate) fn tear<E>(
+        &mut self,
+        torn: usize,
+        surface: impl FnOnce() -> Result<ContactSurface, E>,
+    ) -> Result<(), E> {
+        if torn != self.torn {
+            self.rigid.set_surface(surface()?);
+            self.torn = torn;
+        }
+        Ok(())
     }
 
     /// Moves the tool to the end of a step and adds its forces on the body.
@@ -85,30 +102,30 @@ impl ToolContact {
         spent: &mut Duration,
     ) {
         let start = Instant::now();
-        self.led.press(view, forces);
+        self.rigid.press(view, forces);
         *spent += start.elapsed();
     }
 
     /// The body's nodes that it may press on, rising.
     pub(crate) fn nodes(&self) -> &[u32] {
-        self.led.contact().surface().members()
+        self.rigid.contact.surface().members()
     }
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
-    pub(crate) fn add_to(&self, shape: &ToolShape, sum: &mut ToolForce) {
-        if let Some(pose) = self.led.released_pose(shape) {
-            sum.pose = pose;
+    pub(crate) fn add_to(&self, sum: &mut ToolForce) {
+        if self.rigid.is_released() {
+            sum.pose = self.rigid.pose;
         }
-        let found = self.led.force_about(sum.pose.position);
+        let found = self.rigid.load_about(sum.pose.position);
         sum.force += found.force;
         sum.torque += found.torque;
         sum.penetration = sum.penetration.max(found.penetration);
         sum.area += found.area;
-        sum.work += self.led.contact_work();
+        sum.work += self.rigid.contact_work;
     }
 
     /// Bytes of the contact's arrays.
     pub(crate) fn bytes(&self) -> usize {
-        self.led.contact().bytes()
+        self.rigid.contact.bytes()
     }
 }

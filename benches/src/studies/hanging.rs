@@ -172,7 +172,7 @@ fn measured(
         drawing: middle(&mut drawing),
         released: energy.released,
         added: energy.added,
-        unexplained: body.motion.audit().balance(),
+        unexplained: body.motion.audit().energy_error(),
     })
 }
 

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Elastic, Fiber, Material, Settings};
-use phyxel_integrate::{Ease, ForceLaw, NewtonSettings, Path, StaticLoad, Supports, solve_static};
+use phyxel_integrate::{
+    Ease, ForceLaw, NewtonSettings, StaticLoad, Supports, Trajectory, solve_static,
+};
 
 use crate::problems::block::{Block, lattice};
 use crate::problems::model::{Law, dissertation};
@@ -206,7 +208,7 @@ fn stretch(
     for node in block.nodes(|x| x.x < edge) {
         supports.slide(node, DVec3::X);
     }
-    let pull = Path::new(
+    let pull = Trajectory::translation(
         vec![(0.0, DVec3::ZERO), (1.0, DVec3::X * (l - 1.0))],
         Ease::Linear,
     )?;

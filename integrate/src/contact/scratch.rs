@@ -53,7 +53,6 @@ impl SemiImplicit {
         surface: &ContactSurface,
         shape: &RigidShape,
         pose: &Pose,
-        all: bool,
     ) {
         self.near.clear();
         let placed = shape.placed(pose);
@@ -64,7 +63,7 @@ impl SemiImplicit {
             let middle = sum * surface.share(group);
             let value = placed.value(middle);
             let far = |member: &u32| middle.distance_squared(at(member)) < value * value;
-            if all || value <= 0.0 || !members.iter().all(far) {
+            if value <= 0.0 || !members.iter().all(far) {
                 self.near.push(group);
             }
         }

@@ -57,7 +57,7 @@ impl Contact {
             let moved = view.velocities[node] + view.acceleration(node) * view.step;
             view.positions[node] + moved * half
         });
-        semi_implicit.choose_near(&self.surface, shape, pose, false);
+        semi_implicit.choose_near(&self.surface, shape, pose);
         let mut sum = ContactForce::default();
         let mut at = *pose;
         if semi_implicit.near.is_empty() {

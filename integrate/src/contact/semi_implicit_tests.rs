@@ -1,12 +1,11 @@
 use super::*;
 use crate::contact::{ContactSettings, ContactSurface};
 use crate::law::ForceLaw;
-use crate::motion::{Motion, MotionSettings, State};
-use crate::path::{Ease, Path};
-use crate::rigid_path::RigidPath;
+use crate::motion::{Motion, MotionSettings};
 use crate::supports::Supports;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, RigidTool};
+use crate::trajectory::{Ease, Trajectory};
 use glam::DQuat;
 use proptest::prelude::*;
 use testkit::cloud::{Random, uniform};
@@ -25,7 +24,6 @@ fn contact(penalty: f64, friction: f64) -> (Contact, Vec<DVec3>) {
 struct Net {
     law: Network,
     motion: Motion,
-    contact: Contact,
     tool: RigidTool,
     limit: f64,
 }
@@ -47,15 +45,14 @@ impl Net {
         Self {
             law,
             motion,
-            contact,
-            tool: RigidTool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive),
+            tool: RigidTool::new(RigidShape::Sphere { radius: 0.6 }, pose, drive, contact),
             limit: found.unwrap().critical_step,
         }
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), crate::StepError> {
-        let (law, tool, contact) = (&mut self.law, &mut self.tool, &mut self.contact);
-        let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(contact, view, f);
+        let (law, tool) = (&mut self.law, &mut self.tool);
+        let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(view, f);
         self.motion
             .advance_with(time, step, |x, f| law.forces_into(x, f), press)
     }
@@ -64,9 +61,7 @@ impl Net {
 fn pressing() -> Drive {
     Drive::Path {
         origin: Pose::at(DVec3::new(1.1, 0.9, 0.65)),
-        path: Path::ramp(0.0, 2.0, DVec3::new(0.1, 0.0, -0.15))
-            .unwrap()
-            .into(),
+        path: Trajectory::ramp(0.0, 2.0, DVec3::new(0.1, 0.0, -0.15)).unwrap(),
     }
 }
 
@@ -89,7 +84,7 @@ fn check_defining_equation(contact: &mut Contact, shape: &RigidShape, pose: &Pos
     let mut supports = Supports::free(9);
     supports.fix(0);
     supports.slide(4, DVec3::new(1.0, 1.0, 0.0));
-    let nodes = crate::sweep::Nodes::new(&masses, supports);
+    let nodes = crate::nodes::Nodes::new(&masses, supports);
     let step = 0.05;
     let view = StepView {
         time: 0.0,
@@ -140,7 +135,7 @@ proptest! {
         let shape = if seed % 2 == 0 {
             RigidShape::Sphere { radius: 0.95 }
         } else {
-            RigidShape::Capsule { half_length: 0.4, radius: 0.6 }
+            RigidShape::Capsule { from: DVec3::Z * -0.4, to: DVec3::Z * 0.4, radius: 0.6 }
         };
         check_defining_equation(&mut contact, &shape, &pose, seed);
         for point in contact.points() {
@@ -157,7 +152,7 @@ fn any_penalty_is_stable_near_the_critical_step_of_the_body() {
         let mut largest = 0.0_f64;
         while net.motion.time() < 6.0 {
             net.advance(net.motion.time() + step, step).unwrap();
-            largest = largest.max(net.tool.contact.force.z);
+            largest = largest.max(net.tool.load.force.z);
         }
         let given = -net.tool.contact_work;
         let audit = net.motion.audit();
@@ -168,7 +163,7 @@ fn any_penalty_is_stable_near_the_critical_step_of_the_body() {
     }
     // The same with forces from where the nodes are does not hold.
     let mut net = Net::new(1e4, 0.0, pressing());
-    net.contact.settings.implicit = false;
+    net.tool.contact.settings.implicit = false;
     let step = 0.8 * net.limit;
     let ran = net.advance(6.0, step);
     let audit = net.motion.audit();
@@ -178,7 +173,7 @@ fn any_penalty_is_stable_near_the_critical_step_of_the_body() {
 #[test]
 fn agrees_with_fine_plain_steps() {
     let mut fine = Net::new(200.0, 0.0, pressing());
-    fine.contact.settings.implicit = false;
+    fine.tool.contact.settings.implicit = false;
     fine.advance(3.0, 2e-4).unwrap();
     let mut errors = Vec::new();
     for step in [0.02, 0.01, 0.005] {
@@ -205,7 +200,7 @@ fn a_thrown_ball_keeps_the_momentum_whatever_its_mass() {
         for k in 1..300_u32 {
             let step = 0.5 * net.limit;
             net.advance(f64::from(k) * step, step).unwrap();
-            touched = touched.max(net.tool.contact.force.length());
+            touched = touched.max(net.tool.load.force.length());
         }
         assert!(touched > 0.1, "they met");
         let momentum = net.motion.audit().momentum + net.tool.velocity * mass;
@@ -218,7 +213,7 @@ fn a_thrown_ball_keeps_the_momentum_whatever_its_mass() {
 
 #[test]
 fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
-    let (mut contact, rest) = contact(300.0, 0.5);
+    let (contact, rest) = contact(300.0, 0.5);
     let mut law = Network::complete(&rest, 30.0);
     let supports = Supports::fixed(9, &[0, 2, 6, 8]);
     let settings = MotionSettings {
@@ -226,28 +221,31 @@ fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
         ..MotionSettings::default()
     };
     let mut motion = Motion::new(&rest, &[1.0; 9], supports, settings).unwrap();
-    let keys = vec![(0.5, DQuat::IDENTITY), (2.0, DQuat::from_rotation_z(0.4))];
+    let down = Pose::at(DVec3::Z * -0.15);
+    let turned = Pose {
+        rotation: DQuat::from_rotation_z(0.4),
+        ..down
+    };
+    let keys = [(0.0, Pose::IDENTITY), (0.5, down), (2.0, turned)];
     let drive = Drive::Path {
         origin: Pose::at(DVec3::new(1.0, 1.0, 0.25)),
-        path: RigidPath::from(Path::ramp(0.0, 0.5, DVec3::Z * -0.15).unwrap())
-            .turning(keys, Ease::Smooth)
-            .unwrap(),
+        path: Trajectory::new(&keys, Ease::Smooth).unwrap(),
     };
-    let half = DVec3::new(0.7, 0.7, 0.2);
+    let size = DVec3::new(1.4, 1.4, 0.4);
     let pose = Pose::at(DVec3::new(1.0, 1.0, 0.25));
-    let mut tool = RigidTool::new(RigidShape::Box { half }, pose, drive);
-    let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
+    let mut tool = RigidTool::new(RigidShape::Box { size }, pose, drive, contact);
+    let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(view, f);
     let forces = |x: &[DVec3], f: &mut [DVec3]| law.forces_into(x, f);
     motion.advance_with(1.2, 1e-3, forces, press).unwrap();
     assert!(tool.angular_velocity.z > 0.1, "{:?}", tool.angular_velocity);
     assert!(
-        tool.contact.torque.z < -0.01,
+        tool.load.torque.z < -0.01,
         "the net holds on: {:?}",
-        tool.contact
+        tool.load
     );
     let given = -tool.contact_work;
     let audit = motion.audit();
-    let left = given - audit.applied_work - tool.contact.energy;
+    let left = given - audit.applied_work - tool.load.energy;
     // What is left was rubbed off.
     assert!(
         left > -1e-3 * given && left < 0.5 * given,
@@ -260,36 +258,32 @@ fn restored_between_steps_to_the_same_bits() {
     let mut net = Net::new(1e4, 0.3, pressing());
     let step = 0.7 * net.limit;
     net.advance(1.5, step).unwrap();
-    let kept: (State, RigidTool, Contact) = (
-        net.motion.state().clone(),
-        net.tool.clone(),
-        net.contact.clone(),
-    );
+    let kept = net.motion.state().clone();
     // A contact as serialisation gives it back: without scratch.
-    let mut bare = kept.2.clone();
-    bare.semi_implicit = SemiImplicit::default();
-    bare.active.clear();
+    let mut bare = net.tool.clone();
+    bare.contact.semi_implicit = SemiImplicit::default();
+    bare.contact.active.clear();
     net.advance(2.5, step).unwrap();
-    let (x, force) = (net.motion.positions().to_vec(), net.tool.contact);
-    net.motion.restore(kept.0);
-    (net.tool, net.contact) = (kept.1, bare);
+    let (x, force) = (net.motion.positions().to_vec(), net.tool.load);
+    net.motion.restore(kept);
+    net.tool = bare;
     net.advance(2.5, step).unwrap();
     assert_eq!(net.motion.positions(), x, "positions");
-    assert_eq!(net.tool.contact, force, "forces");
+    assert_eq!(net.tool.load, force, "forces");
 }
 
 #[test]
 fn far_away_nothing_happens() {
-    let (mut contact, x) = contact(1e3, 0.0);
+    let (contact, x) = contact(1e3, 0.0);
     let v = uniform(9, 0.1, 3);
     let mut motion =
         Motion::new(&x, &[1.0; 9], Supports::free(9), MotionSettings::default()).unwrap();
     motion.set_velocities(&v).unwrap();
-    let path = Path::ramp(0.0, 1.0, DVec3::X).unwrap();
+    let path = Trajectory::ramp(0.0, 1.0, DVec3::X).unwrap();
     let origin = Pose::at(DVec3::Z * 5.0);
-    let mut tool = RigidTool::on_path(RigidShape::Sphere { radius: 1.0 }, origin, path);
-    let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(&mut contact, view, f);
+    let mut tool = RigidTool::on_path(RigidShape::Sphere { radius: 1.0 }, origin, path, contact);
+    let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(view, f);
     motion.advance_with(1.0, 0.1, |_, _| 0.0, press).unwrap();
-    assert_eq!(tool.contact, ContactForce::default(), "no force");
+    assert_eq!(tool.load, ContactForce::default(), "no force");
     assert_eq!(motion.velocities(), v, "no change");
 }

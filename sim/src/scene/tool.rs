@@ -1,7 +1,7 @@
 //! Rigid tools: their way through the world, and how they touch.
 
 use glam::DVec3;
-use phyxel_integrate::{Pose, ToolShape};
+use phyxel_integrate::{Pose, RigidShape as ToolShape};
 use serde::{Deserialize, Serialize};
 
 use super::path::{Key, pose_at};

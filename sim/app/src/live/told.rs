@@ -157,7 +157,7 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
     let (mut balance, mut scale) = (0.0, f64::MIN_POSITIVE);
     for member in world.members() {
         let audit = member.body.motion.audit();
-        balance += audit.balance();
+        balance += audit.energy_error();
         scale += audit.scale() + member.body.elastic.energy_round_off();
     }
     Stats {

@@ -16,7 +16,7 @@ use phyxel_scene::{Override, SceneError, read_file};
 use super::folder::{OutputError, OutputFolder};
 
 /// First line of a checkpoint.
-const MAGIC: &[u8] = b"phyxel checkpoint 2\n";
+const MAGIC: &[u8] = b"phyxel checkpoint 3\n";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.
 const PROGRAM: &str = env!("CARGO_PKG_VERSION");
 /// Bytes of a length.

@@ -73,10 +73,10 @@ const LARGEST_CUT_ADDITION: f64 = 0.01;
 fn imbalance(audit: &Audit, round_off: f64) -> f64 {
     let scale = audit.elastic.max(audit.dissipated);
     // Of what moved, this much is round-off.
-    if audit.balance().abs() <= (1e-12 * audit.scale()).max(round_off) {
+    if audit.energy_error().abs() <= (1e-12 * audit.scale()).max(round_off) {
         return 0.0;
     }
-    audit.balance().abs() / scale.max(f64::MIN_POSITIVE)
+    audit.energy_error().abs() / scale.max(f64::MIN_POSITIVE)
 }
 
 fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
@@ -115,6 +115,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
             elastic: audit.elastic,
             external_work: audit.external_work(),
             dissipated: audit.dissipated,
+            numerical: audit.numerical,
             viscous: body.elastic.viscous_energy(),
             relaxed: body.relaxed,
             // Not -0 where there was nothing.

@@ -69,7 +69,7 @@ impl History {
                 audit.external_work(),
                 audit.dissipated,
                 audit.energy_correction,
-                audit.balance(),
+                audit.energy_error(),
                 audit.momentum.length(),
                 now.momentum_error,
                 body.smallest_volume_ratio(),

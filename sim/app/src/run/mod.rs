@@ -414,7 +414,7 @@ impl Run {
     fn play(&mut self) -> Result<(), RunError> {
         self.progress.phase("playing");
         let duration = self.world.scene().integration.duration;
-        while let Some(time) = self.world.scene_time().filter(|&time| time < duration) {
+        while let Some(time) = self.world.scene_time().filter(|_| !self.world.is_over()) {
             self.advance()?;
             self.course.smallest_step = self.course.smallest_step.min(self.world.step_size());
             let settled = self.world.time() - time;

@@ -85,6 +85,14 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 ),
             )?;
         }
+        if energy.numerical != 0.0 {
+            let taken = energy.numerical;
+            row(
+                text,
+                "scheme",
+                format_args!("{taken:.3e} J taken by implicit steps"),
+            )?;
+        }
         if energy.relaxed != 0.0 {
             let (stored, lost) = (energy.viscous, energy.relaxed);
             row(

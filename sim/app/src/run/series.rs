@@ -22,12 +22,13 @@ impl Series {
 
     /// Whether a row is due at a time (s), at `rate` rows a second (1/s).
     pub(super) fn is_due(&self, time: f64, rate: f64) -> bool {
-        time >= self.next / rate
+        // Steps may end at a row up to round-off.
+        time * (1.0 + 1e-12) >= self.next / rate
     }
 
     /// The row that was due is written.
     pub(super) fn done(&mut self, time: f64, rate: f64) {
-        self.next = (time * rate).floor() + 1.0;
+        self.next = (time * rate * (1.0 + 1e-12)).floor() + 1.0;
     }
 
     /// A row: times, a name, numbers and more.

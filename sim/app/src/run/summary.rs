@@ -94,6 +94,8 @@ pub struct EnergySummary {
     pub external_work: f64,
     /// Lost to damping over the run (J).
     pub dissipated: f64,
+    /// Taken by an implicit scheme over the run, negative if it gave (J).
+    pub numerical: f64,
     /// Stored in viscosity's terms at the end (J), a part of `elastic`.
     pub viscous: f64,
     /// Lost to viscosity over the run (J).

@@ -459,7 +459,7 @@ fn model_cases() -> Vec<Case> {
         set("precision", "bodies[0].precision=Single"),
         set(
             "implicit scheme with viscous damping",
-            "integration.scheme=Newmark()",
+            "integration.scheme=EnergyMomentum()",
         )
         .with(&["--set", "bodies[0].damping_ratio=0.1"]),
         set(
@@ -475,7 +475,7 @@ fn model_cases() -> Vec<Case> {
             "",
             "release: (mass: 1),",
         )
-        .with(&["--set", "integration.scheme=Newmark()"]),
+        .with(&["--set", "integration.scheme=EnergyMomentum()"]),
         tool("equilibrium with a tool", "", "")
             .with(&["--set", "integration.settle.rest=Equilibrium"]),
         set("surfels on no node", "bodies[0].surfels.nodes=0"),

@@ -129,7 +129,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
     let body = &world.members()[0].body;
     assert!(body.motion.positions().iter().all(|x| x.is_finite()));
     let audit = body.motion.audit();
-    let balance = audit.balance() / audit.scale();
+    let balance = audit.energy_error() / audit.scale();
     let (strokes, _) = session.strokes();
     eprintln!(
         "{:.1} s, {strokes} strokes, {} pairs severed, {:?} surfels, {lost} steps lost, {} stretches taken again, \
@@ -416,7 +416,7 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     assert!(force.z < -0.02, "{force} N");
     let audit = session.world().members()[0].body.motion.audit();
     assert!(audit.applied_work > 0.0);
-    assert!(audit.balance().abs() < 0.01 * audit.scale());
+    assert!(audit.energy_error().abs() < 0.01 * audit.scale());
     session.let_go();
     session.step().unwrap();
     session.step().unwrap();

@@ -54,7 +54,7 @@ impl Show {
             let audit = member.body.motion.audit();
             energies[0] += audit.kinetic;
             energies[1] += audit.elastic;
-            energies[2] += audit.balance();
+            energies[2] += audit.energy_error();
             scale += audit.scale() + member.body.elastic.energy_round_off();
         }
         energies[2] /= f64::max(scale, f64::MIN_POSITIVE);

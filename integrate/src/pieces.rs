@@ -1,0 +1,84 @@
+//! Connected pieces of a body, and rigid fields over them.
+
+use glam::{DMat3, DVec3};
+
+/// Connected pieces, as far as they were named.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Pieces {
+    /// Piece of each node; empty where none were named.
+    pub(crate) of_node: Vec<u32>,
+    /// Those that no support holds, with their nodes, rising within each.
+    pub(crate) free: Vec<(u32, Vec<u32>)>,
+    /// How many pieces there are.
+    pub(crate) count: usize,
+}
+
+/// A field `a + b × (x - center)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RigidField {
+    center: DVec3,
+    a: DVec3,
+    b: DVec3,
+}
+
+impl RigidField {
+    pub(crate) const ZERO: Self = Self {
+        center: DVec3::ZERO,
+        a: DVec3::ZERO,
+        b: DVec3::ZERO,
+    };
+
+    pub(crate) fn at(&self, x: DVec3) -> DVec3 {
+        self.a + self.b.cross(x - self.center)
+    }
+
+    /// The field whose mass-weighted sum and moment are those of `weighted(i)` (mass times field) over
+    /// some nodes.
+    pub(crate) fn with_moments_of(
+        nodes: impl Iterator<Item = usize> + Clone,
+        masses: &[f64],
+        positions: &[DVec3],
+        weighted: impl Fn(usize) -> DVec3,
+    ) -> Self {
+        let (mut mass, mut first) = (0.0, DVec3::ZERO);
+        for node in nodes.clone() {
+            mass += masses[node];
+            first += positions[node] * masses[node];
+        }
+        let center = first / mass;
+        let sum: DVec3 = nodes.clone().map(&weighted).sum();
+        let a = sum / mass;
+        let (mut moment, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
+        for node in nodes {
+            let arm = positions[node] - center;
+            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
+            moment += arm.cross(weighted(node) - a * masses[node]);
+            let square = DMat3::from_diagonal(DVec3::splat(arm.length_squared()));
+            let outer = DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
+            inertia += (square - outer) * masses[node];
+        }
+        // One node, or nodes on a line, cannot turn in every way: those ways are left out.
+        let b = solve_semidefinite(inertia, moment);
+        Self { center, a, b }
+    }
+}
+
+/// Nodes as indices.
+pub(crate) fn all(nodes: &[u32]) -> impl Iterator<Item = usize> + Clone {
+    nodes.iter().map(|node| *node as usize)
+}
+
+/// `A⁻¹ b` of a symmetric positive semidefinite matrix on the span where it is not singular.
+fn solve_semidefinite(a: DMat3, b: DVec3) -> DVec3 {
+    let trace = a.x_axis.x + a.y_axis.y + a.z_axis.z;
+    if trace <= 0.0 {
+        return DVec3::ZERO;
+    }
+    let scaled = a * trace.recip();
+    if scaled.determinant() > 1e-9 {
+        return scaled.inverse() * (b / trace);
+    }
+    // Nearly singular: a ridge of 1e-6 of the trace leaves the free ways as they are.
+    let ridge = DMat3::from_diagonal(DVec3::splat(1e-6));
+    (scaled + ridge).inverse() * (b / trace)
+}

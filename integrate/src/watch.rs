@@ -1,0 +1,303 @@
+//! The watchdog over a motion: whether energy appears, how stiff the body has become, and how much
+//! shorter its steps are to be.
+
+use crate::audit::{RigidEnergies, Warning};
+use crate::error::{Cause, StepError};
+use crate::motion::{Motion, State};
+use crate::shares::Shares;
+use glam::DVec3;
+
+/// Steps in a row with the balance off before anything is said. An unstable step multiplies energies
+/// by some power of its excess each time, so this is far from overflow.
+const PATIENCE: u32 = 10;
+
+/// Energy that may appear or vanish over [`StepControl::STEPS`] steps: [`Audit::imbalance`](crate::Audit::imbalance).
+const LARGEST_IMBALANCE: f64 = 0.02;
+/// The same where a tool presses: contact sets in within a step, and at first all the energy there is
+/// comes from it.
+const LARGEST_IMBALANCE_IN_CONTACT: f64 = 2.0;
+/// Imbalance with which a run ends if no shorter step lowers it.
+const FATAL_IMBALANCE: f64 = 0.5;
+/// Fraction of the first stable step below which a motion leads nowhere: it would take a million times as long.
+const SMALLEST_STEP: f64 = 1e-6;
+/// How fast steps grow again after they were shortened, per check.
+const RECOVERY: f64 = 1.2;
+/// An estimate comes from below and may miss a mode that the one before it saw: it never falls faster
+/// than this from one to the next. (Falling freely, two products once let the step of a liver grow by
+/// half past the limit.)
+const SLOWEST_FALL: f64 = 0.8;
+/// Rise of the stiffness indicator of a run of nodes since the last estimate that asks for the next, and
+/// fall of the largest.
+const ALARM_RISE: f64 = 1.1;
+const ALARM_FALL: f64 = 0.5;
+/// Fraction of the largest indicator from which on a run of nodes is listened to.
+const WATCHED_FRACTION: f64 = 0.5;
+
+/// How much shorter than the stable step explicit steps are taken, after some had to be taken again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct StepControl {
+    /// The stable step is divided by this, at least 1.
+    pub divisor: f64,
+}
+
+impl Default for StepControl {
+    fn default() -> Self {
+        Self { divisor: 1.0 }
+    }
+}
+
+impl StepControl {
+    /// Steps between two checks of the energy, and between two snapshots to return to.
+    pub const STEPS: u64 = 50;
+    /// Divisions of the steps of a stretch that is taken again, one after the other until one holds.
+    pub const DIVISIONS: [u32; 3] = [2, 4, 8];
+
+    /// Whether it can be one of a running motion.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.divisor.is_finite() && self.divisor >= 1.0
+    }
+
+    /// A stretch is taken again in steps that are `division` times as short.
+    pub fn shorten(&mut self, division: u32) {
+        self.divisor = self.divisor.max(f64::from(division));
+    }
+
+    /// A check found nothing wrong.
+    pub fn recover(&mut self) {
+        self.divisor = (self.divisor / RECOVERY).max(1.0);
+    }
+
+    /// Step (s) below which a motion leads nowhere, of its first stable step (s).
+    #[must_use]
+    pub fn smallest_step(first: f64) -> f64 {
+        SMALLEST_STEP * first
+    }
+
+    /// Whether a run must end with an imbalance that no shorter step lowers.
+    #[must_use]
+    pub fn is_fatal(imbalance: f64) -> bool {
+        imbalance >= FATAL_IMBALANCE
+    }
+}
+
+/// Where stiffness has changed so much that its largest eigenvalue is to be estimated again.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Alarm {
+    /// It fell everywhere.
+    Fell,
+    /// It rose at these runs of nodes, ascending.
+    Rose(Vec<usize>),
+}
+
+/// Estimates of the largest eigenvalue of a body as it moves, which give its stable step.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct StiffnessTracker {
+    /// Largest eigenvalue (1/s²) as last estimated, of the whole and around its stiffest nodes.
+    pub estimates: [f64; 2],
+    /// Stiffness indicators (1/s²) of the runs of nodes when an estimate was last made because of them; empty
+    /// before the first.
+    pub indicators: Vec<f64>,
+}
+
+impl StiffnessTracker {
+    /// Starts from the eigenvalue (1/s²) at rest.
+    #[must_use]
+    pub fn new(eigenvalue: f64) -> Self {
+        Self {
+            estimates: [eigenvalue; 2],
+            indicators: Vec::new(),
+        }
+    }
+
+    /// The larger of both estimates (1/s²).
+    #[must_use]
+    pub fn eigenvalue(&self) -> f64 {
+        self.estimates[0].max(self.estimates[1])
+    }
+
+    /// Takes an estimate (1/s²) of the whole; that around the stiffest nodes is due as well then.
+    pub fn take_whole(&mut self, eigenvalue: f64) {
+        let [whole, local] = &mut self.estimates;
+        *whole = eigenvalue.max(SLOWEST_FALL * *whole);
+        *local *= SLOWEST_FALL;
+    }
+
+    /// Takes an estimate (1/s²) around some nodes; what was found elsewhere stays.
+    pub fn take_local(&mut self, eigenvalue: f64) {
+        self.estimates[1] = self.estimates[1].max(eigenvalue);
+    }
+
+    /// Compares the indicators (1/s²) of runs of nodes with those of the last estimate.
+    #[must_use]
+    pub fn follow(&mut self, indicators: Vec<f64>) -> Option<Alarm> {
+        let largest = indicators.iter().copied().fold(0.0, f64::max);
+        self.indicators.resize(indicators.len(), 0.0);
+        let before = self.indicators.iter().copied().fold(0.0, f64::max);
+        if largest < ALARM_FALL * before {
+            self.indicators = indicators;
+            self.estimates[1] *= SLOWEST_FALL;
+            return Some(Alarm::Fell);
+        }
+        let mut rose = Vec::new();
+        for (run, (now, before)) in indicators.into_iter().zip(&mut self.indicators).enumerate() {
+            if now > ALARM_RISE * *before && now > WATCHED_FRACTION * largest {
+                *before = now;
+                rose.push(run);
+            }
+        }
+        (!rose.is_empty()).then_some(Alarm::Rose(rose))
+    }
+}
+
+impl Motion {
+    /// The imbalance since a kept state if it is above what is allowed, larger where a tool presses.
+    ///
+    /// # Arguments
+    /// * `rigid` -- energies of rigid motions then and now ([`Motion::rigid_energies`]).
+    /// * `round_off` -- energy (J) below which nothing is said.
+    #[must_use]
+    pub fn gained_since(
+        &self,
+        before: &State,
+        rigid: [RigidEnergies; 2],
+        round_off: f64,
+    ) -> Option<f64> {
+        let state = &self.state;
+        let allowed = if state.is_pressed() || before.is_pressed() {
+            LARGEST_IMBALANCE_IN_CONTACT
+        } else {
+            LARGEST_IMBALANCE
+        };
+        let imbalance = (state.audit).imbalance(&before.audit, rigid, state.lag, round_off);
+        (imbalance > allowed).then_some(imbalance)
+    }
+
+    /// Compares the energies after a step with what went in.
+    pub(crate) fn judge(
+        &mut self,
+        step: f64,
+        shares: Option<&mut dyn Shares>,
+    ) -> Result<(), StepError> {
+        let audit = self.state.audit;
+        let scale = audit.scale();
+        // With all of the kinetic energy: what staggered velocities conserve, they conserve in a mode
+        // that grows without bound, too.
+        let off = audit.energy_error() + audit.staggered;
+        // What an implicit scheme gave is booked, and no less of a gain for it.
+        let balance = off.abs().max(-audit.numerical);
+        if balance <= self.settings.warn_balance * scale {
+            self.state.suspicion = 0;
+            return Ok(());
+        }
+        // A force that sets in suddenly kicks before it works: wait whether the balance stays off.
+        self.state.suspicion += 1;
+        if self.state.suspicion < PATIENCE {
+            return Ok(());
+        }
+        // Below 1e-9 body sizes a step, energies are round-off.
+        let slow = 1e-9 * self.size / step;
+        let floor = 0.5 * self.nodes.masses.iter().sum::<f64>() * slow * slow;
+        if balance <= floor {
+            return Ok(());
+        }
+        if let Some(shares) = shares {
+            shares.fetch(&mut self.state);
+        }
+        // What damping took is no measure: of a motion that diverges it takes as much as there is.
+        let put_in = scale - audit.dissipated.abs();
+        if audit.kinetic > self.settings.growth_limit * put_in && audit.kinetic > floor {
+            let node = self.fastest_node();
+            return Err(StepError::Diverged {
+                node,
+                time: self.state.time,
+                kinetic: audit.kinetic,
+                cause: self.cause(node, step),
+            });
+        }
+        if self.warning.is_none() {
+            let node = self.fastest_node();
+            self.warning = Some(Warning {
+                time: self.state.time,
+                node,
+                relative: balance.copysign(off) / scale,
+                cause: self.cause(node, step),
+            });
+        }
+        Ok(())
+    }
+
+    fn fastest_node(&self) -> usize {
+        let energies = self.nodes.masses.iter().zip(&self.state.velocities);
+        let energies = energies.map(|(m, v)| m * v.length_squared());
+        let mut best = (0, 0.0);
+        for (node, energy) in energies.enumerate() {
+            if energy > best.1 {
+                best = (node, energy);
+            }
+        }
+        best.0
+    }
+
+    fn cause(&self, node: usize, step: f64) -> Cause {
+        let at = |v: &Vec<DVec3>| v.get(node).map_or(0.0, |f| f.length());
+        match self.critical_step {
+            Some(critical) if step > critical => Cause::StepTooLarge { step, critical },
+            _ if at(&self.state.applied) > at(&self.state.forces) => Cause::ContactTooStiff,
+            _ => Cause::StiffnessRose,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_shorten_at_once_and_recover_slowly() {
+        let mut control = StepControl::default();
+        control.shorten(4);
+        control.shorten(2);
+        assert!((control.divisor - 4.0).abs() < 1e-15, "{control:?}");
+        let checks = (1..100).find(|_| {
+            control.recover();
+            control.divisor <= 1.0
+        });
+        assert_eq!(checks, Some(8), "1.2^8 is above 4");
+        assert!(control.is_sound());
+        assert!(!StepControl { divisor: 0.5 }.is_sound());
+        assert!(StepControl::is_fatal(0.5) && !StepControl::is_fatal(0.4));
+    }
+
+    #[test]
+    fn alarms_say_where_stiffness_rose_or_that_it_fell() {
+        let mut tracker = StiffnessTracker::new(100.0);
+        assert_eq!(
+            tracker.follow(vec![10.0, 1.0, 6.0]),
+            Some(Alarm::Rose(vec![0, 2]))
+        );
+        assert_eq!(
+            tracker.follow(vec![10.5, 1.0, 6.0]),
+            None,
+            "by less than a tenth"
+        );
+        assert_eq!(
+            tracker.follow(vec![10.5, 4.0, 6.0]),
+            None,
+            "below half of the largest"
+        );
+        assert_eq!(
+            tracker.follow(vec![10.5, 4.0, 9.0]),
+            Some(Alarm::Rose(vec![2]))
+        );
+        assert_eq!(tracker.follow(vec![4.0, 4.0, 4.0]), Some(Alarm::Fell));
+        let local = |tracker: &StiffnessTracker| tracker.estimates[1];
+        assert!((local(&tracker) - 80.0).abs() < 1e-12, "falls slowly");
+        tracker.take_whole(10.0);
+        tracker.take_local(70.0);
+        assert!((local(&tracker) - 70.0).abs() < 1e-12, "{tracker:?}");
+        assert!((tracker.eigenvalue() - 80.0).abs() < 1e-15);
+    }
+}
