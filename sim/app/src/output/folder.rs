@@ -272,7 +272,13 @@ impl OutputFolder {
         // As any other file: for others to read where the system's mask lets them.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder.tempfile_in(&self.path)
+        builder.tempfile_in(&self.path).map_err(|error| {
+            // Without the file's name, which nobody chose.
+            let inner = error.get_ref().and_then(|outer| outer.source());
+            let inner = inner.and_then(|inner| inner.downcast_ref::<io::Error>());
+            let code = inner.and_then(io::Error::raw_os_error);
+            code.map_or(error, io::Error::from_raw_os_error)
+        })
     }
 }
 
