@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::error::ElasticError;
-use crate::material::Material;
+use crate::law::material::Material;
 
 /// Gradient stencils of all nodes in factored form, compressed by rows:
 ///

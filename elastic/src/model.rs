@@ -2,27 +2,27 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::bond::Bonds;
-use crate::dilatation::{Means, Pressures};
+use crate::cut::bond::Bonds;
+use crate::cut::front::Fronts;
+use crate::cut::offset::Prestrain;
 use crate::error::ElasticError;
-use crate::fixed::{Either, Tables};
-use crate::forces::{self, CHUNK, Chosen};
-use crate::front::Fronts;
-use crate::inactive::{Asleep, Inactive};
 use crate::input::{
     Dilatation, Frame, Materials, Nodes, Settings, Stencils, checked_materials, same_length,
 };
-use crate::law::Coefficients;
-use crate::material::{Law, Material};
-use crate::nodes::{Model, Scratch, State};
-use crate::offset::Prestrain;
-use crate::pairs::Pairs;
-use crate::stale::Stale;
+use crate::kernel::dilatation::{Means, Pressures};
+use crate::kernel::fixed::{Either, Tables};
+use crate::kernel::forces::{self, CHUNK, Chosen};
+use crate::kernel::inactive::{Asleep, Inactive};
+use crate::kernel::nodes::{Model, Scratch, State};
+use crate::kernel::pairs::Pairs;
+use crate::kernel::stale::Stale;
+use crate::kernel::tangent;
+use crate::kernel::update;
+use crate::kernel::watch::Watch;
+use crate::law::coefficients::Coefficients;
+use crate::law::material::{Law, Material};
+use crate::law::viscosity::Viscosity;
 use crate::state::Works;
-use crate::tangent;
-use crate::update;
-use crate::viscosity::Viscosity;
-use crate::watch::Watch;
 
 /// Elastic body: forces as the exact negative gradient of
 /// `E(x) = sum_i V_i W(F_i) + sum_i c_i/2 sum_j w_ij |e_ij|²`.
@@ -245,7 +245,7 @@ impl Elastic {
         match (&model.means, &self.state.pressures) {
             (Some(means), Some(pressures)) => {
                 let pressure = means.pressure(model, node, &pressures.pressures);
-                stress + crate::law::cofactor(f) * (pressure / model.volumes[node])
+                stress + crate::law::coefficients::cofactor(f) * (pressure / model.volumes[node])
             }
             _ => stress,
         }

@@ -2,8 +2,8 @@
 
 use glam::DMat3;
 
+use crate::law::viscosity::Viscosity;
 use crate::model::Elastic;
-use crate::viscosity::Viscosity;
 
 /// All of a model that time and cuts change, its rows and deficient nodes aside.
 #[derive(Debug, Clone, PartialEq, Default)]

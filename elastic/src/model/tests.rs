@@ -12,8 +12,8 @@ mod oracle;
 mod properties;
 
 use super::*;
-use crate::fiber::Fiber;
-use crate::viscosity::PronyTerm;
+use crate::law::fiber::Fiber;
+use crate::law::viscosity::PronyTerm;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::ThreadPoolBuilder;
 use testkit::block::Block;
@@ -165,9 +165,9 @@ fn brute_force(block: &Block, material: Material, alpha: f64, x: &[DVec3]) -> (f
         };
         for p in block.row(i) {
             let (big, w) = (block.offset(i, p), block.weights[p]);
-            grad += crate::law::outer(u(p), block.gradients[p]);
-            moment += crate::law::outer(big, big) * w;
-            s += crate::law::outer(u(p), big) * w;
+            grad += crate::law::coefficients::outer(u(p), block.gradients[p]);
+            moment += crate::law::coefficients::outer(big, big) * w;
+            s += crate::law::coefficients::outer(u(p), big) * w;
             spread += w * big.length_squared();
         }
         let (w, stress) = material.energy_and_stress(grad);
@@ -204,7 +204,7 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
         let mut moment = DMat3::ZERO;
         for p in block.row(i) {
             let x = block.offset(i, p);
-            moment += crate::law::outer(x, x) * block.weights[p];
+            moment += crate::law::coefficients::outer(x, x) * block.weights[p];
         }
         block.matrices[i] = truncated_inverse(moment);
         if let Some(scale) = block.scales.get_mut(i) {
@@ -216,12 +216,12 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
 }
 
 fn truncated_inverse(moment: DMat3) -> DMat3 {
-    let (values, vectors) = crate::completion::symmetric_eigen(moment);
+    let (values, vectors) = crate::kernel::completion::symmetric_eigen(moment);
     let most = values.iter().fold(0.0_f64, |m, v| m.max(*v));
     let mut inverse = DMat3::ZERO;
     for (value, vector) in values.into_iter().zip(vectors) {
         if value > 1e-3 * most && value > 0.0 {
-            inverse += crate::law::outer(vector, vector) * value.recip();
+            inverse += crate::law::coefficients::outer(vector, vector) * value.recip();
         }
     }
     inverse

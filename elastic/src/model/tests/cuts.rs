@@ -1,10 +1,10 @@
 //! Gradients that go on over a rebuild, control that a cut raises, and what is watched.
 
 use super::*;
-use crate::forces::CHUNK;
-use crate::stale::Stale;
-use crate::storage::BLOCK;
-use crate::update::Rows;
+use crate::kernel::forces::CHUNK;
+use crate::kernel::stale::Stale;
+use crate::kernel::storage::BLOCK;
+use crate::kernel::update::Rows;
 
 pub(super) fn law() -> Material {
     Material::stable_neo_hookean(1.0, 0.4)
@@ -163,8 +163,10 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
                     fiber: None,
                     ..material
                 };
-                let resisted = crate::law::double_dot(d, plain.stress_change(f, d));
-                assert!(resisted <= bound * crate::law::double_dot(d, d) * (1.0 + 1e-12));
+                let resisted = crate::law::coefficients::double_dot(d, plain.stress_change(f, d));
+                assert!(
+                    resisted <= bound * crate::law::coefficients::double_dot(d, d) * (1.0 + 1e-12)
+                );
             }
             let indicator = block.volumes[i] * bound * square;
             if indicator > stiffest.0 {

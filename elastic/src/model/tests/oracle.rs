@@ -59,13 +59,13 @@ fn cloud(seed: u64, count: usize, corrected: bool) -> Option<Block> {
         let (mut moment, mut tensor) = (DMat3::ZERO, DMat3::ZERO);
         for p in block.row(i) {
             let x = block.offset(i, p) * block.weights[p];
-            moment += crate::law::outer(x, block.offset(i, p));
+            moment += crate::law::coefficients::outer(x, block.offset(i, p));
             if corrected {
                 let mu = block.multipliers[block.indices[p] as usize] - block.multipliers[i];
-                tensor += crate::law::outer(mu, x);
+                tensor += crate::law::coefficients::outer(mu, x);
             }
         }
-        let (values, _) = crate::completion::symmetric_eigen(moment);
+        let (values, _) = crate::kernel::completion::symmetric_eigen(moment);
         let least = values.iter().fold(f64::INFINITY, |m, v| m.min(*v));
         // A node whose every pair is severed has no moments at all: zero is not above zero.
         if least <= 0.02 * values.iter().fold(0.0, |m, v| v.max(m)) {

@@ -9,19 +9,19 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::fixed::Tables;
-use crate::forces::PARALLEL_NODES;
-use crate::lanes::wide;
-use crate::law::cofactor;
+use crate::cut::offset::Prestrain;
+use crate::kernel::fixed::Tables;
+use crate::kernel::forces::PARALLEL_NODES;
+use crate::kernel::lanes::wide;
+use crate::kernel::nodes::Model;
+use crate::kernel::planes::ZERO;
+use crate::kernel::stale::Stale;
+use crate::kernel::storage::{BLOCK, Plane};
+use crate::law::coefficients::cofactor;
 use crate::model::Elastic;
-use crate::nodes::Model;
-use crate::offset::Prestrain;
-use crate::planes::ZERO;
-use crate::stale::Stale;
-use crate::storage::{BLOCK, Plane};
 
 /// Nodes of a run of which the largest indicator is told.
-pub const WATCHED_NODES: usize = crate::forces::CHUNK;
+pub const WATCHED_NODES: usize = crate::kernel::forces::CHUNK;
 
 /// By what share of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
 /// rounds that to 6e-8, and `c(F_i)` multiplies it by some `1/J` where tissue is pressed to `J`.

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use crate::forces::{CHUNK, moved};
-use crate::gather::Move;
-use crate::inactive::Asleep;
+use crate::kernel::forces::{CHUNK, moved};
+use crate::kernel::gather::Move;
+use crate::kernel::inactive::Asleep;
+use crate::kernel::nodes::{Model, Scratch};
+use crate::kernel::part::Part;
 use crate::model::Elastic;
-use crate::nodes::{Model, Scratch};
-use crate::part::Part;
 
 /// What is not as the last evaluation of forces left it.
 #[derive(Debug, Clone, Default)]

@@ -3,10 +3,10 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::fixed::Tables;
-use crate::law::outer;
+use crate::kernel::fixed::Tables;
+use crate::kernel::nodes::Model;
+use crate::law::coefficients::outer;
 use crate::model::Elastic;
-use crate::nodes::Model;
 
 impl Elastic {
     /// Energy (J) that the zero-energy control of `nodes` holds at `positions` (m).

@@ -13,13 +13,13 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::control::refresh_control;
-use crate::fixed::{gradient, set_gradient};
-use crate::lanes::Planes;
-use crate::law::outer;
+use crate::cut::control::refresh_control;
+use crate::kernel::fixed::{gradient, set_gradient};
+use crate::kernel::lanes::Planes;
+use crate::kernel::nodes::State;
+use crate::kernel::part::Part;
+use crate::law::coefficients::outer;
 use crate::model::Elastic;
-use crate::nodes::State;
-use crate::part::Part;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are

@@ -4,22 +4,22 @@
 use glam::{DMat3, DVec3};
 use pulp::Arch;
 
-use crate::bond::Bonds;
-use crate::completion::Span;
-use crate::cut::Uncut;
-use crate::dilatation::{Means, Pressures};
-use crate::front::Fronts;
-use crate::gather::Move;
-use crate::inactive::{Asleep, Inactive};
+use crate::apply::Uncut;
+use crate::cut::bond::Bonds;
+use crate::cut::front::Fronts;
+use crate::cut::offset::Prestrain;
 use crate::input::Settings;
-use crate::law::Coefficients;
-use crate::material::Material;
-use crate::offset::Prestrain;
-use crate::pairs::Pairs;
-use crate::stale::Stale;
+use crate::kernel::completion::Span;
+use crate::kernel::dilatation::{Means, Pressures};
+use crate::kernel::gather::Move;
+use crate::kernel::inactive::{Asleep, Inactive};
+use crate::kernel::pairs::Pairs;
+use crate::kernel::stale::Stale;
+use crate::kernel::watch::Watch;
+use crate::law::coefficients::Coefficients;
+use crate::law::material::Material;
+use crate::law::viscosity::Viscosity;
 use crate::state::Works;
-use crate::viscosity::Viscosity;
-use crate::watch::Watch;
 
 /// What is constant between cuts.
 #[derive(Debug, Clone)]

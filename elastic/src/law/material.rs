@@ -3,9 +3,9 @@
 use glam::DMat3;
 
 use crate::error::ElasticError;
-use crate::fiber::Fiber;
-use crate::law::Coefficients;
-use crate::viscosity::PronyTerm;
+use crate::law::coefficients::Coefficients;
+use crate::law::fiber::Fiber;
+use crate::law::viscosity::PronyTerm;
 
 /// The law that gives the energy density `W(F)` (Pa = J/m³).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,21 +3,23 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::bond::Bonds;
-use crate::fixed::{Fixed, Table};
-use crate::front::Fronts;
-use crate::gather::{Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums};
-use crate::inactive::Asleep;
-use crate::lanes::{Block, Laws, Planes};
-use crate::law::{double_dot, volume_ratio};
-use crate::mean;
-use crate::nodes::{Model, Scratch, State};
-use crate::offset::Prestrain;
-use crate::planes::ZERO;
-use crate::stale::Stale;
-use crate::storage::{BLOCK, Sixteen, at};
-use crate::viscosity::Viscosity;
-use crate::watch::{Watch, Watching, indicator};
+use crate::cut::bond::Bonds;
+use crate::cut::front::Fronts;
+use crate::cut::offset::Prestrain;
+use crate::kernel::fixed::{Fixed, Table};
+use crate::kernel::gather::{
+    Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums,
+};
+use crate::kernel::inactive::Asleep;
+use crate::kernel::lanes::{Block, Laws, Planes};
+use crate::kernel::mean;
+use crate::kernel::nodes::{Model, Scratch, State};
+use crate::kernel::planes::ZERO;
+use crate::kernel::stale::Stale;
+use crate::kernel::storage::{BLOCK, Sixteen, at};
+use crate::kernel::watch::{Watch, Watching, indicator};
+use crate::law::coefficients::{double_dot, volume_ratio};
+use crate::law::viscosity::Viscosity;
 
 /// Nodes per unit of parallel work, and per partial sum of the energy; blocks divide it.
 pub(crate) const CHUNK: usize = 256;

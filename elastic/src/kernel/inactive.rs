@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use crate::forces::CHUNK;
-use crate::pairs::{Pair, Pairs};
-use crate::storage::BLOCK;
-use crate::watch::Watch;
+use crate::kernel::forces::CHUNK;
+use crate::kernel::pairs::{Pair, Pairs};
+use crate::kernel::storage::BLOCK;
+use crate::kernel::watch::Watch;
 
 /// What is left to compute for each node; empty where nothing is held.
 #[derive(Debug, Clone, Default)]

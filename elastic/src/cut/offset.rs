@@ -13,13 +13,13 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::fixed::Tables;
-use crate::forces::parallel;
-use crate::lanes::Block;
-use crate::law::{double_dot, outer};
+use crate::kernel::fixed::Tables;
+use crate::kernel::forces::parallel;
+use crate::kernel::lanes::Block;
+use crate::kernel::nodes::Model;
+use crate::kernel::stale::Stale;
+use crate::law::coefficients::{double_dot, outer};
 use crate::model::Elastic;
-use crate::nodes::Model;
-use crate::stale::Stale;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
 /// modulus, and what dropping it adds to the energy is counted like the decay.

@@ -17,8 +17,8 @@ use std::hint::black_box;
 
 use pulp::Simd;
 
-use crate::pairs::Pair;
-use crate::storage::{Sixteen, at};
+use crate::kernel::pairs::Pair;
+use crate::kernel::storage::{Sixteen, at};
 
 /// Displacement `u_i` (m) of a node, or any vector.
 pub(crate) type Move = [f64; 3];
@@ -102,12 +102,14 @@ macro_rules! choose_arithmetic {
 
             #[inline(always)]
             fn with_simd<V: pulp::Simd>(self, _: V) {
-                if $crate::gather::fuses::<V>() && $crate::gather::holds_sums_twice::<V>() {
-                    self.run::<$crate::gather::Fused>();
-                } else if $crate::gather::fuses::<V>() {
-                    self.run::<$crate::gather::FusedInFew>();
+                if $crate::kernel::gather::fuses::<V>()
+                    && $crate::kernel::gather::holds_sums_twice::<V>()
+                {
+                    self.run::<$crate::kernel::gather::Fused>();
+                } else if $crate::kernel::gather::fuses::<V>() {
+                    self.run::<$crate::kernel::gather::FusedInFew>();
                 } else {
-                    self.run::<$crate::gather::Separate>();
+                    self.run::<$crate::kernel::gather::Separate>();
                 }
             }
         }

@@ -10,9 +10,9 @@
 //! needs no tetrahedra, and on the edges of tetrahedra it does as well as a mean over them (clamped cube at nu 0.49 and 0.499:
 //! 2.2 and 5.3 % too stiff, against 7.4 and 9.5 % without; three quarters of it leaves 3.6 %).
 
-use crate::law::Volumetric;
-use crate::nodes::Model;
-use crate::pairs::Pairs;
+use crate::kernel::nodes::Model;
+use crate::kernel::pairs::Pairs;
+use crate::law::coefficients::Volumetric;
 
 /// What is constant between cuts.
 #[derive(Debug, Clone)]

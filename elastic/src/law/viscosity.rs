@@ -2,7 +2,7 @@
 
 use glam::DMat3;
 
-use crate::material::{MAX_PRONY_TERMS, Material};
+use crate::law::material::{MAX_PRONY_TERMS, Material};
 
 /// One term of a Prony series: stress beyond that of the long term, `ratio · S`, which fades.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,11 +13,11 @@
 
 use glam::DMat3;
 
-use crate::gather::{Arithmetic, Move, ONE, Record, Sums};
-use crate::law::{EXTENSION_VOLUME_RATIO, barrier, ln};
-use crate::nodes::Model;
-use crate::planes::{ZERO, add, product, subtract, weave};
-use crate::storage::{BLOCK, Plane, Sixteen};
+use crate::kernel::gather::{Arithmetic, Move, ONE, Record, Sums};
+use crate::kernel::nodes::Model;
+use crate::kernel::planes::{ZERO, add, product, subtract, weave};
+use crate::kernel::storage::{BLOCK, Plane, Sixteen};
+use crate::law::coefficients::{EXTENSION_VOLUME_RATIO, barrier, ln};
 
 /// A matrix of each node of a block, row by row.
 pub(crate) type Planes = [Plane; 9];

@@ -2,12 +2,12 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::gather::{ONE, Record};
 use crate::input::{Frame, Stencils};
-use crate::lanes::{BlockConstants, Planes};
-use crate::law::outer;
-use crate::pairs::{Pair, Pairs};
-use crate::storage::{BLOCK, Plane, Sixteen, at};
+use crate::kernel::gather::{ONE, Record};
+use crate::kernel::lanes::{BlockConstants, Planes};
+use crate::kernel::pairs::{Pair, Pairs};
+use crate::kernel::storage::{BLOCK, Plane, Sixteen, at};
+use crate::law::coefficients::outer;
 
 /// Constants of all nodes, and what the last evaluation left. What a body does not use is empty.
 #[derive(Debug, Clone)]

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::checks::Checks;
-use crate::law::{double_dot, outer};
+use crate::law::checks::Checks;
+use crate::law::coefficients::{double_dot, outer};
 
 /// Exponent `k2 E²` beyond which the energy continues as its second-order expansion in `E`:
 /// e²⁰ is already 10⁸ times the initial stiffness, and a solver's wild trial step must stay finite.

@@ -5,15 +5,15 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::fixed::{Fixed, Table, gradient, set_gradient};
-use crate::forces::{CHUNK, chunks, gather, parallel, watch_node};
-use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
-use crate::lanes::Block;
-use crate::law::{cofactor, cofactor_change, double_dot, volume_ratio};
-use crate::nodes::{Model, Scratch, State};
-use crate::offset::Prestrain;
-use crate::storage::{BLOCK, Sixteen};
-use crate::watch::Watch;
+use crate::cut::offset::Prestrain;
+use crate::kernel::fixed::{Fixed, Table, gradient, set_gradient};
+use crate::kernel::forces::{CHUNK, chunks, gather, parallel, watch_node};
+use crate::kernel::gather::{Arithmetic, Move, Record, choose_arithmetic};
+use crate::kernel::lanes::Block;
+use crate::kernel::nodes::{Model, Scratch, State};
+use crate::kernel::storage::{BLOCK, Sixteen};
+use crate::kernel::watch::Watch;
+use crate::law::coefficients::{cofactor, cofactor_change, double_dot, volume_ratio};
 
 /// Stresses and records of all nodes; see [`crate::Elastic::forces_into`].
 pub(crate) fn stresses<const L: usize>(

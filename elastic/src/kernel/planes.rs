@@ -6,8 +6,8 @@
 
 use std::hint::black_box;
 
-use crate::gather::Arithmetic;
-use crate::storage::{BLOCK, Plane};
+use crate::kernel::gather::Arithmetic;
+use crate::kernel::storage::{BLOCK, Plane};
 
 pub(crate) const ZERO: Plane = [0.0; BLOCK];
 

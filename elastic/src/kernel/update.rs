@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use crate::completion::{RowKind, row_kind};
-use crate::control::{set_control, set_drags};
+use crate::cut::control::{set_control, set_drags};
 use crate::error::ElasticError;
-use crate::fixed::{Moments, Tables};
 use crate::input::{Stencils, same_length};
+use crate::kernel::completion::{RowKind, row_kind};
+use crate::kernel::fixed::{Moments, Tables};
+use crate::kernel::nodes::Model;
 use crate::model::Elastic;
-use crate::nodes::Model;
 
 /// Rows of some nodes alone, as [`Stencils`] has those of all.
 #[derive(Debug, Clone, Copy)]

@@ -3,15 +3,15 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::fixed::{Fixed, Lane, Table, gradient};
-use crate::forces::{CHUNK, Received, gather, parallel, receive, set_moves};
-use crate::gather::{Arithmetic, Move, Record, choose_arithmetic};
-use crate::inactive::Asleep;
-use crate::lanes::{Block, Laws, Planes};
-use crate::mean;
-use crate::nodes::{Model, Scratch, State};
-use crate::part::Part;
-use crate::storage::{BLOCK, Sixteen};
+use crate::kernel::fixed::{Fixed, Lane, Table, gradient};
+use crate::kernel::forces::{CHUNK, Received, gather, parallel, receive, set_moves};
+use crate::kernel::gather::{Arithmetic, Move, Record, choose_arithmetic};
+use crate::kernel::inactive::Asleep;
+use crate::kernel::lanes::{Block, Laws, Planes};
+use crate::kernel::mean;
+use crate::kernel::nodes::{Model, Scratch, State};
+use crate::kernel::part::Part;
+use crate::kernel::storage::{BLOCK, Sixteen};
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
 pub(crate) fn product<const L: usize>(
@@ -46,7 +46,7 @@ pub(crate) fn product<const L: usize>(
             });
         };
         let (records, own) = (&mut table.records[..], &mut *product);
-        crate::forces::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
+        crate::kernel::forces::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
     }
     let (fixed, records) = (table.fixed, &table.records[..]);
     let work = |(chunk, forces): (usize, &mut [DVec3])| {

@@ -2,14 +2,14 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::bond::PartBond;
-use crate::fixed::{Either, set_gradient};
-use crate::front::PartFront;
+use crate::cut::bond::PartBond;
+use crate::cut::front::PartFront;
+use crate::kernel::fixed::{Either, set_gradient};
+use crate::kernel::nodes::State;
+use crate::kernel::pairs::{Pair, Pairs};
+use crate::kernel::stale::Stale;
+use crate::kernel::tangent;
 use crate::model::Elastic;
-use crate::nodes::State;
-use crate::pairs::{Pair, Pairs};
-use crate::stale::Stale;
-use crate::tangent;
 
 /// Nodes that may move while all others are held; made by [`Elastic::part`].
 #[derive(Debug, Clone)]

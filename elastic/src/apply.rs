@@ -1,0 +1,196 @@
+//! What a cut does to a model, in one call.
+
+use std::fmt;
+
+use glam::{DMat3, DVec3};
+
+use crate::error::ElasticError;
+use crate::input::Stencils;
+use crate::kernel::completion::condition;
+use crate::kernel::fixed::Moments;
+use crate::model::Elastic;
+
+/// What a cut has changed, as plain data.
+pub struct CutInput<'a> {
+    /// Nodes whose rows changed, ascending: both ends of each pair that was weakened.
+    pub touched: &'a [u32],
+    /// Rebuilt stencils on the graph of the start; only touched rows are read.
+    pub stencils: &'a Stencils<'a>,
+    /// Fraction that cuts so far left of pair `k`, in the order of the rows: 1 whole, 0 severed.
+    pub left: &'a dyn Fn(usize) -> f64,
+    /// Per touched node the mean of `ν νᵀ` over the outward conormals `ν`, in the rest state, with which the cut ends
+    /// beside it; zero where it does not. Empty: fronts are not stabilized.
+    pub fronts: &'a [DMat3],
+    /// Positions (m) of all nodes.
+    pub positions: &'a [DVec3],
+}
+
+impl fmt::Debug for CutInput<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = f.debug_struct("CutInput");
+        text.field("touched", &self.touched).finish_non_exhaustive()
+    }
+}
+
+/// When a node loses its strain energy to bonds, and how much stabilization rises. The default is what scenes use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CutPolicy {
+    /// A touched node that a cut left fewer neighbours has no strain of its own any more.
+    pub fewest_neighbors: usize,
+    /// Nor has one whose moment matrix has a larger condition (largest over smallest eigenvalue),
+    pub largest_condition: f64,
+    /// if the cut made it worse by this factor: a node that had no better row from the start keeps its stiffness.
+    pub condition_growth: f64,
+    /// Nor have nodes of pieces of fewer nodes.
+    pub smallest_piece: usize,
+    /// Scale of the stabilization of touched nodes, whose rows see less, as far as what the cut takes pays for it.
+    pub touched_control: f64,
+}
+
+impl Default for CutPolicy {
+    fn default() -> Self {
+        Self {
+            fewest_neighbors: 6,
+            largest_condition: 5.0,
+            condition_growth: 1.2,
+            smallest_piece: 12,
+            touched_control: 3.0,
+        }
+    }
+}
+
+/// What a cut did to the energy (J) at the positions given.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CutEnergy {
+    /// Change of strain energy and bonds: at most 0.
+    pub strain: f64,
+    /// Change of what stabilization holds.
+    pub stabilization: f64,
+}
+
+impl CutEnergy {
+    /// Change of the whole.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.strain + self.stabilization
+    }
+}
+
+/// A row before the first cut that touched it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Uncut {
+    node: u32,
+    neighbors: usize,
+    condition: f64,
+}
+
+impl Elastic {
+    /// Applies a cut: takes the rebuilt rows, keeps the deformation gradients that nodes had, gives bonds to nodes that
+    /// are left without a strain of their own, and raises stabilization by no more than the cut released. Retained
+    /// gradients and bonds then go away by [`Elastic::decay`]. Volumes, masses and materials stay.
+    ///
+    /// # Errors
+    /// [`ElasticError`] as in [`Elastic::new`]. The model then holds some new rows and must not be used.
+    ///
+    /// # Panics
+    /// If a node does not exist, the slices do not fit together, or multipliers come or go.
+    ///
+    /// # Numerics
+    /// Evaluates the body first if the last evaluation was elsewhere. Evaluate it again before the next tangent
+    /// product ([`Elastic::forces_again`] does so at the cost of what changed).
+    pub fn apply_cut(
+        &mut self,
+        input: &CutInput<'_>,
+        policy: &CutPolicy,
+    ) -> Result<CutEnergy, ElasticError> {
+        let (touched, x) = (input.touched, input.positions);
+        assert!(touched.is_sorted(), "touched nodes ascend");
+        assert!(
+            input.fronts.is_empty() || input.fronts.len() == touched.len(),
+            "one matrix per touched node, or none"
+        );
+        if !self.is_evaluated_at(x) {
+            self.forces_into(x, &mut vec![DVec3::ZERO; x.len()]);
+        }
+        let before = |&node: &u32| self.deformation_gradient(node as usize);
+        let before: Vec<DMat3> = touched.iter().map(before).collect();
+        let held = self.control_energy(touched, x) + self.front_energy(touched, x);
+        self.note_uncut(touched);
+        self.update_rows(touched, input.stencils)?;
+        let lost = self.lost_gradients(touched, &before, x);
+        let deficient = self.deficient_nodes_of(touched, &lost, policy);
+        let released = self.weaken(&deficient, x, input.left);
+        self.retain_gradients(touched, &before, x);
+        let most = held + released;
+        self.raise_control(touched, policy.touched_control, most, x);
+        let control = self.control_energy(touched, x);
+        let fronts = if input.fronts.is_empty() {
+            self.front_energy(touched, x)
+        } else {
+            self.set_fronts_within(touched, input.fronts, most - control, x)
+        };
+        Ok(CutEnergy {
+            strain: -released,
+            stabilization: control + fronts - held,
+        })
+    }
+
+    /// Remembers rows that no cut has touched so far.
+    fn note_uncut(&mut self, touched: &[u32]) {
+        let (model, known) = (&self.model, &self.state.uncut);
+        let is_new = |node: &&u32| known.binary_search_by_key(*node, |row| row.node).is_err();
+        let new = touched.iter().filter(is_new).map(|&node| {
+            let row = model.pairs.row(node as usize);
+            Uncut {
+                node,
+                neighbors: row.iter().filter(|pair| pair.weight > 0.0).count(),
+                condition: condition(Moments::given(node as usize, row, &model.rest, &[]).moment),
+            }
+        });
+        let new: Vec<Uncut> = new.collect();
+        let uncut = &mut self.state.uncut;
+        uncut.extend(new);
+        uncut.sort_unstable_by_key(|row| row.node);
+    }
+
+    /// Those of the touched nodes that cuts have left without a strain of their own. What is `lost` is, too.
+    fn deficient_nodes_of(&self, touched: &[u32], lost: &[u32], policy: &CutPolicy) -> Vec<u32> {
+        let model = &self.model;
+        let (uncut, known) = (&self.state.uncut, self.deficient_nodes());
+        let is_deficient = |node: &u32| {
+            let at = *node as usize;
+            let before = uncut.binary_search_by_key(node, |row| row.node);
+            let Some(before) = before.ok().map(|at| uncut[at]) else {
+                return false;
+            };
+            let row = model.pairs.row(at);
+            let left = row.iter().filter(|pair| pair.weight > 0.0).count();
+            let now = || condition(Moments::given(at, row, &model.rest, &[]).moment);
+            let is_worse = |now: f64| {
+                now > policy.largest_condition && now > policy.condition_growth * before.condition
+            };
+            before.neighbors > 0
+                && ((left < policy.fewest_neighbors && left < before.neighbors)
+                    || model.ranks[at] < 3
+                    || lost.binary_search(node).is_ok()
+                    || known.binary_search(node).is_ok()
+                    || is_worse(now())
+                    || self.is_in_small_piece(*node, policy.smallest_piece))
+        };
+        touched.iter().copied().filter(is_deficient).collect()
+    }
+
+    /// Whether fewer than `limit` nodes hang together with this one.
+    fn is_in_small_piece(&self, node: u32, limit: usize) -> bool {
+        let (mut reached, mut next) = (vec![node], 0);
+        while next < reached.len() && reached.len() < limit {
+            for pair in self.model.pairs.row(reached[next] as usize) {
+                if pair.weight > 0.0 && !reached.contains(&pair.to) {
+                    reached.push(pair.to);
+                }
+            }
+            next += 1;
+        }
+        reached.len() < limit
+    }
+}
