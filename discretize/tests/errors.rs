@@ -77,6 +77,42 @@ fn reading_names_reason_and_place() {
     );
     let (kind, ..) = refused("OFF\n0 0 0\n");
     assert_eq!(kind, ReadErrorKind::Nothing { what: "vertices" });
+    for (text, expected) in [
+        (
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\nend_header\n0\n",
+            "the file has no properties x, y and z of its vertices",
+        ),
+        (
+            "OFF\n3 1 0\n0 0 0\n1 0 0 end\n0 1 0\n3 0 1 2\n",
+            "line 4: expected a number, found `end`",
+        ),
+        (
+            "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 red\n",
+            "line 6: expected a number, found `red`",
+        ),
+        (
+            "solid s\nfacet\nvertex 0 0 0\nvertex 1 0 0\nfacet\nvertex 0 1 0\nendfacet\nendsolid\n",
+            "line 5: expected `endfacet` of the triangle before",
+        ),
+        (
+            "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n\
+             POLYGONS 1 3\n3 0 1 2\n",
+            "expected as many values as the cells' own counts say, found `3`",
+        ),
+        (
+            "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n\
+             0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1\nCELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n",
+            "cells other than triangles",
+        ),
+        (
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n2 1 0 0\n$EndNodes\n$Elements\n1\n\
+             1 5 0 1 2 1 2 1 2 1 2\n$EndElements\n",
+            "cells other than triangles",
+        ),
+    ] {
+        let (.., message) = refused(text);
+        assert!(message.contains(expected), "{message}\nwithout {expected}");
+    }
     let missing = read_mesh("no/such/mesh.obj".as_ref()).unwrap_err();
     assert_eq!(
         missing.kind,
@@ -195,6 +231,11 @@ fn sampling_names_why_it_stops() {
         let error = at(&liver, SampleTarget::Spacing(spacing));
         assert!(matches!(error, SampleError::Spacing { .. }), "{error}");
     }
+    let cube = Solid::from(Primitive::Box {
+        half_extents: DVec3::splat(0.05),
+    });
+    let coarse = at(&cube, SampleTarget::Spacing(1e3));
+    assert!(matches!(coarse, SampleError::Vanished { .. }), "{coarse}");
     let few = at(&liver, SampleTarget::NodeCount(3));
     assert!(matches!(few, SampleError::TooFewNodes { nodes: 3, .. }));
     let fine = at(&liver, SampleTarget::Spacing(1e-9));

@@ -16,3 +16,4 @@ mod repairs;
 #[cfg(feature = "serde")]
 mod settings;
 mod sums;
+mod turned;

@@ -250,8 +250,12 @@ fn klein_bottle(across: u32) -> Mesh {
 /// Also where every triangle has corners of its own, as in an STL file, and they are welded.
 #[test]
 fn a_surface_of_one_side_is_named() {
-    // An even number of corners would weld the sheets where they pass through each other, and the section's
-    // two lobes are then one body that goes round twice.
+    // Of an even number of corners the sheets are welded where they pass through each other.
+    let even = repair(&klein_bottle(20), &RepairSettings::default());
+    assert!(
+        matches!(even, Err(RepairError::OneSided { .. })),
+        "{even:?}"
+    );
     let mesh = klein_bottle(21);
     let count = u32::try_from(mesh.triangles.len()).unwrap();
     let soup = Mesh {
@@ -284,11 +288,10 @@ fn the_spacing_that_is_advised_works() {
         ..SampleSettings::default()
     };
     for (size, angle) in [
-        (DVec3::new(1.0, 1.0, 0.03), 0.0),
-        (DVec3::new(1.0, 1.0, 0.03), 0.5),
-        (DVec3::new(1.0, 0.7, 0.05), 0.9),
-        (DVec3::new(1.0, 0.01, 0.01), 0.0),
-        (DVec3::new(1.0, 0.04, 0.03), 0.6),
+        (DVec3::new(1.0, 1.0, 0.06), 0.0),
+        (DVec3::new(1.0, 0.7, 0.08), 0.9),
+        (DVec3::new(1.0, 0.03, 0.03), 0.0),
+        (DVec3::new(1.0, 0.05, 0.04), 0.6),
     ] {
         let solid = Solid::from_mesh(cuboid(size, angle));
         let (found, limit) = match sample_tetrahedra(&solid, &at(100)) {
@@ -335,9 +338,9 @@ fn nodes_do_not_depend_on_the_unit() {
     let egg = Solid::from(Primitive::Ellipsoid { semi_axes: odd });
     let egg = surface_mesh(&egg, 0.2).unwrap();
     for (mesh, settings) in [
-        (cuboid(odd, 0.0), SampleTarget::NodeCount(1500)),
-        (cuboid(odd, 0.4), SampleTarget::NodeCount(900)),
-        (egg, SampleTarget::NodeCount(1200)),
+        (cuboid(odd, 0.0), SampleTarget::NodeCount(700)),
+        (cuboid(odd, 0.4), SampleTarget::NodeCount(500)),
+        (egg, SampleTarget::NodeCount(600)),
     ] {
         let settings = SampleSettings {
             target: settings,
@@ -345,7 +348,7 @@ fn nodes_do_not_depend_on_the_unit() {
         };
         let one = sample_tetrahedra(&Solid::from_mesh(mesh.clone()), &settings).unwrap();
         let bare = sample_points(&Solid::from_mesh(mesh.clone()), &settings, true).unwrap();
-        for scale in [1e-6, 1e-3, 0.3, 1e3, 1e6] {
+        for scale in [1e-6, 0.3, 1e6] {
             let solid = Solid::from_mesh(mesh.clone().scaled(scale));
             let other = sample_tetrahedra(&solid, &settings).unwrap();
             assert_eq!(one.tetrahedra, other.tetrahedra, "{scale}");

@@ -84,7 +84,7 @@ pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
                 volumes: found.volumes,
                 boundary_vectors: found.boundary_vectors,
                 tetrahedra: Vec::new(),
-                volume_error: None,
+                volume_error: found.report.volume_error,
                 missed: 0.0,
             }
         }
@@ -94,11 +94,7 @@ pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
 /// Refuses a spacing that would make more nodes than the limit, before memory is taken.
 fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), BodyProblem> {
     let spec = &body.sampling;
-    let volume = solid
-        .mesh()
-        .map(phyxel_discretize::Mesh::volume)
-        .or_else(|| body.rough_volume())
-        .unwrap_or(0.0);
+    let volume = solid.volume().unwrap_or(0.0);
     let estimate = match spec.form {
         Form::Tetrahedra => estimate_tetrahedra_nodes(volume, spacing),
         Form::Points => estimate_point_nodes(volume, spacing),

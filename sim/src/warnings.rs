@@ -8,7 +8,7 @@ use crate::{Member, World, support};
 
 /// Lengths beyond this many times the bodies' are told of: the next unit is a thousand times larger.
 const FAR: f64 = 30.0;
-/// Deviation of the nodes' volume from the mesh's that is told of.
+/// Deviation of the nodes' volume from the body's that is told of.
 const LARGEST_VOLUME_ERROR: f64 = 0.05;
 /// Places looked at between two keys of a path.
 const PLACES: u32 = 16;
@@ -33,8 +33,8 @@ impl World {
                 && error.abs() > LARGEST_VOLUME_ERROR
             {
                 warnings.push(format!(
-                    "body '{name}': its nodes have a volume {:+.1} % off the mesh's; ask for \
-                     more nodes, or look whether the mesh crosses itself",
+                    "body '{name}': its nodes have a volume {:+.1} % off the body's; ask for \
+                     more nodes, or look whether its mesh crosses itself",
                     1e2 * error
                 ));
             }

@@ -187,6 +187,8 @@ struct Raw {
     triangles: Vec<[u32; 3]>,
     tetrahedra: Vec<[u32; 4]>,
     polygons: usize,
+    /// Whether cells with faces were met that are not read.
+    skipped: bool,
     /// Polygons of more than three corners: the first triangle of each fan, and the corners.
     fans: Vec<(usize, Vec<u32>, TextPlace)>,
 }
@@ -348,6 +350,15 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
             }
         }
         raw.triangles = boundary_triangles(&raw.tetrahedra, |_| true);
+    }
+    if raw.triangles.is_empty() && raw.skipped {
+        return Err(Failure {
+            place: TextPlace::File,
+            kind: ReadErrorKind::Unsupported {
+                what: "cells other than triangles, quadrilaterals, polygons and linear tetrahedra",
+                fix: "save the body's surface, or divide its cells into tetrahedra",
+            },
+        });
     }
     if raw.triangles.is_empty() {
         return Err(nothing("faces"));

@@ -152,6 +152,8 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
         return Err(RepairError::Scale { diagonal });
     }
     let given_volume = work.volume();
+    // Welding may join sheets that pass through each other and hide that they are one side.
+    orient(&mut work.clone(), &Edges::new(&work)).map_err(|t| one_sided(&work, t))?;
     let welded_vertices = weld(&mut work, settings.weld_tolerance * diagonal);
     let (degenerate_triangles, duplicate_triangles) = drop_bad(&mut work);
     if work.triangles.is_empty() {
@@ -162,12 +164,9 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
     let mut work = work.compacted();
     let edges = Edges::new(&work);
     let non_manifold_edges = edges.non_manifold();
-    let turned_triangles = orient(&mut work, &edges).map_err(|triangle| {
-        let corners = work.corners(triangle as usize);
-        RepairError::OneSided {
-            near: corners.into_iter().sum::<DVec3>() / 3.0,
-        }
-    })?;
+    let mut oriented = work.clone();
+    let turned_triangles = orient(&mut oriented, &edges).map_err(|t| one_sided(&work, t))?;
+    work = oriented;
     let (closed_holes, largest_hole) = close_holes(&mut work, settings.largest_hole, diagonal)?;
     let edges = Edges::new(&work);
     let (part_of, parts) = edges.parts(work.triangles.len());
@@ -220,6 +219,14 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
         max: bounds.max,
     };
     Ok((work, report))
+}
+
+/// The error of a surface that comes back to itself turned over at a triangle.
+fn one_sided(mesh: &Mesh, triangle: u32) -> RepairError {
+    let corners = mesh.corners(triangle as usize);
+    RepairError::OneSided {
+        near: corners.into_iter().sum::<DVec3>() / 3.0,
+    }
 }
 
 fn validate(mesh: &Mesh) -> Result<(), RepairError> {

@@ -28,6 +28,14 @@ const SYMMETRIC_ROUNDS: usize = 5;
 /// Tolerances in which a count is met once the lattice has left the symmetry: a body a few cells thick has no
 /// sampling between one number of layers and the next.
 pub(crate) const JUMPS: f64 = 2.0;
+
+/// The same where all rounds are over: a layer more or less is `n^(-1/3)` of `n` nodes.
+pub(crate) fn last_jumps(wanted: f64) -> f64 {
+    JUMPS.max(14.0 / wanted.cbrt())
+}
+
+/// Longest side of a box over a cell that is too large for it.
+const LEAST_FIT: f64 = 0.5;
 /// Relative tolerance of a wanted spacing, and rounds of the search for its cell size.
 const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;
@@ -76,6 +84,12 @@ impl<'a> Filler<'a> {
                 other => other?,
             };
             if self.oracle.solid.is_box() {
+                // One cell along each side, and these are no longer what was asked for.
+                let widest = self.oracle.solid.bounds().size().max_element();
+                if widest < LEAST_FIT * cell {
+                    let largest = self.settings.largest_lattice;
+                    return Err(self.body(largest).vanished(cell));
+                }
                 return Ok((stuffed, cell));
             }
             let ratio = edge_ratio(&stuffed);
@@ -125,6 +139,11 @@ impl<'a> Filler<'a> {
         }
     }
 
+    fn body(&self, largest: usize) -> Slimness<'a> {
+        let solid = self.oracle.solid;
+        Slimness::new(solid, solid.measures(), largest, usize::MAX, model)
+    }
+
     fn stuff(
         &self,
         background: &dyn crate::sampling::background::Background,
@@ -132,9 +151,7 @@ impl<'a> Filler<'a> {
     ) -> Result<Stuffed, SampleError> {
         let stuffed = stuff(background, self.oracle)?;
         if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.oracle.solid, &stuffed) {
-            let (solid, largest) = (self.oracle.solid, self.settings.largest_lattice);
-            let body = Slimness::new(solid, solid.measures(), largest, usize::MAX, model);
-            return Err(body.vanished(cell));
+            return Err(self.body(self.settings.largest_lattice).vanished(cell));
         }
         Ok(stuffed)
     }
@@ -249,7 +266,8 @@ impl<'a> Filler<'a> {
                     nearest = nodes;
                     // Graded cells jump as well, where a tree halves them; later rounds may still meet
                     // the count.
-                    accepted = (miss <= JUMPS * tolerance).then(|| (stuffed.clone(), cell));
+                    accepted =
+                        (miss <= last_jumps(target) * tolerance).then(|| (stuffed.clone(), cell));
                 }
             }
             if nodes < target {
@@ -317,7 +335,7 @@ impl<'a> Filler<'a> {
         }
         let n = best.2;
         // Few cells jump in count from layer to layer, as in other bodies.
-        if best.0 > JUMPS * self.settings.count_tolerance {
+        if best.0 > last_jumps(target) * self.settings.count_tolerance {
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,

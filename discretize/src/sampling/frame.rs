@@ -1,6 +1,6 @@
-//! A mesh in a frame of its own, so that its nodes do not depend on its unit or place.
+//! A body in a frame of its own, so that its nodes do not depend on how it is turned, nor a mesh's on its unit or position.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::mesh::Mesh;
 use crate::sampling::error::SampleError;
@@ -12,10 +12,11 @@ use crate::sampling::solid::Solid;
 /// copies of a mesh in different units differ, far below what a mesh tells (2^-24 in single precision).
 const GRAIN: f64 = 1.0 / (1_u64 << 36) as f64;
 
-/// Where a body's frame begins and the length of its unit.
+/// Where a body's frame begins, how it is turned, and the length of its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frame {
     origin: DVec3,
+    turn: DMat3,
     length: f64,
 }
 
@@ -27,6 +28,7 @@ impl Frame {
         let bounds = solid.bounds();
         let frame = Self {
             origin: bounds.min,
+            turn: DMat3::IDENTITY,
             length: bounds.size().max_element(),
         };
         let round = |p: DVec3| (p / GRAIN).round() * GRAIN;
@@ -38,13 +40,34 @@ impl Frame {
         Some((frame, inside))
     }
 
-    fn into(self, p: DVec3) -> DVec3 {
-        (p - self.origin) / self.length
+    /// The frame that a body was turned from, and the body there.
+    pub(crate) fn upright(solid: &Solid) -> Option<(Self, &Solid)> {
+        let upright = solid.upright()?;
+        let frame = Self {
+            origin: upright.translation,
+            turn: upright.rotation,
+            length: 1.0,
+        };
+        Some((frame, &upright.solid))
     }
 
-    /// A place of the frame in the body's own coordinates.
+    fn into(self, p: DVec3) -> DVec3 {
+        self.turn.transpose() * (p - self.origin) / self.length
+    }
+
+    /// A position of the frame in the user's coordinates.
     pub(crate) fn place(self, p: DVec3) -> DVec3 {
-        self.origin + p * self.length
+        self.origin + self.turn * (p * self.length)
+    }
+
+    /// The same for all positions and area vectors.
+    pub(crate) fn place_all(self, positions: &mut [DVec3], areas: &mut [DVec3]) {
+        for p in positions {
+            *p = self.place(*p);
+        }
+        for area in areas {
+            *area = self.turn * (*area * (self.length * self.length));
+        }
     }
 
     /// Length of the frame's unit.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::mesh::write::{Field, vtk_points};
 use crate::mesh::{Mesh, index};
 use crate::sampling::error::SampleError;
+use crate::sampling::fill::{LEAST_NODES, last_jumps};
 use crate::sampling::frame::Frame;
 use crate::sampling::near::Near;
 use crate::sampling::octree::Octree;
@@ -65,6 +66,8 @@ pub struct PointReport {
     pub surface_nodes: usize,
     /// Volume of the body (m³): of the input surface, or of an implicit body's triangles.
     pub volume: f64,
+    /// `(volume - V) / V` against the body's volume V ([`Solid::volume`]); `None` where a function alone gives the body.
+    pub volume_error: Option<f64>,
     /// Area of that surface (m²).
     pub area: f64,
     /// `V / sum V_i - 1` before the volumes were scaled to sum to V.
@@ -127,6 +130,12 @@ pub fn sample_points(
     on_surface: bool,
 ) -> Result<PointSampling, SampleError> {
     settings.grading.check()?;
+    if let Some((frame, upright)) = Frame::upright(solid) {
+        let found = sample_points(upright, &frame.settings(settings), on_surface);
+        let mut found = found.map_err(|error| frame.error(error))?;
+        frame.place_all(&mut found.positions, &mut found.boundary_vectors);
+        return Ok(found);
+    }
     let Some((frame, inside)) = Frame::of(solid) else {
         return place(solid, settings, on_surface);
     };
@@ -136,15 +145,8 @@ pub fn sample_points(
     let (volume, area) = solid.mesh().map_or((0.0, 0.0), |m| (m.volume(), m.area()));
     // Rounding to the frame's grain changed the volume a little.
     let scale = volume / found.report.volume;
-    found
-        .positions
-        .iter_mut()
-        .for_each(|p| *p = frame.place(*p));
+    frame.place_all(&mut found.positions, &mut found.boundary_vectors);
     found.volumes.iter_mut().for_each(|v| *v *= scale);
-    found
-        .boundary_vectors
-        .iter_mut()
-        .for_each(|b| *b *= length * length);
     found.spacing *= length;
     (found.report.volume, found.report.area) = (volume, area);
     Ok(found)
@@ -293,10 +295,10 @@ fn search(
     settings: &SampleSettings,
     on_surface: bool,
 ) -> Result<Places, SampleError> {
-    if wanted < crate::sampling::fill::LEAST_NODES {
+    if wanted < LEAST_NODES {
         return Err(SampleError::TooFewNodes {
             nodes: wanted,
-            least: crate::sampling::fill::LEAST_NODES,
+            least: LEAST_NODES,
         });
     }
     let target = wanted as f64;
@@ -352,7 +354,7 @@ fn search(
         }
         if nodes.abs_diff(wanted) < wanted.abs_diff(nearest) {
             nearest = nodes;
-            accepted = (miss <= crate::sampling::fill::JUMPS * tolerance).then_some(places);
+            accepted = (miss <= last_jumps(target) * tolerance).then_some(places);
         }
         if nodes < wanted {
             coarse = coarse.min(cell);
@@ -413,6 +415,7 @@ fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {
             nodes: n,
             surface_nodes: n - places.inside,
             volume,
+            volume_error: solid.volume().map(|v| (volume - v) / v),
             area,
             correction: volume / sum - 1.0,
             smallest_volume: volumes.iter().copied().fold(f64::INFINITY, f64::min) / mean,

@@ -19,7 +19,7 @@ pub enum SampleTarget {
 pub struct SampleSettings {
     /// Spacing or number of nodes.
     pub target: SampleTarget,
-    /// Relative tolerance of [`SampleTarget::NodeCount`]; twice that where no round
+    /// Relative tolerance of [`SampleTarget::NodeCount`]; twice that, and below 340 nodes `14 n^(-1/3)` times, where no round
     /// of the search meets it, because the number jumps from one count of layers to the next (and where cells
     /// of one size have left the body's symmetry, as soon as one does).
     pub count_tolerance: f64,

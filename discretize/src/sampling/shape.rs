@@ -192,17 +192,23 @@ impl Shape {
         })
     }
 
-    /// The solid where it is placed, and what was found and repaired in its mesh file, if it has one.
+    /// The solid where it is placed, sampled in its own frame ([`Solid::turned`]), and what was found and repaired in its mesh file, if it has one.
     ///
     /// # Errors
     /// [`SolidError`] if a mesh cannot be read or is no solid.
     pub fn solid(&self, placed: &Placement) -> Result<(Solid, Option<MeshReport>), SolidError> {
+        if placed.turn != DMat3::IDENTITY {
+            let upright = Placement {
+                scale: placed.scale,
+                ..Placement::IDENTITY
+            };
+            let (solid, report) = self.solid(&upright)?;
+            return Ok((solid.turned(placed.turn, placed.position), report));
+        }
         let Some((primitive, own)) = self.primitive() else {
             return self.repaired(placed);
         };
-        if let (Primitive::Box { .. }, true) = (primitive, placed.turn == DMat3::IDENTITY)
-            && let Self::Box { size } = *self
-        {
+        if let Self::Box { size } = *self {
             // Cells that fit it are for boxes along the axes.
             let half_extents = size * placed.scale * 0.5;
             let (min, max) = (
@@ -211,9 +217,9 @@ impl Shape {
             );
             return Ok((Solid::from(Bounds { min, max }), None));
         }
-        let shift = placed.turn * (placed.scale * own.position) + placed.position;
-        let (turn, scale) = (placed.turn * own.turn, placed.scale * own.scale);
-        Ok((Solid::placed(primitive, turn, scale, shift), None))
+        let shift = placed.scale * own.position + placed.position;
+        let scale = placed.scale * own.scale;
+        Ok((Solid::placed(primitive, own.turn, scale, shift), None))
     }
 
     fn repaired(&self, placed: &Placement) -> Result<(Solid, Option<MeshReport>), SolidError> {

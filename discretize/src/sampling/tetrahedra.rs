@@ -61,7 +61,7 @@ pub struct SamplingReport {
     pub quality: TetrahedraQuality,
     /// Volume of the tetrahedra (m³): what the nodal volumes sum to.
     pub volume: f64,
-    /// `(volume - V) / V` against the input surface's volume V; `None` for implicit bodies.
+    /// `(volume - V) / V` against the body's volume V ([`Solid::volume`]); `None` where a function alone gives the body.
     pub volume_error: Option<f64>,
     /// Area of the tetrahedra's boundary (m²).
     pub area: f64,
@@ -86,7 +86,7 @@ impl fmt::Display for SamplingReport {
         )?;
         write!(f, "volume {:.6e}", self.volume)?;
         if let Some(error) = self.volume_error {
-            write!(f, " ({:+.3} % against the surface's)", 100.0 * error)?;
+            write!(f, " ({:+.3} % against the body's)", 100.0 * error)?;
         }
         writeln!(f, ", area {:.6e}", self.area)?;
         writeln!(
@@ -177,17 +177,21 @@ pub fn sample_tetrahedra(
     solid: &Solid,
     settings: &SampleSettings,
 ) -> Result<SampledNodes, SampleError> {
-    let oracle = Oracle::new(solid);
     settings.grading.check()?;
+    if let Some((frame, upright)) = Frame::upright(solid) {
+        let found = sample_tetrahedra(upright, &frame.settings(settings));
+        let mut found = found.map_err(|error| frame.error(error))?;
+        frame.place_all(&mut found.positions, &mut found.boundary_vectors);
+        return Ok(found);
+    }
+    let oracle = Oracle::new(solid);
     let Some((frame, inside)) = Frame::of(solid) else {
         let (stuffed, cell) = fill(&oracle, settings)?;
         return finish(&oracle, stuffed, cell * MEAN_EDGE);
     };
     let filled = fill(&Oracle::new(&inside), &frame.settings(settings));
     let (mut stuffed, cell) = filled.map_err(|error| frame.error(error))?;
-    for p in &mut stuffed.positions {
-        *p = frame.place(*p);
-    }
+    frame.place_all(&mut stuffed.positions, &mut []);
     finish(&oracle, stuffed, cell * frame.length() * MEAN_EDGE)
 }
 
@@ -230,11 +234,7 @@ pub(crate) fn finish(
         tetrahedra: tetrahedra.len(),
         quality,
         volume,
-        volume_error: oracle
-            .solid
-            .mesh()
-            .map(|m| m.volume())
-            .map(|v| (volume - v) / v),
+        volume_error: oracle.solid.volume().map(|v| (volume - v) / v),
         area: surface.area(),
         pieces: count_pieces(surface.vertices.len(), &tetrahedra),
         input_parts: oracle.part_count(),
@@ -281,6 +281,12 @@ pub(crate) fn surface_triangles(
 ) -> Result<Mesh, SampleError> {
     if let Some(mesh) = solid.mesh() {
         return Ok(mesh.clone());
+    }
+    if let Some((frame, upright)) = Frame::upright(solid) {
+        let found = surface_triangles(upright, spacing, grading);
+        let mut found = found.map_err(|error| frame.error(error))?;
+        frame.place_all(&mut found.vertices, &mut []);
+        return Ok(found);
     }
     let settings = SampleSettings {
         smoothing_sweeps: 0,

@@ -8,6 +8,8 @@ use crate::mesh::index;
 const TRIANGLE: i64 = 2;
 const QUAD: i64 = 3;
 const TETRAHEDRON: i64 = 4;
+/// Points and lines.
+const WITHOUT_FACE: [i64; 3] = [1, 8, 15];
 /// Nodes of the element types from 1 on (Gmsh reference manual, section "MSH file format").
 const NODES_OF: [usize; 19] = [
     2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13,
@@ -343,7 +345,10 @@ fn text_element(
     let size = match kind {
         TRIANGLE => 3,
         QUAD | TETRAHEDRON => 4,
-        _ => return Ok(()),
+        _ => {
+            raw.skipped |= !WITHOUT_FACE.contains(&kind);
+            return Ok(());
+        }
     };
     let mut corners = [0; 4];
     for corner in &mut corners[..size] {
@@ -361,6 +366,7 @@ fn element(
     numbers: &[(i64, u32)],
 ) -> Result<(), Failure> {
     if !matches!(kind, TRIANGLE | QUAD | TETRAHEDRON) {
+        raw.skipped |= !WITHOUT_FACE.contains(&kind);
         return Ok(());
     }
     let mut corners = [0; 4];

@@ -60,6 +60,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     for _ in 0..vertices {
         let mut words = text.full_line("a vertex")?;
         raw.vertices.push(words.point()?);
+        numbers_only(words)?;
     }
     let mut corners = Vec::new();
     for _ in 0..faces {
@@ -72,8 +73,18 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
             let v = words.integer("a vertex number")?;
             corners.push(vertex_index(v, vertices, place)?);
         }
+        numbers_only(words)?;
         raw.polygon(&corners, place)?;
     }
     text.end()?;
     Ok(raw)
+}
+
+/// Normals, colours and texture coordinates may follow on a line, and nothing else.
+fn numbers_only(words: Words<'_>) -> Result<(), Failure> {
+    let place = words.place();
+    for word in words.take_while(|word| !word.starts_with(b"#")) {
+        super::text::float(word, place)?;
+    }
+    Ok(())
 }

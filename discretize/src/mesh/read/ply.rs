@@ -1,7 +1,7 @@
 //! PLY: text and binary of both byte orders; vertices' x, y, z and faces' index lists.
 
 use super::text::{Scalar, Text, check_count, unexpected};
-use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, point, vertex_index};
+use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Encoding {
@@ -56,6 +56,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     let mut raw = Raw::default();
     let mut text = Text::new(bytes);
     let (encoding, elements) = header(&mut text)?;
+    let has = |axis| {
+        let mut vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
+        vertices.all(|e| {
+            e.properties
+                .iter()
+                .any(|p| p.role == Role::Coordinate(axis))
+        })
+    };
+    if !(0..3).all(has) {
+        return Err(nothing("properties x, y and z of its vertices"));
+    }
     let mut source = Source { text, encoding };
     // Faces may stand before the vertices, so it is the header that says how many there are.
     let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);

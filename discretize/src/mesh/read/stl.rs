@@ -95,6 +95,9 @@ pub(super) fn parse_ascii(bytes: &[u8]) -> Result<Raw, Failure> {
             }
             b"solid" => ended = false,
             b"endsolid" => ended = true,
+            b"facet" | b"outer" if corners != 0 => {
+                return Err(unexpected("`endfacet` of the triangle before", word, place));
+            }
             b"facet" | b"outer" | b"endloop" | b"color" => {}
             _ => return Err(unexpected("a line of an STL text", word, place)),
         }

@@ -94,7 +94,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     Ok(raw)
 }
 
-/// Adds cells of the known kinds; others are skipped.
+/// Vertices and lines, with their quadratic ones.
+const WITHOUT_FACE: [i64; 5] = [1, 2, 3, 4, 21];
+
+/// Adds cells of the known kinds; others are skipped, and noted where they have faces.
 pub(super) fn add<'a>(
     raw: &mut Raw,
     cells: impl Iterator<Item = (i64, &'a Vec<i64>)>,
@@ -104,6 +107,7 @@ pub(super) fn add<'a>(
     let mut corners = Vec::new();
     for (kind, list) in cells {
         if !matches!(kind, TRIANGLE | STRIP | POLYGON | QUAD | TETRAHEDRON) {
+            raw.skipped |= !WITHOUT_FACE.contains(&kind);
             continue;
         }
         corners.clear();
@@ -202,7 +206,7 @@ impl Reader<'_> {
             return self.offset_lists(count, size, place);
         }
         let count = self.checked(count, "cells", 1, place)?;
-        self.checked(size, "cell values", 1, place)?;
+        let size = self.checked(size, "cell values", 1, place)?;
         let mut lists = Vec::with_capacity(count);
         for _ in 0..count {
             let length = self.integer(b"int")?;
@@ -212,6 +216,11 @@ impl Reader<'_> {
                 list.push(self.integer(b"int")?);
             }
             lists.push(list);
+        }
+        let found: usize = lists.iter().map(|list| list.len() + 1).sum();
+        if found != size {
+            let expected = "as many values as the cells' own counts say";
+            return Err(unexpected(expected, size.to_string().as_bytes(), place));
         }
         Ok(lists)
     }

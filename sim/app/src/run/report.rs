@@ -56,7 +56,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 1e3 * body.volume_after,
                 body.volume_after / body.volume_before - 1.0,
                 body.volume_error.map_or(String::new(), |error| format!(
-                    "; {:+.2} % off the mesh's",
+                    "; {:+.2} % off the body's",
                     1e2 * error
                 ))
             ),

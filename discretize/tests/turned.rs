@@ -1,0 +1,157 @@
+//! A body that is turned has the nodes of the one that is not, turned.
+
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{
+    Grading, Placement, Primitive, Refinement, SampleSettings, Shape, Solid, sample_points,
+    sample_surfels, sample_tetrahedra, surface_mesh,
+};
+use proptest::prelude::*;
+use testkit::strategies::{rotation, vector};
+
+fn shapes() -> [Shape; 5] {
+    let at = DVec3::new;
+    [
+        Shape::Liver { width: 0.17 },
+        Shape::Box {
+            size: at(0.12, 0.05, 0.03),
+        },
+        Shape::Ellipsoid {
+            radii: at(0.06, 0.03, 0.02),
+        },
+        Shape::Capsule {
+            from: at(0.01, 0.0, 0.0),
+            to: at(0.05, 0.02, 0.0),
+            radius: 0.02,
+        },
+        Shape::Tube {
+            from: at(0.0, 0.0, -0.03),
+            to: at(0.01, 0.02, 0.03),
+            inner_radius: 0.01,
+            outer_radius: 0.02,
+        },
+    ]
+}
+
+/// Tetrahedra and points of the solid and the turned one: the same but for the round-off of the rotation.
+fn check(name: &str, solid: &Solid, turned: &Solid, turn: DMat3, shift: DVec3, coarsest: f64) {
+    let size = solid.bounds().diagonal();
+    let with = |refined: Refinement| SampleSettings {
+        grading: Grading {
+            coarsest,
+            refinements: vec![refined],
+            ..Grading::default()
+        },
+        ..SampleSettings::nodes(300)
+    };
+    let refined = Refinement {
+        from: solid.bounds().center(),
+        to: solid.bounds().max,
+        radius: 0.1 * size,
+        factor: 1.0 / coarsest,
+    };
+    let place = |p: DVec3| turn * p + shift;
+    let there = Refinement {
+        from: place(refined.from),
+        to: place(refined.to),
+        ..refined
+    };
+    let far = size + shift.length();
+    let same = |one: &[DVec3], other: &[DVec3], place: &dyn Fn(DVec3) -> DVec3, unit: f64| {
+        assert_eq!(one.len(), other.len(), "{name}");
+        for (a, b) in one.iter().zip(other) {
+            let off = place(*a).distance(*b);
+            assert!(off <= 1e-12 * unit, "{name}: off by {off:e}");
+        }
+    };
+    let one = sample_tetrahedra(solid, &with(refined)).unwrap();
+    let other = sample_tetrahedra(turned, &with(there)).unwrap();
+    same(&one.positions, &other.positions, &place, far);
+    same(
+        &one.boundary_vectors,
+        &other.boundary_vectors,
+        &|b| turn * b,
+        size * size,
+    );
+    assert_eq!(one.volumes, other.volumes, "{name}: volumes");
+    assert_eq!(one.tetrahedra, other.tetrahedra, "{name}: tetrahedra");
+    assert_eq!(one.report, other.report, "{name}: report");
+    assert!(one.report.volume_error.is_some(), "{name}: volume is known");
+    let one = sample_points(solid, &with(refined), true).unwrap();
+    let other = sample_points(turned, &with(there), true).unwrap();
+    same(&one.positions, &other.positions, &place, far);
+    assert_eq!(one.volumes, other.volumes, "{name}: volumes of points");
+    let surface = surface_mesh(turned, 0.1 * size).unwrap();
+    let surfels = sample_surfels(&surface, 50, Some(turned));
+    for x in &surfels.positions {
+        let off = turned.signed_distance(*x).abs();
+        assert!(off < 1e-6 * size, "{name}: a surfel {off:e} m off");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6))]
+
+    #[test]
+    fn turned_bodies_have_the_same_nodes_turned(
+        turn in rotation(),
+        shift in vector(0.3),
+        coarsest in prop::sample::select(vec![1.0, 2.0]),
+    ) {
+        let turn = DMat3::from_quat(turn);
+        let placed = Placement { turn, position: shift, ..Placement::IDENTITY };
+        for shape in shapes() {
+            let (solid, _) = shape.solid(&Placement::IDENTITY).unwrap();
+            let (turned, _) = shape.solid(&placed).unwrap();
+            check(&format!("{shape:?}"), &solid, &turned, turn, shift, coarsest);
+        }
+        let mesh = surface_mesh(&Primitive::Liver.into(), 0.02).unwrap();
+        let solid = Solid::from_mesh(mesh);
+        let turned = solid.clone().turned(turn, shift);
+        check("mesh", &solid, &turned, turn, shift, coarsest);
+    }
+}
+
+/// A turned block keeps its mass, whatever the angle, and reports so.
+#[test]
+fn a_turned_block_keeps_its_mass() {
+    let size = DVec3::new(0.21, 0.07, 0.07);
+    for angle in [0.0, 30.0, 45.0, 90.0, 180.0_f64] {
+        let placed = Placement {
+            turn: DMat3::from_rotation_z(angle.to_radians()),
+            ..Placement::IDENTITY
+        };
+        let (solid, _) = Shape::Box { size }.solid(&placed).unwrap();
+        let settings = SampleSettings::nodes(300);
+        for error in [
+            sample_tetrahedra(&solid, &settings)
+                .unwrap()
+                .report
+                .volume_error,
+            sample_points(&solid, &settings, true)
+                .unwrap()
+                .report
+                .volume_error,
+        ] {
+            let error = error.unwrap();
+            assert!(
+                error.abs() < 1e-12,
+                "{angle} degrees: volume off by {error:e}"
+            );
+        }
+    }
+}
+
+/// What a sampling loses of a round shape is what it reports.
+#[test]
+fn volume_errors_are_those_of_closed_forms() {
+    let radius = 0.03_f64;
+    let ball = Primitive::Ellipsoid {
+        semi_axes: DVec3::splat(radius),
+    };
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let found = sample_tetrahedra(&ball.into(), &SampleSettings::nodes(500)).unwrap();
+    let sum: f64 = found.volumes.iter().sum();
+    let error = found.report.volume_error.unwrap();
+    assert!((sum / exact - 1.0 - error).abs() < 1e-12, "{error}");
+    assert!(error < -0.01, "500 nodes lose some of a ball: {error}");
+}
