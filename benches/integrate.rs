@@ -8,9 +8,9 @@ use benches::problems::solid::Solid;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, EigenvalueSettings, ExplicitScheme, ForceLaw,
-    Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pass, Pose,
-    RigidShape, Supports, penalty,
+    BoundaryConditions, Contact, ContactSettings, ContactSurface, EigenvalueSettings,
+    ExplicitScheme, ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings,
+    NewtonSettings, Pass, Pose, RigidShape, penalty,
 };
 use std::hint::black_box;
 
@@ -22,14 +22,14 @@ const SOLID: Solid = Solid {
 
 struct Case {
     body: ElasticBody,
-    supports: Supports,
+    supports: BoundaryConditions,
     critical: f64,
 }
 
 fn case(cells: u32) -> Case {
     let mut body = ElasticBody::block([cells; 3], DVec3::ZERO, DVec3::ONE, SOLID, 0.1).unwrap();
     let held = body.nodes(|x| x.z < 1e-9);
-    let supports = Supports::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
     let critical = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
         .unwrap()
@@ -94,7 +94,7 @@ fn steps(c: &mut Criterion) {
         let mut free = Motion::new(
             &case.body.rest,
             &case.body.masses,
-            Supports::free(n),
+            BoundaryConditions::free(n),
             MotionSettings {
                 damping: 3.0,
                 ..MotionSettings::default()

@@ -1,6 +1,6 @@
 use super::{Audit, RigidEnergies};
 use crate::motion::{Motion, MotionSettings};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::{Chain, one_node, oscillator};
 use crate::trajectory::Trajectory;
 use crate::view::StepView;
@@ -24,7 +24,7 @@ fn verlet_balances_energy_exactly_at_equal_phase_and_within_bounds_between() {
     let mut motion = Motion::new(
         &start,
         &chain.masses,
-        Supports::free(20),
+        BoundaryConditions::free(20),
         MotionSettings {
             warn_balance: 10.0,
             ..MotionSettings::default()
@@ -75,7 +75,7 @@ fn gravity_work_is_exact_in_free_fall() {
 #[test]
 fn driven_end_of_a_chain_balances_work() {
     let chain = Chain::new(12, 40.0, 0.2);
-    let mut supports = Supports::fixed(12, &[0]);
+    let mut supports = BoundaryConditions::fixed(12, &[0]);
     let path = Trajectory::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
     supports.drive(&[11], [true, true, true], path, &chain.rest);
     let run = |damping: f64, step: f64| {
@@ -153,7 +153,7 @@ fn the_balance_of_a_stiff_mode_closes_and_stays_closed_when_damping_has_taken_it
         damping: 0.1,
         ..MotionSettings::default()
     };
-    let mut motion = Motion::new(&rest, &masses, Supports::free(2), settings).unwrap();
+    let mut motion = Motion::new(&rest, &masses, BoundaryConditions::free(2), settings).unwrap();
     motion.set_pieces(&[0, 0]);
     motion
         .set_velocities(&[DVec3::X * 0.3, DVec3::X * -0.2])
@@ -249,7 +249,7 @@ fn rigid_motion_is_no_measure_of_the_imbalance() {
 #[test]
 fn the_balance_closes_whatever_steps_and_loads_do() {
     let chain = Chain::new(12, 50.0, 0.1);
-    let supports = Supports::free(12);
+    let supports = BoundaryConditions::free(12);
     let settings = MotionSettings {
         gravity: DVec3::new(0.3, 0.0, -9.81),
         ..MotionSettings::default()

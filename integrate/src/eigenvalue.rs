@@ -1,6 +1,6 @@
 //! Largest eigenvalue of `M⁻¹ K` and the step it allows.
 
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::vector::{add_scaled, combine, products, scale_by};
 use glam::DVec3;
 
@@ -103,7 +103,7 @@ pub fn critical_step(eigenvalue: f64, viscosity: f64) -> f64 {
 /// If `supports` is for another number of nodes.
 pub fn largest_eigenvalue(
     masses: &[f64],
-    supports: &Supports,
+    supports: &BoundaryConditions,
     stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
     warm: &mut Vec<DVec3>,
     settings: &EigenvalueSettings,
@@ -138,7 +138,7 @@ pub fn largest_eigenvalue(
 pub fn largest_eigenvalue_within(
     nodes: &[u32],
     masses: &[f64],
-    supports: &Supports,
+    supports: &BoundaryConditions,
     mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
     warm: &mut Vec<DVec3>,
     settings: &EigenvalueSettings,
@@ -158,7 +158,7 @@ pub fn largest_eigenvalue_within(
             *out = free(at, *out);
         }
     };
-    let unheld = Supports::free(nodes.len());
+    let unheld = BoundaryConditions::free(nodes.len());
     largest_eigenvalue(&masses, &unheld, projected, warm, settings)
 }
 
@@ -170,7 +170,7 @@ pub struct EigenvalueShare<'a> {
     /// Masses (kg) of the nodes, positive.
     pub masses: &'a [f64],
     /// Their supports.
-    pub supports: &'a Supports,
+    pub supports: &'a BoundaryConditions,
 }
 
 /// [`largest_eigenvalue`] of a body whose nodes are shared out, called with every share at once: all

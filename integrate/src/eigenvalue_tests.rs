@@ -60,13 +60,13 @@ fn bit_equal_on_repetition() {
 
 #[test]
 fn nothing_free_or_nothing_stiff_allows_any_step() {
-    let supports = Supports::fixed(2, &[0, 1]);
+    let supports = BoundaryConditions::fixed(2, &[0, 1]);
     let stiff = |v: &[DVec3], out: &mut [DVec3]| out.copy_from_slice(v);
     let settings = EigenvalueSettings::default();
     let all_held = largest_eigenvalue(&[1.0; 2], &supports, stiff, &mut Vec::new(), &settings);
     assert_eq!(all_held.unwrap().critical_step, f64::INFINITY, "held");
     let slack = |_: &[DVec3], out: &mut [DVec3]| out.fill(DVec3::ZERO);
-    let free = Supports::free(2);
+    let free = BoundaryConditions::free(2);
     let found = largest_eigenvalue(&[1.0; 2], &free, slack, &mut Vec::new(), &settings);
     assert_eq!(found.unwrap().critical_step, f64::INFINITY, "slack");
 }
@@ -74,7 +74,7 @@ fn nothing_free_or_nothing_stiff_allows_any_step() {
 #[test]
 fn errors_name_the_node() {
     let settings = EigenvalueSettings::default();
-    let free = Supports::free(2);
+    let free = BoundaryConditions::free(2);
     let nan = |_: &[DVec3], out: &mut [DVec3]| {
         out.fill(DVec3::ZERO);
         out[1].y = f64::NAN;
@@ -116,7 +116,7 @@ struct Meeting {
 
 fn in_shares(
     chain: &Chain,
-    supports: &Supports,
+    supports: &BoundaryConditions,
     starts: &[usize],
     settings: &EigenvalueSettings,
     product: &(impl Fn(&[DVec3], &mut [DVec3]) + Sync),
@@ -169,7 +169,7 @@ fn shares_find_what_the_whole_finds_to_the_bit() {
     for (node, mass) in (0_u32..).zip(&mut chain.masses) {
         *mass *= 1.0 + 0.5 * f64::from(node % 7);
     }
-    let mut supports = Supports::fixed(chain.masses.len(), &[0, 1500]);
+    let mut supports = BoundaryConditions::fixed(chain.masses.len(), &[0, 1500]);
     supports.slide(1024, DVec3::new(1.0, 2.0, 3.0));
     let settings = EigenvalueSettings {
         iterations: 25,
@@ -213,7 +213,7 @@ fn a_part_with_all_others_held_is_a_chain_of_its_own() {
     let within = largest_eigenvalue_within(
         &nodes,
         &masses,
-        &Supports::free(20),
+        &BoundaryConditions::free(20),
         |v, out| {
             spread[7..13].copy_from_slice(v);
             whole.product(&spread, &mut rows);

@@ -2,7 +2,7 @@
 
 use crate::law::ForceLaw;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use glam::DVec3;
 
 /// What acts on a body at rest.
@@ -68,7 +68,7 @@ const SMALLEST_STEP: f64 = 1e-4;
 pub fn solve_static(
     law: &mut dyn ForceLaw,
     positions: &mut [DVec3],
-    supports: &Supports,
+    supports: &BoundaryConditions,
     load: &StaticLoad<'_>,
     settings: &NewtonSettings,
 ) -> Result<StaticReport, SolveError> {

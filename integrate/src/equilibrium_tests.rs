@@ -3,10 +3,10 @@ use crate::testing::{Chain, Network};
 use crate::trajectory::Trajectory;
 use testkit::cloud::uniform;
 
-fn hung() -> (Network, Vec<DVec3>, Supports, Vec<DVec3>) {
+fn hung() -> (Network, Vec<DVec3>, BoundaryConditions, Vec<DVec3>) {
     let rest = uniform(20, 1.0, 11);
     let network = Network::complete(&rest, 10.0);
-    let supports = Supports::fixed(20, &[0, 1, 2]);
+    let supports = BoundaryConditions::fixed(20, &[0, 1, 2]);
     let loads = vec![DVec3::new(0.0, 0.3, -1.5); 20];
     (network, rest, supports, loads)
 }
@@ -47,7 +47,7 @@ fn newton_converges_quadratically_to_round_off() {
 fn driven_supports_stretch_a_chain_evenly() {
     let mut chain = Chain::new(9, 3.0, 1.0);
     let rest = chain.rest.clone();
-    let mut supports = Supports::free(9);
+    let mut supports = BoundaryConditions::free(9);
     let path = Trajectory::ramp(0.0, 1.0, DVec3::X).unwrap();
     supports.drive(&[8], [true, true, true], path, &rest);
     let mut x = rest.clone();
@@ -77,7 +77,7 @@ fn errors_say_what_is_missing() {
     let mut network = Network::complete(&uniform(4, 1.0, 2), 1.0);
     let mut x = uniform(4, 1.0, 2);
     x[3] = x[2];
-    let free = Supports::free(4);
+    let free = BoundaryConditions::free(4);
     let error = solve_static(
         &mut network,
         &mut x,
@@ -132,7 +132,7 @@ impl ForceLaw for Solved {
 fn a_law_that_preconditions_is_solved_in_one_iteration() {
     let n = 300;
     let chain = Chain::new(n, 7.0, 1.0);
-    let supports = Supports::free(n);
+    let supports = BoundaryConditions::free(n);
     let loads = vec![DVec3::new(0.01, 0.003, -0.02); n];
     let load = StaticLoad {
         forces: &loads,

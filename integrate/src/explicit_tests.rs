@@ -1,7 +1,7 @@
 use super::*;
 use crate::audit::Audit;
 use crate::motion::MotionSettings;
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::{Chain, Network, OMEGA, one_node, oscillator};
 use crate::trajectory::{Ease, Trajectory};
 use proptest::prelude::*;
@@ -88,7 +88,7 @@ fn a_changed_step_keeps_the_scheme() {
 #[test]
 fn reactions_carry_the_weight() {
     let chain = Chain::new(2, 100.0, 1.0);
-    let mut supports = Supports::free(2);
+    let mut supports = BoundaryConditions::free(2);
     supports.fix_axes(0, [false, false, true]);
     supports.fix_axes(1, [true, true, true]);
     let settings = MotionSettings {
@@ -125,7 +125,7 @@ fn blow_up_lies_at_the_critical_step_and_names_it() {
         let mut motion = Motion::new(
             &start,
             &chain.masses,
-            Supports::free(30),
+            BoundaryConditions::free(30),
             MotionSettings::default(),
         )
         .unwrap();
@@ -240,7 +240,7 @@ fn restored_to_the_same_bits() {
         viscosity: 1e-3,
         ..MotionSettings::default()
     };
-    let mut whole = Motion::new(&rest, &[0.5; 12], Supports::free(12), settings).unwrap();
+    let mut whole = Motion::new(&rest, &[0.5; 12], BoundaryConditions::free(12), settings).unwrap();
     whole.set_velocities(&uniform(12, 1.0, 4)).unwrap();
     let advance = |motion: &mut Motion, end: f64| {
         let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
@@ -279,7 +279,7 @@ fn parallel_equals_serial_to_the_bit() {
                 gravity: DVec3::Y,
                 ..MotionSettings::default()
             };
-            let mut supports = Supports::fixed(n, &[5, 4_000]);
+            let mut supports = BoundaryConditions::fixed(n, &[5, 4_000]);
             supports.slide(77, DVec3::ONE);
             let mut motion = Motion::new(&start, &vec![1.0; n], supports, settings).unwrap();
             for _ in 0..3 {
@@ -308,7 +308,7 @@ fn setters_refuse_what_is_not_finite() {
     let bad = Motion::new(
         &[DVec3::X],
         &[0.0],
-        Supports::free(1),
+        BoundaryConditions::free(1),
         MotionSettings::default(),
     );
     let error = bad.unwrap_err();
@@ -322,7 +322,7 @@ fn setters_refuse_what_is_not_finite() {
 #[test]
 fn a_path_with_constant_velocity_starts_at_once() {
     let chain = Chain::new(1, 10.0, 1.0);
-    let mut supports = Supports::free(1);
+    let mut supports = BoundaryConditions::free(1);
     let keys = vec![(0.0, DVec3::ZERO), (1.0, DVec3::X)];
     supports.drive(
         &[0],
@@ -353,7 +353,7 @@ proptest! {
         let rest = uniform(8, 1.0, seed);
         let network = Network::complete(&rest, 10.0);
         let mut motion =
-            Motion::new(&rest, &[1.0; 8], Supports::free(8), MotionSettings::default()).unwrap();
+            Motion::new(&rest, &[1.0; 8], BoundaryConditions::free(8), MotionSettings::default()).unwrap();
         motion.set_velocities(&uniform(8, 0.5, seed + 1)).unwrap();
         for _ in 0..50 {
             motion.step(step, |x, f| network.forces(x, f)).unwrap();
@@ -374,7 +374,7 @@ proptest! {
         let network = Network::complete(&rest, 5.0);
         let masses: Vec<f64> = uniform(10, 0.4, seed + 7).iter().map(|v| 0.5 + v.x).collect();
         let mut motion =
-            Motion::new(&rest, &masses, Supports::free(10), MotionSettings::default()).unwrap();
+            Motion::new(&rest, &masses, BoundaryConditions::free(10), MotionSettings::default()).unwrap();
         motion.set_velocities(&uniform(10, 0.5, seed + 1)).unwrap();
         let (linear, angular) = (motion.audit().momentum, motion.angular_momentum());
         for _ in 0..100 {
@@ -389,7 +389,7 @@ proptest! {
         let rest = uniform(10, 1.0, seed);
         let network = Network::complete(&rest, 5.0);
         let settings = MotionSettings { gravity: DVec3::new(1.0, -2.0, 3.0), ..MotionSettings::default() };
-        let supports = Supports::fixed(10, &[node]);
+        let supports = BoundaryConditions::fixed(10, &[node]);
         let mut motion = Motion::new(&rest, &[1.0; 10], supports, settings).unwrap();
         motion.set_velocities(&uniform(10, 0.5, seed + 1)).unwrap();
         for _ in 0..50 {
@@ -409,14 +409,26 @@ fn a_written_state_continues_to_the_same_bits() {
         damping: 0.1,
         ..MotionSettings::default()
     };
-    let mut motion = Motion::new(&rest, &[0.5; 9], Supports::fixed(9, &[2]), settings).unwrap();
+    let mut motion = Motion::new(
+        &rest,
+        &[0.5; 9],
+        BoundaryConditions::fixed(9, &[2]),
+        settings,
+    )
+    .unwrap();
     motion.set_velocities(&uniform(9, 1.0, 4)).unwrap();
     let mut law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
     for _ in 0..7 {
         motion.step(0.013, &mut law).unwrap();
     }
     let text = ron::to_string(motion.state()).unwrap();
-    let mut other = Motion::new(&rest, &[0.5; 9], Supports::fixed(9, &[2]), settings).unwrap();
+    let mut other = Motion::new(
+        &rest,
+        &[0.5; 9],
+        BoundaryConditions::fixed(9, &[2]),
+        settings,
+    )
+    .unwrap();
     other.restore(ron::from_str(&text).unwrap());
     assert_eq!(other.state(), motion.state(), "read back");
     motion.advance_to(1.0, 0.013, &mut law).unwrap();

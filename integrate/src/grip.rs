@@ -141,7 +141,7 @@ impl Grip {
 mod tests {
     use super::*;
     use crate::motion::{Motion, MotionSettings};
-    use crate::supports::Supports;
+    use crate::supports::BoundaryConditions;
 
     /// Free nodes on springs of their own: where damping has taken the swing they are where the hand is, and the
     /// force on it is none; while the hand pulls, it feels what the nodes feel.
@@ -154,7 +154,8 @@ mod tests {
             .expect("two nodes are near");
         assert!(grip.is_sound(3) && !grip.is_sound(1), "nodes 0 and 1");
         let settings = MotionSettings::default();
-        let mut motion = Motion::new(&positions, &masses, Supports::free(3), settings).unwrap();
+        let mut motion =
+            Motion::new(&positions, &masses, BoundaryConditions::free(3), settings).unwrap();
         let (way, mut largest) = (DVec3::new(0.01, 0.02, 0.0), 0.0_f64);
         for k in 0..2000 {
             let (from, to) = (

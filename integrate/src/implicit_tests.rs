@@ -3,7 +3,7 @@ use crate::contact::{Contact, ContactSettings, ContactSurface};
 use crate::law::Differences;
 use crate::motion::MotionSettings;
 use crate::shape::{Pose, RigidShape};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::{Chain, Network};
 use crate::trajectory::Trajectory;
 use proptest::prelude::*;
@@ -25,7 +25,8 @@ fn error_at_two(scheme: ImplicitScheme, damping: f64, steps: u32) -> f64 {
         damping,
         ..MotionSettings::default()
     };
-    let mut motion = Motion::new(&[DVec3::X], &[1.0], Supports::free(1), settings).unwrap();
+    let mut motion =
+        Motion::new(&[DVec3::X], &[1.0], BoundaryConditions::free(1), settings).unwrap();
     let mut solver = implicit(scheme);
     for _ in 0..steps {
         solver
@@ -64,7 +65,13 @@ fn the_energy_of_a_linear_chain_stays_far_above_the_explicit_limit() {
         .map(|(x, d)| *x + d)
         .collect();
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&start, &chain.masses, Supports::free(15), settings).unwrap();
+    let mut motion = Motion::new(
+        &start,
+        &chain.masses,
+        BoundaryConditions::free(15),
+        settings,
+    )
+    .unwrap();
     let mut solver = implicit(ImplicitScheme::EnergyMomentum);
     let critical = 2.0 / (4.0 * 100.0 / 0.1_f64).sqrt();
     for _ in 0..300 {
@@ -84,7 +91,8 @@ fn backward_euler_loses_energy_and_never_gains() {
     let mut network = Network::complete(&uniform(10, 1.0, 5), 10.0);
     let rest = uniform(10, 1.0, 5);
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&rest, &[1.0; 10], Supports::free(10), settings).unwrap();
+    let mut motion =
+        Motion::new(&rest, &[1.0; 10], BoundaryConditions::free(10), settings).unwrap();
     motion.set_velocities(&uniform(10, 1.0, 6)).unwrap();
     let momentum = motion.audit().momentum;
     let mut solver = implicit(ImplicitScheme::BackwardEuler);
@@ -105,7 +113,7 @@ fn backward_euler_loses_energy_and_never_gains() {
 fn agrees_with_explicit_steps_and_hands_over_to_them() {
     let rest = uniform(10, 1.0, 5);
     let mut network = Network::complete(&rest, 10.0);
-    let mut supports = Supports::fixed(10, &[0]);
+    let mut supports = BoundaryConditions::fixed(10, &[0]);
     supports.slide(3, DVec3::new(1.0, 2.0, 0.0));
     let path = Trajectory::ramp(0.0, 0.8, DVec3::new(0.2, 0.0, 0.1)).unwrap();
     supports.drive(&[7], [true, true, true], path, &rest);
@@ -160,7 +168,8 @@ fn refuses_bad_settings_and_steps() {
     );
     let mut chain = Chain::new(1, 1.0, 1.0);
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&[DVec3::X], &[1.0], Supports::free(1), settings).unwrap();
+    let mut motion =
+        Motion::new(&[DVec3::X], &[1.0], BoundaryConditions::free(1), settings).unwrap();
     let error = implicit(ImplicitScheme::EnergyMomentum).step(&mut motion, -1.0, &mut chain);
     assert_eq!(error, Err(SolveError::BadStep { step: -1.0 }), "step");
 }
@@ -169,7 +178,8 @@ fn spinning(seed: u64) -> (Network, Motion) {
     let rest = uniform(10, 1.0, seed);
     let network = Network::complete(&rest, 10.0);
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&rest, &[1.0; 10], Supports::free(10), settings).unwrap();
+    let mut motion =
+        Motion::new(&rest, &[1.0; 10], BoundaryConditions::free(10), settings).unwrap();
     let velocities: Vec<DVec3> = rest
         .iter()
         .zip(uniform(10, 1.0, seed + 1))
@@ -218,7 +228,7 @@ fn dropped(
     let contact = Contact::new(surface, contact);
     let floor = RigidShape::Plane { normal: DVec3::Z };
     let mut floor = RigidTool::standing(floor, Pose::IDENTITY, contact);
-    let mut motion = Motion::new(rest, &[0.01; 3], Supports::free(3), settings).unwrap();
+    let mut motion = Motion::new(rest, &[0.01; 3], BoundaryConditions::free(3), settings).unwrap();
     motion
         .set_velocities(&[DVec3::X * (0.3 * f64::from(u8::from(friction > 0.0))); 3])
         .unwrap();
@@ -307,7 +317,8 @@ fn energy_that_a_law_makes_is_warned_of() {
         |_, v, out| out[0] = v[0] * 9.0,
     );
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&[DVec3::X], &[1.0], Supports::free(1), settings).unwrap();
+    let mut motion =
+        Motion::new(&[DVec3::X], &[1.0], BoundaryConditions::free(1), settings).unwrap();
     let newton = NewtonSettings {
         tolerance: 1e-6,
         ..NewtonSettings::default()
@@ -338,7 +349,7 @@ proptest! {
     ) {
         let (mut network, begin) = spinning(seed);
         let rest = begin.positions().to_vec();
-        let mut supports = Supports::fixed(10, &[0]);
+        let mut supports = BoundaryConditions::fixed(10, &[0]);
         supports.slide(3, DVec3::new(1.0, 2.0, 0.0));
         let path = Trajectory::ramp(0.0, 0.8, DVec3::new(0.2, 0.0, 0.1)).unwrap();
         supports.drive(&[7], [true, false, true], path, &rest);
@@ -364,7 +375,7 @@ proptest! {
         let mut chain = Chain::new(12, 30.0, 0.4);
         let start: Vec<DVec3> = chain.rest.iter().zip(uniform(12, 0.3, seed)).map(|(x, d)| *x + d).collect();
         let settings = MotionSettings::default();
-        let mut motion = Motion::new(&start, &chain.masses, Supports::fixed(12, &[3]), settings).unwrap();
+        let mut motion = Motion::new(&start, &chain.masses, BoundaryConditions::fixed(12, &[3]), settings).unwrap();
         motion.set_velocities(&uniform(12, 2.0, seed + 1)).unwrap();
         let mut solver = implicit(ImplicitScheme::BackwardEuler);
         let mut before = 0.0;

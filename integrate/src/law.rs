@@ -50,7 +50,7 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 ///
 /// ```
 /// use glam::DVec3;
-/// use phyxel_integrate::{ClosureLaw, NewtonSettings, StaticLoad, Supports, solve_static};
+/// use phyxel_integrate::{ClosureLaw, NewtonSettings, StaticLoad, BoundaryConditions, solve_static};
 ///
 /// // A spring of 50 N/m to the origin; with a body of `phyxel_elastic` it is
 /// // `ClosureLaw::of(&mut body, Elastic::forces_into, Elastic::tangent_product_into)`.
@@ -64,7 +64,7 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 ///     |k, v, out| out[0] = v[0] * *k,
 /// );
 /// let mut x = [DVec3::X];
-/// let held = Supports::fixed_where(&x, |x| x.z > 1.0); // none
+/// let held = BoundaryConditions::fixed_where(&x, |x| x.z > 1.0); // none
 /// solve_static(&mut spring, &mut x, &held, &StaticLoad::of(&[DVec3::Y]), &NewtonSettings::default())?;
 /// assert!((x[0] - DVec3::Y / 50.0).length() < 1e-9);
 /// # Ok::<(), phyxel_integrate::SolveError>(())
@@ -184,7 +184,7 @@ impl<F: FnMut(&[DVec3], &mut [DVec3]) -> f64> ForceLaw for Differences<F> {
 mod tests {
     use super::*;
     use crate::testing::Network;
-    use crate::{EigenvalueSettings, NewtonSettings, StaticLoad, Supports};
+    use crate::{BoundaryConditions, EigenvalueSettings, NewtonSettings, StaticLoad};
     use crate::{largest_eigenvalue, solve_static};
     use testkit::cloud::uniform;
 
@@ -203,7 +203,7 @@ mod tests {
         };
         let solve = |law: &mut dyn ForceLaw| {
             let mut x = body().1;
-            let supports = Supports::fixed(20, &[0, 1, 2]);
+            let supports = BoundaryConditions::fixed(20, &[0, 1, 2]);
             let settings = NewtonSettings {
                 tolerance: 1e-9,
                 ..NewtonSettings::default()
@@ -254,7 +254,7 @@ mod tests {
         alone.tangent_product_into(&[DVec3::ZERO; 20], &mut none);
         assert_eq!(none, [DVec3::ZERO; 20]);
         let masses = [1.0; 20];
-        let free = Supports::free(20);
+        let free = BoundaryConditions::free(20);
         let product = |v: &[DVec3], out: &mut [DVec3]| alone.tangent_product_into(v, out);
         let settings = EigenvalueSettings::default();
         let found = largest_eigenvalue(&masses, &free, product, &mut Vec::new(), &settings);

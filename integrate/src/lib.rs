@@ -56,7 +56,7 @@ pub use region::Region;
 pub use scheme::Scheme;
 pub use shape::{Distance, Pose, RigidShape};
 pub use shares::{Pass, PassSums, SHARED_NODES, Shares};
-pub use supports::{NodeSupport, Supports};
+pub use supports::{BoundaryConditions, NodeSupport};
 pub use tool::{Drive, RigidTool};
 pub use trajectory::{Ease, Trajectory, TrajectoryError};
 pub use view::StepView;

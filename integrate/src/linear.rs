@@ -2,7 +2,7 @@
 
 use crate::law::ForceLaw;
 use crate::newton::Problem;
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::vector::{add_scaled, dot, norm, update};
 use glam::{DMat3, DVec3};
 
@@ -20,7 +20,7 @@ pub(crate) struct Conjugate {
 impl Conjugate {
     /// Sets the preconditioner from diagonal blocks and supports. A block that is not positive
     /// definite is replaced by the mean of its diagonal.
-    pub(crate) fn set_blocks(&mut self, blocks: &[DMat3], supports: &Supports) {
+    pub(crate) fn set_blocks(&mut self, blocks: &[DMat3], supports: &BoundaryConditions) {
         self.inverse_blocks.clear();
         self.inverse_blocks
             .extend(blocks.iter().enumerate().map(|(node, block)| {

@@ -1,7 +1,7 @@
 //! Masses moved between neighbours, for longer explicit steps.
 
 use crate::eigenvalue::{EigenvalueError, EigenvalueSettings, largest_eigenvalue};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use glam::{DMat3, DVec3};
 
 /// Rounds at most.
@@ -59,7 +59,7 @@ pub struct MassScaling {
 pub fn scale_masses(
     masses: &mut [f64],
     (positions, groups): (&[DVec3], &[u32]),
-    supports: &Supports,
+    supports: &BoundaryConditions,
     offsets: &[u32],
     indices: &[u32],
     mut stiffness: impl FnMut(&[DVec3], &mut [DVec3]),
@@ -222,7 +222,7 @@ mod tests {
         let n = chain.masses.len();
         let (offsets, indices) = row(u32::try_from(n).unwrap());
         let mut masses = chain.masses.clone();
-        let supports = Supports::free(n);
+        let supports = BoundaryConditions::free(n);
         let product = |v: &[DVec3], out: &mut [DVec3]| chain.product(v, out);
         #[allow(clippy::cast_precision_loss, reason = "small")]
         let places: Vec<DVec3> = (0..n).map(|i| DVec3::X * i as f64).collect();

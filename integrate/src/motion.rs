@@ -4,7 +4,7 @@ use crate::audit::{Audit, Warning};
 use crate::error::MotionError;
 use crate::nodes::Nodes;
 use crate::pieces::Pieces;
-use crate::supports::{NodeSupport, Supports};
+use crate::supports::{BoundaryConditions, NodeSupport};
 use glam::DVec3;
 
 /// Explicit scheme.
@@ -148,7 +148,7 @@ impl Motion {
     pub fn new(
         positions: &[DVec3],
         masses: &[f64],
-        supports: Supports,
+        supports: BoundaryConditions,
         settings: MotionSettings,
     ) -> Result<Self, MotionError> {
         let n = positions.len();
@@ -254,7 +254,7 @@ impl Motion {
 
     /// Supports.
     #[must_use]
-    pub fn supports(&self) -> &Supports {
+    pub fn supports(&self) -> &BoundaryConditions {
         &self.nodes.supports
     }
 
@@ -383,7 +383,7 @@ impl Motion {
     ///
     /// # Panics
     /// If `supports` is for another number of nodes.
-    pub fn set_supports(&mut self, supports: Supports) {
+    pub fn set_supports(&mut self, supports: BoundaryConditions) {
         assert_eq!(
             supports.node_count(),
             self.node_count(),

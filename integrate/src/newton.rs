@@ -3,7 +3,7 @@
 
 use crate::law::ForceLaw;
 use crate::linear::Conjugate;
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::vector::{add_scaled, dot, norm};
 use glam::{DMat3, DVec3};
 
@@ -164,7 +164,7 @@ impl SolveError {
 
 /// What is held fixed during a solve.
 pub(crate) struct Problem<'a> {
-    pub(crate) supports: &'a Supports,
+    pub(crate) supports: &'a BoundaryConditions,
     /// Constant forces (N), gravity included.
     pub(crate) loads: &'a [DVec3],
     /// `c` (1/s²), masses (kg) and `y` (m).

@@ -1,6 +1,6 @@
 //! What of nodes does not change in a step.
 
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use glam::DVec3;
 
 /// How easily nodes move.
@@ -13,7 +13,7 @@ pub(crate) struct Mobility {
 }
 
 impl Mobility {
-    pub(crate) fn new(masses: &[f64], supports: &Supports) -> Self {
+    pub(crate) fn new(masses: &[f64], supports: &BoundaryConditions) -> Self {
         let mut inverse: Vec<f64> = masses.iter().map(|m| m.recip()).collect();
         let mut partly = Vec::new();
         for support in supports.entries() {
@@ -33,7 +33,12 @@ impl Mobility {
     }
 
     /// Takes the held parts out of the vectors of the nodes from `first` on.
-    pub(crate) fn project(&self, supports: &Supports, first: usize, vectors: &mut [DVec3]) {
+    pub(crate) fn project(
+        &self,
+        supports: &BoundaryConditions,
+        first: usize,
+        vectors: &mut [DVec3],
+    ) {
         let from = self.partly.partition_point(|&node| (node as usize) < first);
         for &node in &self.partly[from..] {
             let Some(vector) = vectors.get_mut(node as usize - first) else {
@@ -52,13 +57,13 @@ pub(crate) struct Nodes {
     /// (kg).
     pub(crate) masses: Vec<f64>,
     pub(crate) mobility: Mobility,
-    pub(crate) supports: Supports,
+    pub(crate) supports: BoundaryConditions,
     /// (N); empty without any.
     pub(crate) loads: Vec<DVec3>,
 }
 
 impl Nodes {
-    pub(crate) fn new(masses: &[f64], supports: Supports) -> Self {
+    pub(crate) fn new(masses: &[f64], supports: BoundaryConditions) -> Self {
         Self {
             masses: masses.to_vec(),
             mobility: Mobility::new(masses, &supports),
@@ -67,7 +72,7 @@ impl Nodes {
         }
     }
 
-    pub(crate) fn set_supports(&mut self, supports: Supports) {
+    pub(crate) fn set_supports(&mut self, supports: BoundaryConditions) {
         self.mobility = Mobility::new(&self.masses, &supports);
         self.supports = supports;
     }

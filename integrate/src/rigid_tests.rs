@@ -1,6 +1,6 @@
 use super::*;
 use crate::motion::MotionSettings;
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::Network;
 use testkit::cloud::uniform;
 
@@ -14,7 +14,7 @@ fn clouds() -> (Vec<DVec3>, Network) {
     (rest, network)
 }
 
-fn spinning(settings: MotionSettings, supports: Supports) -> (Motion, Network) {
+fn spinning(settings: MotionSettings, supports: BoundaryConditions) -> (Motion, Network) {
     let (rest, network) = clouds();
     let masses: Vec<f64> = (0..20).map(|i| 0.5 + 0.05 * f64::from(i)).collect();
     let mut motion = Motion::new(&rest, &masses, supports, settings).unwrap();
@@ -47,7 +47,7 @@ fn free_pieces_keep_their_momenta_whatever_the_damping() {
             viscosity,
             ..MotionSettings::default()
         };
-        let (mut motion, network) = spinning(settings, Supports::free(20));
+        let (mut motion, network) = spinning(settings, BoundaryConditions::free(20));
         motion.set_pieces(&pieces);
         let before = [momenta(&motion, 0..10), momenta(&motion, 10..20)];
         let energy = motion.audit().kinetic;
@@ -84,7 +84,7 @@ fn held_pieces_are_damped_as_before() {
         damping: 3.0,
         ..MotionSettings::default()
     };
-    let supports = || Supports::fixed(20, &[12]);
+    let supports = || BoundaryConditions::fixed(20, &[12]);
     let (mut plain, network) = spinning(settings, supports());
     let (mut pieces, _) = spinning(settings, supports());
     pieces.set_pieces(&(0..20).map(|i| i / 10).collect::<Vec<u32>>());
@@ -110,7 +110,13 @@ fn few_nodes_turn_only_as_they_can() {
     };
     // One node, two on a line.
     let rest = [DVec3::ZERO, DVec3::X * 4.0, DVec3::X * 5.0];
-    let mut motion = Motion::new(&rest, &[1.0, 1.0, 2.0], Supports::free(3), settings).unwrap();
+    let mut motion = Motion::new(
+        &rest,
+        &[1.0, 1.0, 2.0],
+        BoundaryConditions::free(3),
+        settings,
+    )
+    .unwrap();
     let velocities = [
         DVec3::Y,
         DVec3::new(1.0, 2.0, 0.0),
@@ -158,7 +164,7 @@ fn crumbs_that_fall_far_away_gain_nothing_by_damping() {
         gravity,
         ..MotionSettings::default()
     };
-    let mut motion = Motion::new(&rest, &masses, Supports::free(60), settings).unwrap();
+    let mut motion = Motion::new(&rest, &masses, BoundaryConditions::free(60), settings).unwrap();
     motion.set_pieces(&pieces);
     for _ in 0..2000 {
         let none = |_: &[DVec3], forces: &mut [DVec3]| {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::motion::MotionSettings;
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::Chain;
 use crate::trajectory::Trajectory;
 use std::ops::Range;
@@ -160,7 +160,7 @@ fn shared_and_whole(free: bool) -> [State; 2] {
         ..MotionSettings::default()
     };
     let rest = chain().rest;
-    let mut supports = Supports::free(n);
+    let mut supports = BoundaryConditions::free(n);
     if !free {
         supports.fix(3);
         // It has not ended when the shares are asked for velocities.

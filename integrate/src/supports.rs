@@ -13,7 +13,7 @@ pub struct NodeSupport {
     pub node: u32,
     /// Projector on the directions in which it may still move.
     pub free: DMat3,
-    /// Path along the held directions, an index into [`Supports::paths`].
+    /// Path along the held directions, an index into [`BoundaryConditions::paths`].
     pub path: Option<u32>,
     /// Position (m) that the path displaces and turns about the origin.
     pub origin: DVec3,
@@ -32,13 +32,13 @@ impl NodeSupport {
 /// Several conditions on one node add up: a node on two symmetry planes keeps their common line.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Supports {
+pub struct BoundaryConditions {
     entry: Vec<u32>,
     supports: Vec<NodeSupport>,
     paths: Vec<Trajectory>,
 }
 
-impl Supports {
+impl BoundaryConditions {
     /// All of `node_count` nodes free.
     #[must_use]
     pub fn free(node_count: usize) -> Self {
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn conditions_on_one_node_add_up() {
-        let mut supports = Supports::free(3);
+        let mut supports = BoundaryConditions::free(3);
         supports.slide(1, DVec3::new(1.0, 1.0, 0.0));
         supports.slide(1, DVec3::new(2.0, 2.0, 0.0));
         supports.slide(1, DVec3::new(1.0, -1.0, 0.0));
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn a_part_holds_what_the_whole_holds_there() {
         let x = [DVec3::ZERO; 5];
-        let mut whole = Supports::fixed(5, &[3, 0]);
+        let mut whole = BoundaryConditions::fixed(5, &[3, 0]);
         whole.slide(4, DVec3::ONE);
         let path = Trajectory::ramp(0.0, 1.0, DVec3::X).unwrap();
         whole.drive(&[2], [true, false, false], path, &x);
@@ -286,16 +286,16 @@ mod tests {
         }
         assert_eq!(
             whole.part(1..2),
-            Supports {
+            BoundaryConditions {
                 paths: whole.paths.clone(),
-                ..Supports::free(1)
+                ..BoundaryConditions::free(1)
             }
         );
     }
 
     #[test]
     fn driven_nodes_keep_their_free_directions() {
-        let mut supports = Supports::free(2);
+        let mut supports = BoundaryConditions::free(2);
         let x = [DVec3::X, DVec3::Y];
         let path = Trajectory::ramp(0.0, 1.0, DVec3::new(9.0, 9.0, 2.0)).unwrap();
         supports.drive(&[1], [false, false, true], path, &x);

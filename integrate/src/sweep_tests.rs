@@ -6,7 +6,7 @@
 use glam::DVec3;
 use testkit::cloud::uniform;
 
-use crate::{ExplicitScheme, Motion, MotionSettings, Supports};
+use crate::{BoundaryConditions, ExplicitScheme, Motion, MotionSettings};
 
 /// Blocks of full size and a remainder.
 const N: usize = 300;
@@ -29,7 +29,7 @@ fn push(time: f64, node: usize) -> DVec3 {
 /// What a motion is made of, moved node by node as the formulas say.
 struct Twin {
     settings: MotionSettings,
-    supports: Supports,
+    supports: BoundaryConditions,
     masses: Vec<f64>,
     loads: Vec<DVec3>,
     x: Vec<DVec3>,
@@ -111,7 +111,7 @@ fn blocks_move_as_nodes_do_one_by_one() {
         };
         let x = uniform(N, 1.0, 3);
         let masses: Vec<f64> = uniform(N, 0.4, 4).iter().map(|v| 1.0 + v.x).collect();
-        let mut supports = Supports::fixed(N, &[0, 127, 128, 299]);
+        let mut supports = BoundaryConditions::fixed(N, &[0, 127, 128, 299]);
         supports.slide(290, DVec3::new(1.0, 2.0, -0.5));
         supports.fix_axes(5, [true, false, true]);
         let loads = uniform(N, 2.0, 5);
@@ -169,7 +169,7 @@ fn blocks_move_as_nodes_do_one_by_one() {
 fn a_force_that_is_not_finite_moves_nothing() {
     for node in [0, 130] {
         let x = uniform(N, 1.0, 3);
-        let supports = Supports::fixed(N, &[0]);
+        let supports = BoundaryConditions::fixed(N, &[0]);
         let mut motion = Motion::new(&x, &[1.0; N], supports, MotionSettings::default()).unwrap();
         motion.step(STEP, law).unwrap();
         let error = motion.step(STEP, |x, f| {

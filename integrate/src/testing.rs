@@ -3,7 +3,7 @@
 use crate::eigenvalue::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use glam::{DMat3, DVec3};
 
 /// Frequency (rad/s) of the [`oscillator`].
@@ -17,7 +17,7 @@ pub(crate) fn oscillator(x: &[DVec3], f: &mut [DVec3]) -> f64 {
 
 /// A mass of 1 kg at rest one metre out along x.
 pub(crate) fn one_node(settings: MotionSettings) -> Motion {
-    let supports = Supports::free(1);
+    let supports = BoundaryConditions::free(1);
     Motion::new(&[DVec3::X], &[1.0], supports, settings).unwrap()
 }
 
@@ -65,7 +65,7 @@ impl Chain {
         settings: &EigenvalueSettings,
         warm: &mut Vec<DVec3>,
     ) -> Eigenvalue {
-        let supports = Supports::free(self.masses.len());
+        let supports = BoundaryConditions::free(self.masses.len());
         largest_eigenvalue(
             &self.masses,
             &supports,

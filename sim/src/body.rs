@@ -7,8 +7,8 @@ use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
-    ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion, MotionSettings,
-    StepError, StiffnessTracker, Supports, critical_step, largest_eigenvalue, scale_masses,
+    BoundaryConditions, ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion,
+    MotionSettings, StepError, StiffnessTracker, critical_step, largest_eigenvalue, scale_masses,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
@@ -321,7 +321,7 @@ impl Body {
     }
 
     /// Takes supports that hold for the rest of the scene.
-    pub(crate) fn set_supports(&mut self, supports: Supports) {
+    pub(crate) fn set_supports(&mut self, supports: BoundaryConditions) {
         self.fetch_all();
         self.elastic.set_held(&held_nodes(&supports));
         self.motion.set_supports(supports);
@@ -400,7 +400,7 @@ impl Body {
 }
 
 /// Nodes that supports keep where they are.
-fn held_nodes(supports: &Supports) -> Vec<u32> {
+fn held_nodes(supports: &BoundaryConditions) -> Vec<u32> {
     let held = supports.entries().iter();
     let held = held.filter(|support| support.free == DMat3::ZERO && support.path.is_none());
     held.map(|support| support.node).collect()

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings, Scheme, StaticLoad, StepView,
-    Supports, solve_static,
+    BoundaryConditions, ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings, Scheme,
+    StaticLoad, StepView, solve_static,
 };
 
 use crate::error::BodyProblem;
@@ -111,7 +111,7 @@ pub(crate) fn step_shared(
 pub(crate) fn equilibrium(
     elastic: &mut Elastic,
     rest: &[DVec3],
-    supports: &Supports,
+    supports: &BoundaryConditions,
     loads: &[DVec3],
 ) -> Result<Vec<DVec3>, BodyProblem> {
     let mut positions = rest.to_vec();

@@ -1,7 +1,7 @@
 //! Which nodes a scene holds or drives.
 
 use glam::DVec3;
-use phyxel_integrate::{Ease, Supports, Trajectory};
+use phyxel_integrate::{BoundaryConditions, Ease, Trajectory};
 
 use crate::scene::{Body, Key, Scene, Support, SupportMotion};
 
@@ -33,8 +33,8 @@ pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
 }
 
 /// All supported nodes at rest: what holds while the body settles.
-pub(crate) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> Supports {
-    let mut supports = Supports::free(rest.len());
+pub(crate) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> BoundaryConditions {
+    let mut supports = BoundaryConditions::free(rest.len());
     for support in scene.supports.iter().filter(|s| acts_on(s, body)) {
         for node in support.region.nodes(rest) {
             supports.fix(node);
@@ -50,12 +50,12 @@ pub(crate) fn driven_supports_of(
     body: &Body,
     rest: &[DVec3],
     start: f64,
-) -> Option<Supports> {
+) -> Option<BoundaryConditions> {
     let ours = || scene.supports.iter().filter(|s| acts_on(s, body));
     if ours().all(|support| support.motion == SupportMotion::Fixed) {
         return None;
     }
-    let mut supports = Supports::free(rest.len());
+    let mut supports = BoundaryConditions::free(rest.len());
     for support in ours() {
         let nodes = support.region.nodes(rest);
         match &support.motion {
@@ -99,7 +99,7 @@ mod tests {
         let rest: Vec<DVec3> = (0..1000).map(|k| DVec3::splat(f64::from(k))).collect();
         let nodes: Vec<u32> = (0..1000).collect();
         let supports = [turn(1.0, 170.0), turn(1.0, 0.0)].map(|path| {
-            let mut supports = Supports::free(rest.len());
+            let mut supports = BoundaryConditions::free(rest.len());
             supports.drive(&nodes, [true; 3], shifted(&path, 0.0), &rest);
             supports
         });

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::boundary_triangles;
-use phyxel_integrate::{ForceLaw, NewtonSettings, StaticLoad, Supports, solve_static};
+use phyxel_integrate::{BoundaryConditions, ForceLaw, NewtonSettings, StaticLoad, solve_static};
 use rayon::prelude::*;
 
 use super::block::lattice;
@@ -219,7 +219,7 @@ impl Elements {
     /// [`StudyError`] if the supports leave the body loose.
     pub fn solve(
         &mut self,
-        supports: &Supports,
+        supports: &BoundaryConditions,
         forces: &[DVec3],
     ) -> Result<Vec<DVec3>, StudyError> {
         let mut x = self.rest.clone();
@@ -435,7 +435,7 @@ mod tests {
                 .collect();
             let mut forces = vec![DVec3::ZERO; field.len()];
             body.tangent_product_into(&given, &mut forces);
-            let supports = Supports::fixed_where(&body.rest, outer);
+            let supports = BoundaryConditions::fixed_where(&body.rest, outer);
             let forces: Vec<DVec3> = forces.iter().map(|f| -*f).collect();
             let inner = body.solve(&supports, &forces).unwrap();
             let mut free = 0;
@@ -477,7 +477,7 @@ mod tests {
         let mut found = Vec::new();
         for (order, cells) in [(Order::Linear, [20, 2, 2]), (Order::Quadratic, [20, 2, 2])] {
             let mut body = Elements::even(cells, DVec3::ZERO, high, order, solid);
-            let supports = Supports::fixed_where(&body.rest, |x| x.x <= 0.0);
+            let supports = BoundaryConditions::fixed_where(&body.rest, |x| x.x <= 0.0);
             let forces = body.end_load(DVec3::Y * load);
             let total: DVec3 = forces.iter().sum();
             assert!((total.y - load).abs() < 1e-12 * load, "{total}");

@@ -7,7 +7,7 @@ use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky, factorize_symboli
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 use glam::{DMat3, DVec3};
-use phyxel_integrate::{ForceLaw, Supports};
+use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
 /// Preconditioned residuals after which a factor is made again.
 const FACTOR_LASTS: usize = 20;
@@ -61,14 +61,18 @@ impl Pattern {
 pub(crate) struct Factored<'a, L> {
     pub(crate) law: L,
     pattern: Option<Arc<Pattern>>,
-    supports: &'a Supports,
+    supports: &'a BoundaryConditions,
     factor: Option<Factor>,
     /// Residuals preconditioned since the forces were last evaluated.
     uses: usize,
 }
 
 impl<'a, L: ForceLaw> Factored<'a, L> {
-    pub(crate) fn new(law: L, pattern: Option<Arc<Pattern>>, supports: &'a Supports) -> Self {
+    pub(crate) fn new(
+        law: L,
+        pattern: Option<Arc<Pattern>>,
+        supports: &'a BoundaryConditions,
+    ) -> Self {
         Self {
             law,
             pattern,
@@ -129,7 +133,7 @@ impl Factor {
     /// 1974). `None` if it is not positive definite. All on one thread.
     fn new(
         pattern: &Pattern,
-        supports: &Supports,
+        supports: &BoundaryConditions,
         apply: impl FnMut(&[DVec3], &mut [DVec3]),
     ) -> Option<Self> {
         let blocks = blocks(pattern, apply);

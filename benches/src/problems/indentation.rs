@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use phyxel_integrate::{
-    Contact, ContactPoint, ContactSettings, ContactSurface, ForceLaw, NewtonSettings, Pose,
-    Pressed, RigidShape, StaticLoad, StaticReport, Supports, penalty, solve_static,
+    BoundaryConditions, Contact, ContactPoint, ContactSettings, ContactSurface, ForceLaw,
+    NewtonSettings, Pose, Pressed, RigidShape, StaticLoad, StaticReport, penalty, solve_static,
 };
 
 use super::block::lattice;
@@ -47,7 +47,7 @@ pub struct Press<B = ElasticBody> {
     pub rest: Vec<DVec3>,
     /// Where the last sphere left its nodes (m).
     pub positions: Vec<DVec3>,
-    supports: Supports,
+    supports: BoundaryConditions,
     contact: Contact,
     /// Of the tangent, where it is to be factored.
     pattern: Option<Arc<Pattern>>,
@@ -71,7 +71,7 @@ impl Press {
     /// # Errors
     /// [`StudyError`] if there is no surface to press.
     pub fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
-        let supports = Supports::fixed_where(&body.rest, held);
+        let supports = BoundaryConditions::fixed_where(&body.rest, held);
         let top = body.faces(on_top);
         Self::on(body, supports, &top, spacing)
     }
@@ -98,7 +98,7 @@ impl Press {
         });
         let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
         let edge = 1e-9 * reach;
-        let mut supports = Supports::free(body.rest.len());
+        let mut supports = BoundaryConditions::free(body.rest.len());
         for node in body.nodes(|x| x.x < edge) {
             supports.slide(node, DVec3::X);
         }
@@ -114,7 +114,7 @@ impl Press {
 
     fn on(
         body: ElasticBody,
-        supports: Supports,
+        supports: BoundaryConditions,
         top: &[[u32; 3]],
         spacing: f64,
     ) -> Result<Self, StudyError> {
@@ -136,7 +136,7 @@ impl Press<Elements> {
         let low = DVec3::new(-1.0, -1.0, -2.0);
         let body = Elements::even([cells; 3], low, low + 2.0, order, SOFT);
         let rest = body.rest.clone();
-        let supports = Supports::fixed_where(&rest, held);
+        let supports = BoundaryConditions::fixed_where(&rest, held);
         let above = |t: &&[u32; 3]| t.iter().all(|v| on_top(rest[*v as usize]));
         let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
         let spacing = 2.0 / f64::from(cells);
@@ -150,7 +150,7 @@ impl<B: ForceLaw> Press<B> {
     pub(super) fn of(
         body: B,
         rest: Vec<DVec3>,
-        supports: Supports,
+        supports: BoundaryConditions,
         top: &[[u32; 3]],
         spacing: f64,
         pattern: Option<Arc<Pattern>>,

@@ -2,7 +2,9 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
-use phyxel_integrate::{Eigenvalue, EigenvalueSettings, ForceLaw, Supports, largest_eigenvalue};
+use phyxel_integrate::{
+    BoundaryConditions, Eigenvalue, EigenvalueSettings, ForceLaw, largest_eigenvalue,
+};
 use phyxel_mls::{DissertationCloud, NearestSettings, dissertation_cloud, k_nearest};
 
 use super::block::{Block, lattice, nodes_where};
@@ -125,7 +127,7 @@ impl ElasticBody {
     /// [`StudyError::Eigenvalue`] if there is none.
     pub fn eigenvalue(
         &mut self,
-        supports: &Supports,
+        supports: &BoundaryConditions,
         settings: &EigenvalueSettings,
     ) -> Result<Eigenvalue, StudyError> {
         let Self {

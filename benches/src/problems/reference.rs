@@ -1,7 +1,7 @@
 //! The 2 m cube under a sphere by finite elements: the reference, computed where it is wanted.
 
 use glam::{BVec2, DVec2, DVec3};
-use phyxel_integrate::{ForceLaw, Supports};
+use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
 use super::elements::{Elements, Order};
 use super::indentation::{EDGE, Press, SMALL, SOFT, grade, held, on_top};
@@ -121,8 +121,8 @@ pub(crate) fn pulled(body: &mut impl ForceLaw, rest: &[DVec3], moved: &[DVec3]) 
     forces.iter().map(|force| -*force).collect()
 }
 
-fn symmetric(rest: &[DVec3]) -> Supports {
-    let mut supports = Supports::free(rest.len());
+fn symmetric(rest: &[DVec3]) -> BoundaryConditions {
+    let mut supports = BoundaryConditions::free(rest.len());
     for (node, x) in (0_u32..).zip(rest) {
         if held(*x) {
             supports.fix(node);

@@ -6,9 +6,9 @@ use crate::problems::model::ElasticBody as Body;
 use crate::problems::solid::Solid;
 use glam::DVec3;
 use phyxel_integrate::{
-    Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings, ExplicitScheme,
-    ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings, NewtonSettings,
-    Pose, RigidShape, RigidTool, StepError, StepView, Supports, penalty,
+    BoundaryConditions, Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings,
+    ExplicitScheme, ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings,
+    NewtonSettings, Pose, RigidShape, RigidTool, StepError, StepView, penalty,
 };
 use testkit::cloud::uniform;
 use testkit::derivative::observed_order;
@@ -21,7 +21,7 @@ const SOFT: Solid = Solid {
 
 /// A bar of 1 m along x without lateral contraction (ν = 0), held at x = 0, and its first standing
 /// wave: `u = A sin(π x / 2L) cos(ω t)`, `ω = π/(2 L) sqrt(E/ρ)`.
-fn bar(cells: u32) -> (Body, Supports, f64) {
+fn bar(cells: u32) -> (Body, BoundaryConditions, f64) {
     let solid = Solid {
         poissons_ratio: 0.0,
         ..SOFT
@@ -30,7 +30,7 @@ fn bar(cells: u32) -> (Body, Supports, f64) {
     let high = DVec3::new(1.0, width, width);
     let body = Body::block([cells, 2, 2], DVec3::ZERO, high, solid, 0.1).unwrap();
     let held = body.nodes(|x| x.x < 1e-9);
-    let supports = Supports::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
     let omega = 0.5 * std::f64::consts::PI * (1e4_f64 / 1000.0).sqrt();
     (body, supports, omega)
 }
@@ -44,7 +44,7 @@ fn plucked(body: &Body, amplitude: f64) -> Vec<DVec3> {
 }
 
 /// Share of the wave's shape in the displacement after `time`, over the amplitude.
-fn wave_after(body: &mut Body, supports: &Supports, time: f64, step: Stepping) -> f64 {
+fn wave_after(body: &mut Body, supports: &BoundaryConditions, time: f64, step: Stepping) -> f64 {
     let amplitude = 1e-4;
     let settings = MotionSettings {
         scheme: step.explicit.unwrap_or_default(),
@@ -137,10 +137,10 @@ pub(super) fn schemes_converge_in_time_on_the_bar(proof: &mut Proof) {
     }
 }
 
-fn small_beam() -> (Body, Supports) {
+fn small_beam() -> (Body, BoundaryConditions) {
     let body = Body::block([8, 2, 2], DVec3::ZERO, DVec3::new(0.4, 0.1, 0.1), SOFT, 0.1).unwrap();
     let held = body.nodes(|x| x.x < 1e-9);
-    let supports = Supports::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
     (body, supports)
 }
 
@@ -213,7 +213,7 @@ pub(super) fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step(proof: &mu
         } else {
             Vec::new()
         };
-        let supports = Supports::fixed(body.rest.len(), &nodes);
+        let supports = BoundaryConditions::fixed(body.rest.len(), &nodes);
         let found = body
             .eigenvalue(&supports, &EigenvalueSettings::default())
             .unwrap();
@@ -251,7 +251,7 @@ pub(super) fn a_dropped_sphere_bounces_with_a_closed_audit(proof: &mut Proof) {
     let low = DVec3::new(-0.1, -0.1, -0.1);
     let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1).unwrap();
     let held = body.nodes(|x| x.z < -0.1 + 1e-9);
-    let supports = Supports::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
     let found = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
         .unwrap();

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel::Body;
 use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
-use phyxel_integrate::{ForceLaw, Supports};
+use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
 use super::chapter6::{BODIES, MODELS, overrides};
 use crate::problems::cantilever::Tetrahedra;
@@ -169,7 +169,7 @@ fn by_model(mut body: Body) -> (usize, f64) {
 fn by_elements() -> Result<f64, StudyError> {
     let high = DVec3::new(0.035, 0.035, 0.105);
     let mut body = Elements::even([8, 8, 24], -high, high, Order::Quadratic, SOLID);
-    let supports = Supports::fixed_where(&body.rest, |x| x.z > high.z - 1e-9);
+    let supports = BoundaryConditions::fixed_where(&body.rest, |x| x.z > high.z - 1e-9);
     let masses: Vec<f64> = body.volumes().iter().map(|v| v * SOLID.density).collect();
     let forces: Vec<DVec3> = masses.iter().map(|m| GRAVITY * *m).collect();
     let moved = body.solve(&supports, &forces)?;

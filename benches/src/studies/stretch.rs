@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Elastic, Fiber, Material, Settings};
 use phyxel_integrate::{
-    Ease, ForceLaw, NewtonSettings, StaticLoad, Supports, Trajectory, solve_static,
+    BoundaryConditions, Ease, ForceLaw, NewtonSettings, StaticLoad, Trajectory, solve_static,
 };
 
 use crate::problems::block::{Block, lattice};
@@ -198,7 +198,7 @@ fn stretch(
     l: f64,
 ) -> Result<Stretched, StudyError> {
     let mut elastic = model.elastic(block, material)?;
-    let mut supports = Supports::free(block.rest.len());
+    let mut supports = BoundaryConditions::free(block.rest.len());
     let edge = 1e-9;
     for (normal, axis) in [(DVec3::Y, 1), (DVec3::Z, 2)] {
         for node in block.nodes(|x| x[axis] < edge) {

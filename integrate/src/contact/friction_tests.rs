@@ -7,7 +7,7 @@ use crate::implicit::{Implicit, ImplicitScheme, ImplicitSettings};
 use crate::motion::{Motion, MotionSettings};
 use crate::newton::{NewtonSettings, SolveError};
 use crate::shape::RigidShape;
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::{Ease, Trajectory};
@@ -40,7 +40,7 @@ fn static_friction_sticks_below_the_limit_and_slides_at_it() {
         let (mut contact, rest) = contact(friction);
         let mut law = Network::complete(&rest, 30.0);
         // Held across, free along x but for the springs to the outer row.
-        let mut supports = Supports::fixed(9, &[0, 3, 6]);
+        let mut supports = BoundaryConditions::fixed(9, &[0, 3, 6]);
         for node in [1, 2, 4, 5, 7, 8] {
             supports.fix_axes(node, [false, true, true]);
         }
@@ -89,7 +89,7 @@ fn implicit_steps_with_friction_agree_with_explicit_ones() {
         damping: 2.0,
         ..MotionSettings::default()
     };
-    let supports = Supports::fixed(9, &[0, 2, 6, 8]);
+    let supports = BoundaryConditions::fixed(9, &[0, 2, 6, 8]);
     let run = |friction: f64, steps: u32, implicit: bool| {
         let (contact, rest) = contact(friction);
         let mut law = Network::complete(&rest, 30.0);
@@ -145,7 +145,7 @@ fn what_implicit_steps_cannot_do_is_refused() {
     let (contact, rest) = contact(0.0);
     let mut law = Network::complete(&rest, 30.0);
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&rest, &[1.0; 9], Supports::free(9), settings).unwrap();
+    let mut motion = Motion::new(&rest, &[1.0; 9], BoundaryConditions::free(9), settings).unwrap();
     let drive = Drive::Force {
         mass: 1.0,
         force: DVec3::ZERO,
@@ -162,7 +162,7 @@ fn what_implicit_steps_cannot_do_is_refused() {
         viscosity: 0.1,
         ..settings
     };
-    let mut motion = Motion::new(&rest, &[1.0; 9], Supports::free(9), settings).unwrap();
+    let mut motion = Motion::new(&rest, &[1.0; 9], BoundaryConditions::free(9), settings).unwrap();
     let error = solver.step(&mut motion, 0.1, &mut law);
     assert_eq!(
         error,

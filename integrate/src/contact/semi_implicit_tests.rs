@@ -2,7 +2,7 @@ use super::*;
 use crate::contact::{ContactSettings, ContactSurface};
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::{Ease, Trajectory};
@@ -32,7 +32,7 @@ impl Net {
     fn new(penalty: f64, friction: f64, drive: Drive) -> Self {
         let (contact, rest) = contact(penalty, friction);
         let mut law = Network::complete(&rest, 30.0);
-        let supports = Supports::fixed(9, &[0, 2, 6, 8]);
+        let supports = BoundaryConditions::fixed(9, &[0, 2, 6, 8]);
         let settings = MotionSettings::default();
         let masses = [1.0; 9];
         let motion = Motion::new(&rest, &masses, supports.clone(), settings).unwrap();
@@ -81,7 +81,7 @@ fn check_defining_equation(contact: &mut Contact, shape: &RigidShape, pose: &Pos
     let v: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
     let internal: Vec<DVec3> = x.iter().map(|_| random.vector(5.0)).collect();
     let masses: Vec<f64> = x.iter().map(|_| random.range(0.5, 2.0)).collect();
-    let mut supports = Supports::free(9);
+    let mut supports = BoundaryConditions::free(9);
     supports.fix(0);
     supports.slide(4, DVec3::new(1.0, 1.0, 0.0));
     let nodes = crate::nodes::Nodes::new(&masses, supports);
@@ -192,7 +192,7 @@ fn agrees_with_fine_plain_steps() {
 fn a_thrown_ball_keeps_the_momentum_whatever_its_mass() {
     for mass in [0.05, 3.0] {
         let mut net = Net::new(1e5, 0.0, thrown(mass));
-        net.motion.set_supports(Supports::free(9));
+        net.motion.set_supports(BoundaryConditions::free(9));
         net.tool.velocity = DVec3::new(0.1, 0.0, -1.0);
         let start = net.tool.velocity * mass;
         let before = net.tool.kinetic();
@@ -215,7 +215,7 @@ fn a_thrown_ball_keeps_the_momentum_whatever_its_mass() {
 fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
     let (contact, rest) = contact(300.0, 0.5);
     let mut law = Network::complete(&rest, 30.0);
-    let supports = Supports::fixed(9, &[0, 2, 6, 8]);
+    let supports = BoundaryConditions::fixed(9, &[0, 2, 6, 8]);
     let settings = MotionSettings {
         damping: 8.0,
         ..MotionSettings::default()
@@ -276,8 +276,13 @@ fn restored_between_steps_to_the_same_bits() {
 fn far_away_nothing_happens() {
     let (contact, x) = contact(1e3, 0.0);
     let v = uniform(9, 0.1, 3);
-    let mut motion =
-        Motion::new(&x, &[1.0; 9], Supports::free(9), MotionSettings::default()).unwrap();
+    let mut motion = Motion::new(
+        &x,
+        &[1.0; 9],
+        BoundaryConditions::free(9),
+        MotionSettings::default(),
+    )
+    .unwrap();
     motion.set_velocities(&v).unwrap();
     let path = Trajectory::ramp(0.0, 1.0, DVec3::X).unwrap();
     let origin = Pose::at(DVec3::Z * 5.0);

@@ -1,7 +1,7 @@
 use super::*;
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
-use crate::supports::Supports;
+use crate::supports::BoundaryConditions;
 use crate::testing::{Network, patch};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::Trajectory;
@@ -172,7 +172,7 @@ fn tool_and_body_keep_their_momentum_and_energy() {
     let start = tool.velocity * 3.0;
     let kinetic = tool.kinetic();
     let settings = MotionSettings::default();
-    let mut motion = Motion::new(&rest, &[1.0; 9], Supports::free(9), settings).unwrap();
+    let mut motion = Motion::new(&rest, &[1.0; 9], BoundaryConditions::free(9), settings).unwrap();
     let mut touched = 0.0_f64;
     for _ in 0..1000 {
         let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(view, f);
@@ -207,7 +207,7 @@ fn a_driven_tool_follows_its_path_and_its_work_arrives() {
         radius: 0.3,
     };
     let mut tool = RigidTool::on_path(shape, Pose::at(origin), path, contact);
-    let supports = Supports::fixed(9, &[0, 2, 6, 8]);
+    let supports = BoundaryConditions::fixed(9, &[0, 2, 6, 8]);
     let settings = MotionSettings::default();
     let mut motion = Motion::new(&rest, &[1.0; 9], supports, settings).unwrap();
     let press = &mut |view: &StepView<'_>, f: &mut [DVec3]| tool.press(view, f);

@@ -11,7 +11,7 @@ mod weak;
 use glam::{DMat3, DVec3};
 use phyxel::{BodyProblem, Member, elastic_stencils};
 use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
-use phyxel_integrate::{Motion, MotionSettings, Supports};
+use phyxel_integrate::{Motion, MotionSettings, BoundaryConditions};
 use serde::{Deserialize, Serialize};
 
 use crate::layout::Layout;
@@ -45,7 +45,7 @@ pub(crate) struct Package {
     frame: Frame,
     held: Vec<u32>,
     motion: MotionSettings,
-    supports: Supports,
+    supports: BoundaryConditions,
     control_scales: Vec<(u32, f64)>,
     fronts: Vec<(u32, DMat3)>,
     weak: Vec<Weak>,

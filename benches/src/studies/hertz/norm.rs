@@ -92,7 +92,8 @@ fn trilinear(cells: u32, load: Load, top: &dyn Fn(DVec3) -> DVec3) -> Result<Fou
     let rest = press.rest.clone();
     let given = given(&rest, top);
     let forces = pulled(&mut press.body, &rest, &given);
-    let supports = phyxel_integrate::Supports::fixed_where(&rest, |x| held(x) || on_top(x));
+    let supports =
+        phyxel_integrate::BoundaryConditions::fixed_where(&rest, |x| held(x) || on_top(x));
     let inner = press.body.solve(&supports, &forces)?;
     Ok(Found {
         moved: sum(given, inner),

@@ -5,7 +5,7 @@ use phyxel_elastic::{
     CutInput, CutPolicy, Elastic, Material, Materials, Nodes, Settings, Stencils, glam::DVec3,
 };
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
-use phyxel_integrate::{ClosureLaw, NewtonSettings, SolveError, StaticLoad, Supports, solve_static};
+use phyxel_integrate::{ClosureLaw, NewtonSettings, SolveError, StaticLoad, BoundaryConditions, solve_static};
 use phyxel_mls::{
     ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights,
 };
@@ -26,7 +26,7 @@ fn rows<'a>(graph: &'a Neighborhoods, stencils: &'a GradientStencils) -> Stencil
 fn settle(
     body: &mut Elastic,
     at: &mut [DVec3],
-    supports: &Supports,
+    supports: &BoundaryConditions,
     load: &[DVec3],
 ) -> Result<f64, SolveError> {
     let mut law = ClosureLaw::of(body, Elastic::forces_into, Elastic::tangent_product_into);
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let soft = Materials::Uniform(Material::neo_hookean(2e4, 0.4));
     let (rest, settings) = (Nodes::new(x, volumes), Settings::default());
     let mut body = Elastic::new(&rows(&graph, &stencils), &rest, &soft, &settings)?;
-    let top = Supports::fixed_where(x, |x| x.z > 0.0399);
+    let top = BoundaryConditions::fixed_where(x, |x| x.z > 0.0399);
     let weight: Vec<DVec3> = volumes.iter().map(|v| DVec3::Z * (-9.81e3 * v)).collect();
     let mut at = x.clone();
     let hung = settle(&mut body, &mut at, &top, &weight)?;

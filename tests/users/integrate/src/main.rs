@@ -2,7 +2,7 @@
 
 use phyxel_integrate::glam::DVec3;
 use phyxel_integrate::{
-    Differences, Motion, MotionSettings, NewtonSettings, StaticLoad, Supports, solve_static,
+    Differences, Motion, MotionSettings, NewtonSettings, StaticLoad, BoundaryConditions, solve_static,
 };
 
 /// A spring of 500 N/m, 1 m long at rest, to the origin.
@@ -15,7 +15,7 @@ fn spring(x: &[DVec3], forces: &mut [DVec3]) -> f64 {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let weight = [DVec3::Z * (-2.0 * 9.81)];
     let mut x = [DVec3::new(0.1, 0.0, -1.1)];
-    let (free, load) = (Supports::free(1), StaticLoad::of(&weight));
+    let (free, load) = (BoundaryConditions::free(1), StaticLoad::of(&weight));
     let mut law = Differences::new(spring, 1.0);
     solve_static(&mut law, &mut x, &free, &load, &NewtonSettings::default())?;
     let start = [x[0] + DVec3::X * 0.01];
