@@ -80,7 +80,7 @@ fn check(name: &str, solid: &Solid, turned: &Solid, turn: DMat3, shift: DVec3, c
     let other = sample_points(turned, &with(there), true).unwrap();
     same(&one.positions, &other.positions, &place, far);
     assert_eq!(one.volumes, other.volumes, "{name}: volumes of points");
-    let surface = surface_mesh(turned, 0.1 * size).unwrap();
+    let surface = surface_mesh(turned, 0.03 * size).unwrap();
     let surfels = sample_surfels(&surface, 50, Some(turned));
     for x in &surfels.positions {
         let off = turned.signed_distance(*x).abs();
@@ -89,7 +89,7 @@ fn check(name: &str, solid: &Solid, turned: &Solid, turn: DMat3, shift: DVec3, c
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+    #![proptest_config(ProptestConfig::with_cases(3))]
 
     #[test]
     fn turned_bodies_have_the_same_nodes_turned(
