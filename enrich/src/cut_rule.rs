@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use crate::checks::{BadSetting, Checks};
 use crate::comparators::{EnrichmentGrid, GridFactors, GridSettings};
 use crate::cuts::Cuts;
 use crate::factors::{FactorSettings, PairFactors};
@@ -51,41 +50,6 @@ pub enum CutRule {
 }
 
 impl CutRule {
-    /// The fields that are out of their bounds; none in sound settings.
-    #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        match *self {
-            Self::Diffraction { influence_radius } => {
-                let hint = ", in mean lengths of pairs, such as 2";
-                checks.positive("influence_radius", influence_radius, hint);
-            }
-            Self::Visibility => {}
-            Self::Grid {
-                spacing,
-                inflate,
-                cells,
-            } => {
-                if let Some(cells) = cells {
-                    let fits = <[u32; 3]>::from(cells).iter().all(|count| *count > 0);
-                    checks.require(
-                        "cells",
-                        format_args!("{cells:?}"),
-                        fits && spacing.is_none(),
-                        "give one cell or more along each axis, and no spacing beside them",
-                        &["spacing"],
-                    );
-                }
-                for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
-                    if let Some(length) = length {
-                        checks.positive(name, length, " (m)");
-                    }
-                }
-            }
-        }
-        checks.0
-    }
-
     const fn default_influence_radius() -> f64 {
         2.0
     }

@@ -3,7 +3,6 @@
 
 mod blade;
 mod bounds;
-mod checks;
 mod comparators;
 mod cut_rule;
 mod cuts;
@@ -23,7 +22,6 @@ mod predicate;
 mod rule;
 
 pub use blade::{Blade, DeformedBody, MaterialPlace, Sweep};
-pub use checks::BadSetting;
 pub use comparators::{
     Enrichment, EnrichmentGrid, GridError, GridForm, GridSettings, grid_pair_factors,
     product_of_segments, segment_enrichment, triangle_enrichment,

@@ -2,12 +2,10 @@
 #![doc = include_str!("../README.md")]
 
 mod cast;
-mod checks;
 mod error;
 mod render;
 mod tissue;
 
-pub use checks::BadSetting;
 pub use error::{ImageError, SurfelError};
 pub use glam;
 pub use render::Renderer;

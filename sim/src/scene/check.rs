@@ -19,7 +19,7 @@ mod rigid;
 mod suggest;
 
 use super::settings::{Coloring, Integration, Pictures, Rest, Show};
-use super::{Scene, VERSION};
+use super::{Scene, VERSION, View};
 use body::body;
 use event::{cut, support, tool};
 pub use faults::Fault;
@@ -277,5 +277,77 @@ fn pictures(checks: &mut Checks, pictures: &Pictures) {
         Coloring::Stress { most } => checks.positive("pictures.color.most", most, " (Pa)"),
         Coloring::Curvature { most } => checks.positive("pictures.color.most", most, " (1/m)"),
     }
-    tell!(checks, "pictures.view", pictures.view.check());
+    view(checks, pictures.view);
+}
+
+fn view(checks: &mut Checks, view: View) {
+    match view {
+        View::Around {
+            azimuth,
+            elevation,
+            zoom,
+            ..
+        } => {
+            checks.require(
+                azimuth.is_finite(),
+                "pictures.view.azimuth",
+                azimuth,
+                "it must be finite (degrees)",
+            );
+            checks.require(
+                (-90.0..=90.0).contains(&elevation),
+                "pictures.view.elevation",
+                elevation,
+                "it must be from -90 (below) to 90 (above)",
+            );
+            checks.positive("pictures.view.zoom", zoom, ", 1 fits the bodies");
+        }
+        View::Explicit {
+            eye,
+            target,
+            field_of_view,
+        } => {
+            checks.finite("pictures.view.eye", eye);
+            checks.finite("pictures.view.target", target);
+            checks.require(
+                eye != target,
+                "pictures.view.target",
+                triple(target),
+                "it must differ from the eye",
+            );
+            checks.require(
+                field_of_view > 0.0 && field_of_view < 180.0,
+                "pictures.view.field_of_view",
+                field_of_view,
+                "it must be above 0 and below 180 (degrees)",
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::embedded;
+    use glam::DVec3;
+
+    #[test]
+    fn a_view_that_shows_nothing_is_refused() {
+        let mut scene = embedded("minimal");
+        let mut told = |view: View| {
+            let pictures = scene.pictures.get_or_insert_with(Pictures::default);
+            pictures.view = view;
+            scene.validate().map_err(|fault| fault.path)
+        };
+        assert_eq!(told(View::default()), Ok(()));
+        let view = |target: DVec3, field_of_view: f64| View::Explicit {
+            eye: DVec3::X,
+            target,
+            field_of_view,
+        };
+        let refused = |path: &str| Err(format!("pictures.view.{path}"));
+        assert_eq!(told(view(DVec3::X, 20.0)), refused("target"));
+        assert_eq!(told(view(DVec3::ZERO, 180.0)), refused("field_of_view"));
+        assert_eq!(told(view(DVec3::ZERO, 20.0)), Ok(()));
+    }
 }

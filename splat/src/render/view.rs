@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::checks::{BadSetting, Checks, triple};
 use crate::render::camera::{Camera, Lens};
 
 /// Where the camera stands.
@@ -44,41 +43,6 @@ pub enum View {
 }
 
 impl View {
-    /// The fields that are out of their bounds; none in valid settings.
-    #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        match *self {
-            Self::Around {
-                azimuth,
-                elevation,
-                zoom,
-                ..
-            } => {
-                let must = "it must be finite (degrees)";
-                checks.require("azimuth", azimuth, azimuth.is_finite(), must, &[]);
-                let holds = (-90.0..=90.0).contains(&elevation);
-                let must = "it must be from -90 (below) to 90 (above)";
-                checks.require("elevation", elevation, holds, must, &[]);
-                checks.positive("zoom", zoom, ", 1 fits the bodies");
-            }
-            Self::Explicit {
-                eye,
-                target,
-                field_of_view,
-            } => {
-                checks.finite("eye", eye);
-                checks.finite("target", target);
-                let must = "it must differ from the eye";
-                checks.require("target", triple(target), eye != target, must, &["eye"]);
-                let holds = field_of_view > 0.0 && field_of_view < 180.0;
-                let must = "it must be above 0 and below 180 (degrees)";
-                checks.require("field_of_view", field_of_view, holds, must, &[]);
-            }
-        }
-        checks.0
-    }
-
     const fn default_azimuth() -> f64 {
         20.0
     }
@@ -180,17 +144,5 @@ mod tests {
             panic!("parallel views have orthographic lenses, not {one:?} and {two:?}");
         };
         assert!((one - 2.0 * two).abs() < 1e-12, "{one} {two}");
-    }
-
-    #[test]
-    fn what_is_out_of_bounds_is_named() {
-        assert_eq!(View::default().check(), []);
-        let view = View::Explicit {
-            eye: DVec3::X,
-            target: DVec3::X,
-            field_of_view: 180.0,
-        };
-        let fields: Vec<String> = view.check().into_iter().map(|bad| bad.field).collect();
-        assert_eq!(fields, ["target", "field_of_view"]);
     }
 }

@@ -1,7 +1,6 @@
 //! Splat radii: the default without holes, and the dissertation's rules.
 
 use crate::cast::{index, real};
-use crate::checks::{BadSetting, Checks};
 use crate::error::SurfelError;
 use crate::render::surfels::Surfels;
 use crate::tissue::eigen::symmetric_eigen;
@@ -44,42 +43,6 @@ pub enum RadiusRule {
 }
 
 impl RadiusRule {
-    /// The fields that are out of their bounds; none in valid settings.
-    #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        match *self {
-            Self::Covering => {}
-            Self::Constant(radius) => checks.require(
-                "",
-                format_args!("Constant({radius:?})"),
-                radius.is_finite() && radius > 0.0,
-                "it must be above 0 (m), such as 0.002",
-                &[],
-            ),
-            Self::Mapped {
-                neighbors,
-                least,
-                most,
-                ..
-            } => {
-                let holds = (3..=64).contains(&neighbors);
-                checks.require(
-                    "neighbors",
-                    neighbors,
-                    holds,
-                    "it must be from 3 to 64",
-                    &[],
-                );
-                checks.positive("least", least, " (m)");
-                let must = format_args!("it must be at least the smallest radius, {least} m");
-                let holds = most.is_finite() && most >= least;
-                checks.require("most", most, holds, must, &["least"]);
-            }
-        }
-        checks.0
-    }
-
     #[cfg(feature = "serde")]
     const fn default_neighbors() -> u32 {
         12

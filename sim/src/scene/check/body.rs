@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::Checks;
 use super::file::{existing_file, scale};
 use super::{material, method};
-use crate::scene::Shape;
 use crate::scene::body::{Body, Form, SurfelSettings, SurfelSpacing, SurfelTarget, Target};
+use crate::scene::{CutRule, RadiusRule, Shape};
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     shape(checks, &format!("{path}.shape"), &body.shape);
@@ -20,7 +20,7 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     sampling(checks, path, body);
     material::of(checks, path, body);
     method::method(checks, path, body);
-    tell!(checks, &format!("{path}.cut_rule"), body.cut_rule.check());
+    cut_rule(checks, &format!("{path}.cut_rule"), body.cut_rule);
     checks.require(
         (0.0..=1.0).contains(&body.damping_ratio),
         format_args!("{path}.damping_ratio"),
@@ -170,7 +170,7 @@ fn surfels(checks: &mut Checks, path: &str, surfels: &SurfelSettings, shape: &Sh
         format_args!("it must be from 1 to {MOST_NEIGHBORS}"),
     );
     checks.not_negative(format_args!("{path}.opening"), surfels.opening, " (m)");
-    tell!(checks, &format!("{path}.radius"), surfels.radius.check());
+    radius(checks, &format!("{path}.radius"), surfels.radius);
     checks.color(&format!("{path}.color"), surfels.color);
     checks.color(&format!("{path}.cut_color"), surfels.cut_color);
     checks.require(
@@ -194,6 +194,69 @@ fn surfels(checks: &mut Checks, path: &str, surfels: &SurfelSettings, shape: &Sh
                 "a PNG file",
             );
             checks.positive(format_args!("{path}.{name}.size"), image.size, " (m)");
+        }
+    }
+}
+
+fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
+    match rule {
+        CutRule::Diffraction { influence_radius } => checks.positive(
+            format_args!("{path}.influence_radius"),
+            influence_radius,
+            ", in mean lengths of pairs, such as 2",
+        ),
+        CutRule::Visibility => {}
+        CutRule::Grid {
+            spacing,
+            inflate,
+            cells,
+        } => {
+            if let Some(cells) = cells {
+                let fits = <[u32; 3]>::from(cells).iter().all(|count| *count > 0);
+                checks.require(
+                    fits && spacing.is_none(),
+                    format_args!("{path}.cells"),
+                    format_args!("{cells:?}"),
+                    "give one cell or more along each axis, and no spacing beside them",
+                );
+            }
+            for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
+                if let Some(length) = length {
+                    checks.positive(format_args!("{path}.{name}"), length, " (m)");
+                }
+            }
+        }
+    }
+}
+
+fn radius(checks: &mut Checks, path: &str, rule: RadiusRule) {
+    match rule {
+        RadiusRule::Covering => {}
+        RadiusRule::Constant(radius) => checks.require(
+            radius.is_finite() && radius > 0.0,
+            path,
+            format_args!("Constant({radius:?})"),
+            "it must be above 0 (m), such as 0.002",
+        ),
+        RadiusRule::Mapped {
+            neighbors,
+            least,
+            most,
+            ..
+        } => {
+            checks.require(
+                (3..=64).contains(&neighbors),
+                format_args!("{path}.neighbors"),
+                neighbors,
+                "it must be from 3 to 64",
+            );
+            checks.positive(format_args!("{path}.least"), least, " (m)");
+            checks.require(
+                most.is_finite() && most >= least,
+                format_args!("{path}.most"),
+                most,
+                format_args!("it must be at least the smallest radius, {least} m"),
+            );
         }
     }
 }
