@@ -2,7 +2,6 @@
 #![doc = include_str!("../README.md")]
 
 mod audit;
-mod checks;
 mod contact;
 mod eigenvalue;
 mod equilibrium;
@@ -17,9 +16,7 @@ mod motion;
 mod newton;
 mod nodes;
 mod pieces;
-mod region;
 mod rigid;
-mod scheme;
 mod shape;
 mod shares;
 mod supports;
@@ -33,7 +30,6 @@ mod view;
 mod watch;
 
 pub use audit::{Audit, RigidEnergies, Warning};
-pub use checks::BadSetting;
 pub use contact::pressed::Pressed;
 pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, SurfaceError, penalty,
@@ -52,8 +48,6 @@ pub use law::{ClosureLaw, Differences, ForceLaw};
 pub use mass_scaling::{MassScaling, scale_masses};
 pub use motion::{ExplicitScheme, Motion, MotionBytes, MotionSettings, State};
 pub use newton::{NewtonReport, NewtonSettings, SolveError};
-pub use region::Region;
-pub use scheme::Scheme;
 pub use shape::{Distance, Pose, RigidShape};
 pub use shares::{Pass, PassSums, SHARED_NODES, Shares};
 pub use supports::{BoundaryConditions, NodeSupport};

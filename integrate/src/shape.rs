@@ -1,6 +1,5 @@
 //! Rigid shapes by signed distance, with normal and curvature.
 
-use crate::checks::{BadSetting, Checks};
 use glam::{DMat3, DQuat, DVec3};
 
 /// A rigid shape in its own frame, as a scene's tool has it.
@@ -175,23 +174,6 @@ impl RigidShape {
             }
             Self::Box { size } => (Solid::Box { half: size * 0.5 }, None),
         }
-    }
-
-    /// The fields that are out of their bounds; none in sound settings.
-    #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        match *self {
-            Self::Sphere { radius } => checks.positive("radius", radius, " (m)"),
-            Self::Plane { normal } => checks.direction("normal", normal),
-            Self::Capsule { from, to, radius } => {
-                checks.finite("from", from);
-                checks.finite("to", to);
-                checks.positive("radius", radius, " (m)");
-            }
-            Self::Box { size } => checks.lengths("size", size),
-        }
-        checks.0
     }
 
     /// The same `scale` times as large.

@@ -1,12 +1,15 @@
 //! Scenes: what is simulated, as plain types with their checks. `phyxel-scene` reads them from texts.
 
 mod body;
+mod bounds;
 mod check;
 mod event;
 mod material;
 mod method;
 mod path;
+mod region;
 mod rigid;
+mod scheme;
 mod settings;
 mod tool;
 
@@ -23,9 +26,11 @@ pub use path::{Key, pose_at};
 pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
 pub use phyxel_elastic::{Dilatation, Fiber, MaterialSettings, Model, Preset, PronyTerm};
 pub use phyxel_enrich::CutRule;
-pub use phyxel_integrate::{Pose, Region, RigidShape as ToolShape, Scheme};
+pub use phyxel_integrate::{Pose, RigidShape as ToolShape};
 pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
+pub use region::Region;
 pub use rigid::RigidMesh;
+pub use scheme::Scheme;
 pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};
 pub use tool::{Release, Tool};
 

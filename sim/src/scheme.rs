@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    BoundaryConditions, ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings, Scheme,
-    StaticLoad, StepView, solve_static,
+    BoundaryConditions, ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings, StaticLoad,
+    StepView, solve_static,
 };
 
 use crate::error::BodyProblem;
+use crate::scene::Scheme;
 use crate::shares::BodyShares;
 use crate::tool::ToolContact;
 

@@ -1,10 +1,10 @@
 //! What acts on the bodies: supports, gravity and cuts.
 
 use glam::DVec3;
-use phyxel_integrate::Region;
 use serde::{Deserialize, Serialize};
 
 use super::path::{Key, pose_at};
+use super::region::Region;
 
 /// Nodes that are held or moved as a scripted path says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

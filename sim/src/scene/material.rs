@@ -1,8 +1,9 @@
 //! Parts of a body that are made of something else.
 
 use phyxel_elastic::{Fiber, MaterialSettings};
-use phyxel_integrate::Region;
 use serde::{Deserialize, Serialize};
+
+use super::region::Region;
 
 /// A part of a body of another stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

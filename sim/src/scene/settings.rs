@@ -1,10 +1,10 @@
 //! How a scene is integrated, watched and drawn.
 
-use phyxel_integrate::Scheme;
 use phyxel_splat::{DrawMode, View};
 use serde::{Deserialize, Serialize};
 
 use super::rigid::RigidMesh;
+use super::scheme::Scheme;
 
 /// Time stepping.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

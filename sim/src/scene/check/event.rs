@@ -4,7 +4,7 @@ use super::rigid::rigid;
 use super::suggest::{DidYouMean, nearest};
 use super::{Checks, triple};
 use crate::scene::event::{Capture, Cut, Support, SupportMotion};
-use crate::scene::tool::Tool;
+use crate::scene::tool::{Tool, check_shape};
 use crate::scene::{Body, Key, Scene};
 
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
@@ -30,7 +30,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         tool.body.as_deref(),
         bodies,
     );
-    tell!(checks, &format!("{path}.shape"), tool.shape.check());
+    tell!(checks, &format!("{path}.shape"), check_shape(&tool.shape));
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }

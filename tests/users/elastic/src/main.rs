@@ -1,14 +1,14 @@
 //! From points to a hanging, cut and settled body with the leaves alone.
 
-use phyxel_discretize::{SampleSettings, Primitive, Solid, sample_tetrahedra, tetrahedra_edges};
+use phyxel_discretize::{Primitive, SampleSettings, Solid, sample_tetrahedra, tetrahedra_edges};
 use phyxel_elastic::{
     CutInput, CutPolicy, Elastic, Material, Materials, Nodes, Settings, Stencils, glam::DVec3,
 };
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
-use phyxel_integrate::{ClosureLaw, NewtonSettings, SolveError, StaticLoad, BoundaryConditions, solve_static};
-use phyxel_mls::{
-    ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights,
+use phyxel_integrate::{
+    BoundaryConditions, ClosureLaw, NewtonSettings, SolveError, StaticLoad, solve_static,
 };
+use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 
 /// The stencils of one crate as the other reads them.
 fn rows<'a>(graph: &'a Neighborhoods, stencils: &'a GradientStencils) -> Stencils<'a> {

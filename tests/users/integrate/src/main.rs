@@ -2,7 +2,8 @@
 
 use phyxel_integrate::glam::DVec3;
 use phyxel_integrate::{
-    Differences, Motion, MotionSettings, NewtonSettings, StaticLoad, BoundaryConditions, solve_static,
+    BoundaryConditions, Differences, Motion, MotionSettings, NewtonSettings, StaticLoad,
+    solve_static,
 };
 
 /// A spring of 500 N/m, 1 m long at rest, to the origin.

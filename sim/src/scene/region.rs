@@ -2,15 +2,11 @@
 
 use glam::DVec3;
 
-use crate::checks::{BadSetting, Checks, triple};
+use super::bounds::{BadSetting, Checks, triple};
 
 /// A part of space in rest coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Region {
     /// The points on the side of a plane that its normal points to.
@@ -44,7 +40,7 @@ pub enum Region {
 impl Region {
     /// The fields that are out of their bounds; none in sound settings.
     #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
+    pub(crate) fn check(&self) -> Vec<BadSetting> {
         let mut checks = Checks::default();
         match *self {
             Self::HalfSpace { point, normal } => {

@@ -5,17 +5,16 @@ use std::fmt::Display;
 use glam::DVec3;
 
 /// A field of settings that is not as it must be.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{field} is {found}; {must}")]
-pub struct BadSetting {
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct BadSetting {
     /// Path of the field from its settings on, such as `radius`.
-    pub field: String,
+    pub(crate) field: String,
     /// Its value.
-    pub found: String,
+    pub(crate) found: String,
     /// What it must be, or what to do.
-    pub must: String,
+    pub(crate) must: String,
     /// Fields that it does not go with; none where its value alone is out of bounds.
-    pub with: &'static [&'static str],
+    pub(crate) with: &'static [&'static str],
 }
 
 /// What was found so far.

@@ -1,17 +1,11 @@
 //! How steps follow each other, as settings say it.
 
-use crate::checks::{BadSetting, Checks};
-use crate::implicit::{ImplicitScheme, ImplicitSettings};
-use crate::motion::ExplicitScheme;
-use crate::newton::NewtonSettings;
+use super::bounds::{BadSetting, Checks};
+use phyxel_integrate::{ExplicitScheme, ImplicitScheme, ImplicitSettings, NewtonSettings};
 
 /// How one step follows another.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Scheme {
     /// Explicit, second order, at the stable step (velocity Verlet, central differences).
@@ -23,21 +17,21 @@ pub enum Scheme {
     /// `damping_ratio` nor released tools go with it.
     BackwardEuler {
         /// Step (s), of any length.
-        #[cfg_attr(feature = "serde", serde(default = "Scheme::default_step"))]
+        #[serde(default = "Scheme::default_step")]
         step: f64,
         /// Unbalanced force, relative, at which a step is solved.
-        #[cfg_attr(feature = "serde", serde(default = "Scheme::default_tolerance"))]
+        #[serde(default = "Scheme::default_tolerance")]
         tolerance: f64,
     },
     /// Implicit, second order, keeps the sum of kinetic and elastic energy at any step (midpoint rule with a
     /// discrete gradient, Gonzalez 1996). Neither `damping_ratio` nor released tools go with it.
-    #[cfg_attr(feature = "serde", serde(alias = "Newmark"))]
+    #[serde(alias = "Newmark")]
     EnergyMomentum {
         /// Step (s), of any length.
-        #[cfg_attr(feature = "serde", serde(default = "Scheme::default_step"))]
+        #[serde(default = "Scheme::default_step")]
         step: f64,
         /// Unbalanced force, relative, at which a step is solved.
-        #[cfg_attr(feature = "serde", serde(default = "Scheme::default_tolerance"))]
+        #[serde(default = "Scheme::default_tolerance")]
         tolerance: f64,
     },
 }
@@ -45,7 +39,7 @@ pub enum Scheme {
 impl Scheme {
     /// The fields that are out of their bounds; none in sound settings.
     #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
+    pub(crate) fn check(&self) -> Vec<BadSetting> {
         let mut checks = Checks::default();
         if let Self::BackwardEuler { step, tolerance } | Self::EnergyMomentum { step, tolerance } =
             *self
@@ -58,12 +52,10 @@ impl Scheme {
         checks.0
     }
 
-    #[cfg(feature = "serde")]
     const fn default_step() -> f64 {
         0.01
     }
 
-    #[cfg(feature = "serde")]
     const fn default_tolerance() -> f64 {
         1e-4
     }
