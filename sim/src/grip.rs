@@ -58,6 +58,7 @@ impl World {
             let modulus = description.material.youngs_modulus;
             // Less than a distance of nodes would find none on one place and one on another.
             let radius = radius.max(body.spacing);
+            body.fetch();
             let positions = body.motion.positions();
             body.grip = Grip::new(positions, &body.masses, point, radius, modulus, step);
         }

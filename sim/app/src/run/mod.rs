@@ -109,7 +109,7 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`] says what went wrong; the folder then holds no half-written file.
 pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
-    go(scene, From::Start, options)
+    go(scene, From::Start, options, None)
 }
 
 /// Runs `scene` with tools and blades doing what `inputs` say, such as those of
@@ -122,7 +122,7 @@ pub fn replay(
     inputs: Vec<Input>,
     options: &RunOptions,
 ) -> Result<Summary, RunError> {
-    go(scene, From::Input(inputs), options)
+    go(scene, From::Input(inputs), options, None)
 }
 
 /// Goes on with a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
@@ -132,7 +132,7 @@ pub fn replay(
 /// # Errors
 /// As [`run`].
 pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Summary, RunError> {
-    go(scene, From::State(Box::new(state)), options)
+    go(scene, From::State(Box::new(state)), options, None)
 }
 
 /// Runs `scene`, or goes on with it from a state, with its body shared out ([`World::new_shared`]) once `builders`
@@ -149,7 +149,7 @@ pub fn run_shared(
 ) -> Result<Summary, RunError> {
     let from = state.map_or(From::Start, |state| From::State(Box::new(state)));
     let builders = pool(Some(builders))?;
-    go_with(scene, from, options, Some((shares, builders)))
+    go(scene, from, options, Some((shares, builders)))
 }
 
 /// What a run begins with, beside its scene.
@@ -162,11 +162,7 @@ enum From {
 /// Shares of a body, and the threads that build it for them.
 type SharesAndBuilders = (Arc<Mutex<dyn BodyShares>>, rayon::ThreadPool);
 
-fn go(scene: &Scene, from: From, options: &RunOptions) -> Result<Summary, RunError> {
-    go_with(scene, from, options, None)
-}
-
-fn go_with(
+fn go(
     scene: &Scene,
     from: From,
     options: &RunOptions,
