@@ -4,6 +4,7 @@ use std::fmt;
 
 use glam::{DMat3, DVec3};
 
+use crate::cut::Uncut;
 use crate::error::ElasticError;
 use crate::input::Stencils;
 use crate::kernel::completion::condition;
@@ -76,14 +77,6 @@ impl CutEnergy {
     }
 }
 
-/// A row before the first cut that touched it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Uncut {
-    node: u32,
-    neighbors: usize,
-    condition: f64,
-}
-
 impl Elastic {
     /// Applies a cut: takes the rebuilt rows, keeps the deformation gradients that nodes had, gives bonds to nodes that
     /// are left without a strain of their own, and raises stabilization by no more than the cut released. Retained
@@ -137,7 +130,7 @@ impl Elastic {
 
     /// Remembers rows that no cut has touched so far.
     fn note_uncut(&mut self, touched: &[u32]) {
-        let (model, known) = (&self.model, &self.state.uncut);
+        let (model, known) = (&self.model, &self.cut.uncut);
         let is_new = |node: &&u32| known.binary_search_by_key(*node, |row| row.node).is_err();
         let new = touched.iter().filter(is_new).map(|&node| {
             let row = model.pairs.row(node as usize);
@@ -148,7 +141,7 @@ impl Elastic {
             }
         });
         let new: Vec<Uncut> = new.collect();
-        let uncut = &mut self.state.uncut;
+        let uncut = &mut self.cut.uncut;
         uncut.extend(new);
         uncut.sort_unstable_by_key(|row| row.node);
     }
@@ -156,7 +149,7 @@ impl Elastic {
     /// Those of the touched nodes that cuts have left without a strain of their own. What is `lost` is, too.
     fn deficient_nodes_of(&self, touched: &[u32], lost: &[u32], policy: &CutPolicy) -> Vec<u32> {
         let model = &self.model;
-        let (uncut, known) = (&self.state.uncut, self.deficient_nodes());
+        let (uncut, known) = (&self.cut.uncut, self.deficient_nodes());
         let is_deficient = |node: &u32| {
             let at = *node as usize;
             let before = uncut.binary_search_by_key(node, |row| row.node);

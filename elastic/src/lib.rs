@@ -1,6 +1,7 @@
 #![doc = include_str!("../picture.md")]
 #![doc = include_str!("../README.md")]
 
+mod again;
 mod apply;
 mod cut;
 mod error;
@@ -8,15 +9,16 @@ mod input;
 mod kernel;
 mod law;
 mod model;
+mod part;
+mod rows;
 mod state;
+mod stiffness;
 
 pub use apply::{CutEnergy, CutInput, CutPolicy};
+pub use cut::Works;
 pub use error::ElasticError;
 pub use glam;
 pub use input::{Dilatation, Frame, Materials, Nodes, Settings, Stencils};
-pub use kernel::part::Part;
-pub use kernel::update::Rows;
-pub use kernel::watch::{StiffNode, WATCHED_NODES};
 pub use law::checks::BadSetting;
 pub use law::fiber::Fiber;
 pub use law::material::{Law, MAX_PRONY_TERMS, Material};
@@ -24,4 +26,7 @@ pub use law::settings::{MaterialSettings, Model, Preset};
 pub use law::stress::von_mises_stress;
 pub use law::viscosity::PronyTerm;
 pub use model::{Bytes, Elastic};
-pub use state::{State, Works};
+pub use part::Part;
+pub use rows::Rows;
+pub use state::State;
+pub use stiffness::{StiffNode, WATCHED_NODES};

@@ -2,9 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::cut::bond::Bonds;
-use crate::cut::front::Fronts;
-use crate::cut::offset::Prestrain;
+use crate::cut::CutState;
 use crate::error::ElasticError;
 use crate::input::{
     Dilatation, Frame, Materials, Nodes, Settings, Stencils, checked_materials, same_length,
@@ -15,14 +13,14 @@ use crate::kernel::forces::{self, CHUNK, Chosen};
 use crate::kernel::inactive::{Asleep, Inactive};
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::pairs::Pairs;
+use crate::kernel::prestrain::Prestrain;
+use crate::kernel::row;
 use crate::kernel::stale::Stale;
 use crate::kernel::tangent;
-use crate::kernel::update;
 use crate::kernel::watch::Watch;
 use crate::law::coefficients::Coefficients;
 use crate::law::material::{Law, Material};
 use crate::law::viscosity::Viscosity;
-use crate::state::Works;
 
 /// Elastic body: forces as the exact negative gradient of
 /// `E(x) = sum_i V_i W(F_i) + sum_i c_i/2 sum_j w_ij |e_ij|²`.
@@ -40,6 +38,8 @@ pub struct Elastic {
     pub(crate) model: Model,
     /// What the last evaluation left.
     pub(crate) state: State,
+    /// What cuts leave.
+    pub(crate) cut: CutState,
     /// What passes write for each other.
     pub(crate) scratch: Scratch,
     /// Rows of the stencils, and what passes leave of nodes.
@@ -137,10 +137,6 @@ impl Elastic {
             viscosity: Viscosity::new(&model.materials, node_count),
             pressures: mean.then(|| Pressures::new(node_count)),
             prestrain: Prestrain::default(),
-            bonds: Bonds::default(),
-            fronts: Fronts::default(),
-            uncut: Vec::new(),
-            works: Works::default(),
             watches: vec![Watch::NOTHING; node_count.div_ceil(CHUNK)],
         };
         let scratch = Scratch {
@@ -154,6 +150,7 @@ impl Elastic {
         Ok(Self {
             model,
             state,
+            cut: CutState::default(),
             scratch,
             tables,
         })
@@ -307,9 +304,9 @@ impl Elastic {
             Either::Plain(table) => tangent::product(parts, table, vector, product),
             Either::Corrected(table) => tangent::product(parts, table, vector, product),
         }
-        self.state.fronts.add_product(vector, product);
+        self.cut.fronts.add_product(vector, product);
         self.scratch.stale = Stale::everything();
-        self.state.bonds.add_product(vector, product);
+        self.cut.bonds.add_product(vector, product);
     }
 
     /// Round-off (J) of the energy that [`Elastic::forces_into`] returns: `eps sum_i V_i M_i`, with
@@ -329,8 +326,14 @@ impl Elastic {
     pub fn bytes(&self) -> Bytes {
         let (model, state) = (&self.model, &self.state);
         Bytes {
-            all: model.bytes() + state.bytes() + self.scratch.bytes() + self.tables.bytes(),
-            cuts: state.cut_bytes() + model.control_scales.capacity() * size_of::<f64>(),
+            all: model.bytes()
+                + state.bytes()
+                + self.cut.bytes()
+                + self.scratch.bytes()
+                + self.tables.bytes(),
+            cuts: state.prestrain.bytes()
+                + self.cut.bytes()
+                + model.control_scales.capacity() * size_of::<f64>(),
             watch: model.watch_bytes(),
             viscosity: state.viscosity.as_ref().map_or(0, Viscosity::bytes),
             held: model.inactive.bytes(),
@@ -350,19 +353,30 @@ impl Elastic {
     }
 
     fn pass_one_of(&mut self, x: &[DVec3], forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
-        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        let model = &self.model;
+        let CutState { bonds, fronts, .. } = &mut self.cut;
+        let beside = || {
+            fronts.evaluate(&model.rest, x);
+            bonds.evaluate(x)
+        };
+        let parts = (model, &mut self.state, &mut self.scratch);
         match self.tables.split() {
-            Either::Plain(table) => forces::pass_one(parts, table, x, forces, chosen),
-            Either::Corrected(table) => forces::pass_one(parts, table, x, forces, chosen),
+            Either::Plain(table) => forces::pass_one(parts, table, (x, forces), chosen, beside),
+            Either::Corrected(table) => forces::pass_one(parts, table, (x, forces), chosen, beside),
         }
     }
 
     fn pass_two_of(&mut self, forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
-        let parts = (&self.model, &mut self.state, &mut self.scratch);
+        let CutState { bonds, fronts, .. } = &self.cut;
+        let beside = |deformation: &mut [_]| bonds.set_gradients(deformation);
+        let parts = (&self.model, &mut self.scratch);
         match self.tables.split() {
-            Either::Plain(table) => forces::pass_two(parts, table, forces, chosen),
-            Either::Corrected(table) => forces::pass_two(parts, table, forces, chosen),
+            Either::Plain(table) => forces::pass_two(parts, table, forces, chosen, beside),
+            Either::Corrected(table) => forces::pass_two(parts, table, forces, chosen, beside),
         }
+        fronts.add_forces(forces, (&mut self.scratch.partial, CHUNK));
+        bonds.add_forces(forces);
+        self.scratch.partial.iter().sum()
     }
 
     /// The first of the two passes of [`Elastic::forces_into`] alone, for benchmarks: `forces` is what the nodes' own
@@ -452,7 +466,7 @@ fn tables(
     let mut tables = Tables::new(&model.rest, multipliers, model.controlled(), frame);
     let n = model.node_count();
     for node in 0..n {
-        update::set_row(model, &mut tables, node, stencils)?;
+        row::set_row(model, &mut tables, node, stencils)?;
     }
     if model.controlled() {
         for node in 0..n {

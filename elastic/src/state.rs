@@ -2,6 +2,7 @@
 
 use glam::DMat3;
 
+use crate::cut::Works;
 use crate::law::viscosity::Viscosity;
 use crate::model::Elastic;
 
@@ -46,52 +47,30 @@ fn is_mean(matrix: &DMat3) -> bool {
     matrix.is_finite() && trace > 0.0 && trace < 1.0 + 1e-9
 }
 
-/// Halves of the works (J) of a decay; positive where it adds energy.
-#[derive(Debug, Clone, Default)]
-pub struct Works {
-    /// Of retained gradients, nodes ascending.
-    pub offsets: Vec<(u32, f64)>,
-    /// Of bonds, by their deficient nodes, ascending.
-    pub bonds: Vec<(u32, f64)>,
-}
-
-impl Works {
-    /// Sums (J) over gradients and over bonds.
-    #[must_use]
-    pub fn sums(&self) -> [f64; 2] {
-        [&self.offsets, &self.bonds]
-            .map(|works| works.iter().fold(0.0, |sum, (_, work)| sum + work))
-    }
-
-    pub(crate) fn bytes(&self) -> usize {
-        (self.offsets.capacity() + self.bonds.capacity()) * size_of::<(u32, f64)>()
-    }
-}
-
 impl Elastic {
     /// Whether there are retained gradients or bonds, for [`Elastic::decay`].
     #[must_use]
     pub fn decays(&self) -> bool {
-        !self.state.prestrain.is_empty() || !self.state.bonds.is_empty()
+        !self.state.prestrain.is_empty() || !self.cut.bonds.is_empty()
     }
 
     /// Multiplies the offsets of retained gradients and bonds with `factor` (0 to 1). Returns the first half of the
     /// works, with the stresses last evaluated; [`Elastic::decay_works`] returns the second after the next evaluation.
     pub fn decay(&mut self, factor: f64) -> &Works {
-        let mut works = std::mem::take(&mut self.state.works);
+        let mut works = std::mem::take(&mut self.cut.works);
         self.decay_offsets(factor, &mut works.offsets);
         self.decay_bonds(factor, &mut works.bonds);
-        self.state.works = works;
-        &self.state.works
+        self.cut.works = works;
+        &self.cut.works
     }
 
     /// The second half of the works of the last [`Elastic::decay`], at the state last evaluated; to be asked for once.
     pub fn decay_works(&mut self) -> &Works {
-        let mut works = std::mem::take(&mut self.state.works);
+        let mut works = std::mem::take(&mut self.cut.works);
         self.offset_works(&mut works.offsets);
         self.bond_works(&mut works.bonds);
-        self.state.works = works;
-        &self.state.works
+        self.cut.works = works;
+        &self.cut.works
     }
 
     /// The state, for snapshots and checkpoints.

@@ -13,11 +13,9 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::cut::control::refresh_control;
 use crate::kernel::fixed::{gradient, set_gradient};
 use crate::kernel::lanes::Planes;
-use crate::kernel::nodes::State;
-use crate::kernel::part::Part;
+use crate::kernel::row::refresh_control;
 use crate::law::coefficients::outer;
 use crate::model::Elastic;
 
@@ -302,7 +300,7 @@ impl Elastic {
         let mut lost = 0.0;
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.scratch.stale.add(nodes);
-        let mut bonds = std::mem::take(&mut self.state.bonds);
+        let mut bonds = std::mem::take(&mut self.cut.bonds);
         for &node in nodes {
             let held = self.weaken_one(node as usize);
             let row = self.bonds_of(node as usize, positions, share);
@@ -320,7 +318,7 @@ impl Elastic {
             bonds.list.splice(from..to, row);
         }
         bonds.find_hosts();
-        self.state.bonds = bonds;
+        self.cut.bonds = bonds;
         self.refresh_fronts();
         lost
     }
@@ -376,14 +374,14 @@ impl Elastic {
     /// work (J) of each, nodes ascending.
     pub(crate) fn decay_bonds(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
         works.clear();
-        let bonds = self.state.bonds.list.iter_mut();
+        let bonds = self.cut.bonds.list.iter_mut();
         works.extend(bonds.map(|bond| (bond.node, bond.decay(factor))));
     }
 
     /// The second halves, at the state last evaluated.
     pub(crate) fn bond_works(&self, works: &mut Vec<(u32, f64)>) {
         works.clear();
-        let bonds = self.state.bonds.list.iter();
+        let bonds = self.cut.bonds.list.iter();
         works.extend(bonds.map(|bond| (bond.node, bond.decay_work())));
     }
 
@@ -391,36 +389,31 @@ impl Elastic {
     /// what [`Elastic::forces_into`] adds to [`Elastic::run_energies`].
     #[must_use]
     pub fn bond_energies(&self) -> Vec<(u32, f64)> {
-        let bonds = self.state.bonds.list.iter();
+        let bonds = self.cut.bonds.list.iter();
         bonds.map(|bond| (bond.node, bond.energy())).collect()
     }
 
     /// Deficient nodes, ascending.
     #[must_use]
     pub fn deficient_nodes(&self) -> &[u32] {
-        &self.state.bonds.nodes
+        &self.cut.bonds.nodes
     }
 
     /// Deficient nodes that hang on no sound one, not even by others: debris.
     #[must_use]
     pub fn loose_nodes(&self) -> usize {
-        let hosts = self.state.bonds.hosts.iter();
+        let hosts = self.cut.bonds.hosts.iter();
         hosts.filter(|(_, hosts)| hosts.is_empty()).count()
     }
 
     /// Offsets (m) of all bonds.
     pub(crate) fn bond_offsets(&self) -> Vec<f64> {
-        self.state
-            .bonds
-            .list
-            .iter()
-            .map(|bond| bond.offset)
-            .collect()
+        self.cut.bonds.list.iter().map(|bond| bond.offset).collect()
     }
 
     /// Restores them on the same bonds.
     pub(crate) fn set_bond_offsets(&mut self, offsets: &[f64]) {
-        let list = &mut self.state.bonds.list;
+        let list = &mut self.cut.bonds.list;
         assert_eq!(list.len(), offsets.len(), "one offset per bond");
         for (bond, &offset) in list.iter_mut().zip(offsets) {
             bond.offset = offset;
@@ -454,11 +447,4 @@ fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
         }
     }
     row
-}
-
-impl Part {
-    pub(crate) fn with_bonds(mut self, state: &State) -> Self {
-        self.bonds = state.bonds.of_part(&self.nodes);
-        self
-    }
 }

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
+use crate::kernel::row::refresh_control;
 use crate::law::coefficients::outer;
 use crate::model::Elastic;
 
@@ -129,39 +130,4 @@ fn energy_of(model: &Model, tables: &Tables, node: usize, positions: &[DVec3]) -
         w * leftover.length_squared()
     });
     0.5 * control * left.sum::<f64>()
-}
-
-/// Recomputes `c_i` after volumes or scales of some nodes changed, and what their neighbours sum of it.
-pub(crate) fn refresh_control(model: &Model, tables: &mut Tables, nodes: &[usize]) {
-    if model.controlled() {
-        for &node in nodes {
-            let spread = tables.moments(node, model.pairs.row(node)).spread();
-            set_control(model, tables, node, spread);
-        }
-        set_drags(model, tables, nodes.iter().copied());
-    }
-}
-
-/// `c_i = s_i alpha mu V_i / sum_j w_ij |X_ij|²`; none for a node whose row is not full.
-pub(crate) fn set_control(model: &Model, tables: &mut Tables, node: usize, spread: f64) {
-    if model.controlled() {
-        let factor = model.control_scales.get(node).copied().unwrap_or(1.0);
-        let alpha = model.settings.zero_energy_control * factor;
-        let stiffness = alpha * model.material(node).lame_mu() * model.elastic_volumes[node];
-        let full = model.ranks[node] == 3 && spread > 0.0;
-        tables.set_control(node, if full { stiffness / spread } else { 0.0 });
-    }
-}
-
-/// Sums the control of neighbours again, where it changed.
-pub(crate) fn set_drags(model: &Model, tables: &mut Tables, touched: impl Iterator<Item = usize>) {
-    if !model.controlled() {
-        return;
-    }
-    for node in touched {
-        tables.set_drag(&model.pairs, node);
-        for pair in model.pairs.row(node) {
-            tables.set_drag(&model.pairs, pair.to as usize);
-        }
-    }
 }

@@ -12,7 +12,6 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
-use crate::kernel::part::Part;
 use crate::law::coefficients::outer;
 use crate::model::Elastic;
 
@@ -333,7 +332,7 @@ impl Elastic {
         if !self.model.controlled() {
             return;
         }
-        let fronts = &mut self.state.fronts;
+        let fronts = &mut self.cut.fronts;
         let mut changed = Vec::new();
         for (&node, &matrix) in nodes.iter().zip(matrices) {
             assert!(
@@ -382,13 +381,13 @@ impl Elastic {
 
     /// Brings them up to date with rows and volumes.
     pub(crate) fn refresh_fronts(&mut self) {
-        let (model, fronts) = (&self.model, &mut self.state.fronts);
+        let (model, fronts) = (&self.model, &mut self.cut.fronts);
         fronts.refresh(model, &self.tables);
     }
 
     /// Restores what [`Elastic::fronts`] gave: all other nodes have no such control.
     pub(crate) fn restore_fronts(&mut self, fronts: &[(u32, DMat3)]) {
-        let mut nodes: Vec<u32> = self.state.fronts.nodes().collect();
+        let mut nodes: Vec<u32> = self.cut.fronts.nodes().collect();
         let mut matrices = vec![DMat3::ZERO; nodes.len()];
         for &(node, matrix) in fronts {
             nodes.push(node);
@@ -399,7 +398,7 @@ impl Elastic {
 
     /// Nodes with a control of a cut's front, ascending, and its matrices.
     pub(crate) fn fronts(&self) -> Vec<(u32, DMat3)> {
-        let fronts = self.state.fronts.0.iter();
+        let fronts = self.cut.fronts.0.iter();
         fronts.map(|front| (front.node, front.matrix)).collect()
     }
 
@@ -409,7 +408,7 @@ impl Elastic {
     /// If `positions` is not one per node.
     pub(crate) fn front_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let (rest, fronts) = (&self.model.rest, &self.state.fronts);
+        let (rest, fronts) = (&self.model.rest, &self.cut.fronts);
         let displacement = |node: u32| positions[node as usize] - rest[node as usize];
         let found = nodes.iter().filter_map(|&node| fronts.find(node).ok());
         let energies = found.map(|at| {
@@ -418,12 +417,5 @@ impl Elastic {
             front.energy
         });
         energies.sum()
-    }
-}
-
-impl Part {
-    pub(crate) fn with_fronts(mut self, fronts: &Fronts) -> Self {
-        self.fronts = fronts.of_part(&self.nodes);
-        self
     }
 }

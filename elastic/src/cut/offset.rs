@@ -8,17 +8,15 @@
 //! `F(u) + D` do not. The energy that the decay adds or takes is `∫ V P : F(u) dA`, by the trapezoidal
 //! rule over a step.
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::kernel::fixed::Tables;
 use crate::kernel::forces::parallel;
-use crate::kernel::lanes::Block;
 use crate::kernel::nodes::Model;
+use crate::kernel::prestrain::{Prestrain, Pull};
 use crate::kernel::stale::Stale;
-use crate::law::coefficients::{double_dot, outer};
+use crate::law::coefficients::outer;
 use crate::model::Elastic;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
@@ -31,115 +29,6 @@ const SMALLEST_OFFSET: f64 = 1e-5;
 const LARGEST_FACTOR: f64 = 3.0;
 /// Nodes whose work a thread finds at least: some 10 µs.
 const NODES_PER_TASK: usize = 64;
-
-/// Offsets of a body; empty before the first.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Prestrain {
-    /// Per node; empty before the first.
-    pub(crate) of_node: Vec<DMat3>,
-    /// Nodes whose offset is not zero, ascending.
-    nodes: Vec<u32>,
-    /// Changes of the last decay.
-    decayed: Vec<(u32, DMat3)>,
-    /// What the nodes of that decay worked against at the state last evaluated, if somebody asked for it.
-    pub(crate) pulls: Vec<(u32, Pull)>,
-}
-
-/// `V`, `P` and `F(u)` of a node: what the change of its offset works against.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Pull {
-    volume: f64,
-    stress: DMat3,
-    own: DMat3,
-}
-
-impl Pull {
-    /// `V P : F(u) dA / 2`.
-    fn half_work(&self, change: DMat3) -> f64 {
-        0.5 * self.volume * double_dot(self.stress, self.own * change)
-    }
-}
-
-impl Prestrain {
-    /// `V P : A / 2` of a node, from `V P`: what the virtual work of the stresses with all of `F`
-    /// counts too much.
-    pub(crate) fn excess(&self, node: usize, stress: DMat3) -> f64 {
-        0.5 * double_dot(stress, self.of(node))
-    }
-
-    /// A node's offset.
-    pub(crate) fn of(&self, node: usize) -> DMat3 {
-        self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
-    }
-
-    /// Those of the nodes of a range that have an offset, ascending.
-    #[inline(always)]
-    pub(crate) fn among(&self, range: Range<usize>) -> &[u32] {
-        if self.nodes.is_empty() {
-            return &[];
-        }
-        let before = |end: usize| self.nodes.partition_point(|&node| (node as usize) < end);
-        &self.nodes[before(range.start)..before(range.end)]
-    }
-
-    /// `I + A` of a node that has an offset.
-    pub(crate) fn factor(&self, node: usize) -> Option<DMat3> {
-        let offset = self.of_node.get(node)?;
-        (*offset != DMat3::ZERO).then(|| DMat3::IDENTITY + *offset)
-    }
-
-    /// What an offset multiplies a node's share of the stiffness with: at least `|I + A|²`.
-    pub(crate) fn gain(&self, node: usize) -> f64 {
-        self.factor(node).map_or(1.0, |factor| {
-            let sum = |m: DMat3| {
-                let columns = [m.x_axis, m.y_axis, m.z_axis];
-                columns
-                    .map(|c| c.abs().element_sum())
-                    .into_iter()
-                    .fold(0.0, f64::max)
-            };
-            sum(factor) * sum(factor.transpose())
-        })
-    }
-
-    /// Multiplies a block's deformation gradients, or their changes, of nodes with an offset.
-    pub(crate) fn carry<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
-        if let Some(factor) = self.factor(node) {
-            let f = block.matrix(&block.deformation, lane);
-            block.set_deformation(lane, f * factor);
-        }
-    }
-
-    /// Turns a block's stress, or its change, of a node with an offset into what its row sees.
-    pub(crate) fn pull<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
-        if let Some(factor) = self.factor(node) {
-            let stress = block.matrix(&block.stress, lane);
-            block.set_stress(lane, stress * factor.transpose());
-        }
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    fn set(&mut self, node_count: usize, node: u32, offset: DMat3) {
-        self.of_node.resize(node_count, DMat3::ZERO);
-        self.of_node[node as usize] = offset;
-        let at = self.nodes.binary_search(&node);
-        match (at, offset == DMat3::ZERO) {
-            (Err(at), false) => self.nodes.insert(at, node),
-            (Ok(at), true) => drop(self.nodes.remove(at)),
-            _ => {}
-        }
-    }
-
-    pub(crate) fn bytes(&self) -> usize {
-        self.of_node.capacity() * size_of::<DMat3>()
-            + self.nodes.capacity() * size_of::<u32>()
-            + self.decayed.capacity() * size_of::<(u32, DMat3)>()
-            + self.pulls.capacity() * size_of::<(u32, Pull)>()
-    }
-}
 
 impl Elastic {
     /// Keeps the deformation gradients that `nodes` had before [`Elastic::update_rows`] rebuilt their rows:

@@ -3,9 +3,6 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::cut::bond::Bonds;
-use crate::cut::front::Fronts;
-use crate::cut::offset::Prestrain;
 use crate::kernel::fixed::{Fixed, Table};
 use crate::kernel::gather::{
     Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums,
@@ -15,6 +12,7 @@ use crate::kernel::lanes::{Block, Laws, Planes};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::planes::ZERO;
+use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::{BLOCK, Sixteen, at};
 use crate::kernel::watch::{Watch, Watching, indicator};
@@ -106,14 +104,14 @@ fn skips(chosen: Chosen<'_>, chunk: usize) -> bool {
     chosen.is_some_and(|chosen| !chosen[chunk])
 }
 
-/// Deformation gradients, stresses, records and what a node's own row gives it; the energy (J) of bonds. With mean
-/// dilatation all chunks are evaluated.
+/// Deformation gradients, stresses, records and what a node's own row gives it. With mean dilatation all chunks are
+/// evaluated. Meanwhile `beside` runs, on another thread if there is one; its result is returned.
 pub(crate) fn pass_one<const L: usize>(
     (model, state, scratch): (&Model, &mut State, &mut Scratch),
     mut table: Table<'_, L>,
-    positions: &[DVec3],
-    forces: &mut [DVec3],
+    (positions, forces): (&[DVec3], &mut [DVec3]),
     chosen: Chosen<'_>,
+    beside: impl FnOnce() -> f64 + Send,
 ) -> f64 {
     let parallel = parallel(model);
     set_moves(parallel, &mut scratch.moves, |first, moves| {
@@ -133,19 +131,11 @@ pub(crate) fn pass_one<const L: usize>(
         viscosity,
         prestrain,
         watches,
-        bonds,
-        fronts,
         ..
     } = &mut *state;
-    // What threads share out is all that there is in a step between two of the caller's passes: one that waits for
-    // longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
-    let of_bonds = |bonds: &mut Bonds, fronts: &mut Fronts| {
-        fronts.evaluate(&model.rest, positions);
-        bonds.evaluate(positions)
-    };
-    let energy_of_bonds;
+    let result;
     if model.means.is_some() {
-        energy_of_bonds = of_bonds(bonds, fronts);
+        result = beside();
         mean::stresses((model, state, scratch), &mut table, forces);
     } else {
         let moves = &scratch.moves[..];
@@ -188,10 +178,11 @@ pub(crate) fn pass_one<const L: usize>(
                 )
                 .enumerate()
                 .with_max_len(1);
-            (energy_of_bonds, ()) =
-                rayon::join(|| of_bonds(bonds, fronts), || outputs.for_each(work));
+            // What threads share out is all that there is in a step between two of the caller's passes: one that waits
+            // for longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
+            (result, ()) = rayon::join(beside, || outputs.for_each(work));
         } else {
-            energy_of_bonds = of_bonds(bonds, fronts);
+            result = beside();
             let outputs = table
                 .records
                 .chunks_mut(CHUNK / BLOCK)
@@ -208,18 +199,18 @@ pub(crate) fn pass_one<const L: usize>(
             outputs.for_each(work);
         }
     }
-    energy_of_bonds
+    result
 }
 
-/// What neighbours and bonds give; the energy (J) but that of bonds.
+/// What neighbours give. Meanwhile `beside` changes deformation gradients, which no row reads any more.
 pub(crate) fn pass_two<const L: usize>(
-    (model, state, scratch): (&Model, &mut State, &mut Scratch),
+    (model, scratch): (&Model, &mut Scratch),
     table: Table<'_, L>,
     forces: &mut [DVec3],
     chosen: Chosen<'_>,
-) -> f64 {
+    beside: impl FnOnce(&mut [Planes]) + Send,
+) {
     let parallel = parallel(model);
-    let State { bonds, fronts, .. } = state;
     let moves = &scratch.moves[..];
     let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (_, &[_])| {
         chunks(
@@ -245,18 +236,16 @@ pub(crate) fn pass_two<const L: usize>(
     };
     let read = (table.fixed, &table.records[..]);
     let deformation = &mut table.deformation[..];
-    let mut means = || bonds.set_gradients(deformation);
     if parallel {
-        rayon::join(means, || receive(forces, &mut scratch.partial, read));
+        rayon::join(
+            || beside(deformation),
+            || receive(forces, &mut scratch.partial, read),
+        );
     } else {
-        means();
+        beside(deformation);
         receive(forces, &mut scratch.partial, read);
     }
     scratch.stale = Stale::default();
-    let runs = (&mut scratch.partial[..], CHUNK);
-    fronts.add_forces(forces, runs);
-    bonds.add_forces(forces);
-    scratch.partial.iter().sum()
 }
 
 /// Records, deformation gradients and forces of a chunk, its part of the energy, what is seen of it, and what

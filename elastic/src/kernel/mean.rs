@@ -5,12 +5,12 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::cut::offset::Prestrain;
 use crate::kernel::fixed::{Fixed, Table, gradient, set_gradient};
 use crate::kernel::forces::{CHUNK, chunks, gather, parallel, watch_node};
 use crate::kernel::gather::{Arithmetic, Move, Record, choose_arithmetic};
 use crate::kernel::lanes::Block;
 use crate::kernel::nodes::{Model, Scratch, State};
+use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::{BLOCK, Sixteen};
 use crate::kernel::watch::Watch;
 use crate::law::coefficients::{cofactor, cofactor_change, double_dot, volume_ratio};

@@ -4,22 +4,18 @@
 use glam::{DMat3, DVec3};
 use pulp::Arch;
 
-use crate::apply::Uncut;
-use crate::cut::bond::Bonds;
-use crate::cut::front::Fronts;
-use crate::cut::offset::Prestrain;
 use crate::input::Settings;
 use crate::kernel::completion::Span;
 use crate::kernel::dilatation::{Means, Pressures};
 use crate::kernel::gather::Move;
 use crate::kernel::inactive::{Asleep, Inactive};
 use crate::kernel::pairs::Pairs;
+use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
 use crate::kernel::watch::Watch;
 use crate::law::coefficients::Coefficients;
 use crate::law::material::Material;
 use crate::law::viscosity::Viscosity;
-use crate::state::Works;
 
 /// What is constant between cuts.
 #[derive(Debug, Clone)]
@@ -62,14 +58,6 @@ pub(crate) struct State {
     pub(crate) pressures: Option<Pressures>,
     /// Offsets of rebuilt rows.
     pub(crate) prestrain: Prestrain,
-    /// Deficient nodes.
-    pub(crate) bonds: Bonds,
-    /// Nodes beside the front of a cut.
-    pub(crate) fronts: Fronts,
-    /// Rows as they were before cuts, of nodes that cuts have touched, ascending.
-    pub(crate) uncut: Vec<Uncut>,
-    /// What the last decay did.
-    pub(crate) works: Works,
     /// What was seen of chunks of nodes.
     pub(crate) watches: Vec<Watch>,
 }
@@ -282,20 +270,11 @@ impl Model {
 }
 
 impl State {
-    /// Heap bytes that only cut bodies hold.
-    pub(crate) fn cut_bytes(&self) -> usize {
-        self.prestrain.bytes()
-            + self.bonds.bytes()
-            + self.fronts.bytes()
-            + self.works.bytes()
-            + of(&self.uncut)
-    }
-
     /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         self.viscosity.as_ref().map_or(0, Viscosity::bytes)
             + self.pressures.as_ref().map_or(0, Pressures::bytes)
-            + self.cut_bytes()
+            + self.prestrain.bytes()
             + of(&self.watches)
     }
 }

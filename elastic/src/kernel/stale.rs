@@ -5,19 +5,18 @@ use glam::DVec3;
 use crate::kernel::forces::{CHUNK, moved};
 use crate::kernel::gather::Move;
 use crate::kernel::inactive::Asleep;
-use crate::kernel::nodes::{Model, Scratch};
-use crate::kernel::part::Part;
-use crate::model::Elastic;
+use crate::kernel::nodes::Model;
+use crate::kernel::subset::Subset;
 
 /// What is not as the last evaluation of forces left it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stale {
     /// Everything may have changed.
-    all: bool,
+    pub(crate) all: bool,
     /// Nodes whose rows, control, strain energy or offset changed, in any order.
-    nodes: Vec<u32>,
+    pub(crate) nodes: Vec<u32>,
     /// Nodes whose records a product wrote over.
-    records: Vec<u32>,
+    pub(crate) records: Vec<u32>,
     /// Nodes whose displacements it wrote over.
     moves: Vec<u32>,
 }
@@ -37,7 +36,7 @@ impl Stale {
     }
 
     /// After a product within a part, which with mean dilatation is one of the whole.
-    pub(crate) fn add_part(&mut self, part: &Part, mean: bool) {
+    pub(crate) fn add_part(&mut self, part: &Subset, mean: bool) {
         if mean {
             *self = Self::everything();
         } else if !self.all && !self.records.ends_with(&part.rows) {
@@ -67,7 +66,7 @@ impl Stale {
     }
 
     /// Whether what is kept of the last evaluation is one at these positions.
-    fn is_at(&self, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
+    pub(crate) fn is_at(&self, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
         let mut overwritten = vec![false; moves.len()];
         for &node in &self.moves {
             overwritten[node as usize] = true;
@@ -77,61 +76,5 @@ impl Stale {
             u == DVec3::from_array(moves[node])
         };
         (0..moves.len()).all(|node| overwritten[node] || same(node))
-    }
-}
-
-impl Elastic {
-    /// Whether the last evaluation was of this model at these positions (m).
-    pub(crate) fn is_evaluated_at(&self, positions: &[DVec3]) -> bool {
-        let Scratch { stale, moves, .. } = &self.scratch;
-        assert_eq!(positions.len(), moves.len(), "one position per node");
-        !stale.is_some() && stale.is_at(&self.model, moves, positions)
-    }
-
-    /// As [`Elastic::forces_into`], with the same bits, where `forces` holds what the last evaluation gave
-    /// at the same positions and a cut has changed the model since: only what follows from the change
-    /// is evaluated, in whole chunks of 256 nodes. A body with mean dilatation or viscosity, one that
-    /// has moved, and one of which more than rows changed is evaluated as a whole.
-    ///
-    /// # Panics
-    /// If a slice is not as long as there are nodes.
-    pub fn forces_again(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        let n = self.node_count();
-        assert_eq!(positions.len(), n, "one position per node");
-        assert_eq!(forces.len(), n, "one force per node");
-        let (model, stale) = (&self.model, &self.scratch.stale);
-        let whole = stale.all || model.means.is_some() || self.state.viscosity.is_some();
-        let moves = &self.scratch.moves;
-        let still = !whole && stale.is_at(model, moves, positions);
-        if !still {
-            return self.forces_into(positions, forces);
-        }
-        let chosen = self.changed_chunks();
-        self.evaluate(positions, forces, Some(&chosen))
-    }
-
-    /// Chunks whose records or forces follow from what changed.
-    pub(crate) fn changed_chunks(&self) -> Vec<bool> {
-        let (pairs, stale) = (&self.model.pairs, &self.scratch.stale);
-        let mut chosen = vec![false; self.node_count().div_ceil(CHUNK)];
-        for &node in &stale.nodes {
-            chosen[node as usize / CHUNK] = true;
-            let (row, incoming) = (pairs.row(node as usize), pairs.incoming(node as usize));
-            for pair in row.iter().chain(incoming) {
-                chosen[pair.to as usize / CHUNK] = true;
-            }
-        }
-        // Forces of bonds and fronts are added to what the passes give.
-        let ends = self.state.bonds.ends();
-        for node in self.state.fronts.nodes() {
-            chosen[node as usize / CHUNK] = true;
-            for pair in pairs.row(node as usize) {
-                chosen[pair.to as usize / CHUNK] = true;
-            }
-        }
-        for node in stale.records.iter().copied().chain(ends) {
-            chosen[node as usize / CHUNK] = true;
-        }
-        chosen
     }
 }

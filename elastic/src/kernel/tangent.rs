@@ -10,8 +10,8 @@ use crate::kernel::inactive::Asleep;
 use crate::kernel::lanes::{Block, Laws, Planes};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
-use crate::kernel::part::Part;
 use crate::kernel::storage::{BLOCK, Sixteen};
+use crate::kernel::subset::Subset;
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
 pub(crate) fn product<const L: usize>(
@@ -170,7 +170,7 @@ fn single<const L: usize>(
 pub(crate) fn product_within<const L: usize>(
     (model, state, scratch): (&Model, &State, &mut Scratch),
     table: Table<'_, L>,
-    part: &Part,
+    part: &Subset,
     vector: &[DVec3],
     out: &mut [DVec3],
 ) {
@@ -210,7 +210,7 @@ struct Within<'a, const L: usize> {
     state: &'a State,
     moves: &'a [Move],
     table: Table<'a, L>,
-    part: &'a Part,
+    part: &'a Subset,
     out: &'a mut [DVec3],
 }
 

@@ -7,25 +7,13 @@
 //! rises when the limit falls, at once and at every node, which an estimate by products with an earlier vector does not.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
-use crate::cut::offset::Prestrain;
 use crate::kernel::fixed::Tables;
-use crate::kernel::forces::PARALLEL_NODES;
 use crate::kernel::lanes::wide;
 use crate::kernel::nodes::Model;
 use crate::kernel::planes::ZERO;
-use crate::kernel::stale::Stale;
+use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::{BLOCK, Plane};
-use crate::law::coefficients::cofactor;
-use crate::model::Elastic;
-
-/// Nodes of a run of which the largest indicator is told.
-pub const WATCHED_NODES: usize = crate::kernel::forces::CHUNK;
-
-/// By what share of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
-/// rounds that to 6e-8, and `c(F_i)` multiplies it by some `1/J` where tissue is pressed to `J`.
-const INDICATOR_ROUND_OFF: f64 = 0.01;
 
 /// What the last evaluation saw, over a chunk of nodes or all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,138 +118,6 @@ impl Watching {
     }
 }
 
-/// A node that makes a body stiff, and the way in which it does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StiffNode {
-    /// The node.
-    pub node: u32,
-    /// `r_i` (1/s²), see [`Elastic::stiffness_indicators`].
-    pub indicator: f64,
-    /// Unit vector along which it resists most: the longest column of `cof F`.
-    pub direction: DVec3,
-}
-
-impl Elastic {
-    /// Begins to watch the stiffness of nodes with these masses (kg); an empty slice ends it.
-    ///
-    /// # Panics
-    /// If `masses` is neither empty nor one per node.
-    pub fn watch_stiffness(&mut self, masses: &[f64]) {
-        let n = self.node_count();
-        assert!(
-            masses.is_empty() || masses.len() == n,
-            "one mass per node, or none"
-        );
-        self.scratch.stale = Stale::everything();
-        self.model.inverse_masses = masses.iter().map(|m| m.recip()).collect();
-        self.model.gradient_squares = vec![0.0; masses.len()];
-        let all: Vec<usize> = (0..masses.len()).collect();
-        self.refresh_squares(all.into_iter());
-    }
-
-    pub(crate) fn refresh_squares(&mut self, nodes: impl Iterator<Item = usize>) {
-        let model = &mut self.model;
-        if model.inverse_masses.is_empty() {
-            return;
-        }
-        for node in nodes {
-            model.gradient_squares[node] = gradient_square(model, &self.tables, node);
-        }
-    }
-
-    /// The largest of all nodes.
-    #[cfg(test)]
-    pub(crate) fn stiffness_indicator(&self) -> f64 {
-        self.watched().stiffness
-    }
-
-    /// Largest `r_i = V_i c(F_i) sum_j |g_ij|²/m_j` (1/s²) of each run of [`WATCHED_NODES`] nodes at the state last
-    /// evaluated, `c` a bound on the tangent modulus: it rises with the largest eigenvalue of `M⁻¹ K` and is at least of
-    /// its size, without fibers, viscosity, control and bonds. 0 unless [`Elastic::watch_stiffness`] was called.
-    /// One maximum over a body hides that its second stiffest place has become the stiffest: `r_i` bounds
-    /// the eigenvalues of different places by different factors.
-    pub fn stiffness_indicators(&self) -> impl ExactSizeIterator<Item = f64> {
-        self.state.watches.iter().map(|watch| watch.stiffness)
-    }
-
-    /// Smallest `det F` of the state last evaluated, over nodes that carry strain energy, infinite
-    /// without any.
-    #[must_use]
-    pub fn smallest_volume_ratio(&self) -> f64 {
-        self.watched().ratio
-    }
-
-    fn watched(&self) -> Watch {
-        let chunks = self.state.watches.iter();
-        chunks.fold(Watch::NOTHING, |worst, chunk| worst.and(*chunk))
-    }
-
-    /// The `count` nodes of largest `r_i` at the state last evaluated, the stiffest first; of equal
-    /// ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
-    #[must_use]
-    pub fn stiffest_nodes(&self, count: usize) -> Vec<StiffNode> {
-        // `count` runs have nodes at least as stiff as the worst of theirs: a run with none of that has none of them.
-        let mut falling: Vec<f64> = self.stiffness_indicators().collect();
-        falling.sort_unstable_by(|a, b| b.total_cmp(a));
-        let least = falling.get(count.saturating_sub(1)).copied();
-        let least = least.map_or(0.0, |least| least * (1.0 - INDICATOR_ROUND_OFF));
-        let runs = self.stiffness_indicators().enumerate();
-        let runs = runs.filter(|(_, stiffness)| *stiffness >= least);
-        let n = self.node_count();
-        let found = self.stiffest_nodes_of(
-            count,
-            runs.flat_map(|(run, _)| run * WATCHED_NODES..n.min((run + 1) * WATCHED_NODES)),
-        );
-        // Rows that changed since may have taken from what was seen.
-        if found.last().is_some_and(|last| last.indicator >= least) {
-            return found;
-        }
-        self.stiffest_nodes_of(count, 0..n)
-    }
-
-    /// [`Elastic::stiffest_nodes`] of some nodes only.
-    ///
-    /// # Panics
-    /// If a node does not exist.
-    #[must_use]
-    pub fn stiffest_nodes_of(
-        &self,
-        count: usize,
-        nodes: impl IntoIterator<Item = usize>,
-    ) -> Vec<StiffNode> {
-        let model = &self.model;
-        if model.gradient_squares.is_empty() {
-            return Vec::new();
-        }
-        let indicator = |node: usize| {
-            let square = model.gradient_squares[node];
-            let f = self.deformation_gradient(node);
-            let bound = model.law(node).tangent_bound(f);
-            let gain = self.state.prestrain.gain(node);
-            (model.elastic_volumes[node] * bound * square * gain, node)
-        };
-        let nodes: Vec<usize> = nodes.into_iter().collect();
-        let mut nodes: Vec<(f64, usize)> = if nodes.len() >= PARALLEL_NODES {
-            nodes.into_par_iter().map(indicator).collect()
-        } else {
-            nodes.into_iter().map(indicator).collect()
-        };
-        let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-        let count = count.min(nodes.len());
-        if count < nodes.len() && count > 0 {
-            nodes.select_nth_unstable_by(count - 1, order);
-        }
-        nodes.truncate(count);
-        nodes.sort_unstable_by(order);
-        let stiff = nodes.into_iter().map(|(indicator, node)| StiffNode {
-            node: u32::try_from(node).unwrap_or(u32::MAX),
-            indicator,
-            direction: stiffest_direction(self.deformation_gradient(node)),
-        });
-        stiff.collect()
-    }
-}
-
 /// `r_i` of a node at `f`, 0 where nobody watches.
 #[inline(always)]
 pub(crate) fn indicator(model: &Model, node: usize, f: DMat3) -> f64 {
@@ -272,22 +128,11 @@ pub(crate) fn indicator(model: &Model, node: usize, f: DMat3) -> f64 {
 }
 
 /// `sum_j |g_ij|²/m_j`, `j = i` included.
-fn gradient_square(model: &Model, tables: &Tables, node: usize) -> f64 {
+pub(crate) fn gradient_square(model: &Model, tables: &Tables, node: usize) -> f64 {
     let (mut own, mut sum) = (DVec3::ZERO, 0.0);
     for (j, _, _, g) in tables.row(node, model.pairs.row(node)) {
         own -= g;
         sum += g.length_squared() * model.inverse_masses[j as usize];
     }
     sum + own.length_squared() * model.inverse_masses[node]
-}
-
-fn stiffest_direction(f: DMat3) -> DVec3 {
-    let cof = cofactor(f);
-    let mut longest = cof.x_axis;
-    for column in [cof.y_axis, cof.z_axis] {
-        if column.length_squared() > longest.length_squared() {
-            longest = column;
-        }
-    }
-    longest.normalize_or(DVec3::X)
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::kernel::forces::CHUNK;
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::BLOCK;
-use crate::kernel::update::Rows;
+use crate::rows::Rows;
 
 pub(super) fn law() -> Material {
     Material::stable_neo_hookean(1.0, 0.4)

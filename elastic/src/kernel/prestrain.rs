@@ -1,0 +1,117 @@
+//! Right factors `I + A` of deformation gradients: `F = F(u) (I + A)` at nodes whose rows a cut rebuilt.
+
+use std::ops::Range;
+
+use glam::DMat3;
+
+use crate::kernel::lanes::Block;
+use crate::law::coefficients::double_dot;
+
+/// Offsets of a body; empty before the first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Prestrain {
+    /// Per node; empty before the first.
+    pub(crate) of_node: Vec<DMat3>,
+    /// Nodes whose offset is not zero, ascending.
+    pub(crate) nodes: Vec<u32>,
+    /// Changes of the last decay.
+    pub(crate) decayed: Vec<(u32, DMat3)>,
+    /// What the nodes of that decay worked against at the state last evaluated, if somebody asked for it.
+    pub(crate) pulls: Vec<(u32, Pull)>,
+}
+
+/// `V`, `P` and `F(u)` of a node: what the change of its offset works against.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pull {
+    pub(crate) volume: f64,
+    pub(crate) stress: DMat3,
+    pub(crate) own: DMat3,
+}
+
+impl Pull {
+    /// `V P : F(u) dA / 2`.
+    pub(crate) fn half_work(&self, change: DMat3) -> f64 {
+        0.5 * self.volume * double_dot(self.stress, self.own * change)
+    }
+}
+
+impl Prestrain {
+    /// `V P : A / 2` of a node, from `V P`: what the virtual work of the stresses with all of `F`
+    /// counts too much.
+    pub(crate) fn excess(&self, node: usize, stress: DMat3) -> f64 {
+        0.5 * double_dot(stress, self.of(node))
+    }
+
+    /// A node's offset.
+    pub(crate) fn of(&self, node: usize) -> DMat3 {
+        self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
+    }
+
+    /// Those of the nodes of a range that have an offset, ascending.
+    #[inline(always)]
+    pub(crate) fn among(&self, range: Range<usize>) -> &[u32] {
+        if self.nodes.is_empty() {
+            return &[];
+        }
+        let before = |end: usize| self.nodes.partition_point(|&node| (node as usize) < end);
+        &self.nodes[before(range.start)..before(range.end)]
+    }
+
+    /// `I + A` of a node that has an offset.
+    pub(crate) fn factor(&self, node: usize) -> Option<DMat3> {
+        let offset = self.of_node.get(node)?;
+        (*offset != DMat3::ZERO).then(|| DMat3::IDENTITY + *offset)
+    }
+
+    /// What an offset multiplies a node's share of the stiffness with: at least `|I + A|²`.
+    pub(crate) fn gain(&self, node: usize) -> f64 {
+        self.factor(node).map_or(1.0, |factor| {
+            let sum = |m: DMat3| {
+                let columns = [m.x_axis, m.y_axis, m.z_axis];
+                columns
+                    .map(|c| c.abs().element_sum())
+                    .into_iter()
+                    .fold(0.0, f64::max)
+            };
+            sum(factor) * sum(factor.transpose())
+        })
+    }
+
+    /// Multiplies a block's deformation gradients, or their changes, of nodes with an offset.
+    pub(crate) fn carry<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
+        if let Some(factor) = self.factor(node) {
+            let f = block.matrix(&block.deformation, lane);
+            block.set_deformation(lane, f * factor);
+        }
+    }
+
+    /// Turns a block's stress, or its change, of a node with an offset into what its row sees.
+    pub(crate) fn pull<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
+        if let Some(factor) = self.factor(node) {
+            let stress = block.matrix(&block.stress, lane);
+            block.set_stress(lane, stress * factor.transpose());
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    pub(crate) fn set(&mut self, node_count: usize, node: u32, offset: DMat3) {
+        self.of_node.resize(node_count, DMat3::ZERO);
+        self.of_node[node as usize] = offset;
+        let at = self.nodes.binary_search(&node);
+        match (at, offset == DMat3::ZERO) {
+            (Err(at), false) => self.nodes.insert(at, node),
+            (Ok(at), true) => drop(self.nodes.remove(at)),
+            _ => {}
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.of_node.capacity() * size_of::<DMat3>()
+            + self.nodes.capacity() * size_of::<u32>()
+            + self.decayed.capacity() * size_of::<(u32, DMat3)>()
+            + self.pulls.capacity() * size_of::<(u32, Pull)>()
+    }
+}

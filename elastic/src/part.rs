@@ -1,0 +1,129 @@
+//! Products with the stiffness of a part of the body, at a cost that follows the part.
+
+use glam::{DMat3, DVec3};
+
+use crate::cut::CutState;
+use crate::cut::bond::PartBond;
+use crate::cut::front::PartFront;
+use crate::kernel::fixed::{Either, set_gradient};
+use crate::kernel::stale::Stale;
+use crate::kernel::subset::Subset;
+use crate::kernel::tangent;
+use crate::model::Elastic;
+
+/// Nodes that may move while all others are held; made by [`Elastic::part`].
+#[derive(Debug, Clone)]
+pub struct Part {
+    pub(crate) subset: Subset,
+    /// Bonds that its nodes are in.
+    pub(crate) bonds: Vec<PartBond>,
+    /// Fronts that its nodes are in.
+    pub(crate) fronts: Vec<PartFront>,
+    /// Where both end, ascending.
+    pub(crate) ends: Vec<u32>,
+}
+
+impl Part {
+    /// The nodes, ascending.
+    #[must_use]
+    pub fn nodes(&self) -> &[u32] {
+        &self.subset.nodes
+    }
+
+    /// Nodes whose deformation gradients products within the part read, ascending.
+    #[must_use]
+    pub fn rows(&self) -> &[u32] {
+        &self.subset.rows
+    }
+
+    /// Nodes whose positions they read, ascending: where bonds of deficient nodes end, and pairs of nodes beside a cut's front.
+    #[must_use]
+    pub fn ends(&self) -> &[u32] {
+        &self.ends
+    }
+
+    /// A place in the order of [`Part::ends`], by its node.
+    fn end(&self, node: u32) -> Option<usize> {
+        self.ends.binary_search(&node).ok()
+    }
+}
+
+impl Elastic {
+    /// Prepares products with the stiffness of some nodes, in any order, while all others are held.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    #[must_use]
+    pub fn part(&self, nodes: &[u32]) -> Part {
+        let subset = Subset::new(&self.model.pairs, nodes);
+        let CutState { bonds, fronts, .. } = &self.cut;
+        let (of_bonds, of_fronts) = (bonds.of_part(&subset.nodes), fronts.of_part(&subset.nodes));
+        let mut ends = bonds.ends_of(&of_bonds);
+        ends.extend(fronts.ends_of(&of_fronts));
+        ends.sort_unstable();
+        ends.dedup();
+        Part {
+            subset,
+            bonds: of_bonds,
+            fronts: of_fronts,
+            ends,
+        }
+    }
+
+    /// Takes over what products within a part read, as another model of the same nodes evaluated it:
+    /// deformation gradients of [`Part::rows`] and positions (m) of [`Part::ends`]. What was evaluated here
+    /// before is no longer of one state, until the next [`Elastic::forces_into`]. What mean dilatation and
+    /// viscous materials need besides is not told.
+    ///
+    /// # Panics
+    /// If a slice is not as long as there are such nodes, or the part is another model's.
+    pub fn set_part_state(&mut self, part: &Part, gradients: &[DMat3], positions: &[DVec3]) {
+        assert_eq!(
+            gradients.len(),
+            part.subset.rows.len(),
+            "one gradient per row"
+        );
+        assert_eq!(positions.len(), part.ends.len(), "one place per end");
+        for (&node, &gradient) in part.subset.rows.iter().zip(gradients) {
+            set_gradient(&mut self.tables.deformation, node as usize, gradient);
+        }
+        let place = |node: u32| part.end(node).map_or(DVec3::ZERO, |at| positions[at]);
+        self.cut.bonds.set_part(&part.bonds, place);
+        let rest = &self.model.rest;
+        let displacement = |node: u32| place(node) - rest[node as usize];
+        self.cut.fronts.set_part(&part.fronts, displacement);
+        self.scratch.stale = Stale::everything();
+    }
+
+    /// Writes the part's rows of `K v`, see [`Elastic::tangent_product_into`], with `v` zero outside of
+    /// the part. The largest eigenvalue of what this gives is never above that of the whole.
+    ///
+    /// The time follows the part, but for a body with mean dilatation, where it is that of the whole.
+    ///
+    /// # Panics
+    /// If a slice is not as long as there are nodes in the part, or the part is another model's.
+    pub fn tangent_product_within(&mut self, part: &Part, vector: &[DVec3], product: &mut [DVec3]) {
+        assert_eq!(vector.len(), part.subset.nodes.len(), "one vector per node");
+        assert_eq!(
+            product.len(),
+            part.subset.nodes.len(),
+            "one product per node"
+        );
+        let parts = (&self.model, &self.state, &mut self.scratch);
+        let subset = &part.subset;
+        match self.tables.split() {
+            Either::Plain(table) => tangent::product_within(parts, table, subset, vector, product),
+            Either::Corrected(table) => {
+                tangent::product_within(parts, table, subset, vector, product);
+            }
+        }
+        let fronts = &self.cut.fronts;
+        fronts.add_product_within(&part.fronts, vector, product);
+        self.scratch
+            .stale
+            .add_part(&part.subset, self.model.means.is_some());
+        self.cut
+            .bonds
+            .add_product_within(&part.bonds, vector, product);
+    }
+}
