@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// A rigid shape in its own frame, as a scene's tool has it.
+/// What a tool occupies in its own frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
