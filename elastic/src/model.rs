@@ -1,5 +1,10 @@
 //! The model's public face.
 
+mod bonds;
+mod control;
+mod fronts;
+mod offsets;
+
 use glam::{DMat3, DVec3};
 
 use crate::cut::CutState;

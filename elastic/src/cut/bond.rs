@@ -15,22 +15,20 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::{gradient, set_gradient};
 use crate::kernel::lanes::Planes;
-use crate::kernel::row::refresh_control;
 use crate::law::coefficients::outer;
-use crate::model::Elastic;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
 /// what limits the step. On 21 hard rows of `benches -- matrix` 15, 22, 18 and 14 bars are missed with 1.25,
 /// 2.5, 5 and 10: no trend.
-const STIFFNESS: f64 = 5.0;
+pub(crate) const STIFFNESS: f64 = 5.0;
 /// Least `f_ij` of a bond. Near a crack's front pairs are left with any small share of their weight, where many of them
 /// hold much: with 0.3, 0.5 and 1 a block of 500 nodes that is cut half through sets 17, 20 and 27 % less free per area than
 /// one of 5,000 (15 % with this; `benches -- matrix`).
-const LEAST_SHARE: f64 = 0.1;
+pub(crate) const LEAST_SHARE: f64 = 0.1;
 /// Least `Σ_j f_ij`, a whole pair: a node that hung on a single pair of a share of 0.016 was drawn out to four times its rest
 /// distance (`liver 3000 front` of `benches -- matrix`), 2.1 times with this. With 2 in place of 1 the same rows miss a bar.
-const LEAST_SUM: f64 = 1.0;
+pub(crate) const LEAST_SUM: f64 = 1.0;
 /// `e`: bonds keep a direction when they are pressed to nothing.
 const SOFTENING: f64 = 0.2;
 /// Share of a bond's rest length below which what is left of `d` is dropped.
@@ -38,29 +36,34 @@ const SMALLEST_OFFSET: f64 = 1e-4;
 
 /// A bond of a deficient node.
 #[derive(Debug, Clone, Copy)]
-struct Bond {
-    node: u32,
-    other: u32,
+pub(crate) struct Bond {
+    pub(crate) node: u32,
+    pub(crate) other: u32,
     /// `k` (N/m).
-    stiffness: f64,
+    pub(crate) stiffness: f64,
     /// `X·X` (m²).
-    rest_squared: f64,
+    pub(crate) rest_squared: f64,
     /// `|X|_e` (m), rounded as `|x|_e` is: a bond at rest has no energy, not that of round-off.
-    natural: f64,
+    pub(crate) natural: f64,
     /// `d` (m).
-    offset: f64,
+    pub(crate) offset: f64,
     /// Change of `d` by the last decay (m).
-    decayed: f64,
+    pub(crate) decayed: f64,
     /// Where `other` is from `node` (m), at the state last evaluated.
-    x: DVec3,
+    pub(crate) x: DVec3,
     /// `|x|_e` (m).
-    length: f64,
+    pub(crate) length: f64,
     /// Force (N) on `node` there; on `other` its opposite.
-    pull: DVec3,
+    pub(crate) pull: DVec3,
 }
 
 impl Bond {
-    fn new([node, other]: [u32; 2], stiffness: f64, rest_squared: f64, x: DVec3) -> Self {
+    pub(crate) fn new(
+        [node, other]: [u32; 2],
+        stiffness: f64,
+        rest_squared: f64,
+        x: DVec3,
+    ) -> Self {
         Self {
             node,
             other,
@@ -75,23 +78,23 @@ impl Bond {
         }
     }
 
-    fn set_x(&mut self, x: DVec3) {
+    pub(crate) fn set_x(&mut self, x: DVec3) {
         self.x = x;
         self.length = softened(x.length_squared(), self.rest_squared);
     }
 
     /// Tension (N).
-    fn tension(&self) -> f64 {
+    pub(crate) fn tension(&self) -> f64 {
         self.stiffness * (self.length - self.natural - self.offset)
     }
 
-    fn energy(&self) -> f64 {
+    pub(crate) fn energy(&self) -> f64 {
         let tension = self.tension();
         0.5 * tension * tension / self.stiffness
     }
 
     /// Multiplies `d` with a factor; the first half of the work (J).
-    fn decay(&mut self, factor: f64) -> f64 {
+    pub(crate) fn decay(&mut self, factor: f64) -> f64 {
         if self.offset == 0.0 {
             self.decayed = 0.0;
             return 0.0;
@@ -107,7 +110,7 @@ impl Bond {
     }
 
     /// The second half of the work (J) of the last decay.
-    fn decay_work(&self) -> f64 {
+    pub(crate) fn decay_work(&self) -> f64 {
         -0.5 * self.tension() * self.decayed
     }
 
@@ -121,7 +124,7 @@ impl Bond {
 }
 
 /// `|x|_e` (m) from `x·x` and `X·X` (m²).
-fn softened(squared: f64, rest_squared: f64) -> f64 {
+pub(crate) fn softened(squared: f64, rest_squared: f64) -> f64 {
     (squared + SOFTENING * SOFTENING * rest_squared).sqrt()
 }
 
@@ -129,12 +132,12 @@ fn softened(squared: f64, rest_squared: f64) -> f64 {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Bonds {
     /// By node, then by other.
-    list: Vec<Bond>,
+    pub(crate) list: Vec<Bond>,
     /// Deficient nodes, ascending.
-    nodes: Vec<u32>,
+    pub(crate) nodes: Vec<u32>,
     /// Deficient nodes with those, weak or not, from which their deformation is taken, nearest to sound
     /// ones first; those that hang on nothing sound have none.
-    hosts: Vec<(u32, Vec<u32>)>,
+    pub(crate) hosts: Vec<(u32, Vec<u32>)>,
 }
 
 /// A bond of a part: its place in the list and its ends' places in the part.
@@ -242,7 +245,7 @@ impl Bonds {
     }
 
     /// Orders deficient nodes by their distance in bonds from sound ones.
-    fn find_hosts(&mut self) {
+    pub(crate) fn find_hosts(&mut self) {
         let mut open = self.nodes.clone();
         self.hosts.clear();
         let weak = |node: &u32, open: &[u32]| open.binary_search(node).is_ok();
@@ -278,152 +281,8 @@ impl Bonds {
     }
 }
 
-impl Elastic {
-    /// Takes the strain energy and its zero-energy control from `nodes`, for good, and puts a bond
-    /// along each pair that is left of them (see the module's head in the source). Named again, a
-    /// node's bonds follow `share`: the share of pair `k` (in the order of the rows) that cuts left,
-    /// 0 for a severed one. `positions` (m) are the present ones.
-    ///
-    /// At the positions given, the energy does not rise: bonds begin with at most what the node's
-    /// strain held. [`Elastic::decay`] then lets them go to their rest lengths. Returns what the energy lost (J),
-    /// control aside.
-    ///
-    /// # Panics
-    /// If a node does not exist or `positions` is not one per node.
-    pub fn weaken(
-        &mut self,
-        nodes: &[u32],
-        positions: &[DVec3],
-        share: &dyn Fn(usize) -> f64,
-    ) -> f64 {
-        let energy = |bonds: &[Bond]| bonds.iter().map(Bond::energy).sum::<f64>();
-        let mut lost = 0.0;
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
-        self.scratch.stale.add(nodes);
-        let mut bonds = std::mem::take(&mut self.cut.bonds);
-        for &node in nodes {
-            let held = self.weaken_one(node as usize);
-            let row = self.bonds_of(node as usize, positions, share);
-            let from = bonds.list.partition_point(|bond| bond.node < node);
-            let to = bonds.list.partition_point(|bond| bond.node <= node);
-            let known = bonds.nodes.binary_search(&node);
-            let row = match known {
-                Ok(_) => kept(row, &bonds.list[from..to]),
-                Err(at) => {
-                    bonds.nodes.insert(at, node);
-                    begun(row, held)
-                }
-            };
-            lost += held + energy(&bonds.list[from..to]) - energy(&row);
-            bonds.list.splice(from..to, row);
-        }
-        bonds.find_hosts();
-        self.cut.bonds = bonds;
-        self.refresh_fronts();
-        lost
-    }
-
-    /// Takes a node's strain energy; what it held (J) at the state last evaluated.
-    fn weaken_one(&mut self, node: usize) -> f64 {
-        let f = self.deformation_gradient(node);
-        let (model, viscosity) = (&mut self.model, self.state.viscosity.as_ref());
-        let (energy, _) = model.energy_and_stress(viscosity, node, f);
-        let held = model.elastic_volumes[node] * energy;
-        model.elastic_volumes[node] = 0.0;
-        refresh_control(model, &mut self.tables, &[node]);
-        held.max(0.0)
-    }
-
-    fn bonds_of(
-        &self,
-        node: usize,
-        positions: &[DVec3],
-        share: &dyn Fn(usize) -> f64,
-    ) -> Vec<Bond> {
-        let model = &self.model;
-        let row = model.pairs.row(node);
-        #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
-        let count = row.len() as f64;
-        let held = |share: f64| {
-            if share > 0.0 {
-                share.max(LEAST_SHARE)
-            } else {
-                0.0
-            }
-        };
-        let sum: f64 = model.pairs.range(node).map(|at| held(share(at))).sum();
-        let whole = STIFFNESS * model.material(node).lame_mu() * model.volumes[node] / count;
-        let modulus = whole * (LEAST_SUM / sum).max(1.0);
-        let pairs = model.pairs.range(node).zip(row);
-        pairs
-            .filter_map(|(at, pair)| {
-                let (share, other) = (share(at), pair.to);
-                let rest = model.rest[other as usize] - model.rest[node];
-                let rest_squared = rest.length_squared();
-                (share > 0.0).then(|| {
-                    let ends = [u32::try_from(node).unwrap_or(u32::MAX), other];
-                    let stiffness = modulus * held(share) / rest_squared;
-                    let x = positions[other as usize] - positions[node];
-                    Bond::new(ends, stiffness, rest_squared, x)
-                })
-            })
-            .collect()
-    }
-
-    /// Multiplies the offsets of all bonds with `factor` (0 to 1); `works` gets the deficient node and the first half of the
-    /// work (J) of each, nodes ascending.
-    pub(crate) fn decay_bonds(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
-        works.clear();
-        let bonds = self.cut.bonds.list.iter_mut();
-        works.extend(bonds.map(|bond| (bond.node, bond.decay(factor))));
-    }
-
-    /// The second halves, at the state last evaluated.
-    pub(crate) fn bond_works(&self, works: &mut Vec<(u32, f64)>) {
-        works.clear();
-        let bonds = self.cut.bonds.list.iter();
-        works.extend(bonds.map(|bond| (bond.node, bond.decay_work())));
-    }
-
-    /// Deficient node and energy (J) of each bond at the state last evaluated, nodes ascending; summed in order, they are
-    /// what [`Elastic::forces_into`] adds to [`Elastic::run_energies`].
-    #[must_use]
-    pub fn bond_energies(&self) -> Vec<(u32, f64)> {
-        let bonds = self.cut.bonds.list.iter();
-        bonds.map(|bond| (bond.node, bond.energy())).collect()
-    }
-
-    /// Deficient nodes, ascending.
-    #[must_use]
-    pub fn deficient_nodes(&self) -> &[u32] {
-        &self.cut.bonds.nodes
-    }
-
-    /// Deficient nodes that hang on no sound one, not even by others: debris.
-    #[must_use]
-    pub fn loose_nodes(&self) -> usize {
-        let hosts = self.cut.bonds.hosts.iter();
-        hosts.filter(|(_, hosts)| hosts.is_empty()).count()
-    }
-
-    /// Offsets (m) of all bonds.
-    pub(crate) fn bond_offsets(&self) -> Vec<f64> {
-        self.cut.bonds.list.iter().map(|bond| bond.offset).collect()
-    }
-
-    /// Restores them on the same bonds.
-    pub(crate) fn set_bond_offsets(&mut self, offsets: &[f64]) {
-        let list = &mut self.cut.bonds.list;
-        assert_eq!(list.len(), offsets.len(), "one offset per bond");
-        for (bond, &offset) in list.iter_mut().zip(offsets) {
-            bond.offset = offset;
-            bond.decayed = 0.0;
-        }
-    }
-}
-
 /// New bonds in the places of old ones: what is left of one goes on, and one that is stiffer holds the energy that it held.
-fn kept(mut row: Vec<Bond>, old: &[Bond]) -> Vec<Bond> {
+pub(crate) fn kept(mut row: Vec<Bond>, old: &[Bond]) -> Vec<Bond> {
     for bond in &mut row {
         if let Some(before) = old.iter().find(|before| before.other == bond.other) {
             bond.offset = before.offset;
@@ -438,7 +297,7 @@ fn kept(mut row: Vec<Bond>, old: &[Bond]) -> Vec<Bond> {
 }
 
 /// The first bonds of a node, which hold at most `energy` (J).
-fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
+pub(crate) fn begun(mut row: Vec<Bond>, energy: f64) -> Vec<Bond> {
     let whole: f64 = row.iter().map(Bond::energy).sum();
     if whole > energy {
         let left = 1.0 - (energy / whole).sqrt();

@@ -13,7 +13,6 @@ use glam::{DMat3, DVec3};
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
 use crate::law::coefficients::outer;
-use crate::model::Elastic;
 
 /// `beta`. Work of a centre crack of 4 spacings over its closed form, at two places of its line, with 0, 1.5, 2, 2.5, 3: mode
 /// II 1.15 and 1.21, 1.05 and 1.08, 1.03 and 1.06, 1.01 and 1.04, 1.00 and 1.02; mode I 0.902 and 0.915, 0.895 and 0.908,
@@ -22,38 +21,38 @@ const STIFFNESS: f64 = 2.5;
 
 /// A pair of a front's node.
 #[derive(Debug, Clone, Copy)]
-struct Neighbor {
-    to: u32,
+pub(crate) struct Neighbor {
+    pub(crate) to: u32,
     /// `w_ij`.
-    weight: f64,
+    pub(crate) weight: f64,
     /// `X_ij` (m).
-    x: DVec3,
+    pub(crate) x: DVec3,
 }
 
 /// The control of one node.
 #[derive(Debug, Clone)]
-struct Front {
-    node: u32,
+pub(crate) struct Front {
+    pub(crate) node: u32,
     /// `M_i`.
-    matrix: DMat3,
+    pub(crate) matrix: DMat3,
     /// `c_i`.
-    stiffness: f64,
+    pub(crate) stiffness: f64,
     /// Inverse of the row's moment matrix.
-    inverse: DMat3,
-    row: Vec<Neighbor>,
+    pub(crate) inverse: DMat3,
+    pub(crate) row: Vec<Neighbor>,
     /// `G_i`, `e_ij` (m) and `sum_j w_ij e_ij ⊗ e_ij` of the state last evaluated.
-    gradient: DMat3,
-    left: Vec<DVec3>,
-    spread: DMat3,
+    pub(crate) gradient: DMat3,
+    pub(crate) left: Vec<DVec3>,
+    pub(crate) spread: DMat3,
     /// Energy (J) there.
-    energy: f64,
+    pub(crate) energy: f64,
     /// What each pair pulls with (N): on the node, and the other way on the neighbour.
-    pulls: Vec<DVec3>,
+    pub(crate) pulls: Vec<DVec3>,
 }
 
 /// Nodes with such a control, ascending; empty before the first.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Fronts(Vec<Front>);
+pub(crate) struct Fronts(pub(crate) Vec<Front>);
 
 /// A front of a part: its place in the list, and the places of its node and neighbours in the part.
 pub(crate) type PartFront = (u32, Option<u32>, Vec<Option<u32>>);
@@ -108,7 +107,7 @@ impl Front {
     }
 
     /// None yet: its constants follow.
-    fn new(node: u32, matrix: DMat3) -> Self {
+    pub(crate) fn new(node: u32, matrix: DMat3) -> Self {
         Self {
             node,
             matrix,
@@ -133,7 +132,7 @@ impl Front {
     }
 
     /// Takes over a state.
-    fn evaluate(&mut self, displacement: impl Fn(u32) -> DVec3) {
+    pub(crate) fn evaluate(&mut self, displacement: impl Fn(u32) -> DVec3) {
         let own = displacement(self.node);
         let along = |_, pair: &Neighbor| displacement(pair.to) - own;
         let h = self.gradient_of(along);
@@ -215,7 +214,7 @@ impl Front {
 }
 
 impl Fronts {
-    fn find(&self, node: u32) -> Result<usize, usize> {
+    pub(crate) fn find(&self, node: u32) -> Result<usize, usize> {
         self.0.binary_search_by(|front| front.node.cmp(&node))
     }
 
@@ -315,107 +314,5 @@ impl Fronts {
     pub(crate) fn bytes(&self) -> usize {
         let rows = self.0.iter().map(Front::bytes);
         self.0.capacity() * size_of::<Front>() + rows.sum::<usize>()
-    }
-}
-
-impl Elastic {
-    /// Sets the matrices `M_i` of the control of a cut's front at `nodes`; zero takes the control away. `M_i` is symmetric, its eigenvalues 0 to 1: the mean of `ν νᵀ` over the directions `ν`, in the rest
-    /// state, in which the cut ends beside the node.
-    ///
-    /// Without zero-energy control ([`crate::Settings::zero_energy_control`] 0) it does nothing. A node without strain
-    /// energy, or whose row is not full, has none. What it takes follows the number of such nodes.
-    ///
-    /// # Panics
-    /// If a node does not exist or there is not one matrix per node.
-    pub(crate) fn set_fronts(&mut self, nodes: &[u32], matrices: &[DMat3]) {
-        assert_eq!(nodes.len(), matrices.len(), "one matrix per node");
-        if !self.model.controlled() {
-            return;
-        }
-        let fronts = &mut self.cut.fronts;
-        let mut changed = Vec::new();
-        for (&node, &matrix) in nodes.iter().zip(matrices) {
-            assert!(
-                (node as usize) < self.model.node_count(),
-                "node {node} exists"
-            );
-            let front = Front::new(node, matrix);
-            match (fronts.find(node), matrix == DMat3::ZERO) {
-                (Ok(at), true) => {
-                    fronts.0.remove(at);
-                }
-                (Ok(at), false) => fronts.0[at] = front,
-                (Err(at), false) => fronts.0.insert(at, front),
-                (Err(_), true) => continue,
-            }
-            changed.push(node);
-        }
-        self.scratch.stale.add(&changed);
-        self.refresh_fronts();
-    }
-
-    /// As [`Elastic::set_fronts`], with the matrices times the same share, at most 1, as far as their control then holds at
-    /// most `most` (J) at `positions` (m). With `most` what a cut took, a cut of a strained body adds no energy, and one of
-    /// a body at rest gets the whole control. Returns what it holds.
-    ///
-    /// # Panics
-    /// As [`Elastic::set_fronts`], or if `positions` is not one per node.
-    pub(crate) fn set_fronts_within(
-        &mut self,
-        nodes: &[u32],
-        matrices: &[DMat3],
-        most: f64,
-        positions: &[DVec3],
-    ) -> f64 {
-        self.set_fronts(nodes, matrices);
-        let whole = self.front_energy(nodes, positions);
-        if whole > most.max(0.0) {
-            // The energy is in proportion.
-            let share = (most / whole).clamp(0.0, 1.0);
-            let matrices: Vec<DMat3> = matrices.iter().map(|matrix| *matrix * share).collect();
-            self.set_fronts(nodes, &matrices);
-            return whole * share;
-        }
-        whole
-    }
-
-    /// Brings them up to date with rows and volumes.
-    pub(crate) fn refresh_fronts(&mut self) {
-        let (model, fronts) = (&self.model, &mut self.cut.fronts);
-        fronts.refresh(model, &self.tables);
-    }
-
-    /// Restores what [`Elastic::fronts`] gave: all other nodes have no such control.
-    pub(crate) fn restore_fronts(&mut self, fronts: &[(u32, DMat3)]) {
-        let mut nodes: Vec<u32> = self.cut.fronts.nodes().collect();
-        let mut matrices = vec![DMat3::ZERO; nodes.len()];
-        for &(node, matrix) in fronts {
-            nodes.push(node);
-            matrices.push(matrix);
-        }
-        self.set_fronts(&nodes, &matrices);
-    }
-
-    /// Nodes with a control of a cut's front, ascending, and its matrices.
-    pub(crate) fn fronts(&self) -> Vec<(u32, DMat3)> {
-        let fronts = self.cut.fronts.0.iter();
-        fronts.map(|front| (front.node, front.matrix)).collect()
-    }
-
-    /// Energy (J) that the control of a cut's front at `nodes` holds at `positions` (m).
-    ///
-    /// # Panics
-    /// If `positions` is not one per node.
-    pub(crate) fn front_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let (rest, fronts) = (&self.model.rest, &self.cut.fronts);
-        let displacement = |node: u32| positions[node as usize] - rest[node as usize];
-        let found = nodes.iter().filter_map(|&node| fronts.find(node).ok());
-        let energies = found.map(|at| {
-            let mut front = fronts.0[at].clone();
-            front.evaluate(displacement);
-            front.energy
-        });
-        energies.sum()
     }
 }

@@ -9,185 +9,32 @@
 //! rule over a step.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::kernel::fixed::Tables;
-use crate::kernel::forces::parallel;
 use crate::kernel::nodes::Model;
-use crate::kernel::prestrain::{Prestrain, Pull};
-use crate::kernel::stale::Stale;
+use crate::kernel::prestrain::Pull;
 use crate::law::coefficients::outer;
-use crate::model::Elastic;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
 /// modulus, and what dropping it adds to the energy is counted like the decay.
-const SMALLEST_OFFSET: f64 = 1e-5;
+pub(crate) const SMALLEST_OFFSET: f64 = 1e-5;
 /// Largest `|I + A|` (Frobenius). It multiplies what a node adds to the stiffness by its square, so a row
 /// that sees the body all but flat where it was not cannot keep its gradient. Of 2, 3, 5 and 8 (no
 /// change is 1.7), 3 missed the fewest bars in `benches -- matrix` (13 scenes of 48; 2: 18, 5: 16) and
 /// none in `random --seed 4045 --count 24` (8: one scene not ended).
 const LARGEST_FACTOR: f64 = 3.0;
 /// Nodes whose work a thread finds at least: some 10 µs.
-const NODES_PER_TASK: usize = 64;
-
-impl Elastic {
-    /// Keeps the deformation gradients that `nodes` had before [`Elastic::update_rows`] rebuilt their rows:
-    /// `F = F(u) (I + A)` with `A = F(u)⁻¹ before - I` where `u` are the
-    /// displacements to `positions` (m). Nodes without a full row, or that [`Elastic::lost_gradients`]
-    /// names, get no such factor, and lose one that they had.
-    ///
-    /// # Panics
-    /// If the slices' lengths do not fit or a node does not exist.
-    pub(crate) fn retain_gradients(
-        &mut self,
-        nodes: &[u32],
-        before: &[DMat3],
-        positions: &[DVec3],
-    ) {
-        assert_eq!(nodes.len(), before.len(), "one gradient per node");
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
-        self.scratch.stale.add(nodes);
-        let (model, prestrain) = (&self.model, &mut self.state.prestrain);
-        for (&node, &before) in nodes.iter().zip(before) {
-            let at = node as usize;
-            let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
-            let offset = if full {
-                let now = gradient_at(model, &self.tables, at, positions);
-                factor_between(now, before).map_or(DMat3::ZERO, |all| all - DMat3::IDENTITY)
-            } else {
-                DMat3::ZERO
-            };
-            prestrain.set(model.node_count(), node, offset);
-        }
-    }
-
-    /// Those of `nodes` whose rebuilt full rows cannot keep the gradients `before`: they see the body at
-    /// `positions` (m) all but flat, inverted or not at all where it was not, so that `I + A` has a
-    /// Frobenius norm above 3 (that of no change is 1.7).
-    ///
-    /// # Panics
-    /// As [`Elastic::retain_gradients`].
-    pub(crate) fn lost_gradients(
-        &self,
-        nodes: &[u32],
-        before: &[DMat3],
-        positions: &[DVec3],
-    ) -> Vec<u32> {
-        assert_eq!(nodes.len(), before.len(), "one gradient per node");
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let model = &self.model;
-        let lost = nodes.iter().zip(before).filter(|&(&node, &before)| {
-            let at = node as usize;
-            let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
-            full && {
-                let now = gradient_at(model, &self.tables, at, positions);
-                factor_between(now, before).is_none()
-            }
-        });
-        lost.map(|(&node, _)| node).collect()
-    }
-
-    /// Multiplies every offset with `factor` (0 to 1); `works` gets the first half of the work (J) of each node,
-    /// ascending.
-    pub(crate) fn decay_offsets(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
-        let nodes = std::mem::take(&mut self.state.prestrain.nodes);
-        let mut pulls = std::mem::take(&mut self.state.prestrain.pulls);
-        if self.scratch.stale.is_some() || !of_same_nodes(&mut pulls, &nodes) {
-            self.pulls_into(&nodes, &mut pulls);
-        }
-        self.scratch.stale.add(&nodes);
-        let Prestrain {
-            of_node,
-            nodes: left,
-            decayed,
-            pulls: kept,
-        } = &mut self.state.prestrain;
-        decayed.clear();
-        works.clear();
-        for (node, pull) in &pulls {
-            let offset = of_node[*node as usize];
-            let mut next = offset * factor;
-            let size = next
-                .to_cols_array()
-                .iter()
-                .fold(0.0, |m: f64, v| m.max(v.abs()));
-            if size < SMALLEST_OFFSET {
-                next = DMat3::ZERO;
-            } else {
-                left.push(*node);
-            }
-            works.push((*node, pull.half_work(next - offset)));
-            of_node[*node as usize] = next;
-            decayed.push((*node, next - offset));
-        }
-        pulls.clear();
-        *kept = pulls;
-    }
-
-    /// The second halves, with the stresses last evaluated; to be asked for once.
-    pub(crate) fn offset_works(&mut self, works: &mut Vec<(u32, f64)>) {
-        let mut decayed = std::mem::take(&mut self.state.prestrain.decayed);
-        let nodes: Vec<u32> = decayed.iter().map(|(node, _)| *node).collect();
-        let mut pulls = std::mem::take(&mut self.state.prestrain.pulls);
-        self.pulls_into(&nodes, &mut pulls);
-        let halves = decayed.iter().zip(&pulls);
-        works.clear();
-        works.extend(halves.map(|(&(node, change), (_, pull))| (node, pull.half_work(change))));
-        decayed.clear();
-        self.state.prestrain.decayed = decayed;
-        self.state.prestrain.pulls = pulls;
-    }
-
-    /// What changes of the offsets of nodes work against, at the state last evaluated.
-    fn pulls_into(&self, nodes: &[u32], pulls: &mut Vec<(u32, Pull)>) {
-        let pull = |&node: &u32| {
-            let at = node as usize;
-            let factor = self.state.prestrain.factor(at);
-            let f = self.deformation_gradient(at);
-            let pull = Pull {
-                volume: self.model.elastic_volumes[at],
-                stress: self.first_piola_kirchhoff(at),
-                own: factor.map_or(f, |factor| f * factor.inverse()),
-            };
-            (node, pull)
-        };
-        if parallel(&self.model) {
-            let nodes = nodes.par_iter().with_min_len(NODES_PER_TASK);
-            nodes.map(pull).collect_into_vec(pulls);
-        } else {
-            pulls.clear();
-            pulls.extend(nodes.iter().map(pull));
-        }
-    }
-
-    /// Offsets by columns of nodes that have one, ascending.
-    pub(crate) fn offsets(&self) -> Vec<(u32, [f64; 9])> {
-        let prestrain = &self.state.prestrain;
-        let value = |&node: &u32| (node, prestrain.of_node[node as usize].to_cols_array());
-        prestrain.nodes.iter().map(value).collect()
-    }
-
-    /// Restores them.
-    pub(crate) fn set_offsets(&mut self, offsets: &[(u32, [f64; 9])]) {
-        let n = self.node_count();
-        self.state.prestrain = Prestrain::default();
-        self.scratch.stale = Stale::everything();
-        for (node, value) in offsets {
-            let prestrain = &mut self.state.prestrain;
-            prestrain.set(n, *node, DMat3::from_cols_array(value));
-        }
-    }
-}
+pub(crate) const NODES_PER_TASK: usize = 64;
 
 /// Keeps the pulls of some nodes, ascending; whether all of them are there.
-fn of_same_nodes(pulls: &mut Vec<(u32, Pull)>, nodes: &[u32]) -> bool {
+pub(crate) fn of_same_nodes(pulls: &mut Vec<(u32, Pull)>, nodes: &[u32]) -> bool {
     let mut next = nodes.iter().peekable();
     pulls.retain(|(node, _)| next.next_if_eq(&node).is_some());
     pulls.len() == nodes.len()
 }
 
 /// `I + A` by which a row that gives `now` keeps `before`; `None` where it is too large.
-fn factor_between(now: DMat3, before: DMat3) -> Option<DMat3> {
+pub(crate) fn factor_between(now: DMat3, before: DMat3) -> Option<DMat3> {
     let factor = now.inverse() * before;
     let columns = [factor.x_axis, factor.y_axis, factor.z_axis];
     let square: f64 = columns.iter().map(|c| c.length_squared()).sum();
@@ -195,7 +42,12 @@ fn factor_between(now: DMat3, before: DMat3) -> Option<DMat3> {
 }
 
 /// `I + sum_j u_ij ⊗ g_ij` of a node with a full row, without its offset.
-fn gradient_at(model: &Model, tables: &Tables, node: usize, positions: &[DVec3]) -> DMat3 {
+pub(crate) fn gradient_at(
+    model: &Model,
+    tables: &Tables,
+    node: usize,
+    positions: &[DVec3],
+) -> DMat3 {
     let displacement = |i: usize| positions[i] - model.rest[i];
     let own = displacement(node);
     let row = tables.row(node, model.pairs.row(node));
