@@ -15,7 +15,6 @@ export class Hands {
     this.depth = 0.12;
     this.active = null;
     this.pointers = new Map();
-    this.hover = null;
     this.tool = 0;
     const { canvas } = stage;
     canvas.addEventListener("pointerdown", (event) => this.down(event));
@@ -23,10 +22,6 @@ export class Hands {
     for (const name of ["pointerup", "pointercancel"]) {
       canvas.addEventListener(name, (event) => this.up(event));
     }
-    canvas.addEventListener("pointerleave", () => {
-      this.hover = null;
-      stage.touch();
-    });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     canvas.addEventListener("keydown", (event) => this.key(event));
@@ -128,8 +123,6 @@ export class Hands {
     const before = this.pointers.get(event.pointerId);
     const now = [event.offsetX, event.offsetY];
     if (!before) {
-      this.hover = now;
-      stage.touch();
       return;
     }
     const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
@@ -159,7 +152,6 @@ export class Hands {
       stage.touch();
     }
     this.pointers.set(event.pointerId, now);
-    this.hover = now;
   }
 
   up(event) {

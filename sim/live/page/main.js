@@ -184,7 +184,12 @@ class Stage {
     }
     this.dirty = false;
     this.fit(samples);
-    this.renderer.draw(this.camera, this.drawnTools());
+    try {
+      this.renderer.draw(this.camera, this.drawnTools());
+    } catch (error) {
+      this.panel.curtain(error.message);
+      return;
+    }
     this.panel.view(this.camera, this.height);
     this.frames += 1;
     const { unseen } = this;
