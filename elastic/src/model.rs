@@ -247,7 +247,7 @@ impl Elastic {
         match (&model.means, &self.state.pressures) {
             (Some(means), Some(pressures)) => {
                 let pressure = means.pressure(model, node, &pressures.pressures);
-                stress + crate::law::coefficients::cofactor(f) * (pressure / model.volumes[node])
+                stress + crate::law::tensor::cofactor(f) * (pressure / model.volumes[node])
             }
             _ => stress,
         }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::kernel::forces::PARALLEL_NODES;
 use crate::kernel::stale::Stale;
 use crate::kernel::watch::{Watch, gradient_square};
-use crate::law::coefficients::cofactor;
+use crate::law::tensor::cofactor;
 use crate::model::Elastic;
 
 /// Nodes of a run of which the largest indicator is told.

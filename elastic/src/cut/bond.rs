@@ -15,7 +15,7 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::{gradient, set_gradient};
 use crate::kernel::lanes::Planes;
-use crate::law::coefficients::outer;
+use crate::law::tensor::outer;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
 /// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
-use crate::law::coefficients::outer;
+use crate::law::tensor::outer;
 
 /// Energy (J) of one node's control.
 pub(crate) fn energy_of(model: &Model, tables: &Tables, node: usize, positions: &[DVec3]) -> f64 {

@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
-use crate::law::coefficients::outer;
+use crate::law::tensor::outer;
 
 /// `beta`. Work of a centre crack of 4 spacings over its closed form, at two places of its line, with 0, 1.5, 2, 2.5, 3: mode
 /// II 1.15 and 1.21, 1.05 and 1.08, 1.03 and 1.06, 1.01 and 1.04, 1.00 and 1.02; mode I 0.902 and 0.915, 0.895 and 0.908,

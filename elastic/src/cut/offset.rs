@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3};
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
 use crate::kernel::prestrain::Pull;
-use crate::law::coefficients::outer;
+use crate::law::tensor::outer;
 
 /// Entries of an offset below this are dropped: a strain of `1e-5` is a stress of `1e-5` of the
 /// modulus, and what dropping it adds to the energy is counted like the decay.

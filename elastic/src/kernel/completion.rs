@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::law::coefficients::{cofactor, outer, volume_ratio};
+use crate::law::tensor::{cofactor, outer, volume_ratio};
 
 /// Largest distance of an eigenvalue of `sum X_ij g_ij^T` from 0 or 1.
 const PROJECTOR_TOLERANCE: f64 = 1e-6;

@@ -7,7 +7,7 @@ use crate::kernel::gather::{ONE, Record};
 use crate::kernel::lanes::{BlockConstants, Planes};
 use crate::kernel::pairs::{Pair, Pairs};
 use crate::kernel::storage::{BLOCK, Plane, Sixteen, at};
-use crate::law::coefficients::outer;
+use crate::law::tensor::outer;
 
 /// Constants of all nodes, and what the last evaluation left. What a body does not use is empty.
 #[derive(Debug, Clone)]

@@ -4,9 +4,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::kernel::fixed::{Fixed, Table};
-use crate::kernel::gather::{
-    Arithmetic, Move, Record, Sums, choose_arithmetic, received, records, sums,
-};
+use crate::kernel::gather::{Move, Record, Sums, choose_arithmetic, received, records, sums};
 use crate::kernel::inactive::Asleep;
 use crate::kernel::lanes::{Block, Laws, Planes};
 use crate::kernel::mean;
@@ -16,7 +14,8 @@ use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::{BLOCK, Sixteen, at};
 use crate::kernel::watch::{Watch, Watching, indicator};
-use crate::law::coefficients::{double_dot, volume_ratio};
+use crate::law::arithmetic::Arithmetic;
+use crate::law::tensor::{double_dot, volume_ratio};
 use crate::law::viscosity::Viscosity;
 
 /// Nodes per unit of parallel work, and per partial sum of the energy; blocks divide it.

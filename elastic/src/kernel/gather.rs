@@ -19,61 +19,10 @@ use pulp::Simd;
 
 use crate::kernel::pairs::Pair;
 use crate::kernel::storage::{Sixteen, at};
+use crate::law::arithmetic::Arithmetic;
 
 /// Displacement `u_i` (m) of a node, or any vector.
 pub(crate) type Move = [f64; 3];
-
-/// Products and sums, rounded once or twice.
-pub(crate) trait Arithmetic: Copy {
-    /// Whether the registers hold the sums of pass one twice.
-    const HOLDS_SUMS: bool;
-    /// Whether they hold those of pass two twice.
-    const HOLDS_RECORDS: bool;
-    /// `a b + c`.
-    fn add(a: f64, b: f64, c: f64) -> f64;
-}
-
-/// Rounds once, where processors can, with many wide registers.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Fused;
-
-/// Rounds once, with fewer registers: the same bits.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FusedInFew;
-
-/// Rounds twice, as every processor can.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Separate;
-
-impl Arithmetic for Fused {
-    const HOLDS_SUMS: bool = true;
-    const HOLDS_RECORDS: bool = true;
-
-    #[inline(always)]
-    fn add(a: f64, b: f64, c: f64) -> f64 {
-        a.mul_add(b, c)
-    }
-}
-
-impl Arithmetic for FusedInFew {
-    const HOLDS_SUMS: bool = false;
-    const HOLDS_RECORDS: bool = true;
-
-    #[inline(always)]
-    fn add(a: f64, b: f64, c: f64) -> f64 {
-        a.mul_add(b, c)
-    }
-}
-
-impl Arithmetic for Separate {
-    const HOLDS_SUMS: bool = false;
-    const HOLDS_RECORDS: bool = false;
-
-    #[inline(always)]
-    fn add(a: f64, b: f64, c: f64) -> f64 {
-        a * b + c
-    }
-}
 
 /// Whether the instructions behind `S` round products and sums once: AVX2 and wider ones of x86 do,
 /// and those of 64-bit Arm.
@@ -105,11 +54,11 @@ macro_rules! choose_arithmetic {
                 if $crate::kernel::gather::fuses::<V>()
                     && $crate::kernel::gather::holds_sums_twice::<V>()
                 {
-                    self.run::<$crate::kernel::gather::Fused>();
+                    self.run::<$crate::law::arithmetic::Fused>();
                 } else if $crate::kernel::gather::fuses::<V>() {
-                    self.run::<$crate::kernel::gather::FusedInFew>();
+                    self.run::<$crate::law::arithmetic::FusedInFew>();
                 } else {
-                    self.run::<$crate::kernel::gather::Separate>();
+                    self.run::<$crate::law::arithmetic::Separate>();
                 }
             }
         }

@@ -13,10 +13,11 @@
 
 use glam::DMat3;
 
-use crate::kernel::gather::{Arithmetic, Move, ONE, Record, Sums};
+use crate::kernel::gather::{Move, ONE, Record, Sums};
 use crate::kernel::nodes::Model;
 use crate::kernel::planes::{ZERO, add, product, subtract, weave};
 use crate::kernel::storage::{BLOCK, Plane, Sixteen};
+use crate::law::arithmetic::Arithmetic;
 use crate::law::coefficients::{EXTENSION_VOLUME_RATIO, barrier, ln};
 
 /// A matrix of each node of a block, row by row.

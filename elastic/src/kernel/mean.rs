@@ -7,13 +7,14 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::{Fixed, Table, gradient, set_gradient};
 use crate::kernel::forces::{CHUNK, chunks, gather, parallel, watch_node};
-use crate::kernel::gather::{Arithmetic, Move, Record, choose_arithmetic};
+use crate::kernel::gather::{Move, Record, choose_arithmetic};
 use crate::kernel::lanes::Block;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::{BLOCK, Sixteen};
 use crate::kernel::watch::Watch;
-use crate::law::coefficients::{cofactor, cofactor_change, double_dot, volume_ratio};
+use crate::law::arithmetic::Arithmetic;
+use crate::law::tensor::{cofactor, cofactor_change, double_dot, volume_ratio};
 
 /// Stresses and records of all nodes; see [`crate::Elastic::forces_into`].
 pub(crate) fn stresses<const L: usize>(

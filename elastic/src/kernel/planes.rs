@@ -6,8 +6,8 @@
 
 use std::hint::black_box;
 
-use crate::kernel::gather::Arithmetic;
 use crate::kernel::storage::{BLOCK, Plane};
+use crate::law::arithmetic::Arithmetic;
 
 pub(crate) const ZERO: Plane = [0.0; BLOCK];
 

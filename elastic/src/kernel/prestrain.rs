@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DMat3;
 
 use crate::kernel::lanes::Block;
-use crate::law::coefficients::double_dot;
+use crate::law::tensor::double_dot;
 
 /// Offsets of a body; empty before the first.
 #[derive(Debug, Clone, Default)]

@@ -5,13 +5,14 @@ use rayon::prelude::*;
 
 use crate::kernel::fixed::{Fixed, Lane, Table, gradient};
 use crate::kernel::forces::{CHUNK, Received, gather, parallel, receive, set_moves};
-use crate::kernel::gather::{Arithmetic, Move, Record, choose_arithmetic};
+use crate::kernel::gather::{Move, Record, choose_arithmetic};
 use crate::kernel::inactive::Asleep;
 use crate::kernel::lanes::{Block, Laws, Planes};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::storage::{BLOCK, Sixteen};
 use crate::kernel::subset::Subset;
+use crate::law::arithmetic::Arithmetic;
 
 /// Tangent product; see [`crate::Elastic::tangent_product_into`].
 pub(crate) fn product<const L: usize>(

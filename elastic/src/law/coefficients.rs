@@ -2,9 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::gather::{Arithmetic, Separate};
+use crate::law::arithmetic::{Arithmetic, Separate};
 use crate::law::fiber::Fiber;
 use crate::law::material::{Law, Material};
+use crate::law::tensor::{cofactor, cofactor_change, double_dot};
 
 /// Below this volume ratio the volumetric energy continues as its own second-order expansion.
 ///
@@ -312,6 +313,32 @@ impl Coefficients {
     }
 }
 
+impl Material {
+    /// Energy density `W` (Pa) and first Piola–Kirchhoff stress `P = dW/dF` (Pa).
+    ///
+    /// Finite for every finite `F`, also inverted: below `J = 0.1` the terms in `ln J` continue as
+    /// their second-order expansion there; the stable neo-Hookean law has none.
+    #[must_use]
+    pub fn energy_and_stress(&self, deformation_gradient: DMat3) -> (f64, DMat3) {
+        Coefficients::new(self).energy_and_stress(deformation_gradient)
+    }
+
+    /// Cauchy stress `sigma = P Fᵀ / J` (Pa).
+    ///
+    /// Undefined for `J = 0`, where it is returned as not finite.
+    #[must_use]
+    pub fn cauchy_stress(&self, deformation_gradient: DMat3) -> DMat3 {
+        let (_, stress) = self.energy_and_stress(deformation_gradient);
+        stress * deformation_gradient.transpose() * deformation_gradient.determinant().recip()
+    }
+
+    /// Change of `P` for a change `dF`: `dP = (d²W/dF²) : dF`, symmetric as a form in `dF`.
+    #[must_use]
+    pub fn stress_change(&self, deformation_gradient: DMat3, change: DMat3) -> DMat3 {
+        Coefficients::new(self).stress_change(deformation_gradient, change)
+    }
+}
+
 /// Natural logarithm of a positive, normal number, to about one unit in the last place.
 ///
 /// `x = 2^e m` with `m` between the square roots of 1/2 and 2, `ln m = 2 artanh s`,
@@ -343,47 +370,10 @@ pub(crate) fn ln<A: Arithmetic>(x: f64) -> f64 {
     A::add(e, LN2[0], f + rest)
 }
 
-/// `A : B`.
-#[inline]
-pub(crate) fn double_dot(a: DMat3, b: DMat3) -> f64 {
-    a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
-}
-
-/// `a bᵀ`.
-#[inline]
-pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
-}
-
-/// `cof F = J F⁻ᵀ = dJ/dF`, also where `F` is singular.
-#[inline]
-pub(crate) fn cofactor(f: DMat3) -> DMat3 {
-    DMat3::from_cols(
-        f.y_axis.cross(f.z_axis),
-        f.z_axis.cross(f.x_axis),
-        f.x_axis.cross(f.y_axis),
-    )
-}
-
-/// `J`.
-#[inline]
-pub(crate) fn volume_ratio(f: DMat3) -> f64 {
-    f.x_axis.dot(f.y_axis.cross(f.z_axis))
-}
-
-/// Change of the cofactor for a change `dF`.
-pub(crate) fn cofactor_change(f: DMat3, df: DMat3) -> DMat3 {
-    DMat3::from_cols(
-        df.y_axis.cross(f.z_axis) + f.y_axis.cross(df.z_axis),
-        df.z_axis.cross(f.x_axis) + f.z_axis.cross(df.x_axis),
-        df.x_axis.cross(f.y_axis) + f.x_axis.cross(df.y_axis),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::gather::Fused;
+    use crate::law::arithmetic::Fused;
     use testkit::cloud::Random;
 
     #[test]

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::law::checks::Checks;
-use crate::law::coefficients::{double_dot, outer};
+use crate::law::tensor::{double_dot, outer};
 
 /// Exponent `k2 E²` beyond which the energy continues as its second-order expansion in `E`:
 /// e²⁰ is already 10⁸ times the initial stiffness, and a solver's wild trial step must stay finite.

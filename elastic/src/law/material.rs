@@ -1,11 +1,8 @@
 //! Strain energies: density, first Piola–Kirchhoff stress and tangent at one deformation gradient.
 
-use glam::DMat3;
-
 use crate::error::ElasticError;
-use crate::law::coefficients::Coefficients;
 use crate::law::fiber::Fiber;
-use crate::law::viscosity::PronyTerm;
+use crate::law::prony::{MAX_PRONY_TERMS, PronyTerm};
 
 /// The law that gives the energy density `W(F)` (Pa = J/m³).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,9 +62,6 @@ pub struct Material {
     /// Viscous part as a Prony series; unused terms have ratio 0.
     pub prony: [PronyTerm; MAX_PRONY_TERMS],
 }
-
-/// Most terms of a material's Prony series.
-pub const MAX_PRONY_TERMS: usize = 4;
 
 impl Material {
     /// A material of this law alone.
@@ -199,30 +193,6 @@ impl Material {
         let elastic =
             self.lame_lambda().max(0.0) + 2.0 * self.lame_mu() + self.volume_constant + fibers;
         elastic * (1.0 + self.prony.iter().map(|term| term.ratio).sum::<f64>())
-    }
-
-    /// Energy density `W` (Pa) and first Piola–Kirchhoff stress `P = dW/dF` (Pa).
-    ///
-    /// Finite for every finite `F`, also inverted: below `J = 0.1` the terms in `ln J` continue as
-    /// their second-order expansion there; the stable neo-Hookean law has none.
-    #[must_use]
-    pub fn energy_and_stress(&self, deformation_gradient: DMat3) -> (f64, DMat3) {
-        Coefficients::new(self).energy_and_stress(deformation_gradient)
-    }
-
-    /// Cauchy stress `sigma = P Fᵀ / J` (Pa).
-    ///
-    /// Undefined for `J = 0`, where it is returned as not finite.
-    #[must_use]
-    pub fn cauchy_stress(&self, deformation_gradient: DMat3) -> DMat3 {
-        let (_, stress) = self.energy_and_stress(deformation_gradient);
-        stress * deformation_gradient.transpose() * deformation_gradient.determinant().recip()
-    }
-
-    /// Change of `P` for a change `dF`: `dP = (d²W/dF²) : dF`, symmetric as a form in `dF`.
-    #[must_use]
-    pub fn stress_change(&self, deformation_gradient: DMat3, change: DMat3) -> DMat3 {
-        Coefficients::new(self).stress_change(deformation_gradient, change)
     }
 
     pub(crate) fn validate(&self, material: usize) -> Result<(), ElasticError> {

@@ -3,8 +3,9 @@
 use crate::input::Dilatation;
 use crate::law::checks::{BadSetting, Checks};
 use crate::law::fiber::Fiber;
-use crate::law::material::{MAX_PRONY_TERMS, Material};
-use crate::law::viscosity::PronyTerm;
+use crate::law::material::Material;
+use crate::law::prony::MAX_PRONY_TERMS;
+use crate::law::prony::PronyTerm;
 
 /// Pressure of the barrier against collapse, in shear moduli. Of the 18 liver rows of `benches -- matrix` six have nodes with
 /// `det F <= 0` without it (down to -0.39); with 15, 25 and 40 none, none and one. Steeper ones take shorter steps where

@@ -13,7 +13,7 @@ mod properties;
 
 use super::*;
 use crate::law::fiber::Fiber;
-use crate::law::viscosity::PronyTerm;
+use crate::law::prony::PronyTerm;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::ThreadPoolBuilder;
 use testkit::block::Block;
@@ -165,9 +165,9 @@ fn brute_force(block: &Block, material: Material, alpha: f64, x: &[DVec3]) -> (f
         };
         for p in block.row(i) {
             let (big, w) = (block.offset(i, p), block.weights[p]);
-            grad += crate::law::coefficients::outer(u(p), block.gradients[p]);
-            moment += crate::law::coefficients::outer(big, big) * w;
-            s += crate::law::coefficients::outer(u(p), big) * w;
+            grad += crate::law::tensor::outer(u(p), block.gradients[p]);
+            moment += crate::law::tensor::outer(big, big) * w;
+            s += crate::law::tensor::outer(u(p), big) * w;
             spread += w * big.length_squared();
         }
         let (w, stress) = material.energy_and_stress(grad);
@@ -204,7 +204,7 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
         let mut moment = DMat3::ZERO;
         for p in block.row(i) {
             let x = block.offset(i, p);
-            moment += crate::law::coefficients::outer(x, x) * block.weights[p];
+            moment += crate::law::tensor::outer(x, x) * block.weights[p];
         }
         block.matrices[i] = truncated_inverse(moment);
         if let Some(scale) = block.scales.get_mut(i) {
@@ -221,7 +221,7 @@ fn truncated_inverse(moment: DMat3) -> DMat3 {
     let mut inverse = DMat3::ZERO;
     for (value, vector) in values.into_iter().zip(vectors) {
         if value > 1e-3 * most && value > 0.0 {
-            inverse += crate::law::coefficients::outer(vector, vector) * value.recip();
+            inverse += crate::law::tensor::outer(vector, vector) * value.recip();
         }
     }
     inverse

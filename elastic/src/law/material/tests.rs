@@ -6,7 +6,7 @@ use testkit::derivative::central_sweep;
 use testkit::tol::{assert_below, assert_within};
 
 use super::*;
-use crate::law::coefficients::double_dot;
+use crate::law::tensor::double_dot;
 
 fn materials() -> Vec<(&'static str, Material)> {
     vec![
@@ -245,7 +245,7 @@ fn fibers_stiffen_their_direction_only() {
     let a = DVec3::new(1.0, 2.0, 2.0) / 3.0;
     let across = a.any_orthonormal_vector();
     let stretch = |direction: DVec3, by: f64| {
-        let f = DMat3::IDENTITY + crate::law::coefficients::outer(direction, direction) * by;
+        let f = DMat3::IDENTITY + crate::law::tensor::outer(direction, direction) * by;
         let pull = |m: &Material| direction.dot(m.energy_and_stress(f).1 * direction);
         pull(&fibrous) - pull(&plain)
     };

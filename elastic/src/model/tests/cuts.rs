@@ -163,10 +163,8 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
                     fiber: None,
                     ..material
                 };
-                let resisted = crate::law::coefficients::double_dot(d, plain.stress_change(f, d));
-                assert!(
-                    resisted <= bound * crate::law::coefficients::double_dot(d, d) * (1.0 + 1e-12)
-                );
+                let resisted = crate::law::tensor::double_dot(d, plain.stress_change(f, d));
+                assert!(resisted <= bound * crate::law::tensor::double_dot(d, d) * (1.0 + 1e-12));
             }
             let indicator = block.volumes[i] * bound * square;
             if indicator > stiffest.0 {

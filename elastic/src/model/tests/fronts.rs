@@ -6,7 +6,7 @@ use super::*;
 fn fronts(random: &mut Random) -> (Vec<u32>, Vec<DMat3>) {
     let mut square = || {
         let v = random.vector(1.0).normalize();
-        crate::law::coefficients::outer(v, v)
+        crate::law::tensor::outer(v, v)
     };
     let matrices: Vec<DMat3> = (0..10)
         .map(|k| {

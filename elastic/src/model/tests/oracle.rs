@@ -59,10 +59,10 @@ fn cloud(seed: u64, count: usize, corrected: bool) -> Option<Block> {
         let (mut moment, mut tensor) = (DMat3::ZERO, DMat3::ZERO);
         for p in block.row(i) {
             let x = block.offset(i, p) * block.weights[p];
-            moment += crate::law::coefficients::outer(x, block.offset(i, p));
+            moment += crate::law::tensor::outer(x, block.offset(i, p));
             if corrected {
                 let mu = block.multipliers[block.indices[p] as usize] - block.multipliers[i];
-                tensor += crate::law::coefficients::outer(mu, x);
+                tensor += crate::law::tensor::outer(mu, x);
             }
         }
         let (values, _) = crate::kernel::completion::symmetric_eigen(moment);

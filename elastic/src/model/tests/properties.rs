@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::law::coefficients::double_dot;
+use crate::law::tensor::double_dot;
 
 /// Any law with any constants (Pa) that a scene may ask for.
 fn any_material() -> impl Strategy<Value = Material> {
