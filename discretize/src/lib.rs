@@ -18,7 +18,6 @@ pub use mesh::sums::{
 };
 pub use mesh::write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};
 pub use mesh::{Bounds, Mesh};
-pub use sampling::checks::BadSetting;
 pub use sampling::error::SampleError;
 pub use sampling::file::{FileError, SampledFile, sample_file};
 pub use sampling::grading::{Grading, Refinement};

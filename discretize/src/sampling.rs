@@ -1,7 +1,6 @@
 //! Bodies and their nodes: from a solid to positions, volumes, boundary vectors, tetrahedra and surfels.
 
 mod background;
-pub(crate) mod checks;
 mod counts;
 pub(crate) mod error;
 pub(crate) mod file;

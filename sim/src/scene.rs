@@ -1,7 +1,6 @@
 //! Scenes: what is simulated, as plain types with their checks. `phyxel-scene` reads them from texts.
 
 mod body;
-mod bounds;
 mod check;
 mod event;
 mod material;

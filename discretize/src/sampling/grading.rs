@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::sampling::checks::{BadSetting, Checks};
 use crate::sampling::error::SampleError;
 
 /// A place with smaller distances between nodes.
@@ -28,17 +27,12 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// The fields that are out of their bounds; none in sound settings.
-    #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        checks.finite("from", self.from);
-        checks.finite("to", self.to);
-        checks.not_negative("radius", self.radius, " (m)");
-        let holds = (1.0 / LARGEST_RATIO..=1.0).contains(&self.factor);
-        let must = "it must be from 1/32 to 1, such as 0.5 for half the distance";
-        checks.require("factor", self.factor, holds, must, &[]);
-        checks.0
+    fn is_valid(&self) -> bool {
+        self.from.is_finite()
+            && self.to.is_finite()
+            && self.radius.is_finite()
+            && self.radius >= 0.0
+            && (1.0 / LARGEST_RATIO..=1.0).contains(&self.factor)
     }
 
     /// Distance from the refined place (m), 0 in it.
@@ -102,7 +96,7 @@ impl Grading {
             });
         }
         for (refinement, r) in self.refinements.iter().enumerate() {
-            if !r.check().is_empty() {
+            if !r.is_valid() {
                 return Err(SampleError::Refinement {
                     refinement,
                     factor: r.factor,

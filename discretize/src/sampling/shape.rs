@@ -8,7 +8,6 @@ use crate::mesh::Bounds;
 use crate::mesh::error::RepairError;
 use crate::mesh::read::{ReadError, read_mesh};
 use crate::mesh::repair::{MeshReport, RepairSettings, repair};
-use crate::sampling::checks::{BadSetting, Checks, triple};
 use crate::sampling::solid::{Primitive, Solid};
 
 /// What a body occupies at rest, before `scale`, `rotation` and `position` place it.
@@ -81,51 +80,6 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The fields that are out of their bounds; none in a sound shape. Whether a
-    /// mesh file is there is not looked at.
-    #[must_use]
-    pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        match *self {
-            Self::Liver { width } => {
-                checks.positive("width", width, " (m), such as 0.166 for 1.2 litres");
-            }
-            Self::Box { size } => checks.lengths("size", size),
-            Self::Ellipsoid { radii } => checks.lengths("radii", radii),
-            Self::Capsule { from, to, radius } => {
-                checks.finite("from", from);
-                checks.finite("to", to);
-                checks.positive("radius", radius, " (m)");
-            }
-            Self::Tube {
-                from,
-                to,
-                inner_radius,
-                outer_radius,
-            } => {
-                checks.finite("from", from);
-                checks.finite("to", to);
-                let must = "it must differ from 'from', the other end of the axis";
-                checks.require("to", triple(to), from != to, must, &["from"]);
-                checks.positive("inner_radius", inner_radius, " (m)");
-                let must = format_args!("it must be above the inner radius, {inner_radius} m");
-                let holds = outer_radius.is_finite() && outer_radius > inner_radius;
-                checks.require("outer_radius", outer_radius, holds, must, &["inner_radius"]);
-            }
-            Self::Mesh {
-                scale,
-                largest_hole,
-                ..
-            } => {
-                let hint = " (metres per unit of the file), such as 0.001 for millimetres";
-                checks.positive("scale", scale, hint);
-                let hint = " (a share of the box's diagonal)";
-                checks.not_negative("largest_hole", largest_hole, hint);
-            }
-        }
-        checks.0
-    }
-
     #[cfg(feature = "serde")]
     const fn default_scale() -> f64 {
         1.0

@@ -16,10 +16,11 @@ mod file;
 mod material;
 mod method;
 mod rigid;
+mod shapes;
 mod suggest;
 
 use super::settings::{Coloring, Integration, Pictures, Rest, Show};
-use super::{Scene, VERSION, View};
+use super::{Scene, Scheme, VERSION, View};
 use body::body;
 use event::{cut, support, tool};
 pub use faults::Fault;
@@ -210,7 +211,17 @@ fn stepping(checks: &mut Checks, scene: &Scene) {
         "Equilibrium",
         "it does not go with tools; take Motion",
     );
-    tell!(checks, "integration.scheme", settings.scheme.check());
+    if let Scheme::BackwardEuler { step, tolerance } | Scheme::EnergyMomentum { step, tolerance } =
+        settings.scheme
+    {
+        checks.positive("integration.scheme.step", step, " (s), such as 0.01");
+        checks.require(
+            tolerance > 0.0 && tolerance < 1.0,
+            "integration.scheme.tolerance",
+            tolerance,
+            "it must be above 0 and below 1, such as 1e-4",
+        );
+    }
     if settings.scheme.step().is_none() {
         return;
     }

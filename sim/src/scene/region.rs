@@ -2,8 +2,6 @@
 
 use glam::DVec3;
 
-use super::bounds::{BadSetting, Checks, triple};
-
 /// A part of space in rest coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -38,31 +36,6 @@ pub enum Region {
 }
 
 impl Region {
-    /// The fields that are out of their bounds; none in sound settings.
-    #[must_use]
-    pub(crate) fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        match *self {
-            Self::HalfSpace { point, normal } => {
-                checks.finite("point", point);
-                checks.direction("normal", normal);
-            }
-            Self::Box { min, max } => {
-                checks.finite("min", min);
-                checks.finite("max", max);
-                let holds = min.cmple(max).all();
-                let low = triple(min);
-                let must = format_args!("each of its numbers must be at least that of min, {low}");
-                checks.require("max", triple(max), holds, must, &["min"]);
-            }
-            Self::Sphere { center, radius } => {
-                checks.finite("center", center);
-                checks.positive("radius", radius, " (m)");
-            }
-        }
-        checks.0
-    }
-
     /// Whether `point` (m) lies in the region or on its boundary.
     #[must_use]
     pub fn contains(&self, point: DVec3) -> bool {
@@ -110,22 +83,5 @@ mod tests {
         for region in regions {
             assert_eq!(region.nodes(&places), [1, 2], "{region:?}");
         }
-    }
-
-    #[test]
-    fn what_is_out_of_bounds_is_named() {
-        let ball = Region::Sphere {
-            center: DVec3::NAN,
-            radius: 0.0,
-        };
-        let fields: Vec<String> = ball.check().into_iter().map(|bad| bad.field).collect();
-        assert_eq!(fields, ["center", "radius"]);
-        let turned = Region::Box {
-            min: DVec3::X,
-            max: DVec3::ZERO,
-        };
-        let bad = turned.check();
-        assert_eq!((bad.len(), bad[0].with), (1, &["min"][..]));
-        assert_eq!(bad[0].found, "(0, 0, 0)");
     }
 }

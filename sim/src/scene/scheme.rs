@@ -1,6 +1,5 @@
 //! How steps follow each other, as settings say it.
 
-use super::bounds::{BadSetting, Checks};
 use phyxel_integrate::{ExplicitScheme, ImplicitScheme, ImplicitSettings, NewtonSettings};
 
 /// How one step follows another.
@@ -37,21 +36,6 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// The fields that are out of their bounds; none in sound settings.
-    #[must_use]
-    pub(crate) fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
-        if let Self::BackwardEuler { step, tolerance } | Self::EnergyMomentum { step, tolerance } =
-            *self
-        {
-            checks.positive("step", step, " (s), such as 0.01");
-            let holds = tolerance > 0.0 && tolerance < 1.0;
-            let must = "it must be above 0 and below 1, such as 1e-4";
-            checks.require("tolerance", tolerance, holds, must, &[]);
-        }
-        checks.0
-    }
-
     const fn default_step() -> f64 {
         0.01
     }

@@ -4,7 +4,6 @@ use glam::DVec3;
 use phyxel_integrate::{Pose, RigidShape as ToolShape};
 use serde::{Deserialize, Serialize};
 
-use super::bounds::{BadSetting, Checks};
 use super::path::{Key, pose_at};
 use super::rigid::RigidMesh;
 
@@ -101,20 +100,4 @@ pub struct Release {
     /// Mass-proportional damping (1/s).
     #[serde(default)]
     pub damping: f64,
-}
-
-/// The fields of a shape that are out of their bounds.
-pub(super) fn check_shape(shape: &ToolShape) -> Vec<BadSetting> {
-    let mut checks = Checks::default();
-    match *shape {
-        ToolShape::Sphere { radius } => checks.positive("radius", radius, " (m)"),
-        ToolShape::Plane { normal } => checks.direction("normal", normal),
-        ToolShape::Capsule { from, to, radius } => {
-            checks.finite("from", from);
-            checks.finite("to", to);
-            checks.positive("radius", radius, " (m)");
-        }
-        ToolShape::Box { size } => checks.lengths("size", size),
-    }
-    checks.0
 }

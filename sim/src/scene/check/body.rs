@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Checks;
 use super::file::{existing_file, scale};
+use super::shapes::{refinement, shape};
 use super::{material, method};
 use crate::scene::body::{Body, Form, SurfelSettings, SurfelSpacing, SurfelTarget, Target};
 use crate::scene::{CutRule, RadiusRule, Shape};
@@ -42,13 +43,6 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     );
 }
 
-fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
-    tell!(checks, path, shape.check());
-    if let Shape::Mesh { file, .. } = shape {
-        existing_file(checks, &format!("{path}.file"), file, "a mesh file");
-    }
-}
-
 fn sampling(checks: &mut Checks, of: &str, body: &Body) {
     let path = &format!("{of}.sampling");
     let sampling = &body.sampling;
@@ -67,7 +61,7 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
         "it must be from 1 (the same everywhere) to 32",
     );
     for (index, refined) in sampling.refine.iter().enumerate() {
-        tell!(checks, &format!("{path}.refine[{index}]"), refined.check());
+        refinement(checks, &format!("{path}.refine[{index}]"), refined);
     }
     let target = format!("{path}.target");
     match sampling.target {

@@ -1,10 +1,11 @@
 //! What acts on the bodies: supports, tools and cuts.
 
 use super::rigid::rigid;
+use super::shapes::{region, tool_shape};
 use super::suggest::{DidYouMean, nearest};
 use super::{Checks, triple};
 use crate::scene::event::{Capture, Cut, Support, SupportMotion};
-use crate::scene::tool::{Tool, check_shape};
+use crate::scene::tool::Tool;
 use crate::scene::{Body, Key, Scene};
 
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
@@ -14,7 +15,7 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
         support.body.as_deref(),
         bodies,
     );
-    tell!(checks, &format!("{path}.region"), support.region.check());
+    region(checks, &format!("{path}.region"), &support.region);
     match &support.motion {
         SupportMotion::Fixed => {}
         SupportMotion::Driven { path: keys } => {
@@ -30,7 +31,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         tool.body.as_deref(),
         bodies,
     );
-    tell!(checks, &format!("{path}.shape"), check_shape(&tool.shape));
+    tool_shape(checks, &format!("{path}.shape"), &tool.shape);
     if let Some(looks) = &tool.looks {
         rigid(checks, &format!("{path}.looks"), looks);
     }

@@ -84,6 +84,23 @@ impl Checks {
         }
     }
 
+    /// A direction of any length above zero.
+    pub(super) fn direction(&mut self, path: impl Display, value: DVec3) {
+        self.require(
+            value.is_finite() && value.length() > 0.0,
+            path,
+            triple(value),
+            "it must be finite and longer than 0",
+        );
+    }
+
+    /// Three lengths above zero (m).
+    pub(super) fn lengths(&mut self, path: &str, value: DVec3) {
+        for (index, length) in value.to_array().into_iter().enumerate() {
+            self.positive(format_args!("{path}[{index}]"), length, " (m)");
+        }
+    }
+
     /// A point or vector of finite numbers.
     pub(super) fn finite(&mut self, path: impl Display, value: DVec3) {
         self.require(

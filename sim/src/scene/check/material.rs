@@ -1,6 +1,7 @@
 //! Materials and their parts.
 
 use super::Checks;
+use super::shapes::region;
 use crate::scene::body::Body;
 
 /// A body's material and its inclusions.
@@ -8,7 +9,7 @@ pub(super) fn of(checks: &mut Checks, path: &str, body: &Body) {
     tell!(checks, &format!("{path}.material"), body.material.check());
     for (index, part) in body.inclusions.iter().enumerate() {
         let path = format!("{path}.inclusions[{index}]");
-        tell!(checks, &format!("{path}.region"), part.region.check());
+        region(checks, &format!("{path}.region"), &part.region);
         let mut bad = part.within(&body.material).check();
         // What is not given here is the body's, and told of there.
         bad.retain(|bad| match bad.field.as_str() {

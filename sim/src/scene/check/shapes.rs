@@ -1,0 +1,129 @@
+//! Shapes of bodies and tools, and parts of space.
+
+use super::file::{existing_file, scale};
+use super::{Checks, triple};
+use crate::scene::{Refinement, Region, Shape, ToolShape};
+
+pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
+    let of = |field: &str| format!("{path}.{field}");
+    match shape {
+        Shape::Liver { width } => {
+            checks.positive(of("width"), *width, " (m), such as 0.166 for 1.2 litres");
+        }
+        Shape::Box { size } => checks.lengths(&of("size"), *size),
+        Shape::Ellipsoid { radii } => checks.lengths(&of("radii"), *radii),
+        Shape::Capsule { from, to, radius } => {
+            checks.finite(of("from"), *from);
+            checks.finite(of("to"), *to);
+            checks.positive(of("radius"), *radius, " (m)");
+        }
+        Shape::Tube {
+            from,
+            to,
+            inner_radius,
+            outer_radius,
+        } => {
+            checks.finite(of("from"), *from);
+            checks.finite(of("to"), *to);
+            let must = "it must differ from 'from', the other end of the axis";
+            checks.require(from != to, of("to"), triple(*to), must);
+            checks.positive(of("inner_radius"), *inner_radius, " (m)");
+            checks.require(
+                outer_radius.is_finite() && outer_radius > inner_radius,
+                of("outer_radius"),
+                outer_radius,
+                format_args!("it must be above the inner radius, {inner_radius} m"),
+            );
+        }
+        Shape::Mesh {
+            file,
+            scale: unit,
+            largest_hole,
+            ..
+        } => {
+            scale(checks, &of("scale"), *unit);
+            let hint = " (a share of the box's diagonal)";
+            checks.not_negative(of("largest_hole"), *largest_hole, hint);
+            existing_file(checks, &of("file"), file, "a mesh file");
+        }
+    }
+}
+
+pub(super) fn refinement(checks: &mut Checks, path: &str, refined: &Refinement) {
+    checks.finite(format_args!("{path}.from"), refined.from);
+    checks.finite(format_args!("{path}.to"), refined.to);
+    checks.not_negative(format_args!("{path}.radius"), refined.radius, " (m)");
+    checks.require(
+        (1.0 / 32.0..=1.0).contains(&refined.factor),
+        format_args!("{path}.factor"),
+        refined.factor,
+        "it must be from 1/32 to 1, such as 0.5 for half the distance",
+    );
+}
+
+pub(super) fn tool_shape(checks: &mut Checks, path: &str, shape: &ToolShape) {
+    let of = |field: &str| format!("{path}.{field}");
+    match *shape {
+        ToolShape::Sphere { radius } => checks.positive(of("radius"), radius, " (m)"),
+        ToolShape::Plane { normal } => checks.direction(of("normal"), normal),
+        ToolShape::Capsule { from, to, radius } => {
+            checks.finite(of("from"), from);
+            checks.finite(of("to"), to);
+            checks.positive(of("radius"), radius, " (m)");
+        }
+        ToolShape::Box { size } => checks.lengths(&of("size"), size),
+    }
+}
+
+pub(super) fn region(checks: &mut Checks, path: &str, region: &Region) {
+    let of = |field: &str| format!("{path}.{field}");
+    match *region {
+        Region::HalfSpace { point, normal } => {
+            checks.finite(of("point"), point);
+            checks.direction(of("normal"), normal);
+        }
+        Region::Box { min, max } => {
+            checks.finite(of("min"), min);
+            checks.finite(of("max"), max);
+            let low = triple(min);
+            checks.require(
+                min.cmple(max).all(),
+                of("max"),
+                triple(max),
+                format_args!("each of its numbers must be at least that of min, {low}"),
+            );
+        }
+        Region::Sphere { center, radius } => {
+            checks.finite(of("center"), center);
+            checks.positive(of("radius"), radius, " (m)");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn what_is_out_of_bounds_is_named() {
+        let told = |is: &Region| {
+            let mut checks = Checks::default();
+            region(&mut checks, "region", is);
+            let fault = checks.first().expect_err("it is out of bounds");
+            (fault.path, fault.found)
+        };
+        let ball = |center: DVec3| Region::Sphere {
+            center,
+            radius: 0.0,
+        };
+        assert_eq!(told(&ball(DVec3::NAN)).0, "region.center");
+        assert_eq!(told(&ball(DVec3::ZERO)).0, "region.radius");
+        let turned = Region::Box {
+            min: DVec3::X,
+            max: DVec3::ZERO,
+        };
+        let expected = ("region.max".to_owned(), "(0, 0, 0)".to_owned());
+        assert_eq!(told(&turned), expected);
+    }
+}
