@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::kernel::forces::CHUNK;
 use crate::kernel::nodes::Scratch;
+use crate::kernel::storage::CHUNK;
 use crate::model::Elastic;
 
 impl Elastic {

@@ -1,5 +1,6 @@
 //! Rows of stencils and the passes over nodes and pairs.
 
+pub(crate) mod collect;
 pub(crate) mod completion;
 pub(crate) mod dilatation;
 pub(crate) mod fixed;
@@ -18,3 +19,4 @@ pub(crate) mod storage;
 pub(crate) mod subset;
 pub(crate) mod tangent;
 pub(crate) mod watch;
+pub(crate) mod worst;

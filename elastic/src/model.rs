@@ -14,15 +14,17 @@ use crate::input::{
 };
 use crate::kernel::dilatation::{Means, Pressures};
 use crate::kernel::fixed::{Either, Tables};
-use crate::kernel::forces::{self, CHUNK, Chosen};
+use crate::kernel::forces::{self, Chosen};
 use crate::kernel::inactive::{Asleep, Inactive};
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::pairs::Pairs;
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::row;
 use crate::kernel::stale::Stale;
+use crate::kernel::storage::CHUNK;
+use crate::kernel::storage::{copy_gradients, parallel};
 use crate::kernel::tangent;
-use crate::kernel::watch::Watch;
+use crate::kernel::worst::Watch;
 use crate::law::coefficients::Coefficients;
 use crate::law::material::{Law, Material};
 use crate::law::viscosity::Viscosity;
@@ -203,7 +205,7 @@ impl Elastic {
     pub fn deformation_gradients(&self) -> Vec<DMat3> {
         let mut all = vec![DMat3::IDENTITY; self.node_count()];
         let stored = &self.tables.deformation;
-        forces::copy_gradients(forces::parallel(&self.model), stored, &mut all);
+        copy_gradients(parallel(self.model.node_count()), stored, &mut all);
         all
     }
 
@@ -246,7 +248,11 @@ impl Elastic {
         let (_, stress) = model.energy_and_stress(viscosity, node, f);
         match (&model.means, &self.state.pressures) {
             (Some(means), Some(pressures)) => {
-                let pressure = means.pressure(model, node, &pressures.pressures);
+                let pressure = means.pressure(
+                    &model.pairs,
+                    (node, model.volumes[node]),
+                    &pressures.pressures,
+                );
                 stress + crate::law::tensor::cofactor(f) * (pressure / model.volumes[node])
             }
             _ => stress,

@@ -3,14 +3,15 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::kernel::forces::PARALLEL_NODES;
 use crate::kernel::stale::Stale;
-use crate::kernel::watch::{Watch, gradient_square};
+use crate::kernel::storage::PARALLEL_NODES;
+use crate::kernel::watch::gradient_square;
+use crate::kernel::worst::Watch;
 use crate::law::tensor::cofactor;
 use crate::model::Elastic;
 
 /// Nodes of a run of which the largest indicator is told.
-pub const WATCHED_NODES: usize = crate::kernel::forces::CHUNK;
+pub const WATCHED_NODES: usize = crate::kernel::storage::CHUNK;
 
 /// By what share of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
 /// rounds that to 6e-8, and `c(F_i)` multiplies it by some `1/J` where tissue is pressed to `J`.

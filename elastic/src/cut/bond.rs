@@ -13,8 +13,8 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::fixed::{gradient, set_gradient};
-use crate::kernel::lanes::Planes;
+use crate::kernel::storage::Planes;
+use crate::kernel::storage::{gradient, set_gradient};
 use crate::law::tensor::outer;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did

@@ -10,7 +10,6 @@
 //! needs no tetrahedra, and on the edges of tetrahedra it does as well as a mean over them (clamped cube at nu 0.49 and 0.499:
 //! 2.2 and 5.3 % too stiff, against 7.4 and 9.5 % without; three quarters of it leaves 3.6 %).
 
-use crate::kernel::nodes::Model;
 use crate::kernel::pairs::Pairs;
 use crate::law::coefficients::Volumetric;
 
@@ -75,15 +74,20 @@ impl Means {
         }
     }
 
-    /// `U` of a node.
+    /// `U` of a material.
     #[inline]
-    pub(crate) fn law(&self, model: &Model, node: usize) -> &Volumetric {
-        &self.laws[model.material_index(node)]
+    pub(crate) fn law(&self, material: usize) -> &Volumetric {
+        &self.laws[material]
     }
 
     /// `V_j p_j = sum_i s_ij V_i_el / V_i U'(J̄_i)`, or the same of their changes.
-    pub(crate) fn pressure(&self, model: &Model, node: usize, pressures: &[f64]) -> f64 {
-        model.volumes[node] * pressures[node] + self.spread(&model.pairs, node, pressures)
+    pub(crate) fn pressure(
+        &self,
+        pairs: &Pairs,
+        (node, volume): (usize, f64),
+        pressures: &[f64],
+    ) -> f64 {
+        volume * pressures[node] + self.spread(pairs, node, pressures)
     }
 
     /// `sum_j s_ij (values_j - values_i)`.

@@ -4,9 +4,8 @@ use glam::{DMat3, DVec3};
 
 use crate::input::{Frame, Stencils};
 use crate::kernel::gather::{ONE, Record};
-use crate::kernel::lanes::{BlockConstants, Planes};
 use crate::kernel::pairs::{Pair, Pairs};
-use crate::kernel::storage::{BLOCK, Plane, Sixteen, at};
+use crate::kernel::storage::{BLOCK, Plane, Planes, Sixteen, at, gradient};
 use crate::law::tensor::outer;
 
 /// Constants of all nodes, and what the last evaluation left. What a body does not use is empty.
@@ -75,6 +74,19 @@ struct Constants {
     controls: Vec<Plane>,
     /// `sum_j w_ij c_j`; with control.
     drags: Vec<Plane>,
+}
+
+/// Constants of a block's nodes by component; matrices row by row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BlockConstants<'a> {
+    /// `B`.
+    pub(crate) matrix: &'a [Plane; 9],
+    /// `A⁻¹`: xx, yy, zz, yz, zx, xy; only with control and multipliers.
+    pub(crate) inverse: Option<&'a [Plane; 6]>,
+    /// `s`; only with multipliers.
+    pub(crate) scale: Option<&'a Plane>,
+    /// `c`; only with control.
+    pub(crate) control: Option<&'a Plane>,
 }
 
 /// What passes read.
@@ -406,21 +418,6 @@ impl Lane {
             scale: [0.0; BLOCK],
             control: [0.0; BLOCK],
         }
-    }
-}
-
-/// A node's matrix of those stored by blocks.
-pub(crate) fn gradient(stored: &[Planes], node: usize) -> DMat3 {
-    let planes = &stored[node / BLOCK];
-    let rows = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| planes[k][node % BLOCK]);
-    DMat3::from_cols_array(&rows).transpose()
-}
-
-/// Replaces one of them.
-pub(crate) fn set_gradient(stored: &mut [Planes], node: usize, value: DMat3) {
-    let rows = value.transpose().to_cols_array();
-    for (plane, value) in stored[node / BLOCK].iter_mut().zip(rows) {
-        plane[node % BLOCK] = value;
     }
 }
 

@@ -3,98 +3,26 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::kernel::collect::gather;
 use crate::kernel::fixed::{Fixed, Table};
-use crate::kernel::gather::{Move, Record, Sums, choose_arithmetic, received, records, sums};
+use crate::kernel::gather::{Record, choose_arithmetic, received, records};
 use crate::kernel::inactive::Asleep;
-use crate::kernel::lanes::{Block, Laws, Planes};
+use crate::kernel::lanes::{Block, Laws};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::planes::ZERO;
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
+use crate::kernel::storage::Move;
+use crate::kernel::storage::Planes;
 use crate::kernel::storage::{BLOCK, Sixteen, at};
-use crate::kernel::watch::{Watch, Watching, indicator};
+use crate::kernel::storage::{CHUNK, chunks, moved, parallel, set_moves};
+use crate::kernel::watch::Watching;
+use crate::kernel::watch::watch_node;
+use crate::kernel::worst::Watch;
 use crate::law::arithmetic::Arithmetic;
-use crate::law::tensor::{double_dot, volume_ratio};
+use crate::law::tensor::double_dot;
 use crate::law::viscosity::Viscosity;
-
-/// Nodes per unit of parallel work, and per partial sum of the energy; blocks divide it.
-pub(crate) const CHUNK: usize = 256;
-/// Nodes per unit of work that only copies.
-const COPY_CHUNK: usize = 4 * CHUNK;
-/// Below this many nodes a second thread costs more than it saves.
-pub(crate) const PARALLEL_NODES: usize = 1024;
-
-/// Copies those of all nodes.
-pub(crate) fn copy_gradients(parallel: bool, stored: &[Planes], to: &mut [DMat3]) {
-    let copy = |(chunk, to): (usize, &mut [DMat3])| {
-        let blocks = to.chunks_mut(BLOCK);
-        for (planes, nodes) in stored[chunk * (COPY_CHUNK / BLOCK)..].iter().zip(blocks) {
-            for (lane, f) in nodes.iter_mut().enumerate() {
-                let row = |r: usize| DVec3::from_array([0, 1, 2].map(|c| planes[3 * r + c][lane]));
-                *f = DMat3::from_cols(row(0), row(1), row(2)).transpose();
-            }
-        }
-    };
-    if parallel {
-        to.par_chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
-    } else {
-        to.chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
-    }
-}
-
-pub(crate) fn parallel(model: &Model) -> bool {
-    model.node_count() >= PARALLEL_NODES && rayon::current_num_threads() > 1
-}
-
-/// Runs `work` on the numbered chunks of two slices, on the pool or in place.
-///
-/// Chunks are fixed and disjoint: the result does not depend on the number of threads.
-pub(crate) fn chunks<A: Send, B: Send>(
-    parallel: bool,
-    (a, a_size): (&mut [A], usize),
-    (b, b_size): (&mut [B], usize),
-    work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
-) {
-    debug_assert_eq!(
-        a.len().div_ceil(a_size),
-        b.len().div_ceil(b_size),
-        "chunks of the same nodes"
-    );
-    if parallel {
-        a.par_chunks_mut(a_size)
-            .zip(b.par_chunks_mut(b_size))
-            .enumerate()
-            .with_max_len(1)
-            .for_each(|(chunk, (a, b))| work(chunk, a, b));
-    } else {
-        let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
-        for (chunk, (a, b)) in both.enumerate() {
-            work(chunk, a, b);
-        }
-    }
-}
-
-/// Sets displacements (or any vectors): `fill` is given the number of the first of some of them.
-pub(crate) fn set_moves(
-    parallel: bool,
-    moves: &mut [Move],
-    fill: impl Fn(usize, &mut [Move]) + Sync,
-) {
-    let set = |(chunk, moves): (usize, &mut [Move])| fill(chunk * COPY_CHUNK, moves);
-    if parallel {
-        let chunks = moves.par_chunks_mut(COPY_CHUNK).enumerate();
-        chunks.with_max_len(1).for_each(set);
-    } else {
-        moves.chunks_mut(COPY_CHUNK).enumerate().for_each(set);
-    }
-}
-
-/// Displacement (m) as passes read it.
-#[inline(always)]
-pub(crate) fn moved(position: DVec3, rest: DVec3) -> Move {
-    (position - rest).to_array()
-}
 
 /// Chunks that an evaluation takes; of others all that the last one left is kept. `None` for all.
 pub(crate) type Chosen<'a> = Option<&'a [bool]>;
@@ -112,7 +40,7 @@ pub(crate) fn pass_one<const L: usize>(
     chosen: Chosen<'_>,
     beside: impl FnOnce() -> f64 + Send,
 ) -> f64 {
-    let parallel = parallel(model);
+    let parallel = parallel(model.node_count());
     set_moves(parallel, &mut scratch.moves, |first, moves| {
         let places = positions[first..].iter().zip(&model.rest[first..]);
         for (to, (position, rest)) in moves.iter_mut().zip(places) {
@@ -209,7 +137,7 @@ pub(crate) fn pass_two<const L: usize>(
     chosen: Chosen<'_>,
     beside: impl FnOnce(&mut [Planes]) + Send,
 ) {
-    let parallel = parallel(model);
+    let parallel = parallel(model.node_count());
     let moves = &scratch.moves[..];
     let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (_, &[_])| {
         chunks(
@@ -320,7 +248,7 @@ impl<const L: usize> Stresses<'_, L> {
             let constants = fixed.constants(first / BLOCK);
             block.gradients::<A>(constants, 1.0);
             for &node in offsets {
-                prestrain.carry(node as usize, node as usize - first, &mut block);
+                block.carry(prestrain, node as usize, node as usize - first);
             }
             laws.load(model, first, count);
             block.stresses::<A>(&laws, model.logarithm);
@@ -352,7 +280,7 @@ impl<const L: usize> Stresses<'_, L> {
                 let (node, lane) = (node as usize, node as usize - first);
                 let stress = block.matrix(&block.stress, lane);
                 block.work[lane] += prestrain.excess(node, stress);
-                prestrain.pull(node, lane, &mut block);
+                block.pull(prestrain, node, lane);
             }
             block.records::<A>(constants);
             block.write(records);
@@ -378,26 +306,6 @@ impl<const L: usize> Stresses<'_, L> {
         *self.sum += energies.iter().sum::<f64>();
         *self.watch = watch;
     }
-}
-
-/// Sums of one node into a lane.
-#[inline(always)]
-pub(crate) fn gather<A: Arithmetic, const L: usize>(
-    model: &Model,
-    fixed: Fixed<'_, L>,
-    moves: &[Move],
-    node: usize,
-    lane: usize,
-    block: &mut Block<L>,
-) {
-    // Mean pressures reach nodes without strain, whose own row then counts.
-    let found: Sums<L> = if model.inactive.is_unstrained(node) && model.means.is_none() {
-        [[0.0; L]; 4]
-    } else {
-        let row = model.pairs.row(node);
-        sums::<A, L>(node, row, fixed.anchors, moves)
-    };
-    block.take(lane, &found, at(fixed.anchors, node), &moves[node]);
 }
 
 /// Whether records say nothing.
@@ -429,18 +337,6 @@ fn single<const L: usize>(
     block.set_matrix(lane, f, stress);
     block.work[lane] = volume * energy - 0.5 * double_dot(stress, h);
     f
-}
-
-/// What is watched of a node.
-pub(crate) fn watch_node((model, prestrain): (&Model, &Prestrain), node: usize, f: DMat3) -> Watch {
-    if model.elastic_volumes[node] > 0.0 {
-        Watch {
-            ratio: volume_ratio(f),
-            stiffness: indicator(model, node, f) * prestrain.gain(node),
-        }
-    } else {
-        Watch::NOTHING
-    }
 }
 
 /// Pass two for a chunk: what neighbours give, with the energy of the penalty.

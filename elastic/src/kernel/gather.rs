@@ -18,11 +18,8 @@ use std::hint::black_box;
 use pulp::Simd;
 
 use crate::kernel::pairs::Pair;
-use crate::kernel::storage::{Sixteen, at};
+use crate::kernel::storage::{Move, Sixteen, at};
 use crate::law::arithmetic::Arithmetic;
-
-/// Displacement `u_i` (m) of a node, or any vector.
-pub(crate) type Move = [f64; 3];
 
 /// Whether the instructions behind `S` round products and sums once: AVX2 and wider ones of x86 do,
 /// and those of 64-bit Arm.

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use crate::kernel::forces::CHUNK;
 use crate::kernel::pairs::{Pair, Pairs};
 use crate::kernel::storage::BLOCK;
-use crate::kernel::watch::Watch;
+use crate::kernel::storage::CHUNK;
+use crate::kernel::worst::Watch;
 
 /// What is left to compute for each node; empty where nothing is held.
 #[derive(Debug, Clone, Default)]

@@ -13,28 +13,14 @@
 
 use glam::DMat3;
 
-use crate::kernel::gather::{Move, ONE, Record, Sums};
+use crate::kernel::fixed::BlockConstants;
+use crate::kernel::gather::{ONE, Record, Sums};
 use crate::kernel::nodes::Model;
 use crate::kernel::planes::{ZERO, add, product, subtract, weave};
-use crate::kernel::storage::{BLOCK, Plane, Sixteen};
+use crate::kernel::prestrain::Prestrain;
+use crate::kernel::storage::{BLOCK, Move, Plane, Planes, Sixteen};
 use crate::law::arithmetic::Arithmetic;
 use crate::law::coefficients::{EXTENSION_VOLUME_RATIO, barrier, ln};
-
-/// A matrix of each node of a block, row by row.
-pub(crate) type Planes = [Plane; 9];
-
-/// Constants of a block's nodes by component; matrices row by row.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BlockConstants<'a> {
-    /// `B`.
-    pub(crate) matrix: &'a [Plane; 9],
-    /// `A⁻¹`: xx, yy, zz, yz, zx, xy; only with control and multipliers.
-    pub(crate) inverse: Option<&'a [Plane; 6]>,
-    /// `s`; only with multipliers.
-    pub(crate) scale: Option<&'a Plane>,
-    /// `c`; only with control.
-    pub(crate) control: Option<&'a Plane>,
-}
 
 /// `2 c10`, the volumetric law `a`, `b`, `l`, `k` and its barrier, and the volume of a block's nodes.
 #[derive(Debug, Clone)]
@@ -120,6 +106,22 @@ pub(crate) struct Block<const L: usize> {
 }
 
 impl<const L: usize> Block<L> {
+    /// Multiplies the deformation gradient of a lane, or its change, if its node has an offset.
+    pub(crate) fn carry(&mut self, prestrain: &Prestrain, node: usize, lane: usize) {
+        if let Some(factor) = prestrain.factor(node) {
+            let f = self.matrix(&self.deformation, lane);
+            self.set_deformation(lane, f * factor);
+        }
+    }
+
+    /// Turns the stress of a lane, or its change, into what its row sees, if its node has an offset.
+    pub(crate) fn pull(&mut self, prestrain: &Prestrain, node: usize, lane: usize) {
+        if let Some(factor) = prestrain.factor(node) {
+            let stress = self.matrix(&self.stress, lane);
+            self.set_stress(lane, stress * factor.transpose());
+        }
+    }
+
     pub(crate) fn new() -> Self {
         Self {
             sums: [[ZERO; L]; 4],

@@ -5,14 +5,18 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::fixed::{Fixed, Table, gradient, set_gradient};
-use crate::kernel::forces::{CHUNK, chunks, gather, parallel, watch_node};
-use crate::kernel::gather::{Move, Record, choose_arithmetic};
+use crate::kernel::collect::gather;
+use crate::kernel::fixed::{Fixed, Table};
+use crate::kernel::gather::{Record, choose_arithmetic};
 use crate::kernel::lanes::Block;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::prestrain::Prestrain;
+use crate::kernel::storage::Move;
 use crate::kernel::storage::{BLOCK, Sixteen};
-use crate::kernel::watch::Watch;
+use crate::kernel::storage::{CHUNK, chunks, parallel};
+use crate::kernel::storage::{gradient, set_gradient};
+use crate::kernel::watch::watch_node;
+use crate::kernel::worst::Watch;
 use crate::law::arithmetic::Arithmetic;
 use crate::law::tensor::{cofactor, cofactor_change, double_dot, volume_ratio};
 
@@ -26,7 +30,7 @@ pub(crate) fn stresses<const L: usize>(
         return;
     };
     let prestrain = &state.prestrain;
-    let parallel = parallel(model);
+    let parallel = parallel(model.node_count());
     let moves = &scratch.moves[..];
     let work = Work {
         model,
@@ -54,7 +58,7 @@ pub(crate) fn stresses<const L: usize>(
     chunks(parallel, mean, partial, |chunk, mean, sum| {
         for (node, j) in (chunk * CHUNK..).zip(mean) {
             *j = ratios[node] + means.spread(&model.pairs, node, ratios) / model.volumes[node];
-            sum[0] += model.elastic_volumes[node] * means.law(model, node).at(*j)[0];
+            sum[0] += model.elastic_volumes[node] * means.law(model.material_index(node)).at(*j)[0];
         }
     });
     let mean = &pressures.means[..];
@@ -66,7 +70,7 @@ pub(crate) fn stresses<const L: usize>(
         |chunk, pressures, _| {
             for (node, p) in (chunk * CHUNK..).zip(pressures) {
                 let share = model.elastic_volumes[node] / model.volumes[node];
-                *p = share * means.law(model, node).at(mean[node])[1];
+                *p = share * means.law(model.material_index(node)).at(mean[node])[1];
             }
         },
     );
@@ -83,7 +87,11 @@ pub(crate) fn stresses<const L: usize>(
             let f = deformation(model, prestrain, node, h);
             let volume = model.elastic_volumes[node];
             let (energy, stress) = model.energy_and_stress(viscosity, node, f);
-            let pressure = means.pressure(model, node, &pressures.pressures);
+            let pressure = means.pressure(
+                &model.pairs,
+                (node, model.volumes[node]),
+                &pressures.pressures,
+            );
             let stress = stress * volume + cofactor(f) * pressure;
             let mut stress = model.seen_stress(node, f, stress);
             if let Some(factor) = prestrain.factor(node) {
@@ -112,7 +120,7 @@ pub(crate) fn changes<const L: usize>(
     let (Some(means), Some(pressures)) = (&model.means, &state.pressures) else {
         return;
     };
-    let (parallel, prestrain) = (parallel(model), &state.prestrain);
+    let (parallel, prestrain) = (parallel(model.node_count()), &state.prestrain);
     let Scratch { moves, changes, .. } = scratch;
     let [ratios, slopes] = changes;
     let work = Work {
@@ -145,7 +153,9 @@ pub(crate) fn changes<const L: usize>(
             for (node, slope) in (chunk * CHUNK..).zip(slopes) {
                 let volume = model.volumes[node];
                 let dj = ratios[node] + means.spread(&model.pairs, node, ratios) / volume;
-                let [_, _, u2] = means.law(model, node).at(pressures.means[node]);
+                let [_, _, u2] = means
+                    .law(model.material_index(node))
+                    .at(pressures.means[node]);
                 *slope = model.elastic_volumes[node] / volume * u2 * dj;
             }
         },
@@ -165,8 +175,12 @@ pub(crate) fn changes<const L: usize>(
             let df = model.deformation_change(node, f, dh);
             let cof = cofactor(f);
             let volume = model.elastic_volumes[node];
-            let p = means.pressure(model, node, &pressures.pressures);
-            let dp = means.pressure(model, node, slopes);
+            let p = means.pressure(
+                &model.pairs,
+                (node, model.volumes[node]),
+                &pressures.pressures,
+            );
+            let dp = means.pressure(&model.pairs, (node, model.volumes[node]), slopes);
             let change = model.stress_change(viscosity, node, f, df) * volume
                 + cof * dp
                 + cofactor_change(f, df) * p;

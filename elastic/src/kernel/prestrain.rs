@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use glam::DMat3;
 
-use crate::kernel::lanes::Block;
 use crate::law::tensor::double_dot;
 
 /// Offsets of a body; empty before the first.
@@ -75,22 +74,6 @@ impl Prestrain {
             };
             sum(factor) * sum(factor.transpose())
         })
-    }
-
-    /// Multiplies a block's deformation gradients, or their changes, of nodes with an offset.
-    pub(crate) fn carry<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
-        if let Some(factor) = self.factor(node) {
-            let f = block.matrix(&block.deformation, lane);
-            block.set_deformation(lane, f * factor);
-        }
-    }
-
-    /// Turns a block's stress, or its change, of a node with an offset into what its row sees.
-    pub(crate) fn pull<const L: usize>(&self, node: usize, lane: usize, block: &mut Block<L>) {
-        if let Some(factor) = self.factor(node) {
-            let stress = block.matrix(&block.stress, lane);
-            block.set_stress(lane, stress * factor.transpose());
-        }
     }
 
     pub(crate) fn is_empty(&self) -> bool {

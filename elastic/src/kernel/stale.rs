@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use crate::kernel::forces::{CHUNK, moved};
-use crate::kernel::gather::Move;
 use crate::kernel::inactive::Asleep;
 use crate::kernel::nodes::Model;
+use crate::kernel::storage::Move;
+use crate::kernel::storage::{CHUNK, moved};
 use crate::kernel::subset::Subset;
 
 /// What is not as the last evaluation of forces left it.

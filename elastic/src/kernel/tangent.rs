@@ -3,14 +3,19 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::kernel::fixed::{Fixed, Lane, Table, gradient};
-use crate::kernel::forces::{CHUNK, Received, gather, parallel, receive, set_moves};
-use crate::kernel::gather::{Move, Record, choose_arithmetic};
+use crate::kernel::collect::gather;
+use crate::kernel::fixed::{Fixed, Lane, Table};
+use crate::kernel::forces::{Received, receive};
+use crate::kernel::gather::{Record, choose_arithmetic};
 use crate::kernel::inactive::Asleep;
-use crate::kernel::lanes::{Block, Laws, Planes};
+use crate::kernel::lanes::{Block, Laws};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
+use crate::kernel::storage::Move;
+use crate::kernel::storage::Planes;
+use crate::kernel::storage::gradient;
 use crate::kernel::storage::{BLOCK, Sixteen};
+use crate::kernel::storage::{CHUNK, parallel, set_moves};
 use crate::kernel::subset::Subset;
 use crate::law::arithmetic::Arithmetic;
 
@@ -21,7 +26,7 @@ pub(crate) fn product<const L: usize>(
     vector: &[DVec3],
     product: &mut [DVec3],
 ) {
-    let parallel = parallel(model);
+    let parallel = parallel(model.node_count());
     set_moves(parallel, &mut scratch.moves, |first, moves| {
         for (to, vector) in moves.iter_mut().zip(&vector[first..]) {
             *to = vector.to_array();
@@ -47,7 +52,7 @@ pub(crate) fn product<const L: usize>(
             });
         };
         let (records, own) = (&mut table.records[..], &mut *product);
-        crate::kernel::forces::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
+        crate::kernel::storage::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
     }
     let (fixed, records) = (table.fixed, &table.records[..]);
     let work = |(chunk, forces): (usize, &mut [DVec3])| {
@@ -110,7 +115,7 @@ impl<const L: usize> Changes<'_, L> {
             laws.load(self.model, first, count);
             block.gradients::<A>(constants, 0.0);
             for &node in offsets {
-                prestrain.carry(node as usize, node as usize - first, &mut block);
+                block.carry(prestrain, node as usize, node as usize - first);
             }
             block.stress_changes::<A>(&laws, self.model.logarithm);
             if viscosity.is_some() || !block.all_hold(self.model, first, count) {
@@ -119,7 +124,7 @@ impl<const L: usize> Changes<'_, L> {
                 }
             }
             for &node in offsets {
-                prestrain.pull(node as usize, node as usize - first, &mut block);
+                block.pull(prestrain, node as usize, node as usize - first);
             }
             block.records::<A>(constants);
             block.write(records);
@@ -237,13 +242,13 @@ impl<const L: usize> Within<'_, L> {
             block.gradients::<A>(constants, 0.0);
             for (lane, &node) in nodes.iter().enumerate() {
                 let prestrain = &self.state.prestrain;
-                prestrain.carry(node as usize, lane, &mut block);
+                block.carry(prestrain, node as usize, lane);
             }
             block.stress_changes::<A>(&laws, model.logarithm);
             for (lane, &node) in nodes.iter().enumerate() {
                 let node = node as usize;
                 finish(model, self.state, node, &mut block, lane);
-                self.state.prestrain.pull(node, lane, &mut block);
+                block.pull(&self.state.prestrain, node, lane);
             }
             block.records::<A>(constants);
             for (lane, &node) in nodes.iter().enumerate() {

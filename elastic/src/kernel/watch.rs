@@ -14,31 +14,8 @@ use crate::kernel::nodes::Model;
 use crate::kernel::planes::ZERO;
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::{BLOCK, Plane};
-
-/// What the last evaluation saw, over a chunk of nodes or all of them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Watch {
-    /// Smallest `det F` of nodes that carry strain energy.
-    pub(crate) ratio: f64,
-    /// Largest `r_i` (1/s²); 0 where nobody asked for it.
-    pub(crate) stiffness: f64,
-}
-
-impl Watch {
-    pub(crate) const NOTHING: Self = Self {
-        ratio: f64::INFINITY,
-        stiffness: 0.0,
-    };
-
-    /// The worse of two.
-    #[inline(always)]
-    pub(crate) fn and(self, other: Self) -> Self {
-        Self {
-            ratio: self.ratio.min(other.ratio),
-            stiffness: self.stiffness.max(other.stiffness),
-        }
-    }
-}
+use crate::kernel::worst::Watch;
+use crate::law::tensor::volume_ratio;
 
 /// What is seen of the nodes that are evaluated in lanes.
 #[derive(Debug, Clone)]
@@ -135,4 +112,16 @@ pub(crate) fn gradient_square(model: &Model, tables: &Tables, node: usize) -> f6
         sum += g.length_squared() * model.inverse_masses[j as usize];
     }
     sum + own.length_squared() * model.inverse_masses[node]
+}
+
+/// What is watched of a node.
+pub(crate) fn watch_node((model, prestrain): (&Model, &Prestrain), node: usize, f: DMat3) -> Watch {
+    if model.elastic_volumes[node] > 0.0 {
+        Watch {
+            ratio: volume_ratio(f),
+            stiffness: indicator(model, node, f) * prestrain.gain(node),
+        }
+    } else {
+        Watch::NOTHING
+    }
 }

@@ -7,9 +7,9 @@ use super::Elastic;
 use crate::cut::offset::{
     NODES_PER_TASK, SMALLEST_OFFSET, factor_between, gradient_at, of_same_nodes,
 };
-use crate::kernel::forces::parallel;
 use crate::kernel::prestrain::{Prestrain, Pull};
 use crate::kernel::stale::Stale;
+use crate::kernel::storage::parallel;
 
 impl Elastic {
     /// Keeps the deformation gradients that `nodes` had before [`Elastic::update_rows`] rebuilt their rows:
@@ -132,7 +132,7 @@ impl Elastic {
             };
             (node, pull)
         };
-        if parallel(&self.model) {
+        if parallel(self.model.node_count()) {
             let nodes = nodes.par_iter().with_min_len(NODES_PER_TASK);
             nodes.map(pull).collect_into_vec(pulls);
         } else {

@@ -1,9 +1,9 @@
 //! Gradients that go on over a rebuild, control that a cut raises, and what is watched.
 
 use super::*;
-use crate::kernel::forces::CHUNK;
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::BLOCK;
+use crate::kernel::storage::CHUNK;
 use crate::rows::Rows;
 
 pub(super) fn law() -> Material {

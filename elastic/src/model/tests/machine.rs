@@ -1,7 +1,7 @@
 //! What the machine must not change: threads, vector instructions; memory.
 
 use super::*;
-use crate::kernel::forces::PARALLEL_NODES;
+use crate::kernel::storage::PARALLEL_NODES;
 
 #[test]
 fn any_thread_count_gives_the_same_bits() {
