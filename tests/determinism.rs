@@ -1,6 +1,7 @@
 //! The same scene gives the same bits, at any number of threads.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use phyxel::scene::Scene;
 use phyxel_cli::output::{Interrupt, read_checkpoint, read_input};
@@ -108,14 +109,30 @@ fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-#[test]
-fn one_thread_two_threads_and_a_second_run_write_the_same_bits() {
+/// A run in one go on one thread, once for all tests: its files, and how often it looked for an interrupt.
+static WHOLE: LazyLock<(Vec<(String, Vec<u8>)>, u64)> = LazyLock::new(|| {
     let root = tempfile::tempdir().expect("a temporary folder");
-    let once = run_with(1, &root.path().join("one"));
-    assert!(once.len() > 5, "{} files", once.len());
+    let many = 1_000_000;
+    let never = Interrupt::after(many);
+    let summary = run(&scene(), &stopping(&never, 1, root.path())).expect("the scene runs");
+    let looks = many - never.left().expect("it counts");
+    (results(&summary, root.path()), looks)
+});
+
+fn stopping(stop: &Interrupt, threads: usize, folder: &Path) -> RunOptions {
+    RunOptions {
+        interrupt: Some(stop.clone()),
+        ..options(threads, folder)
+    }
+}
+
+#[test]
+fn two_threads_and_a_second_run_write_the_bits_of_one() {
+    let root = tempfile::tempdir().expect("a temporary folder");
+    assert!(WHOLE.0.len() > 5, "{} files", WHOLE.0.len());
     for (label, threads) in [("again", 1), ("two", 2)] {
         let other = run_with(threads, &root.path().join(label));
-        same(label, &once, &other);
+        same(label, &WHOLE.0, &other);
     }
 }
 
@@ -127,48 +144,24 @@ fn same(label: &str, a: &[(String, Vec<u8>)], b: &[(String, Vec<u8>)]) {
     }
 }
 
-/// Runs the scene into `folder` and asks it to stop once the file `frame` is there.
-fn stopped_at(frame: &Path, folder: &Path) -> bool {
-    let stop = Interrupt::default();
-    let stopped = RunOptions {
-        interrupt: Some(stop.clone()),
-        ..options(2, folder)
-    };
-    let outcome = std::thread::scope(|scope| {
-        scope.spawn(|| {
-            while !frame.exists() {
-                std::thread::yield_now();
-            }
-            stop.ask();
-        });
-        run(&scene(), &stopped)
-    });
-    match outcome {
-        Err(RunError::Interrupted { .. }) => true,
-        Err(error) => panic!("{error}"),
-        Ok(_) => {
-            std::fs::remove_dir_all(folder).expect("the folder is there");
-            false
-        }
-    }
-}
-
 /// A run that is stopped, while it settles or with the blade in the tissue, and resumed from its
 /// checkpoint, writes what a run in one go writes: history, frames, animation, summary.
 #[test]
 fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
     let root = tempfile::tempdir().expect("a temporary folder");
-    let whole = run_with(1, &root.path().join("whole"));
-    for (label, frame) in [("settling", 1), ("cutting", 4), ("through", 5)] {
+    // Settling takes the first five of thirteen parts, the blade is in the tissue from the sixth on.
+    for (label, part) in [("settling", 2), ("cutting", 9), ("through", 12)] {
         let folder = root.path().join(label);
-        let frame = folder.join(format!("frames/frame-{frame:05}.png"));
-        // On a busy machine the run may be over before it is asked to stop.
-        let stopped = (0..20).any(|_| stopped_at(&frame, &folder));
-        assert!(stopped, "{label}: no run was stopped");
+        let stop = Interrupt::after(WHOLE.1 * part / 13);
+        let outcome = run(&scene(), &stopping(&stop, 2, &folder));
+        assert!(
+            matches!(outcome, Err(RunError::Interrupted { .. })),
+            "{label}: {outcome:?}"
+        );
         let (scene, state): (_, RunState) =
             read_checkpoint(&folder.join(CHECKPOINT), &[]).expect("it was written");
         let summary = resume(&scene, state, &options(1, &folder)).expect("it goes on");
-        same(label, &whole, &results(&summary, &folder));
+        same(label, &WHOLE.0, &results(&summary, &folder));
     }
 }
 
@@ -177,10 +170,12 @@ fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
 #[test]
 fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
     let root = tempfile::tempdir().expect("a temporary folder");
-    let folder = root.path().join("first");
-    let first = run_with(1, &folder);
+    let first = &WHOLE.0;
     let mut still = scene();
-    let inputs = read_input(&folder.join("input.csv"), &still).expect("the run wrote it");
+    let recorded = first.iter().find(|(name, _)| name == "input.csv");
+    let file = root.path().join("input.csv");
+    std::fs::write(&file, &recorded.expect("the run wrote it").1).expect("it can be written");
+    let inputs = read_input(&file, &still).expect("it reads");
     assert!(inputs.len() > 100, "{} inputs", inputs.len());
     for key in &mut still.cuts[0].path {
         key.position.x += 1.0;
@@ -194,5 +189,5 @@ fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
     let folder = root.path().join("again");
     let summary = replay(&still, inputs, &options(2, &folder)).expect("it runs");
     let again = results(&summary, &folder);
-    same("again", &same_but_frames(&first), &same_but_frames(&again));
+    same("again", &same_but_frames(first), &same_but_frames(&again));
 }

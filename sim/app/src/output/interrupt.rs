@@ -2,15 +2,32 @@
 
 use std::sync::Arc;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Whether someone asked to stop; clones share one flag.
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt {
     asked: Arc<AtomicBool>,
+    /// Looks that are left before it asks by itself.
+    left: Option<Arc<AtomicU64>>,
 }
 
 impl Interrupt {
+    /// Asks by itself when it has been looked at `looks` times: a run stops at a step that is known beforehand.
+    #[must_use]
+    pub fn after(looks: u64) -> Self {
+        Self {
+            asked: Arc::default(),
+            left: Some(Arc::new(AtomicU64::new(looks))),
+        }
+    }
+
+    /// Looks that are left of [`Self::after`].
+    #[must_use]
+    pub fn left(&self) -> Option<u64> {
+        self.left.as_ref().map(|left| left.load(Ordering::SeqCst))
+    }
+
     /// Asks to stop, from any thread.
     pub fn ask(&self) {
         self.asked.store(true, Ordering::SeqCst);
@@ -37,12 +54,18 @@ impl Interrupt {
         });
         Self {
             asked: Arc::clone(asked),
+            left: None,
         }
     }
 
     /// Whether someone asked to stop.
     #[must_use]
     pub fn asked(&self) -> bool {
-        self.asked.load(Ordering::SeqCst)
+        let over = self.left.as_ref().is_some_and(|left| {
+            let one_less = |left: u64| left.checked_sub(1);
+            left.fetch_update(Ordering::SeqCst, Ordering::SeqCst, one_less)
+                .is_err()
+        });
+        over || self.asked.load(Ordering::SeqCst)
     }
 }
