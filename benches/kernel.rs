@@ -1,8 +1,8 @@
-//! The force kernel against two bounds: `cargo bench -p benches --bench kernel [-- cells a side...]`.
+//! The force kernel beside its bounds: `cargo bench -p benches --bench kernel [-- cells a side...]`.
 //!
-//! Bodies are boxes of jittered tetrahedra with the conservative stencils of `phyxel-mls`, neo-Hookean, default
-//! settings. Times are the least of many. The bounds, per pair, on one thread: to read as many bytes as the model
-//! holds once, front to back; and to multiply and add at peak.
+//! Bodies are boxes of jittered tetrahedra with the conservative stencils of `phyxel-mls`, neo-Hookean, default control.
+//! Times are the least of all. The bounds, per pair: to read as many bytes as the model holds once, front to back, on one
+//! thread; and to multiply and add at peak.
 #![allow(clippy::print_stdout, reason = "prints a table")]
 #![allow(
     clippy::needless_range_loop,
@@ -22,12 +22,10 @@ use testkit::kuhn::kuhn_block;
 /// Multiply-adds of a pair: three rows of eight lanes in either pass, and in pass one the products of
 /// the weight and the sum of them.
 const PAIR_MULTIPLY_ADDS: f64 = 64.0;
-/// Young's modulus (Pa) and Poisson's ratio.
-const MATERIAL: (f64, f64) = (1e4, 0.4);
 
 /// Cells a side of the bodies: 1,408, 5,832 and 97,336 nodes.
 const BODIES: [[usize; 3]; 3] = [[7, 7, 21], [17; 3], [45; 3]];
-/// Seconds that evaluations are repeated for.
+/// Seconds that each is measured for.
 const PATIENCE: f64 = 2.0;
 
 fn time(times: &mut Vec<f64>, work: impl FnOnce() -> f64) {
@@ -105,27 +103,27 @@ fn body(cells: [usize; 3], peak: f64) {
         &ConservativeSettings::default(),
     )
     .expect("a sound block");
-    let stencils = view(&rows, &graph);
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
-    let material = Material::neo_hookean(MATERIAL.0, MATERIAL.1);
-    let materials = Materials::Uniform(material);
-    let mut elastic =
-        Elastic::new(&stencils, &nodes, &materials, &Settings::default()).expect("sound rows");
+    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
+    let nodes = Nodes::new(&block.positions, &block.volumes);
+    let mut body = Elastic::new(
+        &view(&rows, &graph),
+        &nodes,
+        &material,
+        &Settings::default(),
+    )
+    .expect("sound rows");
     let mut random = Random::new(1);
     let shake = |x: &DVec3| *x * 1.02 + random.vector(0.002);
     let x: Vec<DVec3> = block.positions.iter().map(shake).collect();
     let mut forces = vec![DVec3::ZERO; x.len()];
-    let (nodes, pairs) = (x.len() as f64, elastic.pair_count() as f64);
+    let (nodes, pairs) = (x.len() as f64, body.pair_count() as f64);
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let mut times = Vec::new();
         pool.expect("threads").install(|| {
             let start = Instant::now();
             while times.len() < 5 || start.elapsed().as_secs_f64() < PATIENCE {
-                time(&mut times, || elastic.forces_into(&x, &mut forces));
+                time(&mut times, || body.forces_into(&x, &mut forces));
             }
         });
         let least = least(&times);
@@ -135,9 +133,9 @@ fn body(cells: [usize; 3], peak: f64) {
             pairs / nodes,
             least * 1e9 / nodes,
             least * 1e9 / pairs,
-            read_time(elastic.bytes()) * 1e9 / pairs,
+            read_time(body.bytes().all) * 1e9 / pairs,
             PAIR_MULTIPLY_ADDS * 1e9 / (peak * threads as f64),
-            elastic.bytes() / x.len(),
+            body.bytes().all / x.len(),
         );
     }
 }

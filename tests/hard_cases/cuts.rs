@@ -79,7 +79,7 @@ fn dice_fall_freely() {
 }
 
 #[test]
-fn a_thousand_cuts() {
+fn a_hundred_cuts() {
     let mut state = 9_u64;
     let mut random = || {
         state = state
@@ -88,9 +88,9 @@ fn a_thousand_cuts() {
         f64::from(u32::try_from(state >> 40).unwrap()) / f64::from(1_u32 << 24) - 0.5
     };
     let mut point = |size: f64| DVec3::new(random(), random(), random()) * size;
-    let strokes: Vec<String> = (0..1000_u32)
+    let strokes: Vec<String> = (0..100_u32)
         .map(|k| {
-            let begin = 1e-4 * f64::from(k);
+            let begin = 1e-3 * f64::from(k);
             let from = point(0.04);
             let to = from + point(0.016);
             stroke(
@@ -107,8 +107,8 @@ fn a_thousand_cuts() {
         &format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", ")),
     );
     let mut before = 0;
-    for k in 1..=5 {
-        play(&mut world, 0.03 * f64::from(k)).expect("it runs");
+    for k in 1..=6 {
+        play(&mut world, 0.02 * f64::from(k)).expect("it runs");
         assert!(severed(&world) >= before, "severed pairs came back");
         before = severed(&world);
     }
@@ -123,7 +123,7 @@ fn a_thousand_cuts() {
         captures.sum::<usize>(),
         "every edge is taken up"
     );
-    assert!(before > 100, "{before} pairs severed");
+    assert!(before > 10, "{before} pairs severed");
     let off = imbalance(&world.members()[0].body);
     assert!(off < 0.02, "audit off by {off}");
 }

@@ -17,6 +17,8 @@ use super::folder::{OutputError, OutputFolder};
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"phyxel checkpoint 3\n";
+/// How a checkpoint of any format begins.
+const FAMILY: &[u8] = b"phyxel checkpoint ";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.
 const PROGRAM: &str = env!("CARGO_PKG_VERSION");
 /// Bytes of a length.
@@ -39,6 +41,12 @@ pub enum CheckpointError {
     /// The file is something else.
     #[error("{}: not a checkpoint", file.display())]
     NotACheckpoint {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A checkpoint of another format, whose state is laid out otherwise.
+    #[error("{}: a checkpoint of another format; go on with the phyxel that wrote it", file.display())]
+    OtherFormat {
         /// The file.
         file: PathBuf,
     },
@@ -106,6 +114,9 @@ pub fn read_checkpoint<S: DeserializeOwned>(
         Fault::NotACheckpoint => CheckpointError::NotACheckpoint {
             file: file.to_owned(),
         },
+        Fault::OtherFormat => CheckpointError::OtherFormat {
+            file: file.to_owned(),
+        },
         Fault::Damaged => CheckpointError::Damaged {
             file: file.to_owned(),
         },
@@ -142,13 +153,18 @@ fn encode(text: &str, state: &[u8]) -> Vec<u8> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fault {
     NotACheckpoint,
+    OtherFormat,
     Damaged,
 }
 
 /// Version, text and state.
 fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
     if !bytes.starts_with(MAGIC) {
-        return Err(Fault::NotACheckpoint);
+        let fault = match bytes.starts_with(FAMILY) {
+            true => Fault::OtherFormat,
+            false => Fault::NotACheckpoint,
+        };
+        return Err(fault);
     }
     let content = bytes.len().checked_sub(CHECKSUM).ok_or(Fault::Damaged)?;
     let (content, checksum) = bytes.split_at(content);

@@ -195,6 +195,11 @@ fn resume_cases() -> Vec<Case> {
         ),
         given(
             "checkpoint cut short",
+            &[("a.checkpoint", "phyxel checkpoint 3\n\u{5}\0\0")],
+            &resume,
+        ),
+        given(
+            "checkpoint of another format",
             &[("a.checkpoint", "phyxel checkpoint 1\n\u{5}\0\0")],
             &resume,
         ),

@@ -66,7 +66,7 @@ fn a_run_reports_what_its_summary_holds() {
     for (name, unit) in [
         ("volume", " l before"),
         ("energy", " J, elastic "),
-        ("viscosity", " J taken up"),
+        ("viscosity", " J lost"),
         ("audit", " of what is stored or damped"),
         ("step size", " ms: "),
         ("speed", " ms a step"),
