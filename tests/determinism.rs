@@ -55,12 +55,12 @@ fn options(threads: usize, folder: &Path) -> RunOptions {
 
 /// Everything of a run that must not depend on the machine's load: files by name, the summary
 /// without its timings.
-fn run_with(threads: usize, folder: &Path) -> Vec<(String, Vec<u8>)> {
+fn run_with(threads: usize, folder: &Path) -> Files {
     let summary = run(&scene(), &options(threads, folder)).expect("the scene runs");
     results(&summary, folder)
 }
 
-fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
+fn results(summary: &Summary, folder: &Path) -> Files {
     let cuts = summary.cuts.as_ref().expect("the scene cuts");
     assert!(cuts.severed_pairs > 50, "the blade severs: {cuts:?}");
     assert!(
@@ -109,8 +109,11 @@ fn results(summary: &Summary, folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
+/// Files of a run by name.
+type Files = Vec<(String, Vec<u8>)>;
+
 /// A run in one go on one thread, once for all tests: its files, and how often it looked for an interrupt.
-static WHOLE: LazyLock<(Vec<(String, Vec<u8>)>, u64)> = LazyLock::new(|| {
+static WHOLE: LazyLock<(Files, u64)> = LazyLock::new(|| {
     let root = tempfile::tempdir().expect("a temporary folder");
     let many = 1_000_000;
     let never = Interrupt::after(many);
@@ -182,7 +185,7 @@ fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
     }
     still.tools[0].path.truncate(1);
     // Where the blade's picture is comes from the scene.
-    let same_but_frames = |files: &[(String, Vec<u8>)]| -> Vec<(String, Vec<u8>)> {
+    let same_but_frames = |files: &[(String, Vec<u8>)]| -> Files {
         let kept = files.iter().filter(|(name, _)| !name.ends_with(".png"));
         kept.cloned().collect()
     };

@@ -114,6 +114,6 @@ pub(super) fn thousand_cuts(proof: &mut Proof) {
     proof.within("samples taken up", taken as f64, captures as f64, 0.0);
     proof.above("severed pairs", before as f64, 100.0);
     let audit = world.members()[0].body.motion.audit();
-    let off = audit.balance().abs() / audit.elastic.max(audit.dissipated);
+    let off = audit.energy_error().abs() / audit.elastic.max(audit.dissipated);
     proof.below("imbalance", off, 0.02);
 }
