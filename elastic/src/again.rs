@@ -11,7 +11,7 @@ impl Elastic {
     pub(crate) fn is_evaluated_at(&self, positions: &[DVec3]) -> bool {
         let Scratch { stale, moves, .. } = &self.scratch;
         assert_eq!(positions.len(), moves.len(), "one position per node");
-        !stale.is_some() && stale.is_at(&self.model, moves, positions)
+        !stale.is_some() && stale.is_at(&self.model.rest, moves, positions)
     }
 
     /// As [`Elastic::forces_into`], with the same bits, where `forces` holds what the last evaluation gave
@@ -28,7 +28,7 @@ impl Elastic {
         let (model, stale) = (&self.model, &self.scratch.stale);
         let whole = stale.all || model.means.is_some() || self.state.viscosity.is_some();
         let moves = &self.scratch.moves;
-        let still = !whole && stale.is_at(model, moves, positions);
+        let still = !whole && stale.is_at(&model.rest, moves, positions);
         if !still {
             return self.forces_into(positions, forces);
         }

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::kernel::inactive::Asleep;
-use crate::kernel::nodes::Model;
 use crate::kernel::storage::Move;
 use crate::kernel::storage::{CHUNK, moved};
 use crate::kernel::subset::Subset;
@@ -66,13 +65,13 @@ impl Stale {
     }
 
     /// Whether what is kept of the last evaluation is one at these positions.
-    pub(crate) fn is_at(&self, model: &Model, moves: &[Move], positions: &[DVec3]) -> bool {
+    pub(crate) fn is_at(&self, rest: &[DVec3], moves: &[Move], positions: &[DVec3]) -> bool {
         let mut overwritten = vec![false; moves.len()];
         for &node in &self.moves {
             overwritten[node as usize] = true;
         }
         let same = |node: usize| {
-            let u = DVec3::from_array(moved(positions[node], model.rest[node]));
+            let u = DVec3::from_array(moved(positions[node], rest[node]));
             u == DVec3::from_array(moves[node])
         };
         (0..moves.len()).all(|node| overwritten[node] || same(node))
