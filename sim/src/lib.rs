@@ -450,13 +450,18 @@ impl World {
     /// Whether the scene's duration is over, up to round-off.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.time_left().is_some_and(|left| left <= 0.0)
+        self.time_left()
+            .is_some_and(|left| left <= self.time_round_off())
     }
 
-    /// Scene time (s) that is left, not positive where only round-off is; `None` before the scene starts.
+    /// Scene time (s) that is left; `None` before the scene starts.
     fn time_left(&self) -> Option<f64> {
-        let left = self.scene.integration.duration - self.scene_time()?;
-        Some(left - 1e-12 * self.time())
+        Some(self.scene.integration.duration - self.scene_time()?)
+    }
+
+    /// How far (s) sums of steps may be off.
+    fn time_round_off(&self) -> f64 {
+        1e-12 * self.time()
     }
 
     /// The next step (s): the last one ends where the scene does, and steps longer than the time between
@@ -468,8 +473,10 @@ impl World {
             let done = (self.time() * rate * (1.0 + 1e-12)).floor();
             step = step.min((done + 1.0) / rate - self.time());
         }
+        // A step that ends there but for round-off stays as it is, so that a recording repeats it bitwise.
+        let off = self.time_round_off();
         match self.time_left() {
-            Some(left) if left > 0.0 => step.min(left),
+            Some(left) if left > off && left < step - off => left,
             _ => step,
         }
     }

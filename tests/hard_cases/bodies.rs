@@ -166,8 +166,10 @@ fn motion_does_not_depend_on_the_unit_of_length() {
             4.0 * t.max(1.0)
         );
         let rest = format!(
-            "cuts: [{cut}], {held} {duration}
-            gravity: (acceleration: (0, 0, -9.81), ramp: 0),"
+            "cuts: [{cut}], {held} {duration} observe: (history_rate: {}),
+            gravity: (acceleration: (0, 0, -9.81), ramp: 0),",
+            // Steps longer than the time between rows would end at the rows.
+            100.0 / t
         );
         let mut world = world(&body, &rest);
         play(&mut world, 0.15 * t).expect("it runs");

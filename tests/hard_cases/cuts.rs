@@ -92,14 +92,8 @@ fn a_hundred_cuts() {
         .map(|k| {
             let begin = 1e-3 * f64::from(k);
             let from = point(0.04);
-            let to = from + point(0.016);
-            stroke(
-                &k.to_string(),
-                point(0.016),
-                from,
-                to,
-                [begin, begin + 5e-5],
-            )
+            let to = from + point(0.05);
+            stroke(&k.to_string(), point(0.08), from, to, [begin, begin + 5e-5])
         })
         .collect();
     let mut world = world(
