@@ -49,6 +49,8 @@ pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
         tool.path = vec![key(0.0)];
         tool.release = None;
     }
+    // A session ends where its user ends it: no step is cut at the scene's end.
+    scene.integration.duration = 0.0;
     if let Some(settle) = &mut scene.integration.settle {
         settle.rest = Rest::Motion;
     }
