@@ -16,7 +16,7 @@ use glam::DVec3;
 
 /// A triangle surface: corner positions and counter-clockwise triangles seen from outside.
 ///
-/// Nothing is promised about a mesh that was only read; see [`crate::mesh::repair()`].
+/// Nothing is promised about a mesh that was only read; see [`crate::repair()`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Corner positions (length unit of the file).

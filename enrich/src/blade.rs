@@ -151,7 +151,7 @@ impl Blade {
     /// What it added, and the number of pairs that it passed and the cut does not cross.
     ///
     /// # Errors
-    /// [`CutError::NotFinite`]; what the blade cut before that place stays in the cut until [`Cuts::go_back`], and the
+    /// [`CutError::NotFinite`]; what the blade cut before that place stays in the cut until [`Cuts::truncate`], and the
     /// blade itself is to be used no more.
     ///
     /// # Panics

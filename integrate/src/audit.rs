@@ -107,7 +107,7 @@ impl Audit {
 }
 
 /// What of a motion's energies is of the rigid motions of the pieces that no support holds
-/// ([`Motion::rigid_energies`]).
+/// ([`crate::Motion::rigid_energies`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RigidEnergies {

@@ -306,7 +306,7 @@ impl Solid {
     }
 
     /// Body inside a surface: winding number above one half. Repair the mesh first
-    /// ([`crate::mesh::repair()`]).
+    /// ([`crate::repair()`]).
     ///
     /// # Panics
     /// If a triangle names a vertex out of range.

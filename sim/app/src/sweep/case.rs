@@ -22,7 +22,7 @@ pub struct Case {
     pub number: usize,
     /// Value of each key, as RON; the order is that of the plan's keys.
     pub values: Vec<String>,
-    /// Of all that it is run with ([`CaseHashes`]).
+    /// Of all that it is run with (`CaseHashes`).
     pub hash: String,
 }
 
