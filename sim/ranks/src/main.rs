@@ -19,9 +19,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Parser;
 use mpi::Threading;
+use phyxel::scene::Scene;
 use phyxel_cli::output::{Interrupt, read_checkpoint};
 use phyxel_cli::run::{RunOptions, RunState, run_shared, table};
-use phyxel::scene::Scene;
 use phyxel_scene::Override;
 
 use front::Front;

@@ -11,7 +11,7 @@ mod weak;
 use glam::{DMat3, DVec3};
 use phyxel::{BodyProblem, Member, elastic_stencils};
 use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
-use phyxel_integrate::{Motion, MotionSettings, BoundaryConditions};
+use phyxel_integrate::{BoundaryConditions, Motion, MotionSettings};
 use serde::{Deserialize, Serialize};
 
 use crate::layout::Layout;

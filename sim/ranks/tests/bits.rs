@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use phyxel::scene::Scene;
 use phyxel_cli::output::read_checkpoint;
 use phyxel_cli::run::{RunOptions, RunState, run};
-use phyxel::scene::Scene;
 use phyxel_scene::Override;
 
 const CHECKPOINT: &str = "state.checkpoint";

@@ -35,7 +35,12 @@ pub(super) fn weak_nodes(
     let bonds = body.elastic.bond_energies();
     let offsets = body.elastic.state().bonds;
     let mut weak = Vec::new();
-    for &node in body.elastic.deficient_nodes().iter().filter(|node| some(**node)) {
+    for &node in body
+        .elastic
+        .deficient_nodes()
+        .iter()
+        .filter(|node| some(**node))
+    {
         if let Some(local) = locals.whole(node) {
             let from = bonds.partition_point(|(of, _)| *of < node);
             let to = bonds.partition_point(|(of, _)| *of <= node);
