@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel::World;
-use phyxel::scene::{Body, Cut, Key, Region, Scene, Shape, Support, Target};
+use phyxel::scene::{Body, Capture, Cut, Key, Region, Scene, Shape, Support, Target};
 use testkit::cloud::Random;
 
 use super::Proof;
@@ -95,6 +95,7 @@ pub(super) fn thousand_cuts(proof: &mut Proof) {
         let path = path.map(|(time, position)| Key::new(time, position));
         let mut cut = Cut::new(vec![-edge, edge], path.to_vec());
         cut.name = k.to_string();
+        cut.capture = Capture::Distance(0.01);
         scene.cuts.push(cut);
     }
     let mut world = World::new(scene).unwrap();
