@@ -6,7 +6,7 @@
 //! | slivers: three parallel cuts 10 µm apart | two pieces as after one cut; nothing between them |
 //! | blade that ends on the surface, trembles, starts anew | it severs; no crumbs; no strip between the strokes |
 //! | dice: two cuts along each axis | 27 pieces and debris, of which those not held fall freely |
-//! | a hundred cuts (a thousand: `benches -- prove thousand-cuts`) | all are taken up; severed pairs never come back; the energy audit closes |
+//! | a hundred cuts | all are taken up; severed pairs never come back; the energy audit closes |
 //! | cut while compressed to half | the halves come apart and the audit closes |
 //! | twist by 360° and back | no node turns inside out; the energy comes back to its start |
 //! | Poisson's ratio 0.499 | the bar sags less than at 0.45, and keeps its volume better |

@@ -69,11 +69,6 @@ pub const CLAIMS: &[Claim] = &[
         run: cuts::tada_paris_irwin_edge_crack,
     },
     Claim {
-        name: "thousand-cuts",
-        about: "a block cut a thousand times: all are taken up, none comes back, the audit closes",
-        run: scenes::thousand_cuts,
-    },
-    Claim {
         name: "griffith",
         about: "a cut sets the energy release rate free, and no update adds energy",
         run: scenes::energy_release_rate,

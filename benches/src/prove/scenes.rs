@@ -1,10 +1,5 @@
 //! Whole scenes of the validation suite, and the problems with a known answer.
 
-use glam::DVec3;
-use phyxel::World;
-use phyxel::scene::{Body, Capture, Cut, Key, Region, Scene, Shape, Support, Target};
-use testkit::cloud::Random;
-
 use super::Proof;
 use crate::batch::{Case, run_all};
 use crate::{Options, cook, cracks, griffith, matrix, random};
@@ -70,51 +65,4 @@ pub(super) fn random_scenes_depend_on_seed_and_number(proof: &mut Proof) {
     let [few, more] = [2, 4].map(|count| random::cases(7, count).expect("valid"));
     proof.holds("two are the first of four", few[..] == more[..2]);
     proof.holds("they differ", few[0].scene.cuts != few[1].scene.cuts);
-}
-
-/// A held block of 40 x 40 x 60 mm, cut every 0.1 ms at random places.
-pub(super) fn thousand_cuts(proof: &mut Proof) {
-    let mut body = Body::new(Shape::Box {
-        size: DVec3::new(0.04, 0.04, 0.06),
-    });
-    body.sampling.target = Target::Nodes(500);
-    body.material.youngs_modulus = 2e4;
-    body.damping = 4.0;
-    let mut scene = Scene::new("cuts", vec![body]);
-    scene.supports.push(Support::fixed(Region::HalfSpace {
-        point: DVec3::Z * 0.0299,
-        normal: DVec3::Z,
-    }));
-    scene.integration.settle = None;
-    scene.integration.duration = 0.2;
-    let mut random = Random::new(9);
-    for k in 0..1000_u32 {
-        let begin = 1e-4 * f64::from(k);
-        let (from, edge) = (random.vector(0.02), random.vector(0.004));
-        let path = [(begin, from), (begin + 5e-5, from + random.vector(0.008))];
-        let path = path.map(|(time, position)| Key::new(time, position));
-        let mut cut = Cut::new(vec![-edge, edge], path.to_vec());
-        cut.name = k.to_string();
-        cut.capture = Capture::Distance(0.01);
-        scene.cuts.push(cut);
-    }
-    let mut world = World::new(scene).unwrap();
-    let severed = |world: &World| {
-        let cutting = world.members()[0].cutting.as_ref();
-        cutting.map_or(0, phyxel::Cutting::severed_pairs)
-    };
-    let mut before = 0;
-    for k in 1..=5 {
-        world.play(0.03 * f64::from(k), |_| {}).unwrap();
-        proof.above("severed pairs", severed(&world) as f64, before as f64);
-        before = severed(&world);
-    }
-    let captures = world.scene().cuts.iter();
-    let captures: usize = captures.map(|cut| world.capture_count(cut)).sum();
-    let taken = world.members()[0].cutting.as_ref().unwrap().counts().0;
-    proof.within("samples taken up", taken as f64, captures as f64, 0.0);
-    proof.above("severed pairs", before as f64, 100.0);
-    let audit = world.members()[0].body.motion.audit();
-    let off = audit.energy_error().abs() / audit.elastic.max(audit.dissipated);
-    proof.below("imbalance", off, 0.02);
 }
