@@ -30,7 +30,7 @@ fn elastic(block: &Block, material: Material, settings: &Settings) -> Elastic {
         volumes: &block.volumes,
     };
     let materials = Materials::Uniform(material);
-    Elastic::new(&stencils(block), &nodes, &materials, settings).expect("a sound lattice")
+    Elastic::new(&stencils(block), &nodes, &materials, settings).expect("a valid lattice")
 }
 
 /// Stretched by 2 % and shaken, so that no product is zero by symmetry.
@@ -160,7 +160,7 @@ fn setup(c: &mut Criterion) {
     group.bench_function("update 100 rows and evaluate what follows", |b| {
         b.iter(|| {
             body.update_rows(&touched, &stencils(&block))
-                .expect("sound rows");
+                .expect("valid rows");
             body.forces_again(&x, &mut f)
         });
     });

@@ -5,7 +5,7 @@
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
     clippy::unwrap_used,
-    reason = "benchmark inputs are small and sound"
+    reason = "benchmark inputs are small and valid"
 )]
 
 use std::hint::black_box;
@@ -20,7 +20,7 @@ use testkit::cloud;
 
 const SIDES: [usize; 3] = [10, 22, 46];
 
-/// Jittered lattice of spacing 1, joined to its 6 nearest and 12 next nearest places.
+/// Jittered lattice of spacing 1, joined to its 6 nearest and 12 next nearest positions.
 struct Block {
     x: Vec<DVec3>,
     offsets: Vec<u32>,

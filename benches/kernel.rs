@@ -102,7 +102,7 @@ fn body(cells: [usize; 3], peak: f64) {
         weights,
         &ConservativeSettings::default(),
     )
-    .expect("a sound block");
+    .expect("a valid block");
     let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
     let nodes = Nodes::new(&block.positions, &block.volumes);
     let mut body = Elastic::new(
@@ -111,7 +111,7 @@ fn body(cells: [usize; 3], peak: f64) {
         &material,
         &Settings::default(),
     )
-    .expect("sound rows");
+    .expect("valid rows");
     let mut random = Random::new(1);
     let shake = |x: &DVec3| *x * 1.02 + random.vector(0.002);
     let x: Vec<DVec3> = block.positions.iter().map(shake).collect();

@@ -1,4 +1,4 @@
-//! The same scene gives the same bits, at any number of threads.
+//! The same scene gives bitwise identical results, at any number of threads.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -163,7 +163,7 @@ fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
         );
         let (scene, state): (_, RunState) =
             read_checkpoint(&folder.join(CHECKPOINT), &[]).expect("it was written");
-        let summary = resume(&scene, state, &options(1, &folder)).expect("it goes on");
+        let summary = resume(&scene, state, &options(1, &folder)).expect("it continues");
         same(label, &WHOLE.0, &results(&summary, &folder));
     }
 }

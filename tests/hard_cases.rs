@@ -4,7 +4,7 @@
 //! | case | what must happen |
 //! |---|---|
 //! | slivers: three parallel cuts 10 µm apart | two pieces as after one cut; nothing between them |
-//! | blade that ends on the surface, trembles, starts anew | it severs; no crumbs; no strip between the strokes |
+//! | blade that ends on the surface, trembles, starts again | it severs; no fragments; no strip between the strokes |
 //! | dice: two cuts along each axis | 27 pieces and debris, of which those not held fall freely |
 //! | a hundred cuts | all are taken up; severed pairs never come back; the energy audit closes |
 //! | cut while compressed to half | the halves come apart and the audit closes |
@@ -20,8 +20,8 @@
 //! | cut of the support itself | held nodes stay; both parts hang on |
 //! | zero gravity | a cut body at rest stays at rest to round-off |
 //! | graded nodes, cut where they are fine | two pieces, the audit closes |
-//! | mesh with flipped parts | turned, told, and as heavy as one without |
-//! | duplicated nodes | rank 3 and forces as of any cloud; all at one place: rank 0 and no force |
+//! | mesh with flipped parts | turned, reported, and as heavy as one without |
+//! | duplicated nodes | rank 3 and forces as of any cloud; all at one position: rank 0 and no force |
 //! | coplanar cloud, collinear cloud, one node | rank 2, 1, 0; no force under rigid motion |
 
 mod blades;

@@ -12,7 +12,7 @@ use testkit::kuhn::kuhn_block;
 /// rebuilt rows, which is limited in how far it rises, not in what it holds.
 const LARGEST_ADDITION: f64 = 1e-5;
 
-/// A block of the leaves alone with a blade in it.
+/// A block of the crates below the world with a blade in it.
 struct Block {
     rest: Vec<DVec3>,
     volumes: Vec<f64>,
@@ -49,17 +49,17 @@ impl Block {
             weights,
             &settings,
         );
-        let stencils = stencils.expect("sound");
+        let stencils = stencils.expect("valid");
         let body = Elastic::new(
             &view(&stencils, &graph),
             &Nodes::new(&rest, &volumes),
             &Materials::Uniform(material),
             &Settings::default(),
         );
-        let pairs = Graph::new(&rest, graph.offsets(), graph.indices()).expect("sound");
+        let pairs = Graph::new(&rest, graph.offsets(), graph.indices()).expect("valid");
         let factors = PairFactors::new(&pairs, &FactorSettings::default());
         Self {
-            body: body.expect("sound"),
+            body: body.expect("valid"),
             cuts: Cuts::new(&CutSettings::for_spacing(spacing)),
             rest,
             volumes,
@@ -79,7 +79,7 @@ impl Block {
         };
         let new = self.cuts.append(stroke, edge).expect("a face");
         let pairs = Graph::new(&self.rest, self.graph.offsets(), self.graph.indices());
-        let pairs = pairs.expect("sound");
+        let pairs = pairs.expect("valid");
         let touched = self
             .factors
             .update(&pairs, &self.cuts, new, &|_| true)
@@ -87,7 +87,7 @@ impl Block {
         let factor = |pair| self.factors.factor(pair);
         self.stencils
             .update_rows(&self.rest, &self.graph, factor, &touched)
-            .expect("sound");
+            .expect("valid");
         let front = |&node: &u32| self.factors.front_matrix(&pairs, node as usize);
         let fronts: Vec<_> = touched.iter().map(front).collect();
         let input = CutInput {
@@ -99,7 +99,7 @@ impl Block {
         };
         let told = self.body.apply_cut(&input, &CutPolicy::default());
         let after = self.body.forces_into(at, &mut forces);
-        let off = before + told.expect("sound").total() - after;
+        let off = before + told.expect("valid").total() - after;
         assert!(off.abs() <= 1e-9 * before, "{off} J of {before} J untold");
         [before, after]
     }
@@ -165,7 +165,7 @@ proptest! {
     }
 }
 
-/// A block hangs, is cut half through in ten captures, and swings: by the leaves alone. What it has at the end is what it had,
+/// A block hangs, is cut half through in ten captures, and swings: by the crates below the world. What it has at the end is what it had,
 /// less what the blade released, with the work of what decayed.
 #[test]
 fn a_block_that_swings_is_cut_and_gains_nothing() {

@@ -4,11 +4,11 @@
     reason = "a failing test names its line; messages are given where the values are not in sight"
 )]
 
-/// The same bits from any number of threads, and from a second run.
+/// Bitwise identical results from any number of threads, and from a second run.
 mod determinism;
 /// Hard cases, each with what must happen.
 mod hard_cases;
-/// Cuts by the leaves alone: no capture adds energy.
+/// Cuts by the crates below the world: no capture adds energy.
 mod leaves_cut;
 /// A scene pays for what it needs and for nothing else.
 mod model_only;

@@ -1,5 +1,5 @@
 //! Every key of a scene does something: each is changed alone in a small scene, and the run's results
-//! are compared, to the bit, with those of the scene without the change. What is written out although
+//! are compared, bit for bit, with those of the scene without the change. What is written out although
 //! it is the default changes nothing.
 
 mod physics;
@@ -67,7 +67,7 @@ const ELSEWHERE: [(&str, &str); 5] = [
     ),
     (
         "Observe.checkpoint",
-        "tests/determinism.rs: runs go on from checkpoints",
+        "tests/determinism.rs: runs resume from checkpoints",
     ),
 ];
 
@@ -116,7 +116,7 @@ fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
     Ok(files)
 }
 
-/// How far the lowest nodes of a column 0.08 m high lie below their places at rest (m), in the mean.
+/// How far the lowest nodes of a column 0.08 m high lie below their positions at rest (m), in the mean.
 fn sag(world: &World) -> f64 {
     let body = &world.members()[0].body;
     let low = body.rest.iter().zip(body.motion.positions());

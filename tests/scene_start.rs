@@ -30,7 +30,7 @@ fn lowest(world: &World) -> f64 {
     positions.iter().map(|x| x.z).fold(f64::INFINITY, f64::min)
 }
 
-/// A world that is stepped and never started used to go on for ever without its cuts.
+/// A world that is stepped and never started used to continue for ever without its cuts.
 #[test]
 fn a_scene_that_nobody_starts_is_an_error() {
     let mut world = World::new(hanging(0.02)).expect("it can be built");
@@ -57,7 +57,7 @@ fn play_settles_once_and_shows_every_step_of_the_scene() {
     let mut see = |world: &World| times.push(world.scene_time().expect("it has started"));
     world.play(0.05, &mut see).expect("it plays");
     let settled = world.time();
-    world.play(0.1, &mut see).expect("it goes on");
+    world.play(0.1, &mut see).expect("it continues");
     assert!(world.time() - settled < 0.06, "it settled twice");
     assert!(times.is_sorted() && times[0] > 0.0 && times.len() > 20);
     assert!(*times.last().expect("steps") >= 0.1);

@@ -154,7 +154,7 @@ fn a_cut_block_still_weighs_the_same() {
     );
 }
 
-/// A program may lead tools and blades itself, step by step, and is told what is wrong with what it
+/// A program may drive tools and blades itself, step by step, and gets an error that says what is wrong with what it
 /// gives.
 #[test]
 fn a_program_leads_a_tool_by_hand() {
@@ -176,7 +176,7 @@ fn a_program_leads_a_tool_by_hand() {
         };
         world
             .push(vec![Input { step, action }])
-            .expect("it is sound");
+            .expect("it is valid");
         world.step().expect("it steps");
         let force = world.tool_forces()[0];
         assert!((force.pose.position.z - (0.0255 - depth)).abs() < 1e-15);

@@ -19,7 +19,7 @@ const HEIGHT: f64 = 6.0;
 /// Rate of twist (rad/s).
 const RATE: f64 = 105.0;
 const END: f64 = 0.25;
-/// Largest share of the energy that the audit may leave unexplained.
+/// Largest fraction of the energy that the audit may leave unexplained.
 pub const IMBALANCE: f64 = 0.01;
 
 /// What was found at one fineness.
@@ -33,7 +33,7 @@ pub struct Finding {
     pub at: f64,
     /// Smallest det F over every step.
     pub smallest_determinant: f64,
-    /// Largest share of the energy that the audit left unexplained.
+    /// Largest fraction of the energy that the audit left unexplained.
     pub imbalance: f64,
 }
 

@@ -18,8 +18,8 @@ pub enum StudyError {
     /// A body of a study cannot be drawn.
     #[error(transparent)]
     Picture(#[from] phyxel_cli::picture::PictureError),
-    /// A kept state does not read as it was written.
-    #[error("a kept state: {0}")]
+    /// A snapshot does not read as it was written.
+    #[error("a snapshot: {0}")]
     State(#[source] serde_json::Error),
     /// Findings cannot be put into JSON.
     #[error("cannot put what was found into JSON: {0}")]

@@ -23,7 +23,7 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
         let mut base = plain(embedded.name)?;
         for body in &mut base.bodies {
             if let Method::Dissertation { .. } = body.method {
-                // It has no control of zero-energy modes.
+                // It has no hourglass stabilization.
                 body.material.stabilization = 0.0;
             }
             body.sampling.target = Target::Nodes(NODES[0]);
@@ -58,7 +58,7 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
 }
 
 /// What breaks a bar, in words: a run ends well if it comes to its end with energies accounted for, no
-/// node that carries strain turned inside out and a step that lasts. What updates add and set free, and how
+/// node that carries strain turned inside out and a step that lasts. What updates add and release, and how
 /// far single nodes go, is not judged: the grid weakens pairs ahead of the blade and lets cut pairs know each
 /// other again, and the rows say by how much.
 #[must_use]

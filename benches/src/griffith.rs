@@ -1,4 +1,4 @@
-//! Griffith's identity: what a cut along a double cantilever with fixed grips sets free, per area, is
+//! Griffith's identity: what a cut along a double cantilever with fixed grips releases, per area, is
 //! the energy release rate.
 
 use glam::DVec3;
@@ -23,7 +23,7 @@ const MODULUS: f64 = 1e5;
 const OPENING: f64 = 0.1 * ARM;
 /// Crack lengths (m) from the grips before and after.
 const CRACK: [f64; 2] = [4.0 * ARM, 6.0 * ARM];
-/// Scene times (s): the grips have opened, the cut goes on, the cut ends, all is at rest.
+/// Scene times (s): the grips have opened, the cut continues, the cut ends, all is at rest.
 const OPENED: f64 = 0.6;
 const BEGINS: f64 = 1.0;
 const ENDS: f64 = 1.8;
@@ -48,7 +48,7 @@ pub struct Finding {
     pub ratio: f64,
     /// The same over the energy release rate of the closed form, which also has the load.
     pub ratio_of_closed_form: f64,
-    /// Share of that loss that the updates themselves took; the rest went into motion and was damped.
+    /// Fraction of that loss that the updates themselves took; the rest went into motion and was damped.
     pub by_updates: f64,
     /// The run's figures.
     #[serde(skip)]
@@ -169,7 +169,7 @@ pub fn breaches(finding: &Finding) -> Vec<String> {
     }
     if finding.ratio.is_nan() || (finding.ratio - 1.0).abs() > DEVIATION {
         found.push(format!(
-            "{}: sets free {:.3} of the energy release rate",
+            "{}: releases {:.3} of the energy release rate",
             row.scene, finding.ratio
         ));
     }

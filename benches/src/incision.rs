@@ -31,7 +31,7 @@ const READING: f64 = 0.1;
 const BETWEEN: f64 = 1.75;
 /// Scene time (s) at which the tip is off.
 const END: f64 = 2.85;
-/// Pairs that still link and are stretched this much are ties that a piece hangs on.
+/// Pairs that still link and are stretched this much are ligaments that a piece hangs on.
 const TIE: f64 = 3.0;
 
 /// One cut's surface.
@@ -100,7 +100,7 @@ impl Finding {
         (off / other.openings.iter().copied().fold(0.0, square)).sqrt()
     }
 
-    /// Share of the pairs severed here or there that are severed here and there, if the nodes are the same.
+    /// Fraction of the pairs severed here or there that are severed here and there, if the nodes are the same.
     #[must_use]
     pub fn overlap(&self, other: &Self) -> Option<f64> {
         let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
@@ -274,7 +274,7 @@ pub fn breaches(finding: &Finding) -> Vec<String> {
     }
     if finding.pieces.len() < 2 || finding.ties > 0 {
         found.push(format!(
-            "{}: the tip hangs on: {} pieces, {} ties",
+            "{}: the tip hangs on: {} pieces, {} ligaments",
             row.scene,
             finding.pieces.len(),
             finding.ties

@@ -1,4 +1,4 @@
-//! The laboratory: scenes whose outcome is known or bounded, run through [`phyxel::World`] as a
+//! The validation suite: scenes whose outcome is known or bounded, run through [`phyxel::World`] as a
 //! user would run them, and the figures that say whether what must hold did hold.
 //!
 //! A scene is run by [`run`], which watches every step and gives a [`Row`]; [`batch::run_all`] runs

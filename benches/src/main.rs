@@ -45,7 +45,7 @@ enum Verdict {
     Organs(Batch),
     /// The embedded scenes with the dissertation's enrichment grid, at three node counts each.
     Grids(Batch),
-    /// A double cantilever cut along its middle: energy set free per area is the energy release rate.
+    /// A double cantilever cut along its middle: energy released per area is the energy release rate.
     Griffith(One),
     /// The embedded liver's cuts over node counts, captures and step factors: flat, and the same?
     Incision {
@@ -151,7 +151,7 @@ fn command() -> Command {
         .iter()
         .map(|study| (study.name, study.question))
         .chain([(ALL, "all that write a page, on one")])
-        // After the arguments, whose own description would take its place.
+        // After the arguments, whose own description would replace it.
         .map(|(name, about)| {
             Page::augment_args(Command::new(name))
                 .about(about)
@@ -291,7 +291,7 @@ fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, StudyError> 
         writeln!(
             io::stdout(),
             "rho g L / E below {:<4} {:>3} scenes, {:>3} end, {:>3} of them calm; worst added by a stroke \
-             {:.1e}, imbalance {:.1e}, shrink {:.1}",
+             {:.1e}, energy-balance error {:.1e}, shrink {:.1}",
             class.below,
             class.scenes,
             class.ended,
@@ -488,7 +488,7 @@ fn run_column(one: &One) -> Result<bool, StudyError> {
         let finding = column::measure(nodes)?;
         writeln!(
             io::stdout(),
-            "{:5} nodes: twists by {:.1} degrees at {:.4} s; smallest det F {:.3}, imbalance {:.1e}",
+            "{:5} nodes: twists by {:.1} degrees at {:.4} s; smallest det F {:.3}, energy-balance error {:.1e}",
             finding.nodes,
             finding.twist,
             finding.at,

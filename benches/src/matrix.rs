@@ -57,7 +57,7 @@ pub enum LiverCuts {
     Uncut,
 }
 
-/// The embedded scene `name` with nothing of its own against the defaults: control of zero-energy modes, damping, how often
+/// The embedded scene `name` with nothing of its own against the defaults: hourglass stabilization, damping, how often
 /// blades are captured and the steps' share of the stable limit are those of a scene in which nothing is said of them.
 ///
 /// # Errors
@@ -211,10 +211,10 @@ fn alike<'a>(rows: &'a [Row], cuts: &str) -> Vec<&'a Row> {
     rows.iter().filter(of_cut).collect()
 }
 
-/// What cuts of the block set free per area (J/m²) over its node counts, in words: what updates and the decay of what they
+/// What cuts of the block release per area (J/m²) over its node counts, in words: what updates and the decay of what they
 /// carried over took, and that with what damping took of the motion since the first of them.
 ///
-/// The first is a share of the second that depends on how fast the decay is, which follows the stiffest period.
+/// The first is a fraction of the second that depends on how fast the decay is, which follows the stiffest period.
 #[must_use]
 pub fn set_free(rows: &[Row]) -> Vec<String> {
     let mut found = Vec::new();
@@ -264,12 +264,12 @@ fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
     rows.iter().flat_map(of).collect()
 }
 
-/// Blocks whose cuts set free, released or damped, another energy per area than those of other node counts, in words.
+/// Blocks whose cuts release, with or without what is or damped, another energy per area than those of other node counts, in words.
 ///
-/// What updates and decay release is a share of it, and [`breaches`] has the same bar on that.
+/// What updates and decay release is a fraction of it, and [`breaches`] has the same bar on that.
 fn spreads_of_set_free(rows: &[Row]) -> Vec<String> {
     let per_area = |row: &Row| (row.released + row.damped) / row.area;
-    spreads(rows, "sets free per area", per_area)
+    spreads(rows, "released per area", per_area)
 }
 
 /// Blocks farther than [`RELEASED_SPREAD`] from the median of those that are cut alike.

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::error::StudyError;
 
-/// Gives the first body of a new world velocities (m/s) by place (m), through its kept state; takes one
+/// Gives the first body of a new world velocities (m/s) by position (m), through its snapshot; takes one
 /// step at rest before, after which all of that is finite and can be written.
 pub(crate) fn with_velocities(
     world: &mut World,
@@ -20,7 +20,7 @@ pub(crate) fn with_velocities(
     let nodes = motion.masses().iter().zip(&velocities);
     let kinetic: f64 = nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum();
     let mut kept = serde_json::to_value(world.state()).map_err(StudyError::State)?;
-    // A step that is taken back must not end at rest.
+    // A step that is rolled back must not end at rest.
     if let Some(whole) = kept.as_object_mut() {
         whole.insert("kept".to_owned(), Value::Null);
     }

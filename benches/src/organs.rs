@@ -33,7 +33,7 @@ pub fn folder() -> Option<PathBuf> {
 
 /// Every mesh of `folder` in its default scene, with the default number of nodes and with 600; three of
 /// them also ten times smaller and larger. Nothing of a scene's own against the defaults: control of
-/// zero-energy modes and damping are those of a body of which nothing is said.
+/// hourglass stabilization and damping are those of a body of which nothing is said.
 ///
 /// # Errors
 /// [`StudyError::Folder`], [`StudyError::Mesh`] and [`StudyError::Scene`].

@@ -23,7 +23,7 @@ const TURN: f64 = 60.0;
 const STROKES: u32 = 3;
 /// Loads `ρ g L / E` that bound the classes of the summary.
 pub const CLASSES: [f64; 3] = [0.1, 0.5, f64::INFINITY];
-/// Least share of the scenes of each class that ends.
+/// Least fraction of the scenes of each class that ends.
 pub const ENDING: [f64; 3] = [1.0, 0.98, 0.0];
 /// Most energy that the updates of a stroke may add, over what is stored.
 pub const ADDED_BY_STROKE: f64 = 0.01;
@@ -129,7 +129,7 @@ fn liver(random: &mut Random) -> (Shape, DVec3, Region) {
     (Shape::Liver { width }, half, region)
 }
 
-/// A stroke that begins outside, passes a place in the body and ends inside or beyond it, while the
+/// A stroke that begins outside, passes a position in the body and ends inside or beyond it, while the
 /// blade turns.
 fn stroke(random: &mut Random, number: u32, half: DVec3, start: f64) -> Cut {
     let radius = half.length();
@@ -173,7 +173,7 @@ pub struct Class {
     pub calm: usize,
     /// Most energy added by the updates of one stroke, over what was stored.
     pub worst_added: f64,
-    /// Largest share that the audit leaves unexplained, of those that ended.
+    /// Largest fraction that the audit leaves unexplained, of those that ended.
     pub worst_imbalance: f64,
     /// Largest step shrink of those that ended.
     pub worst_shrink: f64,

@@ -19,12 +19,12 @@ pub struct Row {
     pub steps: u64,
     /// Simulated time (s), settling included.
     pub time: f64,
-    /// Energy (J) that cuts set free over the run, less what they added.
+    /// Energy (J) that cuts release over the run, less what they added.
     pub released: f64,
-    /// Part of it that is the work (J) of what rebuilt rows carried over and let decay, positive if that
+    /// Part of it that is the work (J) of the decay of retained gradients, positive if that
     /// added energy.
     pub decay: f64,
-    /// Stretches of steps that were taken back and done again shorter.
+    /// Stretches of steps that were rolled back and retried with shorter steps.
     pub retaken: u64,
     /// Those of them whose energy stayed off.
     pub unbalanced: u64,
@@ -58,9 +58,9 @@ pub struct Row {
     pub farthest: f64,
     /// Node and step of it.
     pub farthest_at: Place,
-    /// Share of the nodes that carry no strain energy and are no debris, at the end.
+    /// Fraction of the nodes that carry no strain energy and are no debris, at the end.
     pub followers: f64,
-    /// Share of the nodes in pieces too small to count, at the end.
+    /// Fraction of the nodes in pieces too small to count, at the end.
     pub debris: f64,
     /// Undirected pairs severed.
     pub severed: usize,
@@ -122,7 +122,7 @@ pub struct Bars {
     pub upright: bool,
     /// Largest distance from linked nodes over that at rest.
     pub farthest: f64,
-    /// Largest share of followers.
+    /// Largest fraction of deficient nodes that follow.
     pub followers: f64,
 }
 
@@ -164,10 +164,14 @@ impl Row {
             self.added,
             bars.added,
         );
-        above("imbalance", self.imbalance, bars.imbalance);
+        above("energy-balance error", self.imbalance, bars.imbalance);
         above("step shrink", self.shrink, bars.shrink);
         above("distance from linked nodes", self.farthest, bars.farthest);
-        above("share of followers", self.followers, bars.followers);
+        above(
+            "fraction of deficient nodes that follow",
+            self.followers,
+            bars.followers,
+        );
         above(
             "step over its limit",
             self.step_to_limit.unwrap_or(0.0),

@@ -22,7 +22,7 @@ const PRODUCTS: usize = 80;
 /// A run that needs this many times the steps that its first step size promises is given up.
 const MOST_STEPS: f64 = 30.0;
 
-/// Steps that may be taken back together.
+/// Steps that may be rolled back together.
 const LONGEST_STRETCH: usize = 50;
 
 /// How a scene is watched.
@@ -212,12 +212,12 @@ struct Watch {
     extremes: Extremes,
     /// Extremes before each of the last steps, the oldest first.
     recent: VecDeque<Extremes>,
-    /// Stretches of steps that were done again.
+    /// Stretches of steps that were retried.
     retaken: u64,
     row: Row,
 }
 
-/// What was largest or smallest so far, over steps that were not taken back.
+/// What was largest or smallest so far, over steps that were not rolled back.
 #[derive(Debug, Clone, Copy)]
 struct Extremes {
     elastic: f64,
@@ -353,7 +353,7 @@ impl Watch {
         most.unexplained = most.unexplained.max(balance.abs());
     }
 
-    /// Goes back to the extremes before the oldest step that may have been taken back, if any was.
+    /// Goes back to the extremes before the oldest step that may have been rolled back, if any was.
     fn forget_retaken(&mut self, stretches: u64) {
         if stretches != self.retaken {
             self.retaken = stretches;

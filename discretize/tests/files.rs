@@ -470,7 +470,7 @@ fn mutated_files_never_panic() {
                 }
                 Err(error) => {
                     refused += 1;
-                    // The place is in the file, or a word on the file as a whole.
+                    // The position is in the file, or a word on the file as a whole.
                     match error.place {
                         TextPlace::Line(line) => {
                             let breaks = mutant.iter().filter(|b| matches!(b, b'\n' | b'\r'));
@@ -496,7 +496,7 @@ fn mutated_files_never_panic() {
     }
 }
 
-/// Most address space that this process ever held (MB), where the system tells.
+/// Most address space that this process ever held (MB), where the system reports it.
 fn largest_reservation() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmPeak:"))?;

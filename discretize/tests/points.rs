@@ -1,4 +1,4 @@
-//! Nodes without tetrahedra: sums, places, volumes.
+//! Nodes without tetrahedra: sums, positions, volumes.
 
 use crate::common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
 use glam::DVec3;
@@ -184,7 +184,7 @@ proptest! {
     }
 }
 
-/// The counts told before sampling are those made, but for the surface's share.
+/// The counts reported before sampling are those made, but for the surface's share.
 #[test]
 fn estimates_are_near_what_is_made() {
     let ball = Solid::from(Primitive::Ellipsoid {

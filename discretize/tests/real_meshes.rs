@@ -114,7 +114,7 @@ fn real_meshes_have_their_published_figures() {
     }
 }
 
-/// Tetrahedra whose boundary touches itself along edges: refused or a solid, as it is told.
+/// Tetrahedra whose boundary touches itself along edges: refused or a solid, as is reported.
 #[test]
 fn an_xml_file_of_tetrahedra_has_its_published_figures() {
     let Some(folder) = folder_of_meshes() else {
@@ -154,7 +154,7 @@ fn real_meshes_sample_well_at_three_spacings() {
     }
 }
 
-/// Octrees with cells up to four times wider inside, and finer round a vertex.
+/// Octrees with cells up to four times wider inside, and finer around a vertex.
 #[test]
 fn real_meshes_sample_well_on_graded_octrees() {
     let Some(folder) = folder_of_meshes() else {

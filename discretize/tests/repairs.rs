@@ -1,4 +1,4 @@
-//! What is repaired, told and refused.
+//! What is repaired, reported and refused.
 
 use crate::common::{cube, join};
 use glam::DVec3;
@@ -93,7 +93,7 @@ fn thin_and_lost_parts_are_refused_or_told() {
     };
     let mesh = surface_mesh(&plate.into(), 0.02).unwrap();
     let solid = Solid::from_mesh(mesh);
-    // Between lattice planes: vanishes or is told.
+    // Between lattice planes: vanishes or is reported.
     match sample_tetrahedra(&solid, &at(0.3)) {
         Err(SampleError::Vanished { .. } | SampleError::LostParts { .. }) => {}
         Ok(s) => assert!(s.report.missed > 0.0 || s.report.volume_error.unwrap().abs() > 0.1),

@@ -1,4 +1,4 @@
-//! Sums, places and quality of samplings of shapes, under rigid motions and scales.
+//! Sums, positions and quality of samplings of shapes, under rigid motions and scales.
 
 use crate::common::{blob, check_count, check_sums, cube, on_threads, shapes};
 use glam::DVec3;
@@ -87,7 +87,7 @@ fn any_small_count_is_sampled() {
     }
 }
 
-/// A wanted spacing is the mean edge, whatever share of the nodes lies at the surface.
+/// A wanted spacing is the mean edge, whatever fraction of the nodes lies at the surface.
 #[test]
 fn a_wanted_spacing_is_met() {
     for shape in shapes() {
@@ -310,7 +310,7 @@ fn round_off_outside_of_a_face_counts_as_inside_where_it_is_asked() {
     let shape = Primitive::Box {
         half_extents: DVec3::splat(0.5),
     };
-    // The box stands round the origin, the cube on it.
+    // The box stands around the origin, the cube on it.
     let solids = [
         (Solid::from(shape), DVec3::ZERO),
         (Solid::from_mesh(cube(DVec3::ZERO)), DVec3::splat(0.5)),

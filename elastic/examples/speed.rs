@@ -45,7 +45,7 @@ fn main() {
         sizes = vec![1_000, 6_000, 30_000, 100_000, 1_000_000];
     }
     println!(
-        "Force evaluation (gradients, neo-Hookean stress, zero-energy control, forces, energy)."
+        "Force evaluation (gradients, neo-Hookean stress, hourglass stabilization, forces, energy)."
     );
     println!("read: time to read once, front to back, as many bytes as the model holds.\n");
     println!(

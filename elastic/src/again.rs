@@ -14,7 +14,7 @@ impl Elastic {
         !stale.is_some() && stale.is_at(&self.model.rest, moves, positions)
     }
 
-    /// As [`Elastic::forces_into`], with the same bits, where `forces` holds what the last evaluation gave
+    /// As [`Elastic::forces_into`], bitwise identical, where `forces` holds what the last evaluation gave
     /// at the same positions and a cut has changed the model since: only what follows from the change
     /// is evaluated, in whole chunks of 256 nodes. A body with mean dilatation or viscosity, one that
     /// has moved, and one of which more than rows changed is evaluated as a whole.

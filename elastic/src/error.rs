@@ -42,7 +42,7 @@ pub enum ElasticError {
     },
     /// A row of the graph is not sorted, repeats a neighbour, or names a node that is not there.
     #[error(
-        "row of node {node} must list other nodes in rising order; found {neighbor} out of place"
+        "row of node {node} must list other nodes in ascending order; found {neighbor} out of order"
     )]
     BadRow {
         /// Row's node.
@@ -50,7 +50,7 @@ pub enum ElasticError {
         /// Offending entry.
         neighbor: usize,
     },
-    /// Pair (i, j) has no (j, i), or its weight differs: zero-energy control needs symmetric pairs.
+    /// Pair (i, j) has no (j, i), or its weight differs: hourglass stabilization needs symmetric pairs.
     #[error(
         "pair ({node}, {neighbor}) has no equal weight the other way round; make graph and weights \
          symmetric, or both ends touched, or set zero_energy_control to 0"

@@ -13,7 +13,7 @@ use crate::law::material::Material;
 /// X_ijᵀ`, and no `μ`; stencils that are conservative as well have `B_i = A_i⁻¹ - s_i H_i` with `s_i`
 /// the volume and `H_i = (sum_j w_ij μ_ij X_ijᵀ) A_i⁻¹`. So a pair takes one number.
 ///
-/// Row `i` of the graph is `indices[offsets[i]..offsets[i + 1]]`: its neighbours in rising order,
+/// Row `i` of the graph is `indices[offsets[i]..offsets[i + 1]]`: its neighbours in ascending order,
 /// without `i` itself.
 #[derive(Debug, Clone, Copy)]
 pub struct Stencils<'a> {
@@ -21,7 +21,7 @@ pub struct Stencils<'a> {
     pub offsets: &'a [u32],
     /// Neighbours, shape `(pairs)`.
     pub indices: &'a [u32],
-    /// `w_ij >= 0` (any unit), shape `(pairs)`; 0 for a severed pair. Kept as f32: whoever solves for
+    /// `w_ij >= 0` (any unit), shape `(pairs)`; 0 for a severed pair. Kept as f32: a caller that solves for
     /// `B` and `μ` rounds the weights first, and what follows from them is exact. Zero-energy control
     /// needs `w_ij = w_ji`.
     pub weights: &'a [f64],
@@ -81,7 +81,7 @@ pub enum Materials<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
-    /// `alpha` of the penalty against zero-energy modes, in units of the shear modulus; 0 turns it
+    /// `alpha` of the hourglass stabilization, in units of the shear modulus; 0 turns it
     /// off. 0.1 serves beams, contact and cracks alike; 0.3 is visibly stiff, 0.05 soft.
     pub zero_energy_control: f64,
     /// Where volume changes are resisted.

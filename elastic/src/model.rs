@@ -38,7 +38,7 @@ use crate::law::viscosity::Viscosity;
 /// `c_i = alpha mu V_i / sum_j w_ij |X_ij|²`.
 ///
 /// An evaluation is two gathers: nodes read their neighbours and write only their own row. The
-/// threads are those of the current rayon pool; the result has the same bits for any number.
+/// threads are those of the current rayon pool; the result is bitwise identical for any number.
 #[derive(Debug, Clone)]
 pub struct Elastic {
     /// Constant between cuts.
@@ -74,7 +74,7 @@ impl Elastic {
     /// # Errors
     /// [`ElasticError`] names the first node, pair or material that cannot be used: values that
     /// are not finite, volumes that are not positive, unsorted rows, rows without linear
-    /// consistency, one-way pairs or unequal weights under zero-energy control or mean dilatation,
+    /// consistency, one-way pairs or unequal weights under hourglass stabilization or mean dilatation,
     /// parameters out of range, lists whose lengths do not fit together.
     pub fn new(
         stencils: &Stencils<'_>,
@@ -197,8 +197,8 @@ impl Elastic {
     /// Deformation gradients `F_i` of the last evaluation; the identity before the first.
     ///
     /// A node with a deficient row has unit vectors normal to the deformed span of its neighbours
-    /// in place of the directions that its row cannot see. A deficient node has the mean of those nodes that
-    /// its bonds lead to and that are nearer to sound ones, the identity without any.
+    /// instead of the directions that its row cannot see. A deficient node has the mean of those nodes that
+    /// its bonds lead to and that are nearer to valid ones, the identity without any.
     ///
     /// They are stored by components; this copies them.
     #[must_use]
@@ -324,7 +324,7 @@ impl Elastic {
     /// [`Material::modulus_bound`] `M_i`, because the terms of `W` are as large as the modulus and cancel at
     /// rest.
     ///
-    /// An estimate: nothing below it tells one energy from another.
+    /// An estimate: smaller differences of energy have no meaning.
     #[must_use]
     pub fn energy_round_off(&self) -> f64 {
         let volumes = self.model.elastic_volumes.iter().enumerate();

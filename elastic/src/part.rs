@@ -43,7 +43,7 @@ impl Part {
         &self.ends
     }
 
-    /// A place in the order of [`Part::ends`], by its node.
+    /// A position in the order of [`Part::ends`], by its node.
     fn end(&self, node: u32) -> Option<usize> {
         self.ends.binary_search(&node).ok()
     }
@@ -71,10 +71,10 @@ impl Elastic {
         }
     }
 
-    /// Takes over what products within a part read, as another model of the same nodes evaluated it:
+    /// Adopts what products within a part read, as another model of the same nodes evaluated it:
     /// deformation gradients of [`Part::rows`] and positions (m) of [`Part::ends`]. What was evaluated here
     /// before is no longer of one state, until the next [`Elastic::forces_into`]. What mean dilatation and
-    /// viscous materials need besides is not told.
+    /// viscous materials need besides is not reported.
     ///
     /// # Panics
     /// If a slice is not as long as there are such nodes, or the part is another model's.

@@ -25,7 +25,7 @@ pub struct Rows<'a> {
 }
 
 impl Elastic {
-    /// As [`Elastic::update_rows`], where whoever has the rows does not have all of the stencils. The rows are
+    /// As [`Elastic::update_rows`], where the caller with the rows does not have all of the stencils. The rows are
     /// spread over lists as long as the model's for it.
     ///
     /// # Errors

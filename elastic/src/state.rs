@@ -17,7 +17,7 @@ pub struct State {
     pub offsets: Vec<(u32, [f64; 9])>,
     /// Offsets (m) of all bonds.
     pub bonds: Vec<f64>,
-    /// Nodes whose zero-energy control has a scale other than 1, ascending, and the scale.
+    /// Nodes whose hourglass stabilization has a scale other than 1, ascending, and the scale.
     pub control: Vec<(u32, f64)>,
     /// Nodes with a control of a cut's front, ascending, and its matrix.
     pub fronts: Vec<(u32, DMat3)>,

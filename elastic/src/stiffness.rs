@@ -10,10 +10,10 @@ use crate::kernel::worst::Watch;
 use crate::law::tensor::cofactor;
 use crate::model::Elastic;
 
-/// Nodes of a run of which the largest indicator is told.
+/// Nodes of a run of which the largest indicator is reported.
 pub const WATCHED_NODES: usize = crate::kernel::storage::CHUNK;
 
-/// By what share of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
+/// By what fraction of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
 /// rounds that to 6e-8, and `c(F_i)` multiplies it by some `1/J` where tissue is pressed to `J`.
 const INDICATOR_ROUND_OFF: f64 = 0.01;
 
@@ -65,8 +65,8 @@ impl Elastic {
     /// Largest `r_i = V_i c(F_i) sum_j |g_ij|²/m_j` (1/s²) of each run of [`WATCHED_NODES`] nodes at the state last
     /// evaluated, `c` a bound on the tangent modulus: it rises with the largest eigenvalue of `M⁻¹ K` and is at least of
     /// its size, without fibers, viscosity, control and bonds. 0 unless [`Elastic::watch_stiffness`] was called.
-    /// One maximum over a body hides that its second stiffest place has become the stiffest: `r_i` bounds
-    /// the eigenvalues of different places by different factors.
+    /// One maximum over a body hides that its second stiffest part has become the stiffest: `r_i` bounds
+    /// the eigenvalues of different positions by different factors.
     pub fn stiffness_indicators(&self) -> impl ExactSizeIterator<Item = f64> {
         self.state.watches.iter().map(|watch| watch.stiffness)
     }

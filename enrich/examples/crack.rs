@@ -1,4 +1,4 @@
-//! Draws the pairs of a plate round a crack in the colour of their factor: the picture at the top of the README.
+//! Draws the pairs of a plate around a crack in the colour of their factor: the picture at the top of the README.
 //!
 //! `cargo run --release -p phyxel-enrich --example crack -- enrich/crack.svg`. Fails if a pair that the crack does not
 //! cross is weakened, or one far behind its tip is not severed.
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let places: Vec<DVec3> = (0..=24).map(|k| path(f64::from(k) / 24.0)).collect();
     for k in 1..=24 {
         let new = cuts.append(stroke, &blade(f64::from(k) / 24.0))?;
-        // The plate is thin: no way leads over the blade's ends, or round the mouth of the crack.
+        // The plate is thin: no way leads over the blade's ends, or around the mouth of the crack.
         factors.update(&graph, &cuts, new, &|p| p.z.abs() < 0.5 && p.x > -0.5);
     }
 

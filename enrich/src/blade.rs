@@ -14,17 +14,17 @@ use crate::polyline::{
 
 /// No point of a blade moves farther than this between two looks at where it is, in spacings.
 const LARGEST_MOVE: f64 = 0.5;
-/// A blade goes on for this way, in spacings, before its front is led to a pair that it passed. The map is not
+/// A blade continues for this distance, in spacings, before its front is moved to a pair that it passed. The map is not
 /// exact to the last hair: most such pairs lie so little ahead of the front that its next step takes them.
 const PATIENCE: f64 = 1.0;
-/// How often the front is led to pairs that it missed: each time it comes a spacing farther at most,
+/// How often the front is moved to pairs that it missed: each time it comes a spacing farther at most,
 /// and a blade moves half of one.
 const ROUNDS: usize = 3;
 
 /// Places of an edge from which they are sought on several threads; one takes some 20 µs.
 const PARALLEL: usize = 8;
 
-/// Nodes within so many spacings of a place of the edge carry it: fewer would be those of one side of the cut.
+/// Nodes within so many spacings of a position of the edge carry it: fewer would be those of one side of the cut.
 const CARRYING: f64 = 1.5;
 
 /// A blade of more points than this is looked at only around the body.
@@ -36,7 +36,7 @@ const MOST_POINTS: u32 = 4096;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blade {
     front: Front,
-    /// Samples on each segment of the edge, its start included, as shares of it.
+    /// Samples on each segment of the edge, its start included, as fractions of it.
     shares: Vec<Vec<f64>>,
     /// Where the samples were last (m), in the world.
     last: Vec<DVec3>,
@@ -57,7 +57,7 @@ pub type MaterialPlace<'a> =
 pub struct DeformedBody<'a> {
     /// Rest positions X (m), shape `(n)`.
     pub rest: &'a [DVec3],
-    /// Its pairs, with present positions x (m) in place of rest positions.
+    /// Its pairs, with present positions x (m) instead of rest positions.
     pub present: Graph<'a>,
     /// Mean distance (m) between neighbouring nodes.
     pub spacing: f64,
@@ -99,7 +99,7 @@ impl Sweep {
 }
 
 impl Blade {
-    /// A blade that begins a stroke with its edge at a place (m, in the world).
+    /// A blade that begins a stroke with its edge at a position (m, in the world).
     ///
     /// # Arguments
     /// * `edge` -- corners (m), at least two; samples lie `spacing` apart on it.
@@ -137,9 +137,9 @@ impl Blade {
     }
 
     /// Leads the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
-    /// from where tissue has carried the places that the edge had in it, which a lobe that swings past the blade
+    /// from where tissue has carried the positions that the edge had in it, which a lobe that swings past the blade
     /// moves farther than the hand does. A pair that it passed in the world and that the cut does not cross a
-    /// spacing of its way later, or when the stroke ends, is led to.
+    /// spacing of its way later, or when the stroke ends, is moved to.
     ///
     /// # Arguments
     /// * `edge` -- corners (m) of the edge in the world; with another number of them than at the start it is
@@ -198,7 +198,7 @@ impl Blade {
         Ok((Sweep { patches, ends }, missed))
     }
 
-    /// Moves the last places of the edge with the tissue around them.
+    /// Moves the last positions of the edge with the tissue around them.
     fn carry(&mut self, positions: &[DVec3]) {
         for (last, around) in self.last.iter_mut().zip(&self.around) {
             let moved = around
@@ -257,7 +257,7 @@ impl Blade {
         Ok(due.len())
     }
 
-    /// Whether it can be led on in a body of so many nodes, as one that was read from a file may not.
+    /// Whether it can continue in a body of so many nodes, as one that was read from a file may not.
     #[must_use]
     pub fn is_sound(&self, nodes: usize) -> bool {
         let shares = self.shares.iter().flatten();
@@ -280,7 +280,7 @@ impl Blade {
             })
     }
 
-    /// Shares of the way to the next place of the edge at which the blade is looked at: every half a spacing
+    /// Fractions of the path to the next place of the edge at which the blade is looked at: every half a spacing
     /// while it is near the body, and at the end.
     fn looks(&self, now: &[DVec3], body: &DeformedBody<'_>) -> Vec<f64> {
         let reach = reach_of(body.present.positions());
@@ -305,7 +305,7 @@ impl Blade {
 }
 
 impl DeformedBody<'_> {
-    /// Where a point of the edge is that comes from another place.
+    /// Where a point of the edge is that comes from another position.
     fn place(&self, from: DVec3, to: DVec3, cuts: &Cuts) -> EdgePlace {
         let seen = |node: u32, point: DVec3| !cuts.crosses(self.rest[node as usize], point);
         let Some((at, jacobian)) = (self.preimage)(to, &seen) else {
@@ -321,7 +321,7 @@ impl DeformedBody<'_> {
         }
     }
 
-    /// Nodes that move a place of the edge with them: those of the nearest node's row, itself included, that are
+    /// Nodes that move a position of the edge with them: those of the nearest node's row, itself included, that are
     /// no farther than [`CARRYING`] spacings, on both sides of a cut. None in the air.
     fn around(&self, at: DVec3) -> Vec<u32> {
         let (nearest, positions) = ((self.nearest)(at), self.present.positions);

@@ -35,13 +35,13 @@ pub enum CutRule {
     /// a cut turns by more than 45 degrees, folds or comes back, another grid begins; `Diffraction()` decides the
     /// pairs that no grid does, as where the edge bends in the material, and the summary counts them.
     Grid {
-        /// Distance (m) of its points; half the distance of nodes where not given.
+        /// Distance (m) of its points; half the node spacing where not given.
         #[cfg_attr(feature = "serde", serde(default))]
         spacing: Option<f64>,
-        /// Margin (m) around the cut; three distances of nodes where not given.
+        /// Margin (m) around the cut; three node spacings where not given.
         #[cfg_attr(feature = "serde", serde(default))]
         inflate: Option<f64>,
-        /// Numbers of its cells along x, y and z over the body's box with the margin, in place of
+        /// Numbers of its cells along x, y and z over the body's box with the margin, instead of
         /// `spacing` (the appendix's resX, resY, resZ).
         #[cfg_attr(feature = "serde", serde(default))]
         #[cfg_attr(feature = "schemars", schemars(with = "Option<[u32; 3]>"))]

@@ -129,7 +129,7 @@ impl Cuts {
         self.settings.check();
     }
 
-    /// Starts a stroke with the blade edge at this place and gives its number.
+    /// Starts a stroke with the blade edge at this position and gives its number.
     ///
     /// # Arguments
     /// * `blade` -- polyline along the blade's edge in material coordinates (m), at least 2 points.
@@ -149,7 +149,7 @@ impl Cuts {
         Ok(self.strokes.len() - 1)
     }
 
-    /// Moves the blade of a stroke and spans the strip between its last place and this one.
+    /// Moves the blade of a stroke and spans the strip between its last position and this one.
     ///
     /// Polylines of the same number of points are joined point by point, others by their lengths.
     ///
@@ -224,7 +224,7 @@ impl Cuts {
         Ok(self.add_welded(vertices, triangles)?.0)
     }
 
-    /// As [`Cuts::add_surface`]; also the places (m) that the vertices came to.
+    /// As [`Cuts::add_surface`]; also the positions (m) that the vertices came to.
     pub(crate) fn add_welded(
         &mut self,
         vertices: &[DVec3],
@@ -410,7 +410,7 @@ impl Cuts {
         self.forest.in_box(near, f);
     }
 
-    /// Lengths along a polyline as shares of the whole.
+    /// Lengths along a polyline as fractions of the whole.
     fn parameters(&self, line: &[u32]) -> Vec<f64> {
         let at = |k: usize| self.vertices[line[k] as usize];
         let mut lengths = vec![0.0];

@@ -28,7 +28,7 @@ struct Edge {
     outward: DVec3,
 }
 
-/// Edges by their ends and by place; vertices (m) are the caller's, the same in every call.
+/// Edges by their ends and by position; vertices (m) are the caller's, the same in every call.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Edges {
     edges: Vec<Edge>,
@@ -205,7 +205,7 @@ const FACE: f64 = 0.125;
 
 /// Unit vector out of the cut from the directions into it, zero if the edge is flat.
 ///
-/// The sum runs in the order of the points, so that it has the same bits for any order of arrival.
+/// The sum runs in the order of the points, so that it is bitwise identical for any order of arrival.
 ///
 /// # Arguments
 /// * `inward` -- per piece at the edge a point of it to sort by, and the vector (m) from the edge to its

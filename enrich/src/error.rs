@@ -37,7 +37,7 @@ pub enum GraphError {
     Row {
         /// Row's node.
         node: usize,
-        /// Entry out of place.
+        /// Entry out of order.
         neighbor: u32,
     },
     /// A pair without its opposite.

@@ -203,7 +203,7 @@ impl PairFactors {
         touched
     }
 
-    /// Factor of a directed pair, by its place in the graph's indices.
+    /// Factor of a directed pair, by its position in the graph's indices.
     #[must_use]
     pub fn factor(&self, pair: usize) -> f64 {
         self.crossed.get(&index32(pair)).copied().unwrap_or(1.0)

@@ -17,7 +17,7 @@ const ROUND_OFF: f64 = 1e-14;
 
 /// A box and a slab that both contain some points.
 ///
-/// The slab is what makes it quick: points on one side of a nearly flat sheet are told apart from it at
+/// The slab is what makes it quick: points on one side of a nearly flat sheet are separated from it at
 /// the root.
 #[derive(Debug, Clone, Copy)]
 struct Hull {

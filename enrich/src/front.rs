@@ -1,7 +1,7 @@
 //! The front of a cut that a blade makes: where the growing sheet ends in the tissue.
 //!
 //! A blade in soft tissue soon hangs in the gap that it has opened, and most of its edge has no place
-//! in the material. So the sheet is not spanned between places of the blade: its free edge is kept,
+//! in the material. So the sheet is not spanned between positions of the blade: its free edge is kept,
 //! and moves on only where the blade is in tissue ahead of it (the state of what is cut follows the
 //! tool, as in Bielser 2003, here without elements). Where the blade goes back, trembles in the
 //! gap or is in the air, the front stays.
@@ -19,7 +19,7 @@ use crate::error::CutError;
 use step::{Step, Surroundings};
 pub(crate) use swept::{SweptPair, close_edge, missed_pairs, swept_pairs};
 
-/// Below this share of the spacing ahead of a front there is no telling a surface or an older sheet
+/// Below this fraction of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.
 const SKIN: f64 = 0.1;
 /// How far a front that leaves the body is carried on, in spacings: a sheet that ends on the surface
@@ -31,7 +31,7 @@ const THROUGH: f64 = 0.15;
 /// A blade this near to its sheet (in spacings) without being ahead of the front is in its gap: the
 /// map between two flanks is good to half a spacing.
 const NEAR: f64 = 0.5;
-/// How far a surface or sheet is looked for from a place beside it (in spacings): a sub-step and half.
+/// How far a surface or sheet is looked for from a position beside it (in spacings): a sub-step and half.
 const LOOK: f64 = 0.75;
 /// Cosine of the largest turn of a front against its last direction.
 const LARGEST_TURN: f64 = 0.5;
@@ -44,7 +44,7 @@ pub(crate) enum EdgePlace {
     Inside {
         /// Material position (m).
         at: DVec3,
-        /// Way (m) in the material since the last place, by the deformation here.
+        /// Way (m) in the material since the last position, by the deformation here.
         came: DVec3,
     },
     /// Outside of the body, so near that it still has a material position (m).
@@ -183,7 +183,7 @@ impl Front {
     /// [`CutError::NotFinite`]; cut and front are then unchanged.
     ///
     /// # Panics
-    /// If there is not one place per sample.
+    /// If there is not one position per sample.
     pub(crate) fn advance(
         &mut self,
         cuts: &mut Cuts,
@@ -322,7 +322,7 @@ impl Front {
 }
 
 impl Anchor {
-    /// Whether a way across the front goes on, without turning by more than 60 degrees.
+    /// Whether a way across the front continues, without turning by more than 60 degrees.
     fn is_ahead(&self, across: DVec3) -> bool {
         self.ahead == DVec3::ZERO || across.dot(self.ahead) >= LARGEST_TURN * across.length()
     }

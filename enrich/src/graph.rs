@@ -27,7 +27,7 @@ impl<'a> Graph<'a> {
     /// * `indices` -- neighbours, shape `(pairs)`; rows sorted, symmetric, without self.
     ///
     /// # Errors
-    /// [`GraphError`] naming the first place that is not as stated. [`Rows`] makes rows that are.
+    /// [`GraphError`] naming the first position that is not as stated. [`Rows`] makes rows that are.
     pub fn new(
         positions: &'a [DVec3],
         offsets: &'a [u32],

@@ -8,7 +8,7 @@ use crate::face::{nearest_on_segment, nearest_on_triangle};
 use crate::index32;
 use crate::predicate::segment_crosses_triangle;
 
-/// A point that joins a face goes through it by this share of the weld tolerance, by default 0.03 spacings,
+/// A point that joins a face goes through it by this fraction of the weld tolerance, by default 0.03 spacings,
 /// so that no pair finds a gap of round-off, nor one where the older sheet bends a little between two
 /// points of the edge: two faces a spacing wide at 6 degrees leave 0.025 spacings.
 const THROUGH: f64 = 0.3;

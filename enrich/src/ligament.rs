@@ -12,8 +12,8 @@ type Ties = BTreeMap<(u32, u32), f64>;
 
 impl PairFactors {
     /// Severs the pairs that alone join two parts of the body, if a cut crosses all of them: they are bent around its
-    /// front, and no pair passes through what is left ahead of it, which is thinner than a distance of nodes. Left to
-    /// themselves such pairs, with a share of a whole one each, hold what hangs on them and stretch without end.
+    /// front, and no pair passes through what is left ahead of it, which is thinner than a node spacing. Left to
+    /// themselves such pairs, with a fraction of a whole one each, hold what hangs on them and stretch without end.
     ///
     /// A part is what pairs that no cut crosses hold together. One of fewer than `smallest` nodes stays with the part that its
     /// crossed pairs join it to most strongly, by the sum of their factors. `touched` is what the last

@@ -78,14 +78,14 @@ pub fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
     points
 }
 
-/// Largest distance (m) of two points in the same place of two lines; 0 of none.
+/// Largest distance (m) of two points in the same position of two lines; 0 of none.
 #[must_use]
 pub fn largest_distance(from: &[DVec3], to: &[DVec3]) -> f64 {
     let moves = from.iter().zip(to).map(|(from, to)| from.distance(*to));
     moves.fold(0.0, f64::max)
 }
 
-/// The surface between two places of a line: two triangles a segment.
+/// The surface between two positions of a line: two triangles a segment.
 pub(crate) fn swept_surface(from: &[DVec3], to: &[DVec3]) -> Vec<[DVec3; 3]> {
     let pairs = from.windows(2).zip(to.windows(2));
     pairs

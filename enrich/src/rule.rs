@@ -27,7 +27,7 @@ fn kernel(q: f64) -> f64 {
 }
 
 impl Rule {
-    /// Nothing farther than this share of the influence radius from a pair's middle can change its
+    /// Nothing farther than this fraction of the influence radius from a pair's middle can change its
     /// factor: half for the path itself, and the offset of its diffraction points.
     pub(crate) const MARGIN: f64 = 0.5 + OFFSET + 0.01;
 

@@ -46,7 +46,7 @@ impl Audit {
 
     /// What is there less what should be there: 0 for an exact solution, and for velocity Verlet with
     /// linear forces, whatever its steps. (With the kinetic energy of the velocities at whole steps it would
-    /// swing by `(ω Δt)²/4` of the energy in a mode `ω`, and keep that much of what a cut sets free
+    /// swing by `(ω Δt)²/4` of the energy in a mode `ω`, and keep that much of what a cut releases
     /// into the stiffest modes when damping has taken them.) It is no sign of a step that is too large:
     /// in a mode that grows without bound it is kept, too; there `staggered` grows past what was put in.
     #[must_use]
@@ -68,7 +68,7 @@ impl Audit {
             + self.dissipated.abs()
     }
 
-    /// Share of the energy that appeared or vanished since `before`.
+    /// Fraction of the energy that appeared or vanished since `before`.
     ///
     /// With the change of the balance over the time between, `δ = |balance - balance'|`, this is `max(δ, lag - s) / s`,
     /// where `s` is the largest of the elastic and the kinetic energy before, the work from outside since, and what
@@ -117,7 +117,7 @@ pub struct RigidEnergies {
     pub lag: f64,
 }
 
-/// The balance is off by more than the settings allow; the motion goes on.
+/// The balance is off by more than the settings allow; the motion continues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Warning {

@@ -94,7 +94,7 @@ pub fn critical_step(eigenvalue: f64, viscosity: f64) -> f64 {
 /// * `warm` -- the vector found last time, or empty; overwritten with the one found now. A stale
 ///   vector costs iterations, never correctness.
 ///
-/// Without a warm vector the start is a fixed pseudo-random one, so results repeat to the bit.
+/// Without a warm vector the start is a fixed pseudo-random one, so results repeat bit for bit.
 ///
 /// # Errors
 /// [`EigenvalueError::BadMass`] and [`EigenvalueError::NotFinite`].

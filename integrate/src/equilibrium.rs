@@ -51,7 +51,7 @@ pub struct StaticReport {
     pub energy: f64,
 }
 
-/// Smallest load step, as a share of the whole.
+/// Smallest load step, as a fraction of the whole.
 const SMALLEST_STEP: f64 = 1e-4;
 
 /// Moves `positions` (m) to static equilibrium: `f(x) + l = 0` on free directions.

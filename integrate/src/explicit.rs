@@ -160,7 +160,7 @@ impl Motion {
         Ok(jump)
     }
 
-    /// Finds the lag anew after what acts on nodes changed between two steps; before the first there is none.
+    /// Finds the lag again after what acts on nodes changed between two steps; before the first there is none.
     pub(crate) fn find_lag(&mut self) {
         if self.state.step > 0.0 && !self.state.forces.is_empty() {
             self.state.lag = self.lag();

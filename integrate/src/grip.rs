@@ -8,13 +8,13 @@ use crate::view::StepView;
 /// half-space): the patch comes along by nine tenths of the hand's way, by less where nodes are
 /// few and [`LARGEST_PHASE`] bounds it.
 const FIRMNESS: f64 = 10.0;
-/// Largest frequency of a held node on its spring times the step, and damping of that node, as a share of
+/// Largest frequency of a held node on its spring times the step, and damping of that node, as a fraction of
 /// critical. With damping that is taken at the half step a mode needs `(ω dt)² < 4 - 2 c dt`; the
 /// stiffest of a body has 2.9 at a step factor of 0.85, the hold adds at most 0.25 and takes 0.5.
 const LARGEST_PHASE: f64 = 0.5;
 const DAMPING_RATIO: f64 = 0.25;
 
-/// Nodes that a hand holds, each by a spring and a damper to its place in the hand.
+/// Nodes that a hand holds, each by a spring and a damper to its position in the hand.
 ///
 /// With `w = (1 - d²/r²)²` of a node at the distance `d` of the point that is gripped, the springs have
 /// `k_i = κ m_i w_i` in all: all held nodes swing alike. `κ Σ m w` is ten times the stiffness of the patch

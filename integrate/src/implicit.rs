@@ -91,7 +91,7 @@ struct Attempt {
     step: f64,
     /// Its end (s).
     end: f64,
-    /// Whether there is no smaller one: gained energy is accepted, and told of.
+    /// Whether there is no smaller one: gained energy is accepted, and reported.
     smallest: bool,
 }
 
@@ -147,9 +147,9 @@ impl Implicit {
     ///
     /// A part of the step that Newton does not solve, or that gains more than
     /// [`MotionSettings::warn_balance`](crate::MotionSettings::warn_balance) of the energy there is, is halved, down to
-    /// 1/256 of the step. Driven nodes are at their paths' places at the end of each part.
+    /// 1/256 of the step. Driven nodes are at their paths' positions at the end of each part.
     ///
-    /// Tools go to where their paths are at the end and take over the contact's forces there; friction acts with the
+    /// Tools go to where their paths are at the end and adopt the contact's forces there; friction acts with the
     /// limits of the step before, see [`Pressed`].
     ///
     /// # Errors
@@ -490,7 +490,7 @@ impl Implicit {
         s.viscous.clear();
         s.time = attempt.end;
         s.steps += 1;
-        // Explicit steps after this one find their lag anew.
+        // Explicit steps after this one find their lag again.
         (s.step, s.lag) = (0.0, 0.0);
         s.audit = audit;
         motion.state.audit.load_work = motion.state.load_origin - motion.load_potential();

@@ -18,7 +18,7 @@ fn implicit(scheme: ImplicitScheme) -> Implicit {
     Implicit::new(ImplicitSettings { scheme, newton }).unwrap()
 }
 
-/// One mass on a spring of 9 N/m to its place, with damping; error at t = 2.
+/// One mass on a spring of 9 N/m to its position, with damping; error at t = 2.
 fn error_at_two(scheme: ImplicitScheme, damping: f64, steps: u32) -> f64 {
     let mut chain = Chain::new(1, 4.5, 1.0);
     let settings = MotionSettings {
@@ -305,7 +305,7 @@ fn steps_that_are_not_solved_are_halved_and_bounded() {
 
 #[test]
 fn energy_that_a_law_makes_is_warned_of() {
-    // A force that turns with the place has no energy and makes some on each round.
+    // A force that turns with the position has no energy and makes some on each round.
     let mut calls = 0_usize;
     let mut law = crate::ClosureLaw::of(
         &mut calls,

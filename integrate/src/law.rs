@@ -21,7 +21,7 @@ pub trait ForceLaw {
     }
 
     /// Writes an approximation of `K⁻¹ r` (m) that is symmetric, positive definite and zero along held
-    /// directions, and returns `true`; `false` if there is none. Static solves use it in place of the
+    /// directions, and returns `true`; `false` if there is none. Static solves use it instead of the
     /// blocks; it only speeds them up.
     fn precondition(&mut self, _residual: &[DVec3], _out: &mut [DVec3]) -> bool {
         false
@@ -126,7 +126,7 @@ pub struct Differences<F> {
 
 impl<F: FnMut(&[DVec3], &mut [DVec3]) -> f64> Differences<F> {
     /// `forces` does what [`ForceLaw::forces_into`] says; `length` (m) is one over which they change by
-    /// much of themselves, such as the distance of nodes.
+    /// much of themselves, such as the node spacing.
     ///
     /// # Panics
     /// If the length is not positive and finite.

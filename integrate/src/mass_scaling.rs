@@ -14,7 +14,7 @@ const LAST_PRODUCTS: usize = 30;
 const GROWTH: f64 = 0.1;
 /// Nodes that swing less than this, in energy over the largest, take no mass.
 const LEAST: f64 = 0.05;
-/// Share of its mass that a node keeps whatever its neighbours need.
+/// Fraction of its mass that a node keeps whatever its neighbours need.
 const KEPT: f64 = 0.8;
 
 /// What was moved.
@@ -39,8 +39,8 @@ pub struct MassScaling {
 /// Each round takes the stiffest mode and gives to node `i` the share `0.1 p_i` of its mass, with its kinetic
 /// energy `p_i` in the mode over the largest, from its neighbours in proportion to what they can spare; none
 /// falls below 0.8 of its mass. It ends before more than `most` is moved; masses that
-/// do not lower the eigenvalue in the end are not taken over. Mass stays within its group (a material),
-/// and what moved it off a group's centre of mass is taken back by a factor linear in the position, so
+/// do not lower the eigenvalue in the end are not adopted. Mass stays within its group (a material),
+/// and what moved it off a group's centre of mass is undone by a factor linear in the position, so
 /// that weight acts where it did.
 ///
 /// * `masses` -- nodal masses (kg), shape `(n)`, positive; changed, sum and first moment of each group to
@@ -49,7 +49,7 @@ pub struct MassScaling {
 /// * `groups` -- group of each node, shape `(n)`, or empty for one.
 /// * `offsets`, `indices` -- neighbours as CSR, `n + 1` and all pairs.
 /// * `stiffness` -- writes `K v` (N/m · v), as [`largest_eigenvalue`] wants it.
-/// * `most` -- largest share of the sum to move.
+/// * `most` -- largest fraction of the sum to move.
 ///
 /// # Errors
 /// As [`largest_eigenvalue`].

@@ -53,7 +53,7 @@ impl Default for MotionSettings {
     }
 }
 
-/// All that changes in time. Restoring a clone (or what serde made of it) continues to the same bits.
+/// All that changes in time. Restoring a clone (or what serde made of it) continues bitwise identical.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
@@ -121,7 +121,7 @@ pub(crate) struct DrivenNode {
 ///
 /// # Numerics
 /// One force evaluation a step. Node loops run in chunks of fixed size, whose partial sums are added in
-/// order, so any number of threads gives the same bits; they run in parallel from 4,096 nodes.
+/// order, so any number of threads gives bitwise identical results; they run in parallel from 4,096 nodes.
 #[derive(Debug, Clone)]
 pub struct Motion {
     pub(crate) settings: MotionSettings,
@@ -323,7 +323,7 @@ impl Motion {
         self.critical_step = Some(step);
     }
 
-    /// Sets velocities (m/s); their held parts are dropped. The audit starts anew.
+    /// Sets velocities (m/s); their held parts are dropped. The audit starts again.
     ///
     /// # Errors
     /// [`MotionError::NotFinite`].
@@ -339,8 +339,8 @@ impl Motion {
         Ok(())
     }
 
-    /// Sets positions (m), as after a static solution; forces are evaluated anew and the audit starts
-    /// anew. Velocities stay.
+    /// Sets positions (m), as after a static solution; forces are evaluated again and the audit starts
+    /// again. Velocities stay.
     ///
     /// # Errors
     /// [`MotionError::NotFinite`].
@@ -408,7 +408,7 @@ impl Motion {
         &self.state
     }
 
-    /// Goes back to a kept state.
+    /// Goes back to a snapshot.
     ///
     /// # Panics
     /// If the state is for another number of nodes.

@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NewtonSettings {
-    /// Stops when the norm of the unbalanced forces is below this share of the largest of: loads,
+    /// Stops when the norm of the unbalanced forces is below this fraction of the largest of: loads,
     /// forces on supports, unbalanced forces at the start.
     pub tolerance: f64,
     /// Newton iterations at most.
@@ -118,9 +118,9 @@ pub enum SolveError {
     /// The load step was halved too often.
     #[error("load steps below {smallest:.1e} of the load still fail, at {reached:.4} of it")]
     LoadStep {
-        /// Smallest step tried, as a share of the load.
+        /// Smallest step tried, as a fraction of the load.
         smallest: f64,
-        /// Share of the load that was reached.
+        /// Fraction of the load that was reached.
         reached: f64,
     },
     /// A tool under forces has no pose until the step is done.

@@ -8,7 +8,7 @@ use glam::DVec3;
 pub(crate) struct Mobility {
     /// Inverse masses (1/kg), 0 where a node is held in all directions.
     pub(crate) inverse: Vec<f64>,
-    /// Nodes held in some directions only, rising.
+    /// Nodes held in some directions only, ascending.
     partly: Vec<u32>,
 }
 

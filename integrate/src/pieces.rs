@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 pub(crate) struct Pieces {
     /// Piece of each node; empty where none were named.
     pub(crate) of_node: Vec<u32>,
-    /// Those that no support holds, with their nodes, rising within each.
+    /// Those that no support holds, with their nodes, ascending within each.
     pub(crate) free: Vec<(u32, Vec<u32>)>,
     /// How many pieces there are.
     pub(crate) count: usize,

@@ -97,7 +97,7 @@ fn held_pieces_are_damped_as_before() {
     for (a, b) in far(&plain).iter().zip(far(&pieces)) {
         assert!((*a - b).length() < 5e-3 * (a.length() + 0.1), "{a} {b}");
     }
-    // Taking pieces back leads back to the bits of before.
+    // Restoring pieces restores the bits of before.
     pieces.set_pieces(&[]);
     assert!(!pieces.has_free_pieces());
 }
@@ -150,7 +150,7 @@ fn few_nodes_turn_only_as_they_can() {
 
 #[test]
 fn crumbs_that_fall_far_away_gain_nothing_by_damping() {
-    // Pieces of one, two and three nodes: centers of mass that are not to the bit where their node is.
+    // Pieces of one, two and three nodes: centers of mass that are not exactly where their node is.
     let rest: Vec<DVec3> = uniform(60, 30.0, 11);
     let pieces: Vec<u32> = (0..60)
         .map(|i| if i < 40 { i } else { 40 + i % 10 })

@@ -90,7 +90,7 @@ impl Pose {
         }
     }
 
-    /// World place (m) of a point (m) of its frame: `R x + position`.
+    /// World position (m) of a point (m) of its frame: `R x + position`.
     #[must_use]
     pub fn apply(&self, local: DVec3) -> DVec3 {
         self.rotation * local + self.position
@@ -105,7 +105,7 @@ impl Pose {
         }
     }
 
-    /// The pose that share of the way to another, along a straight line and the shorter arc.
+    /// The pose that fraction of the way to another, along a straight line and the shorter arc.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Self {
         Self {
@@ -153,7 +153,7 @@ impl RigidShape {
         }
     }
 
-    /// The shape about its own axis, and where that lies in the shape's frame if not in its own place.
+    /// The shape about its own axis, and where that lies in the shape's frame if not in its own position.
     fn solid(&self) -> (Solid, Option<Pose>) {
         let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
         match *self {
@@ -193,7 +193,7 @@ impl RigidShape {
         }
     }
 
-    /// Opposite corners of the box round it (m) in its frame; `None` for a plane, which has no end.
+    /// Opposite corners of the box around it (m) in its frame; `None` for a plane, which has no end.
     #[must_use]
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
         Some(match *self {

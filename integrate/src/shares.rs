@@ -75,7 +75,7 @@ impl PassSums {
 
 /// The shares of a body, as its whole sees them. Of the vectors in [`State`] only those of watched nodes
 /// need to be current between two calls of [`Shares::fetch`]; which nodes are watched, and how shares come by
-/// their nodes' masses, supports and state, is between them and whoever made them.
+/// their nodes' masses, supports and state, is between them and their maker.
 pub trait Shares {
     /// Takes the first pass at all nodes, with the velocities (m/s) that `state` has of watched ones; writes
     /// positions and velocities of watched nodes.

@@ -5,7 +5,7 @@ use crate::testing::Chain;
 use crate::trajectory::Trajectory;
 use std::ops::Range;
 
-/// Shares of a chain in one process, which exchange places through a list of all.
+/// Shares of a chain in one process, which exchange positions through a list of all.
 struct Parts {
     chain: Chain,
     ranges: Vec<Range<usize>>,

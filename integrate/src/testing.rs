@@ -73,7 +73,7 @@ impl Chain {
             warm,
             settings,
         )
-        .expect("sound masses")
+        .expect("valid masses")
     }
 }
 

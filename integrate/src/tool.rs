@@ -1,4 +1,4 @@
-//! A rigid tool that follows a path, is led step by step or moves under forces, and presses on one body.
+//! A rigid tool that follows a path, is driven step by step or moves under forces, and presses on one body.
 
 use crate::contact::{Contact, ContactForce, ContactSurface};
 use crate::shape::{Pose, RigidShape};
@@ -115,7 +115,7 @@ impl RigidTool {
         let path = Trajectory::new(&[(time, Pose::IDENTITY), (end, twice)], Ease::Linear);
         self.drive = Drive::Path {
             origin: *from,
-            path: path.expect("finite keys in rising order"),
+            path: path.expect("finite keys in ascending order"),
         };
     }
 
@@ -282,7 +282,7 @@ mod tests {
         RigidTool::standing(shape, Pose::IDENTITY, contact)
     }
 
-    /// At the end of the step it is where it was led, and on a straight line there in between.
+    /// At the end of the step it is where it was driven, and on a straight line there in between.
     #[test]
     fn it_is_where_it_is_led() {
         let mut tool = standing(RigidShape::Sphere { radius: 0.1 });

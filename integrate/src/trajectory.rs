@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// Distances stay, to round-off, and velocities are the slopes of places: what turns together stays rigid.
+    /// Distances stay, to round-off, and velocities are the slopes of positions: what turns together stays rigid.
     #[test]
     fn places_turn_rigidly_at_the_velocity_stated() {
         let rotation = DQuat::from_axis_angle(DVec3::new(2.0, -1.0, 2.0) / 3.0, 2.9);

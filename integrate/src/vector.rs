@@ -1,4 +1,4 @@
-//! Sums and updates of nodal vectors, the same bits at any number of threads.
+//! Sums and updates of nodal vectors, bitwise identical at any number of threads.
 #![allow(
     clippy::needless_range_loop,
     reason = "lanes are walked in step over several arrays"

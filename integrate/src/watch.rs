@@ -75,7 +75,7 @@ impl StepControl {
         SMALLEST_STEP * first
     }
 
-    /// Whether a run must end with an imbalance that no shorter step lowers.
+    /// Whether a run must end with an energy-balance error that no shorter step lowers.
     #[must_use]
     pub fn is_fatal(imbalance: f64) -> bool {
         imbalance >= FATAL_IMBALANCE
@@ -153,7 +153,7 @@ impl StiffnessTracker {
 }
 
 impl Motion {
-    /// The imbalance since a kept state if it is above what is allowed, larger where a tool presses.
+    /// The energy-balance error since a snapshot if it is above what is allowed, larger where a tool presses.
     ///
     /// # Arguments
     /// * `rigid` -- energies of rigid motions then and now ([`Motion::rigid_energies`]).

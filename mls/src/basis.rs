@@ -78,7 +78,7 @@ pub enum Basis {
 /// Most functions a basis has.
 pub(crate) const LARGEST_BASIS: usize = 10;
 
-/// Values of all functions of a basis, unused places 0.
+/// Values of all functions of a basis, unused positions 0.
 pub(crate) type BasisValues = [f64; LARGEST_BASIS];
 
 impl Basis {

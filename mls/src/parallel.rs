@@ -1,7 +1,7 @@
 //! Parallel loops whose results do not depend on the number of threads.
 //!
 //! Loops over nodes write disjoint outputs; sums run over chunks of a fixed length that are added
-//! in order, so that one thread and many give the same bits.
+//! in order, so that one thread and many give bitwise identical results.
 
 use glam::DVec3;
 use rayon::prelude::*;

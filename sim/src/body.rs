@@ -47,7 +47,7 @@ pub struct Body {
     pub volumes: Vec<f64>,
     /// Nodal masses (kg).
     pub masses: Vec<f64>,
-    /// Nodes within a support, rising: they have no strain.
+    /// Nodes within a support, ascending: they have no strain.
     pub(crate) inert: Vec<u32>,
     /// Tetrahedra that gave volumes and edges; results are written on them. None where nodes are mere
     /// points.
@@ -55,7 +55,7 @@ pub struct Body {
     /// Deviation of the nodes' volume from the input surface's, relative; `None` for shapes
     /// without a mesh.
     pub volume_error: Option<f64>,
-    /// Share of the mesh's vertices that lie where it is too thin for its nodes; 0 for other shapes.
+    /// Fraction of the mesh's vertices that lie where it is too thin for its nodes; 0 for other shapes.
     pub missed: f64,
     /// Mean distance between neighbouring nodes (m).
     pub spacing: f64,
@@ -81,7 +81,7 @@ pub struct Body {
     pub doubt: Option<phyxel_integrate::Warning>,
     /// Checksum of the rest positions.
     pub(crate) fingerprint: u32,
-    /// Share of the critical step that is taken.
+    /// Fraction of the critical step that is taken.
     pub step_factor: f64,
     /// Mass-proportional damping (1/s) once settled.
     pub damping: f64,
@@ -342,7 +342,7 @@ impl Body {
         Ok(())
     }
 
-    /// Takes over a kept state; the model is brought to its positions.
+    /// Restores a snapshot; the model is brought to its positions.
     pub(crate) fn restore(
         &mut self,
         motion: phyxel_integrate::State,
@@ -358,7 +358,7 @@ impl Body {
         self.turned_here();
     }
 
-    /// Evaluates the forces anew after rows of the model changed; the energy's jump (J) is recorded.
+    /// Evaluates the forces again after rows of the model changed; the energy's jump (J) is recorded.
     pub(crate) fn reload(&mut self) -> Result<f64, StepError> {
         let elastic = &mut self.elastic;
         self.motion.refresh(|x, f| elastic.forces_again(x, f))

@@ -1,4 +1,4 @@
-//! What moves in a body, to be kept and gone on from.
+//! What moves in a body, to be kept and resumed from.
 
 use glam::DVec3;
 use phyxel_integrate::{Grip, StiffnessTracker};
@@ -97,7 +97,7 @@ impl Member {
         }
     }
 
-    /// Takes over a kept state of the same body with the same cuts.
+    /// Restores a snapshot of the same body with the same cuts.
     pub(crate) fn set_state(&mut self, state: BodyState) {
         let body = &mut self.body;
         body.elastic.set_state(&state.elastic);

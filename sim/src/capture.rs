@@ -91,7 +91,7 @@ impl World {
     }
 }
 
-/// What whoever draws and counts cuts is told of an update, of a cut in a member.
+/// What drawing and counting need to know of an update, of a cut in a member.
 pub(crate) fn take_note(
     cut_through: &mut [bool],
     pieces: &mut Vec<CutPiece>,

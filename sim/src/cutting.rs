@@ -14,14 +14,14 @@ use crate::error::BodyProblem;
 use crate::input::StrokePhase;
 use crate::stencils::elastic_stencils;
 
-/// Products with the stiffness of the part round a cut per estimate.
+/// Products with the stiffness of the part around a cut per estimate.
 const ESTIMATE_PRODUCTS: usize = 16;
-/// Tissue that is pressed to a smaller share of its volume is not mapped: its gradients are none.
+/// Tissue that is pressed to a smaller fraction of its volume is not mapped: its gradients are none.
 const LEAST_VOLUME: f64 = 0.2;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
-/// Round-off of a diffraction point's place, as a share of the body's size. One in a face of the body lies 1e-17
-/// outside as often as inside; without this its way round the cut would be lost.
+/// Round-off of a diffraction point's position, as a fraction of the body's size. One in a face of the body lies 1e-17
+/// outside as often as inside; without this its way around the cut would be lost.
 const ROUND_OFF: f64 = 1e-9;
 
 /// What one body needs once a blade has touched it; a body that no blade touches has none.
@@ -60,7 +60,7 @@ pub(crate) struct OpenStroke {
 }
 
 impl OpenStroke {
-    /// Whether it can be gone on from.
+    /// Whether it can be resumed from.
     pub(crate) fn is_sound(&self, nodes: usize) -> bool {
         self.blade.is_sound(nodes)
     }
@@ -264,7 +264,7 @@ impl Cutting {
     /// eigenvalue of the part that the cut touched, for the step. Elsewhere nothing changed.
     ///
     /// Nothing that is given to a capture makes this fail, nor [`Cutting::apply`]: with factors between 0 and 1 and
-    /// finite places of nodes only a bug does, and it leaves some rows with the cut and others without.
+    /// finite positions of nodes only a bug does, and it leaves some rows with the cut and others without.
     pub(crate) fn follow(
         &mut self,
         body: &mut Body,

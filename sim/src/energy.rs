@@ -11,13 +11,13 @@ pub struct CutEnergy {
     pub added: f64,
     /// Largest addition of one update, over the elastic energy before it.
     pub largest_addition: f64,
-    /// Work (J) of the decay of what rebuilt rows carried over; positive if it added energy.
+    /// Work (J) of the decay of the retained gradients; positive if it added energy.
     pub decay: f64,
 }
 
 impl CutEnergy {
     /// Books what an update changed (J) where `stored` (J) was elastic energy before; below `round_off` (J) nothing
-    /// is told from nothing.
+    /// is distinguished from none.
     pub(crate) fn record(&mut self, jump: f64, stored: f64, round_off: f64) {
         if jump <= 0.0 {
             self.released -= jump;
@@ -40,8 +40,8 @@ pub struct StrokeEnergy {
     pub captures: usize,
     /// Those of them that changed the connectivity.
     pub updates: usize,
-    /// What it did to the energy. What rebuilt rows carried over decays as a whole: it is counted with the
-    /// stroke that changed something last.
+    /// What it did to the energy. The work of the retained gradients' decay
+    /// counts with the stroke that changed something last.
     pub energy: CutEnergy,
 }
 

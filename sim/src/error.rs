@@ -107,17 +107,17 @@ pub enum BodyProblem {
         /// Time (s), settling included.
         time: f64,
     },
-    /// A kept state belongs to another body.
+    /// A snapshot belongs to another body.
     #[error(
-        "its nodes are not where the kept state has them: the mesh file has changed since; run the \
+        "its nodes are not where the snapshot has them: the mesh file has changed since; run the \
          scene from its start"
     )]
     OtherBody,
     /// The body has something that takes all of its nodes in one place.
     #[error("{0} cannot be shared out over ranks; run the scene with `phyxel run`")]
     NotShared(&'static str),
-    /// A kept state cannot be one of this scene.
-    #[error("the kept state is damaged: {0} do not fit; run the scene from its start")]
+    /// A snapshot cannot be one of this scene.
+    #[error("the snapshot is damaged: {0} do not fit; run the scene from its start")]
     Damaged(&'static str),
 }
 
@@ -165,7 +165,7 @@ pub enum WorldError {
     TooManyCaptures {
         /// Name of the cut.
         cut: String,
-        /// Share of the spacing that it moves from one capture to the next.
+        /// Fraction of the spacing that it moves from one capture to the next.
         share: f64,
         /// The same (m).
         distance: f64,

@@ -9,7 +9,7 @@ use crate::input::Action;
 use crate::scene::Pose;
 use crate::{Member, World};
 
-/// What takes the place of values of the scene.
+/// What replaces values of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Adjusted {
     /// Gravity (m/s²).
@@ -45,7 +45,7 @@ impl World {
                 // Taken up with the tools' poses.
                 Action::Tool { .. } | Action::Blade { .. } | Action::Pull { .. } => continue,
             }
-            // Steps before this must not be done again with it.
+            // Steps before this must not be retried with it.
             self.forget_kept();
         }
         Ok(())
@@ -56,7 +56,7 @@ impl World {
         let step = self.step;
         for (Member { body, .. }, description) in self.members.iter_mut().zip(&self.scene.bodies) {
             let modulus = description.material.youngs_modulus;
-            // Less than a distance of nodes would find none on one place and one on another.
+            // Less than a node spacing would find none on one position and one on another.
             let radius = radius.max(body.spacing);
             body.fetch();
             let positions = body.motion.positions();
@@ -86,7 +86,7 @@ impl World {
         self.adjusted.damping.unwrap_or(own)
     }
 
-    /// Where a tool was led last.
+    /// Where a tool was driven last.
     ///
     /// # Panics
     /// If the scene has no such tool.

@@ -1,8 +1,8 @@
 //! Steps that hold: the stable step follows the stiffness, the energy is watched, and what went wrong
-//! is taken back and done again in shorter steps.
+//! is rolled back and retried in shorter steps.
 //!
 //! A state is kept every few steps and after each capture. A step that diverges, or a stretch of steps
-//! over which energy appears or is lost, returns to it and is done again in halves, quarters, eighths.
+//! over which energy appears or is lost, is rolled back to it and retried in halves, quarters, eighths.
 //! Only if that fails too the run ends.
 
 use std::time::{Duration, Instant};
@@ -31,7 +31,7 @@ pub(crate) struct Kept {
     gravity: Option<DVec3>,
     /// Where the tools were.
     poses: Vec<Pose>,
-    /// Steps (s) taken since and where they led the tools.
+    /// Steps (s) taken since and where they moved the tools.
     taken: Vec<(f64, Vec<Pose>)>,
 }
 
@@ -68,17 +68,17 @@ impl Kept {
     }
 }
 
-/// What was done again.
+/// What was retried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Retaken {
-    /// Stretches that were done again in shorter steps.
+    /// Stretches that were retried in shorter steps.
     pub stretches: u64,
     /// Those of them after which the energy was still off.
     pub unbalanced: u64,
 }
 
 impl World {
-    /// Takes one step (s) from where tools are to `poses`, and does it again from the last kept state if
+    /// Takes one step (s) from where tools are to `poses`, and does it again from the last snapshot if
     /// it fails.
     pub(crate) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
         let from = self.input.poses().to_vec();
@@ -97,7 +97,7 @@ impl World {
         let Some(kept) = &mut self.kept else {
             return result;
         };
-        // A step that was chosen when it had vanished already, as after a cut, leads nowhere: it is not done again.
+        // A step that was chosen when it had vanished already, as after a cut, leads nowhere: it is not retried.
         if !vanished || step >= smallest {
             kept.taken.push((step, poses.to_vec()));
         }
@@ -117,7 +117,7 @@ impl World {
         Ok(())
     }
 
-    /// Checks the steps since the last kept state, however few, and does them again if need be: a capture changes the
+    /// Checks the steps since the last snapshot, however few, and does them again if need be: a capture changes the
     /// model, and a blade may be captured more often than energy is looked at.
     pub(super) fn end_stretch(&mut self) -> Result<(), WorldError> {
         match self.check_energy() {
@@ -145,12 +145,12 @@ impl World {
         })
     }
 
-    /// Forgets the kept state: it is of another model, or of another part of the scene.
+    /// Forgets the snapshot: it is of another model, or of another part of the scene.
     pub(crate) fn forget_kept(&mut self) {
         self.kept = None;
     }
 
-    /// Brings here what shares of bodies have of the kept state.
+    /// Brings here what shares of bodies have of the snapshot.
     pub(crate) fn fetch_kept(&mut self) {
         let kept = self.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
         for (member, state) in self.members.iter_mut().zip(kept) {
@@ -173,7 +173,7 @@ impl World {
         });
     }
 
-    /// Does the steps since the last kept state again, shorter.
+    /// Does the steps since the last snapshot again, shorter.
     fn retake(&mut self, error: WorldError) -> Result<(), WorldError> {
         self.fetch_kept();
         let Some(kept) = self.kept.take() else {
@@ -238,7 +238,7 @@ impl World {
         self.check_energy_since(kept)
     }
 
-    /// Takes one step (s) with tools that move between two places.
+    /// Takes one step (s) with tools that move between two positions.
     fn advance(&mut self, step: f64, from: &[Pose], to: &[Pose]) -> Result<(), WorldError> {
         self.load_gravity(step)?;
         let time = self.time();
@@ -276,7 +276,7 @@ impl World {
         Ok(())
     }
 
-    /// Chooses the step anew where it is due or where stiffness has changed.
+    /// Chooses the step again where it is due or where stiffness has changed.
     fn follow_stiffness(&mut self, number: u64) -> Result<(), WorldError> {
         if number.is_multiple_of(StepControl::STEPS) {
             self.estimate_eigenvalues(ESTIMATE_PRODUCTS)?;
@@ -298,7 +298,7 @@ impl World {
         Ok(())
     }
 
-    /// Estimates the largest eigenvalues where the bodies are now and chooses the step anew.
+    /// Estimates the largest eigenvalues where the bodies are now and chooses the step again.
     pub(crate) fn estimate_eigenvalues(&mut self, products: usize) -> Result<(), WorldError> {
         let start = Instant::now();
         for member in &mut self.members {
@@ -380,7 +380,7 @@ mod tests {
         audit.elastic.max(audit.kinetic)
     }
 
-    /// A step beyond the limit lets a mode grow; that is seen, and the stretch is done again.
+    /// A step beyond the limit lets a mode grow; that is seen, and the stretch is retried.
     #[test]
     fn a_step_beyond_the_limit_is_seen_and_taken_again() {
         let mut sound = block(Vec::new());
@@ -469,7 +469,7 @@ mod tests {
                 world.members[0].body.stiffness.estimates = [1e40; 2];
                 world.estimate_eigenvalues(ESTIMATE_PRODUCTS).unwrap();
             };
-            // From a sound state it is done again.
+            // From a valid state it is retried.
             rash(&mut world);
             world.step().unwrap();
             assert_eq!(world.retaken().stretches, 1);

@@ -38,7 +38,7 @@ pub enum Action {
         /// Points of the edge in the world (m).
         edge: Vec<DVec3>,
     },
-    /// Grips the nodes round a point, in place of those gripped before.
+    /// Grips the nodes around a point, instead of those gripped before.
     Grip {
         /// The point (m), in the world.
         point: DVec3,
@@ -52,12 +52,12 @@ pub enum Action {
     },
     /// Opens the hand that grips.
     LetGo,
-    /// Takes the place of the scene's gravity.
+    /// Replaces the scene's gravity.
     Gravity {
         /// Acceleration (m/s²).
         acceleration: DVec3,
     },
-    /// Takes the place of the bodies' damping once settled.
+    /// Replaces the bodies' damping once settled.
     Damping {
         /// Mass-proportional damping (1/s).
         rate: f64,
@@ -89,7 +89,7 @@ pub enum InputError {
         /// How many there are.
         count: usize,
     },
-    /// A place or number is not finite, a rotation none, a radius or damping negative, or an edge has
+    /// A position or number is not finite, a rotation none, a radius or damping negative, or an edge has
     /// fewer than two points.
     #[error(
         "input {index}: places must be finite, rotations of unit length, edges two points long, radii \
@@ -165,11 +165,11 @@ enum Source {
     Given(VecDeque<Input>),
 }
 
-/// Where tools and blades are told what to do from: the scene or whoever pushes inputs, with a record if one is asked for.
+/// The inputs of tools and blades: from the scene or pushed by a program, with a record if one is asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct InputSource {
     source: Source,
-    /// Where each tool is that a path or someone leads.
+    /// Where each tool is that a path or a user drives.
     poses: Vec<Pose>,
     record: Option<Vec<Input>>,
 }
@@ -358,7 +358,7 @@ impl InputSource {
         }
     }
 
-    /// Whether a kept state has as many poses as there are tools, and inputs that the scene knows.
+    /// Whether a snapshot has as many poses as there are tools, and inputs that the scene knows.
     pub(crate) fn fits(&self, state: &InputSourceState, scene: &Scene) -> bool {
         let given = state.given.iter().flatten();
         let inputs = given.chain(state.record.iter().flatten());

@@ -31,7 +31,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-// The leaves and the vectors that the public types speak of.
+// The crates and the vectors that the public types use.
 pub use glam;
 pub use {
     phyxel_discretize as discretize, phyxel_elastic as elastic, phyxel_enrich as enrich,
@@ -64,7 +64,7 @@ use scene::{Rest, Scene};
 /// Products with the stiffness for the step where an equilibrium was found.
 const EQUILIBRIUM_PRODUCTS: usize = 16;
 
-/// New pieces of a cut in one body, for whoever draws or records them.
+/// New pieces of a cut in one body, for drawing and recording them.
 #[derive(Debug, Clone)]
 pub struct CutPiece {
     /// Index of the body.
@@ -115,7 +115,7 @@ impl World {
     }
 
     /// As [`World::new`], with the nodes of the bodies shared out: shares estimate the eigenvalue from which the step is
-    /// chosen and take all steps. Until they have their nodes, whoever holds them waits: `builders` are the threads that
+    /// chosen and take all steps. Until they have their nodes, their owners wait: `builders` are the threads that
     /// build the body meanwhile. Every clone of the world uses the same shares: only one of them may take steps.
     ///
     /// # Errors
@@ -335,7 +335,7 @@ impl World {
         Ok(())
     }
 
-    /// Puts every body where it is in equilibrium with all of gravity, in place of settling by motion;
+    /// Puts every body where it is in equilibrium with all of gravity, instead of settling by motion;
     /// tools have no part in it. [`World::start_scene`] follows.
     ///
     /// # Errors
@@ -390,10 +390,10 @@ impl World {
 
     /// From the next step on, tools and blades do what they are given and no longer what the scene's
     /// paths say: a recording, or what someone does now. Steps are counted as [`World::steps`] does;
-    /// what is given for a step that is past is done at the next. A tool stays where it was led last.
+    /// what is given for a step that is past is done at the next. A tool stays where it was driven last.
     ///
     /// # Errors
-    /// [`InputError`]; nothing is taken over then.
+    /// [`InputError`]; nothing is adopted then.
     pub fn push(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
         self.input.push(&self.scene, inputs)
     }
@@ -481,7 +481,7 @@ impl World {
         }
     }
 
-    /// Stretches of steps that were done again.
+    /// Stretches of steps that were retried.
     #[must_use]
     pub fn retaken(&self) -> Retaken {
         self.retaken

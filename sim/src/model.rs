@@ -256,7 +256,7 @@ impl Deforming {
         })
     }
 
-    /// Nodes without a tetrahedron that can, rising.
+    /// Nodes without a tetrahedron that can, ascending.
     fn inert(&self) -> Vec<u32> {
         let nodes = (0_u32..).zip(&self.carries);
         nodes

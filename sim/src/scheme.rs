@@ -108,7 +108,7 @@ pub(crate) fn step_shared(
     Ok(())
 }
 
-/// Places (m) of the nodes in equilibrium with `loads` (N), from their places at rest.
+/// Positions (m) of the nodes in equilibrium with `loads` (N), from their positions at rest.
 pub(crate) fn equilibrium(
     elastic: &mut Elastic,
     rest: &[DVec3],

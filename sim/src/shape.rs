@@ -9,7 +9,7 @@ use phyxel_discretize::{
 use crate::error::{BodyProblem, WorldError};
 use crate::scene::{self, Form};
 
-/// Diagonal (m) of the box round all bodies of a scene at rest.
+/// Diagonal (m) of the box around all bodies of a scene at rest.
 ///
 /// # Errors
 /// [`WorldError`] if a mesh cannot be read or is no solid.
@@ -34,7 +34,7 @@ pub(crate) struct Sampled {
     /// Nodes on the surface where nodes are mere points; with tetrahedra these tell.
     pub(crate) outer: Vec<u32>,
     pub(crate) volume_error: Option<f64>,
-    /// Share of a mesh's vertices that lie where it is too thin for its nodes.
+    /// Fraction of a mesh's vertices that lie where it is too thin for its nodes.
     pub(crate) missed: f64,
 }
 

@@ -3,7 +3,7 @@
 //! A world keeps its bodies whole: it settles, cuts, watches and records them as ever. What is shared
 //! out are the passes over nodes and pairs that every step takes, estimates of the largest eigenvalue, and
 //! states to return to. What needs all nodes at once - a blade's edge, a picture, a checkpoint - brings
-//! their places here first.
+//! their positions here first.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -19,16 +19,16 @@ use crate::{Member, World};
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
-    /// Shares the body out anew, at rest: nodes, rows, materials, supports, cuts. `watched` nodes, rising, are
+    /// Shares the body out again, at rest: nodes, rows, materials, supports, cuts. `watched` nodes, ascending, are
     /// those that the whole body's motion has to see in every step.
     ///
     /// # Errors
     /// [`BodyProblem`] if a share's model cannot be built.
     fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem>;
 
-    /// Takes over what has changed of that model: the rows of `changed` nodes, rising, with whatever else cuts have
+    /// Adopts what has changed of that model: the rows of `changed` nodes, ascending, with whatever else cuts have
     /// done to these, and who is watched. The state is the one of before; if rows changed, its forces are evaluated
-    /// anew.
+    /// again.
     ///
     /// # Errors
     /// [`BodyProblem`] if a share's model refuses them.
@@ -51,7 +51,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`phyxel_elastic::Elastic::stiffness_indicators`] of the whole, at the state last evaluated.
     fn stiffness_indicators(&self) -> Vec<f64>;
 
-    /// Lets what rebuilt rows carried over decay ([`Elastic::decay`]); the first
+    /// Lets the retained gradients decay ([`Elastic::decay`]); the first
     /// half of the work (J).
     fn decay(&mut self, factor: f64) -> f64;
 
@@ -76,10 +76,10 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`phyxel_elastic::WATCHED_NODES`] nodes.
     fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode>;
 
-    /// Deformation gradients of some nodes where the nodes are, and positions (m) of others; both rising.
+    /// Deformation gradients of some nodes where the nodes are, and positions (m) of others; both ascending.
     fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>);
 
-    /// Keeps what [`Shares::fetch`] writes, and the vector of estimates, in place of what was kept before. Of the
+    /// Keeps what [`Shares::fetch`] writes, and the vector of estimates, instead of what was kept before. Of the
     /// `velocities` (m/s) those of watched nodes are current.
     fn keep(&mut self, velocities: &[DVec3]);
 
@@ -110,7 +110,7 @@ pub(crate) struct Shared {
     watched: Vec<u32>,
     /// Where the newest vector of estimates is.
     vector: Newest,
-    /// Whether they have the vectors of the kept state.
+    /// Whether they have the vectors of the snapshot.
     keeps: bool,
 }
 
@@ -162,7 +162,7 @@ impl Shared {
 }
 
 impl World {
-    /// Brings the places, velocities and forces of shared bodies here, for whoever reads them.
+    /// Brings the positions, velocities and forces of shared bodies here, for callers that read them.
     pub fn fetch(&mut self) {
         for member in &mut self.members {
             member.body.fetch();
@@ -178,7 +178,7 @@ impl World {
         }
     }
 
-    /// As [`World::fetch`], and evaluates the models where the nodes are, for whoever reads strains and
+    /// As [`World::fetch`], and evaluates the models where the nodes are, for callers that read strains and
     /// stresses.
     pub fn fetch_all(&mut self) {
         for member in &mut self.members {
@@ -289,7 +289,7 @@ impl Member {
         state
     }
 
-    /// Nodes that the motion of the whole has to see in every step, rising.
+    /// Nodes that the motion of the whole has to see in every step, ascending.
     fn watched(&self) -> Vec<u32> {
         let supports = self.body.motion.supports().entries().iter();
         let driven = supports.filter(|support| support.path.is_some());
@@ -310,7 +310,7 @@ impl Member {
 }
 
 impl Body {
-    /// Brings places, velocities and forces here.
+    /// Brings positions, velocities and forces here.
     pub(crate) fn fetch(&mut self) {
         if let Some(shared) = &mut self.shared {
             shared.fetch(&mut self.motion);
@@ -334,7 +334,7 @@ impl Body {
         }
     }
 
-    /// Brings what shares have of the kept state.
+    /// Brings what shares have of the snapshot.
     pub(crate) fn fetch_kept(&mut self, kept: &mut BodyState) {
         if let Some(shared) = &mut self.shared
             && std::mem::take(&mut shared.keeps)
@@ -426,7 +426,7 @@ impl Body {
         }
     }
 
-    /// Lets what rebuilt rows carried over decay, here and in the shares; the first half of the work (J).
+    /// Lets the retained gradients decay, here and in the shares; the first half of the work (J).
     pub(crate) fn decay_by(&mut self, factor: f64) -> f64 {
         // Where the nodes are with shares, what the model here says of works is of another state.
         let [offsets, bonds] = self.elastic.decay(factor).sums();

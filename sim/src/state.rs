@@ -1,8 +1,8 @@
-//! A world's state, to be kept and gone on from.
+//! A world's state, to be kept and resumed from.
 //!
 //! A scene says how bodies are built; what it does not say is where their nodes are, and what blades
 //! have done. Of a blade only what it added to the cut is kept, in the material: capturing that again
-//! gives the same cut, factors and rows, to the bit.
+//! gives the same cut, factors and rows, bit for bit.
 
 use std::sync::Arc;
 
@@ -107,7 +107,7 @@ impl World {
         Ok(())
     }
 
-    /// What can be told before the edges are captured.
+    /// What is known before the edges are captured.
     fn check(&self, state: &WorldState) -> Result<(), WorldError> {
         let finite = |value: Option<f64>| value.is_none_or(f64::is_finite);
         let members = self.members.len();
@@ -344,7 +344,7 @@ mod captures {
     }
 
     /// Wherever a capture fails, of the first edge of a stroke or of a later one, and although the first body has
-    /// it, all is as before; once its cause is gone, the same cut is made, to the bit.
+    /// it, all is as before; once its cause is gone, the same cut is made, bit for bit.
     #[test]
     fn a_capture_that_fails_changes_nothing() {
         let mut sound = blocks();

@@ -1,4 +1,4 @@
-//! The largest eigenvalue of a body as it moves, for the step: where stiffness rises it is estimated anew.
+//! The largest eigenvalue of a body as it moves, for the step: where stiffness rises it is estimated again.
 
 use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
@@ -149,7 +149,7 @@ impl Body {
         self.fetch_vector();
         self.turned_here();
         for (&node, part) in part.nodes().iter().zip(&mode.vector) {
-            // A kept state may have no vector.
+            // A snapshot may have no vector.
             if let Some(whole) = self.eigenvector.get_mut(node as usize) {
                 *whole += *part;
             }

@@ -76,7 +76,7 @@ pub(crate) fn driven_supports_of(
 fn shifted(path: &[Key], start: f64) -> Trajectory {
     let keys = path.iter().map(|key| (start + key.time, key.pose()));
     let path = Trajectory::new(&keys.collect::<Vec<_>>(), Ease::Linear);
-    path.expect("a validated path has finite keys in rising order")
+    path.expect("a validated path has finite keys in ascending order")
 }
 
 #[cfg(test)]

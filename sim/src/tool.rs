@@ -52,7 +52,7 @@ impl ToolForce {
 }
 
 impl ToolContact {
-    /// Whether it can be one of a body of so many nodes in the place of another.
+    /// Whether it can be one of a body of so many nodes instead of another.
     pub(crate) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
         self.tool == built.tool && self.rigid.is_sound(node_count)
     }
@@ -106,7 +106,7 @@ impl ToolContact {
         *spent += start.elapsed();
     }
 
-    /// The body's nodes that it may press on, rising.
+    /// The body's nodes that it may press on, ascending.
     pub(crate) fn nodes(&self) -> &[u32] {
         self.rigid.contact.surface().members()
     }

@@ -6,15 +6,15 @@ use phyxel_discretize::Bounds;
 use crate::scene::{Key, Tool, pose_at};
 use crate::{Member, World, support};
 
-/// Lengths beyond this many times the bodies' are told of: the next unit is a thousand times larger.
+/// Lengths beyond this many times the bodies' are reported: the next unit is a thousand times larger.
 const FAR: f64 = 30.0;
-/// Deviation of the nodes' volume from the body's that is told of.
+/// Deviation of the nodes' volume from the body's that is reported.
 const LARGEST_VOLUME_ERROR: f64 = 0.05;
 /// Places looked at between two keys of a path.
 const PLACES: u32 = 16;
 
 impl World {
-    /// What the scene asks for in vain: supports that hold no node, places of a mesh too thin for its
+    /// What the scene asks for without effect: supports that hold no node, places of a mesh too thin for its
     /// nodes, lengths far beyond the bodies; one sentence each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
@@ -139,12 +139,12 @@ fn triple(p: DVec3) -> String {
     format!("({:.3e}, {:.3e}, {:.3e})", p.x, p.y, p.z)
 }
 
-/// Diagonal of the box round a path's keys.
+/// Diagonal of the box around a path's keys.
 fn way(path: &[Key]) -> f64 {
     Bounds::of(path.iter().map(|key| key.position)).diagonal()
 }
 
-/// Where some points of a thing are at two places of its path, moved as a whole, that follow each other.
+/// Where some points of a thing are at two positions of its path, moved as a whole, that follow each other.
 fn sweeps<'a>(
     path: &'a [Key],
     moved: DVec3,
@@ -165,7 +165,7 @@ fn sweeps<'a>(
     })
 }
 
-/// Corners of a box round a tool, in its frame; `None` for a plane, which has no end.
+/// Corners of a box around a tool, in its frame; `None` for a plane, which has no end.
 fn corners(tool: &Tool) -> Option<[DVec3; 8]> {
     let [min, max] = tool.solid().bounds()?;
     Some(Bounds { min, max }.corners())

@@ -10,7 +10,7 @@ use std::fs::File;
 use phyxel_splat::glam::{DVec3, Vec3};
 use phyxel_splat::{Camera, Frame, Lens, RenderSettings, Renderer, SplatView, Splats, Surfels};
 
-/// Points on a tube round a trefoil knot, with their normals and colours.
+/// Points on a tube around a trefoil knot, with their normals and colours.
 fn knot(along: u32, round: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<Vec3>) {
     let centre = |t: f64| {
         let (sin, cos) = (2.0 * t).sin_cos();
@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let aspect = f64::from(width) / f64::from(height);
     let mut camera = Camera::around(&points, DVec3::new(0.25, 0.55, -1.0), aspect);
     if let Lens::Perspective { focal } = &mut camera.lens {
-        // The knot fills less than the box round it.
+        // The knot fills less than the box around it.
         *focal *= 1.4;
     }
     let settings = RenderSettings {

@@ -1,4 +1,4 @@
-//! The renderer: tiles in parallel, same bits at any thread count.
+//! The renderer: tiles in parallel, bitwise identical at any thread count.
 
 pub(crate) mod camera;
 pub(crate) mod clip;

@@ -245,7 +245,7 @@ impl Tissue {
         self.outer_count
     }
 
-    /// Lays images on the surface of an uncut body: the place of each surfel in one, if it has any. Doubles of
+    /// Lays images on the surface of an uncut body: the position of each surfel in one, if it has any. Doubles of
     /// split surfels keep it, new skin has none.
     ///
     /// # Panics
@@ -425,7 +425,7 @@ impl Tissue {
         let inner = if self.surfels.materials[index(surfel)] == CAPSULE {
             eye - normal * depth
         } else {
-            // As deep below the body's surface: skin at a rim goes round a cut's end as the surface beside it does.
+            // As deep below the body's surface: skin at a rim goes around a cut's end as the surface beside it does.
             let mut inner = anchor;
             let clip = self.clips[index(surfel)].as_ref();
             for &(direction, offset) in clip.iter().flat_map(|clip| &clip.edges) {

@@ -1,4 +1,4 @@
-//! Blades: strokes that end at a surface, begin anew, and weld as their own cut says.
+//! Blades: strokes that end at a surface, begin again, and weld as their own cut says.
 
 use glam::DVec3;
 use phyxel::{Action, Input, StrokePhase, World};
@@ -68,7 +68,7 @@ fn lead(world: &mut World, edges: &[(StrokePhase, f64, f64)]) {
             edge: vec![DVec3::new(x, -0.04, z), DVec3::new(x, 0.04, z)],
         },
     });
-    world.push(inputs.collect()).expect("the inputs are sound");
+    world.push(inputs.collect()).expect("the inputs are valid");
     for _ in edges {
         world.step().expect("it runs");
     }

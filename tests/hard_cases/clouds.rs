@@ -1,4 +1,4 @@
-//! Hard cases that no sampled body has: clouds given as they are, to the leaves.
+//! Hard cases that no sampled body has: clouds given as they are, to the six crates.
 
 use glam::{DMat3, DQuat, DVec3};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
@@ -140,7 +140,7 @@ fn one_node_has_neither_strain_nor_force() {
     cloud.is_sound(DVec3::X, false);
 }
 
-/// Two nodes at one place carry no direction to each other; all others see both.
+/// Two nodes at one position carry no direction to each other; all others see both.
 #[test]
 fn duplicated_nodes_take_part_and_do_not_break_the_cloud() {
     let mut points = grid([3, 3, 3]);
@@ -148,7 +148,7 @@ fn duplicated_nodes_take_part_and_do_not_break_the_cloud() {
     let mut cloud = Cloud::new(points);
     cloud.has_rank(3);
     cloud.is_sound(DVec3::new(0.6, 0.0, 0.8), true);
-    // All at one place: nothing to tell directions by, and nothing that resists.
+    // All at one position: nothing that gives directions, and nothing that resists.
     let mut heap = Cloud::new(vec![DVec3::ONE; 5]);
     heap.has_rank(0);
     heap.is_sound(DVec3::Y, false);

@@ -103,7 +103,7 @@ pub(super) fn across(name: &str, height: f64, times: [f64; 2]) -> String {
     stroke(name, DVec3::Y * 0.08, at(-0.04), at(0.04), times)
 }
 
-/// How far (m) the node that moved most is from its place at rest.
+/// How far (m) the node that moved most is from its position at rest.
 pub(super) fn largest_way(body: &Body) -> f64 {
     let pairs = body.motion.positions().iter().zip(&body.rest);
     pairs.map(|(x, rest)| x.distance(*rest)).fold(0.0, f64::max)

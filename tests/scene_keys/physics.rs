@@ -287,7 +287,7 @@ fn every_rule_parts_a_body_that_is_cut_through() {
     }
 }
 
-/// A state that was kept goes on to the bit, with all that has a memory: viscosity in explicit steps
+/// A state that was kept continues, bit for bit, with all that has a memory: viscosity in explicit steps
 /// through a cut, implicit steps, the grid's factors.
 #[test]
 fn a_kept_state_of_any_model_goes_on_to_the_bit() {

@@ -1,7 +1,7 @@
 //! A box of nodes with tetrahedra, volumes and conservative gradient stencils.
 //!
 //! An oracle of its own: written from the formulas, for clarity rather than speed, so that a crate
-//! can be tested without its siblings and a sibling against it. The stencils satisfy
+//! can be tested without the other crates, and they against it. The stencils satisfy
 //! `sum_j X_ij g_ij^T = I` per node and `sum_i V_i g_ij = b_j` (self terms included) over all, the
 //! second up to the tolerance of a conjugate-gradient solve.
 
@@ -24,7 +24,7 @@ pub struct Block {
     pub triangles: Vec<[u32; 3]>,
     /// Starts of the rows of the edge graph.
     pub offsets: Vec<u32>,
-    /// Its neighbours, rising in each row.
+    /// Its neighbours, ascending in each row.
     pub indices: Vec<u32>,
     /// `w_ij = 1 / r²` (1/m²), to the digits of an f32.
     pub weights: Vec<f64>,
@@ -117,7 +117,7 @@ impl Block {
         Self::eighteen_in_order(n, spacing, morton)
     }
 
-    /// [`Block::eighteen`] with its nodes in the order of a key of lattice places.
+    /// [`Block::eighteen`] with its nodes in the order of a key of lattice positions.
     #[must_use]
     pub fn eighteen_in_order<K: Ord>(
         n: [usize; 3],
@@ -393,7 +393,7 @@ impl Block {
     }
 }
 
-/// Interleaved bits of a cell's place.
+/// Interleaved bits of a cell's position.
 fn morton(at: [usize; 3]) -> usize {
     (0..20).fold(0, |code, bit| {
         (0..3).fold(code, |code, axis| {
@@ -429,7 +429,7 @@ fn jittered_lattice(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> V
     positions
 }
 
-/// Six tetrahedra per cell round a diagonal that is mirrored from cell to cell.
+/// Six tetrahedra per cell around a diagonal that is mirrored from cell to cell.
 fn mirrored_tetrahedra(cells: [usize; 3]) -> Vec<[u32; 4]> {
     let mut tetrahedra = Vec::new();
     let orders = [

@@ -42,7 +42,7 @@ impl Random {
     }
 }
 
-/// Who is coupled with whom on [`lattice`]: the 6 nearest and the 12 next nearest places, as row starts
+/// Who is coupled with whom on [`lattice`]: the 6 nearest and the 12 next nearest positions, as row starts
 /// and neighbours.
 #[must_use]
 pub fn lattice_rows(n: [usize; 3]) -> (Vec<u32>, Vec<u32>) {
@@ -112,7 +112,7 @@ pub const BOX_FACES: [[u32; 4]; 6] = [
     [1, 3, 7, 5],
 ];
 
-/// Random nodes that fill the unit cube round the origin, `n` along an edge.
+/// Random nodes that fill the unit cube around the origin, `n` along an edge.
 #[must_use]
 #[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
 pub fn filled_cube(n: usize, seed: u64) -> Vec<DVec3> {

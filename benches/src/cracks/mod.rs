@@ -50,7 +50,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Whether the bar is missed.
+    /// Whether the acceptance limit is missed.
     #[must_use]
     pub fn misses(&self) -> bool {
         let off = (self.ratio - 1.0).abs();
@@ -229,7 +229,7 @@ fn edge(
     Ok(case.found)
 }
 
-/// 16 spacings long, at all places of the line.
+/// 16 spacings long, at all positions of the line.
 fn edges(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let found = OFFSETS.map(|offset| edge(40, 0.4, (offset, Grain::Lattice), fronts));
     flat(found)

@@ -99,7 +99,7 @@ impl Plate {
     }
 }
 
-/// A cut box; places, displacements and stresses are in its own frame.
+/// A cut box; positions, displacements and stresses are in its own frame.
 #[derive(Debug)]
 pub(super) struct Specimen {
     /// Rest positions (m).

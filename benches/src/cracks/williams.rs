@@ -1,4 +1,4 @@
-//! Stress intensities by a fit of a series to displacements round a crack's tip: Williams' (1957) where the crack is
+//! Stress intensities by a fit of a series to displacements around a crack's tip: Williams' (1957) where the crack is
 //! straight, and what becomes of it where the crack is an arc of a circle.
 
 use std::f64::consts::PI;
@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use crate::problems::cracks::{POISSON, YOUNG};
 
-/// Terms `w^(n/2)` of the series at a straight crack, n from -1: a tip that a body resolves a share of a spacing off leaves
+/// Terms `w^(n/2)` of the series at a straight crack, n from -1: a tip that a body resolves a fraction of a spacing off leaves
 /// a term of `w^(-1/2)`, which is no part of the intensity.
 const TERMS: usize = 9;
 /// The same at an arc, whose field they follow to 0.8 radii within 5e-4; 9 and 11 terms leave 6 and 1 % of an intensity there.
@@ -26,7 +26,7 @@ fn power(z: DVec2, n: f64) -> DVec2 {
     DVec2::from_angle(n * z.y.atan2(z.x)) * z.length().powf(n)
 }
 
-/// A place in the frame of the tip, which straightens a crack of curvature `k` behind it.
+/// A position in the frame of the tip, which straightens a crack of curvature `k` behind it.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     z: DVec2,
@@ -34,7 +34,7 @@ struct Place {
     straight: DVec2,
     /// `dw/dz`.
     slope: DVec2,
-    /// The place mirrored in the circle, which is `w` conjugated.
+    /// The position mirrored in the circle, which is `w` conjugated.
     mirrored: DVec2,
 }
 
@@ -60,7 +60,7 @@ impl Place {
 
     /// Displacement of the potentials (Muskhelishvili 1953) `φ = c w^(n/2)`, `ω = ± c w^(n/2)` (+ for odd n), which
     /// leave the crack's faces free of traction: `2 μ (u_x + i u_y) = κ φ(z) - ω(z*) - (z - z*) conj(φ'(z))` with
-    /// the mirrored place `z*`; plane strain.
+    /// the mirrored position `z*`; plane strain.
     fn displacement(&self, order: usize, c: DVec2) -> DVec2 {
         #[allow(clippy::cast_precision_loss, reason = "a few terms")]
         let half = 0.5 * (order as f64 - 1.0);
@@ -74,7 +74,7 @@ impl Place {
     }
 }
 
-/// `K_I` and `K_II` (Pa m^1/2) of the least squares of displacements (m) at places (m) in the frame of the tip: the
+/// `K_I` and `K_II` (Pa m^1/2) of the least squares of displacements (m) at positions (m) in the frame of the tip: the
 /// crack comes along negative x, on an arc of the `curvature` (1/m) whose middle lies at y = 1 / `curvature`. Places
 /// within `level` (m) of its line are on its upper face, or on the lower one if that is negative.
 pub(super) fn stress_intensities(field: &[(DVec2, DVec2)], curvature: f64, level: f64) -> [f64; 2] {
@@ -109,7 +109,7 @@ pub(super) fn stress_intensities(field: &[(DVec2, DVec2)], curvature: f64, level
     [found[4] * unit, -found[5] * unit]
 }
 
-/// Gauss' elimination with pivots; not a number where there are too few places.
+/// Gauss' elimination with pivots; not a number where there are too few positions.
 fn solved(mut system: Vec<Vec<f64>>) -> Vec<f64> {
     let unknowns = system.len();
     for column in 0..unknowns {

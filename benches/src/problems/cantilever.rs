@@ -19,7 +19,7 @@ pub fn on(coordinate: f64, face: f64) -> bool {
 /// A body on the edges of the block's tetrahedra with stencils of `phyxel-mls`.
 ///
 /// # Panics
-/// If the block is not sound.
+/// If the block is not valid.
 #[must_use]
 pub fn body(block: &Block, material: Material, settings: &Settings) -> Elastic {
     on_graph(block, &edges(block), material, settings)
@@ -50,7 +50,7 @@ pub fn rows(block: &Block, graph: &Neighborhoods) -> GradientStencils {
         weights,
         &ConservativeSettings::default(),
     )
-    .expect("a sound block");
+    .expect("a valid block");
     rows.converged().expect("a block that is solved")
 }
 
@@ -71,7 +71,7 @@ pub fn on_graph(
         rest_positions: &block.positions,
         volumes: &block.volumes,
     };
-    Elastic::new(&stencils, &nodes, &Materials::Uniform(material), settings).expect("sound rows")
+    Elastic::new(&stencils, &nodes, &Materials::Uniform(material), settings).expect("valid rows")
 }
 
 /// The dissertation's own mechanics.
@@ -81,7 +81,7 @@ pub fn on_graph(
 #[must_use]
 pub fn dissertation(block: &Block, material: Material) -> Elastic {
     let model = super::model::dissertation(&block.positions, material, 1.0);
-    model.expect("a sound cloud").0
+    model.expect("a valid cloud").0
 }
 
 /// A body as the static solver of the test kit asks for it.

@@ -55,7 +55,7 @@ pub struct Elements {
 }
 
 impl Elements {
-    /// Elements between `lines` (m), rising, on which the nodes lie along each axis; elements of order 2
+    /// Elements between `lines` (m), ascending, on which the nodes lie along each axis; elements of order 2
     /// take two intervals each.
     ///
     /// # Panics

@@ -76,7 +76,7 @@ impl Press {
         Self::on(body, supports, &top, spacing)
     }
 
-    /// A quarter of a block between two symmetry planes, far sides and bottom held: `lines` (m), rising
+    /// A quarter of a block between two symmetry planes, far sides and bottom held: `lines` (m), ascending
     /// from 0, are where its nodes lie along each axis. Contact within `reach` (m) of the corner, by six
     /// points a triangle; `spacing` (m) sets the penalty.
     ///
@@ -309,7 +309,7 @@ pub(super) fn grade(s: f64) -> f64 {
     0.45 * s + 0.55 * s * s * s
 }
 
-/// Mean pressure in rings round the middle of a contact.
+/// Mean pressure in rings around the middle of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
     /// Inner and outer radius over Hertz's contact radius.

@@ -39,7 +39,7 @@ pub struct ElasticBody {
 }
 
 impl ElasticBody {
-    /// The default model, neo-Hookean with zero-energy control `control`; nodes are put in
+    /// The default model, neo-Hookean with hourglass stabilization `control`; nodes are put in
     /// space-filling order.
     ///
     /// # Errors
@@ -162,7 +162,7 @@ impl ForceLaw for ElasticBody {
 }
 
 /// The dissertation's own mechanics, for comparison: 16 nearest nodes, plain moving least squares
-/// (Aras 2014, eqs. (25)–(27)), volumes of eqs. (17) and (18), no control of zero-energy modes; the
+/// (Aras 2014, eqs. (25)–(27)), volumes of eqs. (17) and (18), no hourglass stabilization; the
 /// model and the nodal masses (kg).
 ///
 /// # Errors

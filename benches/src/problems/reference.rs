@@ -14,7 +14,7 @@ const TOLERANCE: f64 = 1e-7;
 /// finite elements on lines drawn towards the sphere, on two lattices.
 ///
 /// With as many nodes as the whole cube it has half their distance under the sphere, where the contact is
-/// known no better than to the nodes' distance: a whole cube of 12 intervals is 4 % too stiff.
+/// known no better than to the node spacing: a whole cube of 12 intervals is 4 % too stiff.
 #[derive(Debug)]
 pub struct Reference {
     coarse: Press<Elements>,
@@ -28,7 +28,7 @@ pub struct Reference {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
     /// Force (N) at E = 1 Pa and small strain, of both lattices extrapolated as errors that fall with the
-    /// square of the nodes' distance (Richardson).
+    /// square of the node spacing (Richardson).
     pub force: f64,
     /// That of the finer lattice.
     pub fine: f64,

@@ -136,7 +136,7 @@ pub(super) fn bending_converges(proof: &mut Proof) {
     }
 }
 
-/// How much the one coefficient of zero-energy control matters: tip deflection of the jittered beam.
+/// How much the one coefficient of hourglass stabilization matters: tip deflection of the jittered beam.
 pub(super) fn cantilever_against_the_control_coefficient(proof: &mut Proof) {
     let block = beam([20, 4, 4], 0.25);
     let mut before = f64::INFINITY;

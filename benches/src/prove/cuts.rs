@@ -1,5 +1,5 @@
 //! Cuts and mechanics together: cracks with a known answer, through cuts, and the trap of setting up
-//! anew. `cargo run --release -p benches -- crack` prints all forms on all problems.
+//! again. `cargo run --release -p benches -- crack` prints all forms on all problems.
 
 use super::{Proof, traps};
 use crate::problems::cracks::{self, Form, PLACES, Ratios};
@@ -19,7 +19,7 @@ fn across(proof: &mut Proof, cut: &str, moved: f64, other: f64) {
 }
 
 pub(super) fn tada_paris_irwin_edge_crack(proof: &mut Proof) {
-    // Mean over eight places: 6 % at a = 8 spacings, 3 % at 16.
+    // Mean over eight positions: 6 % at a = 8 spacings, 3 % at 16.
     for (cells, jitter, allowed) in [(20, 0.0, 0.06), (20, 0.2, 0.06), (40, 0.0, 0.03)] {
         let runs: Vec<Ratios> = PLACES
             .iter()
@@ -32,7 +32,7 @@ pub(super) fn tada_paris_irwin_edge_crack(proof: &mut Proof) {
         proof.within("K_I", mean(&runs, |r| r.first), 1.0, allowed);
         proof.within("mouth", mean(&runs, |r| r.second), 1.0, allowed);
     }
-    // The comparator is worse: the crack acts too long.
+    // The baseline is worse: the crack acts too long.
     let seen = cracks::edge_crack(20, 0.0, PLACES[1], Form::Rule(Rule::Visibility))
         .unwrap()
         .unwrap();
@@ -56,7 +56,7 @@ pub(super) fn inclined_crack(proof: &mut Proof) {
 }
 
 pub(super) fn sneddon_1946_penny_crack_in_a_cube(proof: &mut Proof) {
-    // At a = 3.5 spacings, eight places of the disc relative to the nodes of two bodies.
+    // At a = 3.5 spacings, eight positions of the disc relative to the nodes of two bodies.
     let shifts = [
         [0.0, 0.0, 0.0],
         [0.3, 0.2, 0.25],
@@ -73,9 +73,9 @@ pub(super) fn sneddon_1946_penny_crack_in_a_cube(proof: &mut Proof) {
             );
         }
     }
-    // The mean over the places, whatever the radius over which the field is read: 1.035, 1.001, 0.958 for
+    // The mean over the positions, whatever the radius over which the field is read: 1.035, 1.001, 0.958 for
     // the face and 0.982, 0.959, 0.942 for the middle. The largest radius is nearly that of the crack,
-    // and a linear reading over it flattens the middle by up to 0.075 at a single place.
+    // and a linear reading over it flattens the middle by up to 0.075 at a single position.
     for (reading, at_one_place) in [0.06, 0.06, 0.08].into_iter().enumerate() {
         let faces: Vec<Ratios> = runs.iter().map(|run| run.faces[reading]).collect();
         proof.within("mean opening", mean(&faces, |r| r.first), 1.0, 0.06);

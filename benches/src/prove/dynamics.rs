@@ -43,7 +43,7 @@ fn plucked(body: &Body, amplitude: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Share of the wave's shape in the displacement after `time`, over the amplitude.
+/// Fraction of the wave's shape in the displacement after `time`, over the amplitude.
 fn wave_after(body: &mut Body, supports: &BoundaryConditions, time: f64, step: Stepping) -> f64 {
     let amplitude = 1e-4;
     let settings = MotionSettings {

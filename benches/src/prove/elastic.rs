@@ -275,7 +275,7 @@ pub(super) fn a_free_body_has_six_soft_modes_and_no_more(proof: &mut Proof) {
     }
 }
 
-/// Rows that `phyxel-mls` rebuilds after a cut, down to sheets and lone nodes, are taken over and
+/// Rows that `phyxel-mls` rebuilds after a cut, down to sheets and lone nodes, are adopted and
 /// stay blind to a rotation.
 pub(super) fn rows_rebuilt_by_mls_are_objective(proof: &mut Proof) {
     let block = Block::new([6, 4, 4], DVec3::new(0.6, 0.4, 0.4), 0.2, 6);
@@ -369,7 +369,7 @@ pub(super) fn clamped_cube_needs_mean_dilatation(proof: &mut Proof) {
 /// With lumped loads `V_i b_i` the order is below two and rises: 0.9, 1.3, 1.5 on lattices. What the
 /// stencils balance of a smooth stress is `-dP/dX : M_i` with `M_i = sum_j V_j (X_i - X_j) (x) g_ji`
 /// and not `V_i Div P`: `M_i / V_i - I` is 0.35 large (0.05 by its trace, so that other volumes would
-/// not help). The difference is a load of the shortest wave, which zero-energy control alone resists.
+/// not help). The difference is a load of the shortest wave, which hourglass stabilization alone resists.
 /// With `M_i`, which a user cannot know as it takes the stress, the order is two.
 pub(super) fn large_deformation_converges(proof: &mut Proof) {
     let motion = |x: DVec3| {

@@ -72,7 +72,7 @@ fn cut(
 /// Shortest paths in space around triangles over many points close to their edges.
 ///
 /// Each edge of each triangle, whether the cut ends there or not, has points every `STEP` of the radius
-/// along it and seven at each place around it, so that no two are on opposite sides: nothing is said of where a path may bend, nor how often.
+/// along it and seven at each position around it, so that no two are on opposite sides: nothing is said of where a path may bend, nor how often.
 struct SampledPaths {
     triangles: Vec<[DVec3; 3]>,
     edges: Vec<[DVec3; 2]>,
@@ -308,7 +308,7 @@ pub(super) fn random_strips_through_random_clouds_match_sampled_shortest_paths(p
     proof.above("rms of paths of one bend", of_one_bend, 5e-3);
 }
 
-/// The same of a share of the pairs that twisted strips cross.
+/// The same of a fraction of the pairs that twisted strips cross.
 pub(super) fn paths_around_twisted_strips_are_the_shortest(proof: &mut Proof) {
     let turns = [
         (90.0, 16),

@@ -36,7 +36,7 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
         let unexplained = audit.energy_error().abs() / audit.elastic.max(audit.dissipated);
         // 4.7e-3 at most, in the liver of 1,100 nodes.
         proof.below(
-            format!("imbalance of {name}, {nodes} nodes"),
+            format!("energy-balance error of {name}, {nodes} nodes"),
             unexplained,
             0.02,
         );

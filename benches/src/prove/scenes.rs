@@ -17,7 +17,7 @@ pub(super) fn matrix(proof: &mut Proof) {
     for row in &rows {
         let own = std::slice::from_ref(row);
         let what = format!(
-            "{}: added {:.1e}, imbalance {:.1e}, shrink {:.2}, det F {:.3}",
+            "{}: added {:.1e}, energy-balance error {:.1e}, shrink {:.2}, det F {:.3}",
             row.scene, row.added, row.imbalance, row.shrink, row.smallest_determinant
         );
         proof.none(what, &matrix::breaches(own));
@@ -55,7 +55,7 @@ pub(super) fn cooks_membrane(proof: &mut Proof) {
 pub(super) fn energy_release_rate(proof: &mut Proof) {
     let finding = griffith::measure(4.0).expect("it is a scene");
     let what = format!(
-        "set free over G by the load {:.3}, by the closed form {:.3}, most that an update adds {:.1e}",
+        "released over G by the load {:.3}, by the closed form {:.3}, most that an update adds {:.1e}",
         finding.ratio, finding.ratio_of_closed_form, finding.row.added
     );
     proof.none(what, &griffith::breaches(&finding));

@@ -73,7 +73,7 @@ pub(super) fn force_across(strips: &[&[[DVec3; 2]]], piece: impl Fn(DVec3) -> bo
     most
 }
 
-/// Setting up the whole body anew with the weights of a cut and the old boundary vectors: what glues.
+/// Setting up the whole body again with the weights of a cut and the old boundary vectors: what glues.
 fn glued(cut: &CutBody<'_>) -> GradientStencils {
     let body = &cut.body.block;
     let weights: Vec<f64> = inverse_square_weights(&body.rest, &body.graph)

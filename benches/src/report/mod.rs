@@ -178,7 +178,7 @@ impl Table {
         writer.into_inner().expect("memory takes all")
     }
 
-    /// The place of the column called `name`.
+    /// The position of the column called `name`.
     ///
     /// # Panics
     /// If there is no such column.

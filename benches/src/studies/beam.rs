@@ -167,7 +167,7 @@ fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, S
     let scene = beam(ratio, nodes)?;
     let mut body = Body::new(&scene, &scene.bodies[0])?;
     let boundary = &body.stencils.boundary_vectors;
-    // The share of the end face that each of its nodes stands for.
+    // The fraction of the end face that each of its nodes stands for.
     let shares: Vec<f64> = body
         .rest
         .iter()

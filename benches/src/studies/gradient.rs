@@ -14,7 +14,7 @@ use crate::{Effort, StudyError};
 
 /// Runs of which the median time is taken.
 const RUNS: usize = 5;
-/// Largest shift of a node inside, as a share of the spacing.
+/// Largest shift of a node inside, as a fraction of the spacing.
 const JITTER: f64 = 0.2;
 /// Support radius of the shape functions, in spacings.
 const SUPPORT: f64 = 2.2;
@@ -198,7 +198,7 @@ fn cloud(side: u32) -> Cloud {
             .try_into()
             .map_or(1.0, |faces: i32| 0.5_f64.powi(faces));
         volumes.push(share * spacing * spacing * spacing);
-        // And for twice that share of each face's area.
+        // And for twice that fraction of each face's area.
         let outward = lattice.map(|i| f64::from(i == last) - f64::from(i == 0));
         boundary.push(DVec3::from_array(outward) * (2.0 * share * spacing * spacing));
     }

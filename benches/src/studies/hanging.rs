@@ -30,14 +30,14 @@ struct Measured {
     /// Neighbours that a node sees, in the mean, before any cut.
     neighbors: f64,
     severed: usize,
-    /// Lowest node (m) below its lowest place at rest.
+    /// Lowest node (m) below its lowest position at rest.
     drop: f64,
     /// Step (s simulated).
     step: f64,
     /// Median wall time (s) of a step, and of carrying and drawing a picture.
     seconds: f64,
     drawing: f64,
-    /// Energy (J) that cuts set free and that they added, so far.
+    /// Energy (J) that cuts release and that they added, so far.
     released: f64,
     added: f64,
     /// Energy (J) that the audit leaves unexplained.
@@ -210,7 +210,7 @@ fn table(states: &[State], sags: &[Sag]) -> Table {
         ("speed", "simulated s per s"),
         ("frames", "1/s"),
         ("in 2014", "1/s"),
-        ("set free", "mJ"),
+        ("released", "mJ"),
         ("added", "mJ"),
         ("unexplained", "mJ"),
         ("ended", ""),

@@ -87,7 +87,7 @@ pub const STUDIES: &[Study] = &[
     Study {
         name: "chapter6",
         title: "The dissertation's chapter 6 again",
-        question: "how do its model and ours do on its bodies: error, speed, energy of the cuts?",
+        question: "how do its model and phyxel do on its bodies: error, speed, energy of the cuts?",
         run: hanging::run,
     },
     Study {
@@ -171,7 +171,7 @@ impl Study {
     }
 }
 
-/// Writes the page `index.html` of some findings into `folder`; returns its place.
+/// Writes the page `index.html` of some findings into `folder`; returns its path.
 ///
 /// # Errors
 /// [`StudyError`].

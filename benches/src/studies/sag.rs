@@ -60,7 +60,7 @@ fn sag(
     held: &[bool],
 ) -> Result<f64, StudyError> {
     let forces: Vec<DVec3> = masses.iter().map(|m| GRAVITY * *m).collect();
-    // Two nodes never lie in one place.
+    // Two nodes never lie at one position.
     let held: std::collections::HashSet<[u64; 3]> = (rest.iter().zip(held))
         .filter(|(_, held)| **held)
         .map(|(x, _)| x.to_array().map(f64::to_bits))
@@ -98,7 +98,7 @@ impl Mesh {
         }
     }
 
-    /// Eight tetrahedra in place of each, divided at the middles of the edges, the octahedron within along one of
+    /// Eight tetrahedra instead of each, divided at the middles of the edges, the octahedron within along one of
     /// its diagonals (Bey 1995): the same body, and the same part of it held.
     fn divided(&self) -> Self {
         let Self {
@@ -242,7 +242,7 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
             add(model, sag.nodes, sag.error());
             sags.push(sag);
         }
-        // Ten times the default's control of zero-energy modes.
+        // Ten times the default's hourglass stabilization.
         let (nodes, mean) = by_model(body(name, &["bodies[0].material.stabilization=1"])?);
         add("control 1", nodes, error(mean, reference));
         let tetrahedra = "linear tetrahedra, the same nodes";

@@ -17,11 +17,11 @@ use crate::{Effort, StudyError};
 /// Load steps to a stretch.
 const LOAD_STEPS: u32 = 7;
 
-/// Largest shift of a node inside, as a share of a cell.
+/// Largest shift of a node inside, as a fraction of a cell.
 const JITTER: f64 = 0.25;
 /// Unbalanced forces relative to those on the ends.
 const TOLERANCE: f64 = 1e-9;
-/// Share of `c01` in the shear modulus of the Mooney-Rivlin material.
+/// Fraction of `c01` in the shear modulus of the Mooney-Rivlin material.
 const SHARE: f64 = 0.3;
 /// Volume constant (Pa) at E = 1 Pa (Aras 2014, eq. (30)).
 const VOLUME: f64 = 1.5;

@@ -38,15 +38,15 @@ pub enum RepairError {
     },
     /// The surface has a hole that is not small against the body.
     #[error(
-        "the surface is open: {holes} hole(s), the largest {perimeter:.4e} round near \
-         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}); only holes up to {limit:.4e} round are closed: \
-         close it in a mesh editor, or set largest_hole (a share of the box's diagonal) to {:.2}",
+        "the surface is open: {holes} hole(s), the largest of perimeter {perimeter:.4e} near \
+         ({near_x:.4e}, {near_y:.4e}, {near_z:.4e}); only perimeters up to {limit:.4e} are closed: \
+         close it in a mesh editor, or set largest_hole (a fraction of the box's diagonal) to {:.2}",
         (1e2 * share).ceil() / 1e2, near_x = near.x, near_y = near.y, near_z = near.z
     )]
     Open {
         /// Number of holes.
         holes: usize,
-        /// Length round the largest.
+        /// Length around the largest.
         perimeter: f64,
         /// A point on its rim.
         near: DVec3,

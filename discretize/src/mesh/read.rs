@@ -73,7 +73,7 @@ pub enum TextPlace {
     Byte(usize),
 }
 
-/// Why a file could not be read, with file and place.
+/// Why a file could not be read, with file and position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReadError {
     /// The file; empty when bytes were read.

@@ -137,10 +137,10 @@ impl fmt::Display for MeshReport {
 /// reported; what cannot be done is refused.
 ///
 /// A part inside another one keeps its sense relative to it: inward it is a cavity. An outward one adds
-/// nothing where the body is already, so it is dropped and told.
+/// nothing where the body is already, so it is dropped and reported.
 ///
 /// # Errors
-/// [`RepairError`] with the place.
+/// [`RepairError`] with the position.
 pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshReport), RepairError> {
     validate(mesh)?;
     let given = (mesh.vertices.len(), mesh.triangles.len());
@@ -327,7 +327,7 @@ fn drop_bad(mesh: &mut Mesh) -> (usize, usize) {
     (degenerate, before - degenerate - mesh.triangles.len())
 }
 
-/// Closes holes up to a share of the box's diagonal round with a fan round their middle; returns how many, and the largest.
+/// Closes holes up to a fraction of the box's diagonal round with a fan around their middle; returns how many, and the largest.
 fn close_holes(mesh: &mut Mesh, share: f64, diagonal: f64) -> Result<(usize, f64), RepairError> {
     let limit = share * diagonal;
     let loops = boundary_loops(&Edges::new(mesh));

@@ -1,4 +1,4 @@
-//! Tetrahedra that fill space round a body, before they are cut along its surface.
+//! Tetrahedra that fill space around a body, before they are cut along its surface.
 
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ pub(crate) trait Background: Sync {
     /// Calls `visit` for the tetrahedra of a piece, with the rank of the length of each edge.
     fn tetrahedra_in(&self, chunk: usize, visit: &mut Visit<'_>);
 
-    /// Whether a point may move to a place while all others are where `position` says, without
+    /// Whether a point may move to a position while all others are where `position` says, without
     /// flattening a tetrahedron.
     fn may_warp(&self, id: u32, to: DVec3, position: &dyn Fn(u32) -> DVec3) -> bool;
 }

@@ -23,7 +23,7 @@ pub enum SampleError {
         /// Growth per distance.
         growth: f64,
     },
-    /// A refined place is out of range.
+    /// A refined region is out of range.
     #[error(
         "refinement {refinement} with factor {factor} and radius {radius}: the factor must lie in \
          1/32 to 1, the radius must not be negative, its ends must be finite"

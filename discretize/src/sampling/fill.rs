@@ -41,7 +41,7 @@ const SPACING_TOLERANCE: f64 = 0.04;
 const SPACING_ROUNDS: usize = 4;
 /// Smallest cell that is tried over the first guess: it gives 6 to 15 times the nodes.
 const SMALLEST_STEP: f64 = 0.4;
-/// Share of the surface nodes that improving removes, from the same samplings; a first guess too.
+/// Fraction of the surface nodes that improving removes, from the same samplings; a first guess too.
 const REMOVED: f64 = 0.66;
 
 /// Fills one body as the settings say.
@@ -238,7 +238,7 @@ impl<'a> Filler<'a> {
                     coarse = coarse.min(cell);
                     continue;
                 }
-                // Refined places may take more cells than the model knows of.
+                // Refined regions may take more cells than the model knows of.
                 Err(SampleError::TooFine { .. }) if round + 1 < COUNT_ROUNDS => {
                     fine = fine.max(cell);
                     ratio *= 8.0;

@@ -8,8 +8,8 @@ use crate::sampling::grading::{Grading, Refinement};
 use crate::sampling::settings::{SampleSettings, SampleTarget};
 use crate::sampling::solid::Solid;
 
-/// Coordinates are rounded to this share of the longest side: far above the round-off by which two
-/// copies of a mesh in different units differ, far below what a mesh tells (2^-24 in single precision).
+/// Coordinates are rounded to this fraction of the longest side: far above the round-off by which two
+/// copies of a mesh in different units differ, far below what a mesh resolves (2^-24 in single precision).
 const GRAIN: f64 = 1.0 / (1_u64 << 36) as f64;
 
 /// Where a body's frame begins, how it is turned, and the length of its unit.

@@ -21,17 +21,17 @@ use crate::sampling::oracle::Oracle;
 
 /// Tetrahedra that one thread cuts at a time.
 const CHUNK: usize = 4096;
-/// A moved point leaves at least this share of the volume of each tetrahedron at it.
+/// A moved point leaves at least this fraction of the volume of each tetrahedron at it.
 const LEAST_VOLUME: f64 = 0.2;
 
 type Halves = [u32; 3];
 
-/// One number for a place: 21 bits per axis.
+/// One number for a position: 21 bits per axis.
 fn key([x, y, z]: Halves) -> u64 {
     u64::from(x) | u64::from(y) << 21 | u64::from(z) << 42
 }
 
-/// Hashes keys of places; nobody chooses them to collide.
+/// Hashes keys of positions; nobody chooses them to collide.
 #[derive(Default)]
 struct Spread(u64);
 
@@ -173,7 +173,7 @@ fn fill(octree: &Octree, cell: Cell, out: &mut Vec<[Halves; 4]>) {
                 corner
             });
             if other.level > cell.level {
-                // The larger neighbour's face has its middle at one corner of ours.
+                // The larger neighbour's face has its middle at one corner of this one.
                 let apart = |corner: Halves| {
                     [u, v]
                         .iter()

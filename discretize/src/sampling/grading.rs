@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::sampling::error::SampleError;
 
-/// A place with smaller distances between nodes.
+/// A region with smaller distances between nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -35,7 +35,7 @@ impl Refinement {
             && (1.0 / LARGEST_RATIO..=1.0).contains(&self.factor)
     }
 
-    /// Distance from the refined place (m), 0 in it.
+    /// Distance from the refined region (m), 0 in it.
     #[must_use]
     pub fn distance(&self, p: DVec3) -> f64 {
         let axis = self.to - self.from;
@@ -53,13 +53,13 @@ impl Refinement {
 ///
 /// The cells' edge wanted at a point is the smallest of `(1 + growth d / h) h` with the depth d
 /// below the surface and the surface's edge h, `(factor + growth d / h) h` with the distance d from
-/// a refined place, and `coarsest h`.
+/// a refined region, and `coarsest h`.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grading {
     /// Largest spacing inside over that at the surface: 1 to 32; 1 for the same everywhere.
     pub coarsest: f64,
-    /// Growth of the spacing per distance from the surface or a refined place.
+    /// Growth of the spacing per distance from the surface or a refined region.
     pub growth: f64,
     /// Places with smaller cells, such as where a tool will touch or a blade will pass.
     pub refinements: Vec<Refinement>,

@@ -135,8 +135,8 @@ fn collapse_best(patch: &mut Patch, v: u32) -> bool {
     best.is_some()
 }
 
-/// Whether the surface round a node that goes is kept well enough: triangles hardly turn, and the
-/// node's place stays near one of them.
+/// Whether the surface around a node that goes is kept well enough: triangles hardly turn, and the
+/// node's position stays near one of them.
 fn surface_stays(patch: &Patch, gone: u32, kept: u32) -> bool {
     if !patch.on_surface[gone as usize] {
         return true;

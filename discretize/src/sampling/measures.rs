@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::mesh::Bounds;
 
-/// Points per axis of the grid in a body's box by which volume and area are told where no surface has
+/// Points per axis of the grid in a body's box by which volume and area are estimated where no surface has
 /// them.
 const GRID: usize = 48;
 

@@ -11,7 +11,7 @@ use crate::sampling::solid::Solid;
 
 /// Most halvings between the largest and the smallest cell.
 const MOST_LEVELS: u32 = 10;
-/// Bits per axis of a cell's place in units of the smallest cell.
+/// Bits per axis of a cell's position in units of the smallest cell.
 const BITS: u32 = 20;
 /// Relative slack of comparisons between lengths that are equal but for round-off.
 const SLACK: f64 = 1e-9;
@@ -28,7 +28,7 @@ pub struct Leaf {
     pub at_surface: bool,
 }
 
-/// A place and edge length in units of the smallest cell.
+/// A position and edge length in units of the smallest cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Cell {
     pub at: [u32; 3],
@@ -220,7 +220,7 @@ impl Octree {
         self.unit.element_sum() / 3.0 * f64::from(width)
     }
 
-    /// The leaf that holds the cell at a place in units; `None` outside the block.
+    /// The leaf that holds the cell at a position in units; `None` outside the block.
     pub(crate) fn leaf_at(&self, at: [i64; 3]) -> Option<usize> {
         let mut inside = [0_u32; 3];
         for axis in 0..3 {

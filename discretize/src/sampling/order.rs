@@ -10,9 +10,9 @@ const BITS: u32 = 20;
 /// An order of points with its map both ways.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeOrder {
-    /// Old index of each new place.
+    /// Old index of each new position.
     pub old_of_new: Vec<u32>,
-    /// New place of each old index.
+    /// New position of each old index.
     pub new_of_old: Vec<u32>,
 }
 
@@ -113,7 +113,7 @@ pub fn layered_order(offsets: &[u32], indices: &[u32]) -> NodeOrder {
     both_ways(old_of_new)
 }
 
-/// An order from the old index of each new place.
+/// An order from the old index of each new position.
 fn both_ways(old_of_new: Vec<u32>) -> NodeOrder {
     let mut new_of_old = vec![0; old_of_new.len()];
     for (new, &old) in old_of_new.iter().enumerate() {

@@ -212,7 +212,7 @@ impl Patch {
         }
     }
 
-    /// Moves a node if the worst around gets better than `now` and the place is `allowed`.
+    /// Moves a node if the worst around gets better than `now` and the position is `allowed`.
     pub(crate) fn try_move(
         &mut self,
         v: u32,

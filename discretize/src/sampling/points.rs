@@ -20,7 +20,7 @@ use crate::sampling::spread::boundary_vectors;
 use crate::sampling::surfels::sample_surfels;
 use crate::sampling::tetrahedra::surface_triangles;
 
-/// Cell centres nearer to the surface than this share of their cell give way to surface nodes.
+/// Cell centres nearer to the surface than this fraction of their cell give way to surface nodes.
 const LEAST_DEPTH: f64 = 0.45;
 /// Nearest two surface nodes may come, over the cell there.
 const SURFACE_GAP: f64 = 0.8;
@@ -323,7 +323,7 @@ fn search(
         let shift = crate::sampling::counts::SHIFT * round.saturating_sub(STILL_ROUNDS) as f64;
         let places = match Places::new(solid, cell, shift, settings, on_surface) {
             Err(SampleError::Vanished { .. } | SampleError::Slender { .. }) => {
-                // A round coarser than the nodes ask for tells nothing of the body.
+                // A round coarser than the nodes ask for says nothing about the body.
                 if cell <= first && body.is_thin_for(cell) {
                     return Err(body.vanished(cell));
                 }

@@ -73,7 +73,7 @@ pub enum Shape {
         /// Direction in the file that becomes up (+z) in the scene.
         #[cfg_attr(feature = "serde", serde(default))]
         up: Axis,
-        /// Holes up to this perimeter, as a share of the diagonal of the mesh's box, are closed.
+        /// Holes up to this perimeter, as a fraction of the diagonal of the mesh's box, are closed.
         #[cfg_attr(feature = "serde", serde(default = "Shape::default_largest_hole"))]
         largest_hole: f64,
     },
@@ -356,7 +356,7 @@ pub fn guess_unit(extent: &Bounds) -> UnitGuess {
 mod tests {
     use super::*;
 
-    /// A shape that is scaled, turned and moved has the distances of its own, times the scale, at the places taken
+    /// A shape that is scaled, turned and moved has the distances of its own, times the scale, at the positions taken
     /// back into its frame.
     #[test]
     fn a_placed_shape_is_the_same_elsewhere() {

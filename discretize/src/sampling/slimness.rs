@@ -12,7 +12,7 @@ use crate::sampling::stuffing::Stuffed;
 /// A filling that keeps less of the body's volume has lost it: a few lattice points fell into a body
 /// that lies between them. A box of sides 1, 0.7 and 0.53 keeps 0.755 in 30 nodes, the fewest.
 const LEAST_KEPT: f64 = 2.0 / 3.0;
-/// Share of the largest lattice that any number of nodes may take, and the number of nodes for which as
+/// Fraction of the largest lattice that any number of nodes may take, and the number of nodes for which as
 /// much is granted again: 500 cells a node with the default of 1e7 cells, where livers take 2.
 const FREE_SHARE: f64 = 0.1;
 const NODES_GRANTED: f64 = 2000.0;
@@ -90,7 +90,7 @@ impl<'a> Slimness<'a> {
         cell > 2.0 * self.thickness()
     }
 
-    /// Cells of the lattice round the body.
+    /// Cells of the lattice around the body.
     fn cells(&self, cell: f64) -> f64 {
         (self.solid.bounds().size() / cell + RIM).element_product()
     }

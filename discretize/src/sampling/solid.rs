@@ -371,7 +371,7 @@ impl Solid {
         }
     }
 
-    /// Volume and area by a grid's points in the box, told once: it takes 1e5 looks at the body.
+    /// Volume and area by a grid's points in the box, computed once: it takes 1e5 looks at the body.
     pub(crate) fn grid_measures(&self) -> Measures {
         *self
             .grid_measures

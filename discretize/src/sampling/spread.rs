@@ -16,7 +16,7 @@ const GROWTHS: usize = 24;
 const LEAST_SPREAD: f64 = 0.02;
 /// A support of more nodes grows no more: those in the tip of a wedge of 10 degrees or less lie too nearly
 /// in a plane however many they are, and the best of the supports tried is taken. Half a ball of 8 cells
-/// has 1,000; bodies without such places stay below 300.
+/// has 1,000; bodies without such parts stay below 300.
 const MOST_NODES: usize = 1000;
 /// Spread below which nodes do lie in a plane: 1/2,000 of their width thick, where the slope of a shape
 /// function keeps 9 digits.
@@ -27,7 +27,7 @@ const LONGEST_EDGE: f64 = 0.5;
 const MOST_PIECES: f64 = 64.0;
 
 /// Shares that a triangle gives before they are added up, over the nodes: supports that had to grow over
-/// a whole body give every node a share for each of 4,096 pieces.
+/// a whole body give every node a fraction for each of 4,096 pieces.
 const MOST_SHARES: usize = 4;
 
 /// What one triangle gives nodes, and the largest support radius it took.
@@ -112,7 +112,7 @@ fn pieces([a, b, c]: [DVec3; 3], longest: f64) -> Vec<(DVec3, DVec3)> {
     out
 }
 
-/// The nodes round a place, weighted.
+/// The nodes around a position, weighted.
 #[derive(Debug, Clone, Copy)]
 struct Support {
     x: DVec3,
@@ -187,7 +187,7 @@ impl Support {
         support
     }
 
-    /// Offset of a place over the radius, and its weight.
+    /// Offset of a position over the radius, and its weight.
     fn offset(&self, place: DVec3) -> (DVec3, f64) {
         let d = (place - self.x) / self.radius;
         let rest = (1.0 - d.length_squared()).max(0.0);

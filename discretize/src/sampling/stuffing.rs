@@ -22,7 +22,7 @@ pub(crate) struct Stuffed {
     pub parts_hit: Vec<bool>,
 }
 
-/// A place where an edge of the background passes the surface.
+/// A position where an edge of the background passes the surface.
 struct Cut {
     edge: Edge,
     at: DVec3,

@@ -16,13 +16,13 @@ const LOOKED_AT: usize = 6;
 const SAME_FACE: f64 = 0.5;
 
 /// Area (m²) of the surface that is nearest to each of some nodes on it, shape `(n)`: for contact of bodies
-/// without tetrahedra. Beside an edge a place counts for the nearest node of its own face.
+/// without tetrahedra. Beside an edge a position counts for the nearest node of its own face.
 ///
 /// By samples of the surface, twelve a node, so areas are good to some percent; their sum is that of the surface's
 /// triangles. A node between nearer ones may have 0.
 ///
 /// # Arguments
-/// * `nodes` -- places on the surface (m), shape `(n)`.
+/// * `nodes` -- positions on the surface (m), shape `(n)`.
 /// * `spacing` -- mean distance (m) of the body's nodes; the surface's triangles are half as large.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use crate::sampling::solid::Solid;
 
 /// Candidates drawn per surfel kept.
 const CANDIDATES: usize = 6;
-/// Cosine below which two normals are those of opposite sides of a thin place.
+/// Cosine below which two normals are those of opposite sides of a thin part.
 const SAME_SIDE: f64 = -0.5;
 /// Rejection radius of the first sweep, over the spacing of a hexagonal packing.
 const FIRST_RADIUS: f64 = 0.82;

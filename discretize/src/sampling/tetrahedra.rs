@@ -71,7 +71,7 @@ pub struct SamplingReport {
     pub input_parts: usize,
     /// Parts of the input (cavities) that no lattice edge met: too small for the spacing.
     pub lost_cavities: usize,
-    /// Share of the input's vertices farther than one spacing from every surface node: thin places
+    /// Fraction of the input's vertices farther than one spacing from every surface node: thin parts
     /// that were cut off. 0 for implicit bodies.
     pub missed: f64,
 }

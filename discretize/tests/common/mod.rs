@@ -166,7 +166,7 @@ pub(crate) fn shapes() -> [Primitive; 5] {
     ]
 }
 
-/// Corners of a cube of edge 1 at a place, and its triangles.
+/// Corners of a cube of edge 1 at a position, and its triangles.
 pub(crate) fn cube(at: DVec3) -> Mesh {
     let vertices = (0..8)
         .map(|k| at + DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))

@@ -18,5 +18,5 @@ pub(crate) fn body(block: &Block) -> Elastic {
         volumes: &block.volumes,
     };
     let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
-    Elastic::new(&stencils, &nodes, &material, &Settings::default()).expect("sound")
+    Elastic::new(&stencils, &nodes, &material, &Settings::default()).expect("valid")
 }

@@ -18,20 +18,20 @@ use crate::kernel::storage::{gradient, set_gradient};
 use crate::law::tensor::outer;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
-/// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that shreds never are
-/// what limits the step. On 21 hard rows of `benches -- matrix` 15, 22, 18 and 14 bars are missed with 1.25,
+/// (15 would be equal: the mean of `(n·E n)²` over directions is `2/15 E:E`), so that fragments never are
+/// what limits the step. On 21 hard rows of `benches -- matrix` 15, 22, 18 and 14 acceptance limits are missed with 1.25,
 /// 2.5, 5 and 10: no trend.
 pub(crate) const STIFFNESS: f64 = 5.0;
-/// Least `f_ij` of a bond. Near a crack's front pairs are left with any small share of their weight, where many of them
+/// Least `f_ij` of a bond. Near a crack's front pairs are left with any small fraction of their weight, where many of them
 /// hold much: with 0.3, 0.5 and 1 a block of 500 nodes that is cut half through sets 17, 20 and 27 % less free per area than
 /// one of 5,000 (15 % with this; `benches -- matrix`).
 pub(crate) const LEAST_SHARE: f64 = 0.1;
-/// Least `Σ_j f_ij`, a whole pair: a node that hung on a single pair of a share of 0.016 was drawn out to four times its rest
-/// distance (`liver 3000 front` of `benches -- matrix`), 2.1 times with this. With 2 in place of 1 the same rows miss a bar.
+/// Least `Σ_j f_ij`, a whole pair: a node that hung on a single pair of a fraction of 0.016 was drawn out to four times its rest
+/// distance (`liver 3000 front` of `benches -- matrix`), 2.1 times with this. With 2 instead of 1 the same rows exceed an acceptance limit.
 pub(crate) const LEAST_SUM: f64 = 1.0;
 /// `e`: bonds keep a direction when they are pressed to nothing.
 const SOFTENING: f64 = 0.2;
-/// Share of a bond's rest length below which what is left of `d` is dropped.
+/// Fraction of a bond's rest length below which what is left of `d` is dropped.
 const SMALLEST_OFFSET: f64 = 1e-4;
 
 /// A bond of a deficient node.
@@ -136,11 +136,11 @@ pub(crate) struct Bonds {
     /// Deficient nodes, ascending.
     pub(crate) nodes: Vec<u32>,
     /// Deficient nodes with those, weak or not, from which their deformation is taken, nearest to sound
-    /// ones first; those that hang on nothing sound have none.
+    /// ones first; those that hang on nothing valid have none.
     pub(crate) hosts: Vec<(u32, Vec<u32>)>,
 }
 
-/// A bond of a part: its place in the list and its ends' places in the part.
+/// A bond of a part: its position in the list and its ends' positions in the part.
 pub(crate) type PartBond = (u32, Option<u32>, Option<u32>);
 
 impl Bonds {
@@ -236,7 +236,7 @@ impl Bonds {
         bonds.flat_map(|bond| [bond.node, bond.other]).collect()
     }
 
-    /// Takes over the places (m) of the ends of a part's bonds.
+    /// Adopts the positions (m) of the ends of a part's bonds.
     pub(crate) fn set_part(&mut self, part: &[PartBond], place: impl Fn(u32) -> DVec3) {
         for (bond, ..) in part {
             let bond = &mut self.list[*bond as usize];
@@ -244,7 +244,7 @@ impl Bonds {
         }
     }
 
-    /// Orders deficient nodes by their distance in bonds from sound ones.
+    /// Orders deficient nodes by their distance in bonds from valid ones.
     pub(crate) fn find_hosts(&mut self) {
         let mut open = self.nodes.clone();
         self.hosts.clear();
@@ -281,7 +281,7 @@ impl Bonds {
     }
 }
 
-/// New bonds in the places of old ones: what is left of one goes on, and one that is stiffer holds the energy that it held.
+/// New bonds at the positions of old ones: what is left of one continues, and one that is stiffer holds the energy that it held.
 pub(crate) fn kept(mut row: Vec<Bond>, old: &[Bond]) -> Vec<Bond> {
     for bond in &mut row {
         if let Some(before) = old.iter().find(|before| before.other == bond.other) {

@@ -2,11 +2,11 @@
 //! linear field leaves over, `e_ij = u_ij - H_i X_ij`, `c_i = beta mu_i V_i / sum_j w_ij |X_ij|²` and
 //! `k_i = 2 tr M_i / (tr M_i + tr G_i M_i G_iᵀ)`, 1 at rest.
 //!
-//! Rows of nodes that slide along a crack in turn are a zero-energy mode at its front, which gradients at nodes and
+//! Rows of nodes that slide along a crack alternately are an hourglass mode at its front, which gradients at nodes and
 //! the small control of `control.rs` hardly read: sliding cracks of 4 spacings were 18 % too soft. `M_i` is the mean of
 //! `ν νᵀ` over the front's outward conormals in the rest state; turned along by `G_i`, it is objective. `k_i` keeps the control
 //! from growing with the square of the stretch, which no step's limit sees: with it at every update of `matrix`' blocks of
-//! 2 kPa (stretched fourfold) one of six rows had an imbalance of 5 to 14 % at beta 2, 2.5 and 3 without `k_i`, none at 1.5 and 2.5 with it.
+//! 2 kPa (stretched fourfold) one of six rows had an energy-balance error of 5 to 14 % at beta 2, 2.5 and 3 without `k_i`, none at 1.5 and 2.5 with it.
 
 use glam::{DMat3, DVec3};
 
@@ -14,7 +14,7 @@ use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
 use crate::law::tensor::outer;
 
-/// `beta`. Work of a centre crack of 4 spacings over its closed form, at two places of its line, with 0, 1.5, 2, 2.5, 3: mode
+/// `beta`. Work of a centre crack of 4 spacings over its closed form, at two positions of its line, with 0, 1.5, 2, 2.5, 3: mode
 /// II 1.15 and 1.21, 1.05 and 1.08, 1.03 and 1.06, 1.01 and 1.04, 1.00 and 1.02; mode I 0.902 and 0.915, 0.895 and 0.908,
 /// 0.893 and 0.906, 0.892 and 0.904, 0.890 and 0.903; mode III does not change.
 const STIFFNESS: f64 = 2.5;
@@ -54,7 +54,7 @@ pub(crate) struct Front {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts(pub(crate) Vec<Front>);
 
-/// A front of a part: its place in the list, and the places of its node and neighbours in the part.
+/// A front of a part: its position in the list, and the positions of its node and neighbours in the part.
 pub(crate) type PartFront = (u32, Option<u32>, Vec<Option<u32>>);
 
 fn trace(m: DMat3) -> f64 {
@@ -154,7 +154,7 @@ impl Front {
         }
     }
 
-    /// Calls `add` with the place of each pair in the row, its neighbour and how its pull (N) changes with a field that `field`
+    /// Calls `add` with the position of each pair in the row, its neighbour and how its pull (N) changes with a field that `field`
     /// gives at the neighbours.
     fn change(
         &self,
@@ -284,7 +284,7 @@ impl Fronts {
             .collect()
     }
 
-    /// Nodes whose places a part's fronts follow from.
+    /// Nodes whose positions a part's fronts follow from.
     pub(crate) fn ends_of<'a>(&'a self, part: &'a [PartFront]) -> impl Iterator<Item = u32> + 'a {
         part.iter().flat_map(|(front, ..)| {
             let front = &self.0[*front as usize];

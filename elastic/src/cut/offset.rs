@@ -1,6 +1,6 @@
 //! Deformation gradients that are kept over a rebuild of rows.
 //!
-//! A row of full support does not see its own node's zero-energy displacement; the one-sided row that
+//! A row of full support does not see its own node's hourglass displacement; the one-sided row that
 //! a cut leaves reads it as strain, and energy appears out of nothing. So a rebuilt row keeps the
 //! deformation gradient that the node had: `F = F(u) (I + A)`, `A = F_after⁻¹ F_before - I`, and `A`
 //! decays. The factor stands on the side of the material: a rotation `Q` of the whole makes

@@ -6,7 +6,7 @@
 //! what each neighbour recorded.
 //!
 //! The loops are written over lanes and left to the compiler, once for the baseline of the target
-//! and once with what the processor at hand offers (`pulp`). They hand back whole lanes: told to
+//! and once with what the processor at hand offers (`pulp`). They hand back whole lanes: asked to
 //! return sums over lanes, the compiler pairs axes instead and shuffles in every step.
 #![allow(
     clippy::needless_range_loop,

@@ -24,7 +24,7 @@ fn rounded(weight: f64) -> f32 {
 #[derive(Debug, Clone)]
 pub(crate) struct Pairs {
     outgoing: Rows,
-    /// `w_ji` at the place of incoming pair (i, j); `None` where graph and weights are symmetric.
+    /// `w_ji` at the position of incoming pair (i, j); `None` where graph and weights are symmetric.
     incoming: Option<Rows>,
 }
 

@@ -14,7 +14,7 @@ pub(crate) trait Arithmetic: Copy {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fused;
 
-/// Rounds once, with fewer registers: the same bits.
+/// Rounds once, with fewer registers: bitwise identical.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FusedInFew;
 

@@ -18,7 +18,7 @@ pub(crate) const BARRIER_VOLUME_RATIO: f64 = 0.4;
 
 /// Coefficients of a material: `W = c10 (I1-3) + c01 (I2-3) + h(J) + fibers`,
 /// `h = -a ln J + b/2 ln²J (extended) - l (J-1) + k/2 (J-1)² + barrier`, or Saint Venant–Kirchhoff with `mu`,
-/// `lambda` in the places of `c10`, `c01`.
+/// `lambda` instead of `c10`, `c01`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Coefficients {
     /// Neo-Hookean without fibers: what the passes evaluate in place.
@@ -41,7 +41,7 @@ pub(crate) struct Volumetric {
 }
 
 /// Value and two derivatives of the barrier at `J`, over its pressure `p`: `0.4 (t³ - t⁴/2)` with
-/// `t = (0.4 - J)/0.4`, 0 above `t = 0`, and going on straight below `J = 0`.
+/// `t = (0.4 - J)/0.4`, 0 above `t = 0`, and continuing straight below `J = 0`.
 #[inline(always)]
 pub(crate) fn barrier<A: Arithmetic>(j: f64) -> [f64; 3] {
     const FROM: f64 = BARRIER_VOLUME_RATIO;

@@ -17,7 +17,7 @@ pub enum Law {
         lame_lambda: f64,
     },
     /// `W = mu/2 (F:F - 3) - mu (J - 1) + (lambda + mu)/2 (J - 1)²`: the stable neo-Hookean law
-    /// (Smith, de Goes and Kim 2018, section 3.3, with `lambda + mu` in the place of `lambda`, which
+    /// (Smith, de Goes and Kim 2018, section 3.3, with `lambda + mu` instead of `lambda`, which
     /// gives it the small-strain moduli of Hooke's law). A polynomial in `F`: smooth, and with a
     /// bounded tangent modulus, through `J = 0` and for inverted `F`.
     StableNeoHookean {

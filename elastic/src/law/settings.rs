@@ -40,7 +40,7 @@ pub struct MaterialSettings {
     pub viscosity: Vec<PronyTerm>,
     /// Where changes of volume are resisted.
     pub dilatation: Dilatation,
-    /// Strength of the pair penalty against zero-energy modes, as a share of the shear modulus.
+    /// Strength of the hourglass stabilization, as a fraction of the shear modulus.
     pub stabilization: f64,
 }
 
@@ -74,7 +74,7 @@ impl MaterialSettings {
         }
     }
 
-    /// The fields that are out of their bounds; none in sound settings.
+    /// The fields that are out of their bounds; none in valid settings.
     #[must_use]
     pub fn check(&self) -> Vec<BadSetting> {
         let mut checks = Checks::default();
@@ -166,7 +166,7 @@ pub enum Model {
     SaintVenantKirchhoff,
     /// Mooney-Rivlin solid.
     MooneyRivlin {
-        /// Share of the second coefficient: `c01 = share mu / 2`, `c10 = (1 - share) mu / 2`.
+        /// Fraction of the second coefficient: `c01 = share mu / 2`, `c10 = (1 - share) mu / 2`.
         share: f64,
     },
 }
@@ -312,7 +312,7 @@ mod tests {
             assert!((modulus - 3.0e3).abs() < 1e-9, "{model:?}: {modulus} Pa");
             let ratio = lambda / (2.0 * (lambda + mu));
             assert!((ratio - 0.4).abs() < 1e-12, "{model:?}: {ratio}");
-            law.validate(0).expect("a sound material");
+            law.validate(0).expect("a valid material");
         }
     }
 
@@ -334,7 +334,7 @@ mod tests {
             ..MaterialSettings::of(Preset::Fat)
         };
         let law = settings.law();
-        law.validate(0).expect("a sound material");
+        law.validate(0).expect("a valid material");
         let fiber = law.fiber.expect("fibres");
         assert!((fiber.direction.length() - 1.0).abs() < 1e-15, "unit");
         assert_eq!((law.prony[0], law.prony[1]), (term, PronyTerm::NONE));

@@ -7,9 +7,9 @@ use crate::cut::bond::{Bond, LEAST_SHARE, LEAST_SUM, STIFFNESS, begun, kept};
 use crate::kernel::row::refresh_control;
 
 impl Elastic {
-    /// Takes the strain energy and its zero-energy control from `nodes`, for good, and puts a bond
+    /// Takes the strain energy and its hourglass stabilization from `nodes`, for good, and puts a bond
     /// along each pair that is left of them (see the module's head in the source). Named again, a
-    /// node's bonds follow `share`: the share of pair `k` (in the order of the rows) that cuts left,
+    /// node's bonds follow `share`: the fraction of pair `k` (in the order of the rows) that cuts left,
     /// 0 for a severed one. `positions` (m) are the present ones.
     ///
     /// At the positions given, the energy does not rise: bonds begin with at most what the node's
@@ -127,7 +127,7 @@ impl Elastic {
         &self.cut.bonds.nodes
     }
 
-    /// Deficient nodes that hang on no sound one, not even by others: debris.
+    /// Deficient nodes that hang on no valid one, not even by others: debris.
     #[must_use]
     pub fn loose_nodes(&self) -> usize {
         let hosts = self.cut.bonds.hosts.iter();

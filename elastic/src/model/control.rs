@@ -7,7 +7,7 @@ use crate::cut::control::energy_of;
 use crate::kernel::row::refresh_control;
 
 impl Elastic {
-    /// Energy (J) that the zero-energy control of `nodes` holds at `positions` (m).
+    /// Energy (J) that the hourglass stabilization of `nodes` holds at `positions` (m).
     pub(crate) fn control_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.control_energies(nodes, positions).iter().sum()
@@ -21,7 +21,7 @@ impl Elastic {
         energies.collect()
     }
 
-    /// Raises the scales of the zero-energy control of `nodes` to `scale`, or by the same share of the way as
+    /// Raises the scales of the hourglass stabilization of `nodes` to `scale`, or by the same fraction of the way as
     /// far as their control then holds at most `most` (J) at `positions` (m): a cut's one-sided rows leave
     /// more to the control, and a rise out of nothing would add energy. With `most` what it held before their
     /// rows were rebuilt, a cut of a strained body adds none, and one of a body at rest takes the whole way.

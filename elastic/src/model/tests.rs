@@ -47,7 +47,7 @@ fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
         &Materials::Uniform(material),
         &settings,
     )
-    .expect("the test block is sound")
+    .expect("the test block is valid")
 }
 
 fn built(block: &Block, material: Material, settings: &Settings) -> Elastic {
@@ -61,7 +61,7 @@ fn built(block: &Block, material: Material, settings: &Settings) -> Elastic {
         &Materials::Uniform(material),
         settings,
     )
-    .expect("the test block is sound")
+    .expect("the test block is valid")
 }
 
 fn mean() -> Settings {

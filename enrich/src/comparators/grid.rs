@@ -113,7 +113,7 @@ impl EnrichmentGrid {
     }
 
     /// With `cells`, a lattice as in the text's appendix: so many cells along x, y and z over the box (m) of the
-    /// whole body, grown by `settings.inflate`, in place of a spacing.
+    /// whole body, grown by `settings.inflate`, instead of a spacing.
     fn within(
         frame: Frame,
         settings: &GridSettings,

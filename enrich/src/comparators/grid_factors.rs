@@ -38,7 +38,7 @@ pub(crate) struct GridFactors {
 
 impl GridFactors {
     /// All factors 1; `radii` are the support radii of the nodes (m), `cells` the numbers of lattice cells
-    /// along x, y and z over the nodes' box with its margin, in place of a spacing.
+    /// along x, y and z over the nodes' box with its margin, instead of a spacing.
     pub(crate) fn new(
         graph: &Graph<'_>,
         radii: Vec<f64>,
@@ -146,7 +146,7 @@ impl GridFactors {
 }
 
 /// Whether the piece between two edges is what a cut grew by: no corner and no middle of a triangle of either
-/// is farther than `cell` (m) from the other. Between two lattice points no lattice tells them apart.
+/// is farther than `cell` (m) from the other. No lattice separates two nodes between its points.
 fn spans(from: [DVec3; 2], to: [DVec3; 2], cuts: &Cuts, new: Range<usize>, cell: f64) -> bool {
     let piece = piece_between(from, to);
     let grown: Vec<[DVec3; 3]> = new.map(|triangle| cuts.triangle(triangle)).collect();
@@ -170,7 +170,7 @@ mod tests {
     use crate::cut_rule::{CutRule, Factors};
     use crate::cuts::CutSettings;
 
-    /// Two nodes beside a cut: severed once the blade is past them, and both told of; by the lattice, or by
+    /// Two nodes beside a cut: severed once the blade is past them, and both reported; by the lattice, or by
     /// the other rule where the piece has none.
     #[test]
     fn a_stroke_severs_the_pair_it_passes_with_a_lattice_or_without() {

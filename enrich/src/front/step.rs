@@ -19,7 +19,7 @@ pub(super) enum Step {
     Stay,
     /// It moves on.
     Go(DVec3),
-    /// It moves on to a place outside of the body, and ends.
+    /// It moves on to a position outside of the body, and ends.
     Leave(DVec3),
     /// A new one begins beyond the surface.
     Enter { from: DVec3, to: DVec3 },
@@ -38,7 +38,7 @@ impl Step {
         }
     }
 
-    /// Whether the front of before goes on.
+    /// Whether the front of before continues.
     pub(super) fn goes_on(self) -> bool {
         matches!(self, Self::Stay | Self::Go(_) | Self::Leave(_))
     }
@@ -58,7 +58,7 @@ pub(super) enum Met {
 }
 
 impl Surroundings<'_> {
-    /// The first surface or sheet on the line from a point along a unit vector, and the place beyond
+    /// The first surface or sheet on the line from a point along a unit vector, and the position beyond
     /// it at which a strip ends.
     pub(super) fn beyond(
         &self,
@@ -109,7 +109,7 @@ fn last_true(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 }
 
 impl Front {
-    /// What a sample's place asks for.
+    /// What a sample's position asks for.
     pub(super) fn step(&self, k: usize, place: EdgePlace, around: &Surroundings<'_>) -> Step {
         let (sample, h) = (&self.samples[k], self.spacing);
         let Some(anchor) = &sample.anchor else {
@@ -144,7 +144,7 @@ impl Front {
                 let Some(EdgePlace::Inside { .. }) = sample.last else {
                     return Step::Stay;
                 };
-                // Through another sheet the front goes on, or a slit would stay between its neighbours.
+                // Through another sheet the front continues, or a slit would stay between its neighbours.
                 match around.beyond(anchor.at, anchor.ahead, LOOK * h, h) {
                     Some((Met::Sheet, to)) if place == EdgePlace::Gap => Step::Go(to),
                     Some((Met::Surface, to)) if place == EdgePlace::Air => Step::Leave(to),

@@ -351,12 +351,12 @@ fn carry_back_ends(old: &mut Vec<Vertex>, new: &[Vertex], steps: &[Step]) {
     }
 }
 
-/// A sample's place along the blade.
+/// A sample's position along the blade.
 fn place_along(sample: usize) -> f64 {
     f64::from(index32(sample))
 }
 
-/// Spans the strip between two fronts by their places along the blade.
+/// Spans the strip between two fronts by their positions along the blade.
 fn span(old: &[Vertex], new: &[Vertex], out: &mut Vec<[DVec3; 3]>) {
     if old.is_empty() || new.is_empty() {
         return;

@@ -17,7 +17,7 @@ use crate::predicate::segment_crosses_triangle;
 pub(crate) struct SweptPair {
     /// Its nodes, the lower number first.
     pub(crate) nodes: [u32; 2],
-    /// The place (m) on the line between them, in the material, that the blade passed.
+    /// The position (m) on the line between them, in the material, that the blade passed.
     pub(crate) point: DVec3,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct SweptPair {
 /// long they have become.
 ///
 /// # Arguments
-/// * `present` -- the body's graph with positions x (m) in place of rest positions.
+/// * `present` -- the body's graph with positions x (m) instead of rest positions.
 /// * `rest` -- rest positions X (m), shape `(n)`.
 /// * `sweep` -- triangles in the world (m).
 /// * `known` -- whether a directed pair is known to be crossed by the cut, and need not be looked at.

@@ -44,7 +44,7 @@ fn edge(x: f64, z: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Leads a blade along places; asserts that the cut crosses all that it sweeps.
+/// Drives a blade along positions; asserts that the cut crosses all that it sweeps.
 fn lead(block: &Cloud, path: &[Vec<DVec3>]) -> Cuts {
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     lead_into(block, &mut cuts, path);
@@ -176,7 +176,7 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
     go(&mut front, &mut cuts, &edge(0.3, -0.3), false);
     assert!(
         cuts.triangle_count() > before,
-        "it goes on from where it was"
+        "it continues from where it was"
     );
     let inner = block.x.len();
     assert_eq!(pieces(&block, &cuts), [u32::try_from(inner).unwrap()]);
@@ -344,7 +344,7 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     assert!(cuts.crosses(a, b), "it lies between two samples");
     let sheet = before..cuts.triangle_count();
     let area: f64 = sheet.map(|t| cuts.area(t)).sum();
-    // Two samples go on by 0.65, and their neighbours stay: a trapezoid of 1 and 3.
+    // Two samples advance by 0.65, and their neighbours stay: a trapezoid of 1 and 3.
     assert!((area - 0.65 * 2.0).abs() < 1e-9, "{area}");
     let again = front.reach(&mut cuts, &[DVec3::new(0.3, 0.8, 1.0)], &inside);
     assert!(again.unwrap().triangles.is_empty(), "behind it");

@@ -27,7 +27,7 @@ fn sound(nodes: usize, offsets: &[u32], indices: &[u32]) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Any numbers are a graph or an error, never a panic; and a graph only if they are sound.
+    /// Any numbers are a graph or an error, never a panic; and a graph only if they are valid.
     #[test]
     fn only_sound_rows_are_a_graph(
         nodes in 0_usize..4,

@@ -1,4 +1,4 @@
-//! Ligaments thinner than a distance of nodes, against the rule by loops over everything.
+//! Ligaments thinner than a node spacing, against the rule by loops over everything.
 
 use glam::DVec3;
 use testkit::cloud::Random;

@@ -30,7 +30,7 @@ impl Contact {
     }
 
     /// Takes `friction · pressure` of the last evaluation as the limits of lagged friction, and returns
-    /// the largest change of a limit as a share of the largest limit. Static solutions with friction
+    /// the largest change of a limit as a fraction of the largest limit. Static solutions with friction
     /// repeat solving and this until that is small, then [`Contact::settle_friction`].
     pub fn lag_friction(&mut self) -> f64 {
         if self.anchors.is_empty() {

@@ -76,7 +76,7 @@ impl SemiImplicit {
         self.near.dedup();
     }
 
-    /// What it costs to leave the predicted places (J).
+    /// What it costs to leave the predicted positions (J).
     pub(super) fn inertial_energy(&self, tool: Option<f64>, shift: DVec3) -> f64 {
         let nodes = self.local.iter().map(|i| {
             let i = *i as usize;

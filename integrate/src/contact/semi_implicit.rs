@@ -16,7 +16,7 @@ const HALVINGS: usize = 6;
 const LINEAR: usize = 40;
 
 /// Newton stops at this residual over the contact's force. What is left is no error of the balance of
-/// momentum, only of the place where the forces are taken.
+/// momentum, only of the position where the forces are taken.
 const TOLERANCE: f64 = 1e-4;
 
 /// Sums over near members and the tool.
@@ -31,7 +31,7 @@ impl Contact {
     /// `z = x + dt v/2 + dt²/2 (a + f_c(z)/m)`.
     ///
     /// With the central difference method for everything else this is stable at the critical step of
-    /// the body alone, for any penalty: a mode of elastic share `e = ω² dt²` and contact share `κ` has
+    /// the body alone, for any penalty: a mode of elastic fraction `e = ω² dt²` and contact share `κ` has
     /// `(1 + κ/2) z² + (e − 2 + κ/2) z + 1 = 0`, inside the unit circle for `e < 4`. It damps what the
     /// step does not resolve of the contact's own vibration, and forces come half a step early.
     ///
@@ -110,7 +110,7 @@ impl Contact {
             }
             let (moved, slope) = self.linear_semi_implicit(tool, on_tool, semi_implicit);
             let begin = shift;
-            // Back until the potential falls; `done` is the share of the change taken so far.
+            // Back until the potential falls; `done` is the fraction of the change taken so far.
             let mut done = 0.0;
             let mut length = 1.0;
             for _ in 0..HALVINGS {

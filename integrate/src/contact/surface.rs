@@ -30,7 +30,7 @@ pub enum SurfaceError {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactSurface {
-    /// The body's nodes that points hang on, rising; all else counts within this list.
+    /// The body's nodes that points hang on, ascending; all else counts within this list.
     pub(crate) members: Vec<u32>,
     pub(crate) groups: Vec<Group>,
     pub(crate) nodes: Vec<u32>,
@@ -215,7 +215,7 @@ impl ContactSurface {
         self.areas.iter().sum()
     }
 
-    /// The body's nodes that points hang on, rising.
+    /// The body's nodes that points hang on, ascending.
     #[must_use]
     pub fn members(&self) -> &[u32] {
         &self.members
@@ -257,7 +257,7 @@ impl ContactSurface {
         members.zip(weights.iter().copied())
     }
 
-    /// Turns the body's node numbers into places in the list of members.
+    /// Turns the body's node numbers into positions in the list of members.
     fn numbered(mut self) -> Self {
         self.members.clone_from(&self.nodes);
         self.members.sort_unstable();

@@ -2,7 +2,7 @@
 //! its own, and their results are put into one table.
 //!
 //! A case is finished when its folder holds an outcome with the case's hash (of the scene as resolved, of
-//! the files it names and of the program's version), so that whoever runs cases, in whatever order and on
+//! the files it names and of the program's version), so that any process that runs cases, in whatever order and on
 //! whatever machine, shares nothing but a folder.
 
 use std::path::Path;
@@ -187,7 +187,7 @@ pub fn run_case(
         Err(RunError::Interrupted { .. }) => {
             return Err(CaseError::Stopped { case: case.number });
         }
-        // Without the advice to go on from a checkpoint, which would be another scene.
+        // Without the advice to resume from a checkpoint, which would be another scene.
         Err(RunError::Diverged { source, .. }) => Some(source.to_string()),
         Err(error) => Some(error.to_string()),
     };

@@ -1,4 +1,4 @@
-//! A client without a page: leads a blade (or with `press` a probe) and prints force and latency.
+//! A client without a page: drives a blade (or with `press` a probe) and prints force and latency.
 //!
 //! `cargo run --release -p phyxel-live --example lead -- URL [press]`
 
@@ -68,7 +68,7 @@ fn main() -> Answer<()> {
                     let bytes = state.get(at..at + 4).and_then(|b| b.try_into().ok());
                     u32::from_le_bytes(bytes.unwrap_or_default())
                 };
-                // The first place in the table is that of the first client.
+                // The first position in the table is that of the first client.
                 while waiting
                     .front()
                     .is_some_and(|(number, _)| *number <= word(40))

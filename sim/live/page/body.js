@@ -130,7 +130,7 @@ export class Body {
     this.stale = true;
   }
 
-  /** Takes surfels over: new ones, or others in place of those that were there. */
+  /** Takes surfels over: new ones, or others instead of those that were there. */
   skin({ first, count, stride, numbers }) {
     this.stride = stride;
     const end = first + count;
@@ -142,7 +142,7 @@ export class Body {
     }
   }
 
-  /** Writes down where a surfel's clip is, in a place of its record that is free for it. */
+  /** Writes down where a surfel's clip is, in a position of its record that is free for it. */
   mark(surfel) {
     const clip = this.clipOf.get(surfel);
     this.numbers[4 * (this.each * surfel + 3) + 3] = clip ? clip.at + 1 : 0;
@@ -168,7 +168,7 @@ export class Body {
     this.changed[0] = 0;
   }
 
-  /** Takes clips over. One that grew gets another place. */
+  /** Takes clips over. One that grew gets another position. */
   clip({ clips }) {
     for (const { surfel, anchor, edges, walls } of clips) {
       const texels = 1 + edges.length / 3 + walls.length / 4;
@@ -247,7 +247,7 @@ export class Body {
     return numbers.subarray(0, 4 * this.surfels);
   }
 
-  /** Where a node's map takes a place at rest. */
+  /** Where a node's map takes a position at rest. */
   mapped(node, [x, y, z]) {
     const m = this.maps;
     const at = 12 * node;
@@ -319,7 +319,7 @@ export class Body {
     return hits;
   }
 
-  /** Whether a point of a disk is beyond an edge or behind a wall of its clip, as the card tells it. */
+  /** Whether a point of a disk is beyond an edge or behind a wall of its clip, as the card computes it. */
   isHidden(clip, x, y) {
     if (clip < 0) {
       return false;

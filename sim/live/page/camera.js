@@ -68,7 +68,7 @@ export class Camera {
     this.target = add(add(this.target, right, -dx * size), up, dy * size);
   }
 
-  /** Direction (not unit: 1 along the view) through a place of the picture; x and y in heights from its middle, y down. */
+  /** Direction (not unit: 1 along the view) through a position of the picture; x and y in heights from its middle, y down. */
   ray(x, y) {
     const { right, up, forward } = this.axes();
     return add(add(forward, right, x / this.focal), up, -y / this.focal);
@@ -82,7 +82,7 @@ export class Camera {
     return [(this.focal * dot(arm, right)) / depth, (-this.focal * dot(arm, up)) / depth, depth];
   }
 
-  /** The world point at a place and a depth. */
+  /** The world point at a position and a depth. */
   point(x, y, depth) {
     return add(this.eye, this.ray(x, y), depth);
   }

@@ -85,7 +85,7 @@ export class Hands {
     document.getElementById("cross").setAttribute("transform", at ? `translate(${at})` : "translate(-99)");
   }
 
-  /** Arrow keys move a cross; Enter marks a place, and a second one cuts from there to here. */
+  /** Arrow keys move a cross; Enter marks a position, and a second one cuts from there to here. */
   key(event) {
     const { canvas } = this.stage;
     const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
@@ -216,7 +216,7 @@ export class Hands {
         const place = this.probeAt(hand, at);
         hand.place = place;
         if (phase === Phase.BEGIN) {
-          // It is put down outside and led in from there.
+          // It is put down outside and moved in from there.
           const outside = add(hand.rest.point, hand.rest.inward, -1.1 * stage.probeRadius);
           stage.link.hand((sequence) => encodePose(sequence, Phase.BEGIN, this.tool, outside, [0, 0, 0, 1]), stamp);
           phase = Phase.MOVE;
@@ -255,7 +255,7 @@ export class Hands {
     const point = stage.point(at, depth);
     const ray = unit(stage.ray(at));
     const inward = found ? scale(found.normal, -1) : (hand.inward ?? ray);
-    // Normals of single places shake; a hand does not.
+    // Normals of single positions shake; a hand does not.
     const smooth = hand.inward ? unit(mix(hand.inward, inward, 0.25)) : inward;
     hand.inward = smooth;
     const way = unit(mix(smooth, ray, ALONG_VIEW));
@@ -271,7 +271,7 @@ export class Hands {
     const { stage } = this;
     hand.rest ??= stage.rest(hand.found);
     const shift = sub(stage.onPlane(at, hand.rest.point), hand.rest.point);
-    // Pressed in from the first moment, by the depth that is set, and led sideways with the pointer.
+    // Pressed in from the first moment, by the depth that is set, and moved sideways with the pointer.
     const place = add(hand.rest.point, shift);
     return add(place, hand.rest.inward, stage.probeRadius * -1 + 0.35 * this.reach);
   }

@@ -68,7 +68,7 @@ class Stage {
     return tool.radius || 0.5 * tool.points[0][2];
   }
 
-  /** Something is to be drawn anew. */
+  /** Something is to be drawn again. */
   touch() {
     this.dirty = true;
   }

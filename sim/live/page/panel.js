@@ -226,7 +226,7 @@ export class Panel {
     }
   }
 
-  /** Figure below which a share of the latencies lies (ms). */
+  /** Figure below which a fraction of the latencies lies (ms). */
   latency(share) {
     const sorted = [...this.latencies].sort((a, b) => a - b);
     return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] : null;

@@ -28,7 +28,7 @@ export class Quality {
     this.count = 0;
   }
 
-  /** Samples to draw with at a time (ms) of which the page is told 60 times a second; null for no picture. */
+  /** Samples to draw with at a time (ms) which the page gets 60 times a second; null for no picture. */
   samples(now, changed) {
     const spent = now - this.now;
     this.now = now;

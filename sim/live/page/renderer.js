@@ -115,7 +115,7 @@ export class Renderer {
     }
   }
 
-  /** Draws everything. \`tools\`: meshes with place, turn, colour and opacities. */
+  /** Draws everything. \`tools\`: meshes with position, turn, colour and opacities. */
   draw(camera, tools) {
     const { gl } = this;
     if (!this.scene) {

@@ -227,7 +227,7 @@ void main() {
 }`,
 };
 
-/** Second pass: what is near enough is added up; gaps get the colour of the inside. `relief`: with places at rest. */
+/** Second pass: what is near enough is added up; gaps get the colour of the inside. `relief`: with positions at rest. */
 export const blend = (relief) => ({
   vertex: splatVertex(true, relief),
   fragment: `${HEAD}${IN_DISK}

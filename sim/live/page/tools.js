@@ -83,7 +83,7 @@ export class Tools {
     this.key = "";
   }
 
-  /** A tool at a place. */
+  /** A tool at a position. */
   at(index, place, turn, look = {}) {
     return { mesh: this.tools[index], place, turn, color: STEEL, ...look };
   }

@@ -1,4 +1,4 @@
-//! Control in JSON: what clients ask for and what they are told.
+//! Control in JSON: requests of clients and messages to them.
 
 use serde::{Deserialize, Serialize};
 
@@ -50,11 +50,11 @@ pub enum Control {
         /// Mass-proportional damping (1/s).
         #[serde(default)]
         damping: Option<f64>,
-        /// Young's modulus (Pa) of all bodies; builds the model anew.
+        /// Young's modulus (Pa) of all bodies; builds the model again.
         #[serde(default)]
         stiffness: Option<f64>,
     },
-    /// Build the scene of a mesh file anew, its numbers in another unit.
+    /// Build the scene of a mesh file again, its numbers in another unit.
     Unit {
         /// Metres per unit of the file.
         metres: f64,
@@ -75,7 +75,7 @@ const fn one() -> u32 {
     1
 }
 
-/// What clients are told; every one has a `type`.
+/// Messages to clients; every one has a `type`.
 #[derive(Debug, Clone, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Told {
@@ -85,7 +85,7 @@ pub enum Told {
         protocol: &'static str,
         /// Program and its version.
         server: String,
-        /// The client's own place in a state's table of what was seen.
+        /// The client's own position in a state's table of what was seen.
         client: usize,
     },
     /// The scene: first message of an epoch; all messages of an earlier epoch are out of date.
@@ -124,7 +124,7 @@ pub struct Scene {
     pub description: String,
     /// Scenes that may be asked for: name and one line.
     pub scenes: Vec<[String; 2]>,
-    /// Corners (m) of the box round all bodies at rest.
+    /// Corners (m) of the box around all bodies at rest.
     pub low: [f64; 3],
     /// The other corner.
     pub high: [f64; 3],

@@ -1,6 +1,6 @@
 //! A message of each kind, byte for byte: checked here, and by `tests/golden.mjs` with the page's own code.
 //!
-//! With `PHYXEL_GOLDEN=write` the files of the server's messages are written anew, which is right only
+//! With `PHYXEL_GOLDEN=write` the files of the server's messages are written again, which is right only
 //! where fields were appended.
 
 use std::path::{Path, PathBuf};

@@ -14,7 +14,7 @@ mod kind {
 pub const MAX_EDGE: usize = 64;
 /// Largest mesh file (bytes) that a client may send.
 pub const MAX_MESH: usize = 64 << 20;
-/// Farthest place (m) that a hand may be at.
+/// Farthest position (m) that a hand may be at.
 const FARTHEST: f64 = 100.0;
 
 /// When in a stroke or a grip a message belongs.
@@ -22,7 +22,7 @@ const FARTHEST: f64 = 100.0;
 pub enum HandPhase {
     /// It starts.
     Begin,
-    /// It goes on.
+    /// It continues.
     Move,
     /// It ends.
     End,

@@ -1,4 +1,4 @@
-//! How tools and blades are led from where a client last said to where it says now.
+//! How tools and blades are driven from where a client last said to where it says now.
 //!
 //! Pointers speak some sixty times a second, steps are taken a thousand times. Between two samples a
 //! tool follows with a lag and a speed limit: without the lag each sample would be a jolt, without the
@@ -198,7 +198,7 @@ impl BladeLead {
     }
 }
 
-/// Largest distance (m) of two points in the same place of two lines.
+/// Largest distance (m) of two points in the same position of two lines.
 fn largest_distance(from: &[DVec3], to: &[DVec3]) -> f64 {
     let moves = from.iter().zip(to).map(|(from, to)| from.distance(*to));
     moves.fold(0.0, f64::max)

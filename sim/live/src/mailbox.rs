@@ -2,7 +2,7 @@
 //!
 //! Messages that build a client's picture of the scene are queued in order. A state replaces the one
 //! that waits, and waits itself until the client has acknowledged the one before. A client for whom too
-//! much waits is sent no more until it has taken that, and then everything anew: who is slow, hidden or
+//! much waits is sent no more until it has taken that, and then everything again: who is slow, hidden or
 //! gone makes nobody wait and fills no memory.
 
 use std::collections::VecDeque;
@@ -96,7 +96,7 @@ impl Mailbox {
         waiting.behind && waiting.queue.is_empty()
     }
 
-    /// Puts a state in place of the one that waits.
+    /// Replaces the state that waits.
     pub(crate) fn put_state(&self, number: u32, state: Arc<Vec<u8>>) {
         self.lock().state = Some((number, state));
         self.changed.notify_one();

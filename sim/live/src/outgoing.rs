@@ -78,7 +78,7 @@ pub fn put_surfel(numbers: &mut Vec<f32>, surfel: &Surfel<'_>) {
     }
 }
 
-/// A run of surfels from index `first` on: new ones, or others in place of those that a cut changed.
+/// A run of surfels from index `first` on: new ones, or others instead of those that a cut changed.
 /// `numbers` has [`surfel_numbers`] entries for each.
 ///
 /// # Panics
@@ -181,7 +181,7 @@ pub struct StateMessage<'a> {
     pub grip: [f64; 3],
     /// The tools.
     pub tools: &'a [ToolState],
-    /// Edge of the blade as it is led (m); empty where there is none.
+    /// Edge of the blade as it is driven (m); empty where there is none.
     pub blade: &'a [[f64; 3]],
     /// The bodies.
     pub bodies: &'a [BodyState<'a>],
@@ -259,5 +259,5 @@ pub fn encode_force(epoch: u32, hand: u32, samples: &[ForceSample]) -> Vec<u8> {
     out.finish()
 }
 
-/// The hand that grips, in place of a tool's index.
+/// The hand that grips, instead of a tool's index.
 pub const GRIP: u32 = u32::MAX;

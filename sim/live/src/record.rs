@@ -51,7 +51,7 @@ impl Forces {
         self.samples.iter_mut().map(std::mem::take).collect()
     }
 
-    /// Time (s) goes on from here; what was not handed out is lost.
+    /// Time (s) continues from here; what was not handed out is lost.
     pub fn restart(&mut self, time: f64) {
         self.next = time;
         self.samples.clear();

@@ -69,7 +69,7 @@ pub enum Event {
     Ready,
 }
 
-/// A client's place, 0 to [`MAX_CLIENTS`] - 1.
+/// A client's position, 0 to [`MAX_CLIENTS`] - 1.
 pub type ClientId = usize;
 
 #[derive(Debug)]
@@ -158,7 +158,7 @@ pub enum To {
 
 impl Server {
     /// Starts to listen on a port of the loopback address, or on a free one where `port` is 0.
-    /// `server` is the program's name and version, as clients are told.
+    /// `server` is the program's name and version, as clients receive it.
     ///
     /// # Errors
     /// [`ServerError`].
@@ -230,7 +230,7 @@ impl Server {
             .any(|mailbox| mailbox.wants_state())
     }
 
-    /// Offers a state to all clients, in place of one that still waits for them.
+    /// Offers a state to all clients, instead of one that still waits for them.
     pub fn put_state(&self, number: u32, state: Vec<u8>) {
         let state = Arc::new(state);
         for mailbox in self.shared.clients().iter().flatten() {
@@ -238,7 +238,7 @@ impl Server {
         }
     }
 
-    /// Sends all of a scene, of which clients are told first. What waits for them of an earlier one is left out.
+    /// Sends all of a scene, which clients are notified of first. What waits for them of an earlier one is left out.
     pub fn begin(&self, to: To, scene: Scene, messages: Vec<Vec<u8>>) {
         let told = Told::Scene(Box::new(scene)).text();
         let messages = messages
@@ -492,7 +492,7 @@ impl Ear<'_> {
             Message::Binary(bytes) => match incoming::decode(&bytes) {
                 Some(Incoming::Ack(number)) => {
                     self.mailbox.acknowledge(number);
-                    // Only to wake whoever sleeps; a full queue is awake.
+                    // Only to wake the sleeping threads; a full queue is awake.
                     let event = (self.client, Event::Ready);
                     !matches!(
                         self.shared.events.try_send(event),

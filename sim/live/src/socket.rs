@@ -58,7 +58,7 @@ fn config() -> WebSocketConfig {
 }
 
 /// Serves an upgraded stream until it ends; `receive` is called with every message and says whether
-/// to go on. `early` came behind the handshake.
+/// to continue. `early` came behind the handshake.
 pub(crate) fn serve(
     stream: TcpStream,
     early: Vec<u8>,

@@ -1,5 +1,5 @@
 // The page's decoder and encoders against the golden files. Run by `cargo test -p phyxel-live`; with
-// PHYXEL_GOLDEN=write the files of clients' messages are written anew.
+// PHYXEL_GOLDEN=write the files of clients' messages are written again.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";

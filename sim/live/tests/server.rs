@@ -174,7 +174,7 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
         join(&server, &token, None).is_err(),
         "there is no place left"
     );
-    // Two speak at once; each is known by its place.
+    // Two speak at once; each is known by its position.
     sockets[3].send(edge(1, 0)).unwrap();
     sockets[5].send(Message::text(r#"{"do":"play"}"#)).unwrap();
     let mut heard = [event(&server), event(&server)];
@@ -286,7 +286,7 @@ fn who_falls_behind_gets_the_scene_anew_and_an_end_is_told() {
 #[test]
 fn slow_half_open_and_flooding_strangers_do_not_keep_others_out() {
     let server = Server::start(0, "test").unwrap();
-    // More that say nothing, or half a request, than there are places.
+    // More that say nothing, or half a request, than there are positions.
     let address = server.address();
     let mut silent: Vec<TcpStream> = Vec::new();
     for k in 0..150 {

@@ -22,7 +22,7 @@ pub(crate) enum Command {
     Fetch,
     /// Velocities and viscous forces come from it.
     Store,
-    /// What rebuilt rows carried over decays by a factor.
+    /// The retained gradients decay by a factor.
     Decay(f64),
     /// Every rank writes its nodes into the folder that follows.
     Write,
@@ -32,9 +32,9 @@ pub(crate) enum Command {
     SetVector,
     /// It goes there.
     Vector,
-    /// So many of the stiffest nodes are told, of all or of as many runs of nodes as follow.
+    /// So many of the stiffest nodes are reported, of all or of as many runs of nodes as follow.
     Stiffest(usize, Option<usize>),
-    /// Deformation gradients of so many nodes and places of so many others, which follow, are told.
+    /// Deformation gradients of so many nodes and positions of so many others, which follow, are reported.
     Read(usize, usize),
     /// Velocities of watched nodes follow, if there are any; with them the state is kept.
     Keep,

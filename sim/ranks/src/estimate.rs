@@ -1,4 +1,4 @@
-//! The largest eigenvalue where the nodes are, and what its search round the stiffest of them reads.
+//! The largest eigenvalue where the nodes are, and what its search around the stiffest of them reads.
 
 use std::time::Instant;
 
@@ -101,7 +101,7 @@ impl Share {
         told
     }
 
-    /// Deformation gradients of own ones among the first `gradients` nodes of a list, and places (m) of own ones among
+    /// Deformation gradients of own ones among the first `gradients` nodes of a list, and positions (m) of own ones among
     /// the rest.
     pub(crate) fn read(&mut self, wire: &mut Wire, nodes: &[f64], gradients: usize) -> Vec<f64> {
         self.evaluate_if_due(wire);
@@ -124,7 +124,7 @@ impl Share {
     }
 }
 
-/// The stiffest of those that ranks told of, as [`Share::stiffest`] does.
+/// The stiffest of those that ranks reported, as [`Share::stiffest`] does.
 pub(crate) fn stiffest_of(told: &[f64], count: usize) -> Vec<StiffNode> {
     let (nodes, _) = told.as_chunks::<STIFF>();
     let mut nodes: Vec<StiffNode> = (nodes.iter().filter(|[node, ..]| *node >= 0.0))

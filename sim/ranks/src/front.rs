@@ -20,7 +20,7 @@ use crate::worker::{Counted, write_nodes};
 #[derive(Debug, Default)]
 pub(crate) struct Front {
     wire: Wire,
-    /// Whether the other ranks have been told that the body is built.
+    /// Whether the other ranks have been notified that the body is built.
     awake: bool,
     layout: Option<Layout>,
     /// Which nodes each rank has.
@@ -38,7 +38,7 @@ pub(crate) struct Front {
     sums: Vec<PassSums>,
     indicators: Vec<f64>,
     ratio: f64,
-    /// Offsets and bonds of each rank whose works it tells of in this step.
+    /// Offsets and bonds of each rank whose works it reports in this step.
     carried: Vec<[usize; 2]>,
     works: [f64; 2],
 }

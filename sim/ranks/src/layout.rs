@@ -12,7 +12,7 @@ pub(crate) struct Layout {
     starts: Vec<usize>,
 }
 
-/// Nodes of one rank and those round them, by their numbers in the body, rising.
+/// Nodes of one rank and those around them, by their numbers in the body, ascending.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Halo {
     /// In the rows of the rank's own nodes, or with one of these in their row.

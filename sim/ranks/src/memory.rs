@@ -8,7 +8,7 @@ use phyxel_integrate::State;
 pub(crate) struct Memory {
     /// The vector of the last estimate of the largest eigenvalue, or none.
     pub(crate) vector: Vec<DVec3>,
-    /// Positions, velocities, forces and viscous forces of the kept state, and its vector.
+    /// Positions, velocities, forces and viscous forces of the snapshot, and its vector.
     kept: [Vec<DVec3>; Memory::KEPT],
 }
 

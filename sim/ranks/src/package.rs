@@ -1,6 +1,6 @@
-//! What a rank is given: the model of its nodes and of those round them.
+//! What a rank is given: the model of its nodes and of those around them.
 //!
-//! Local nodes are, in this order: padding, ghosts below, own nodes, ghosts above; each part rising by the
+//! Local nodes are, in this order: padding, ghosts below, own nodes, ghosts above; each part ascending by the
 //! nodes' numbers in the body. So every row is summed in the body's order. The padding makes own nodes
 //! begin at a multiple of the elastic model's runs, as they do in the body.
 
@@ -49,15 +49,15 @@ pub(crate) struct Package {
     control_scales: Vec<(u32, f64)>,
     fronts: Vec<(u32, DMat3)>,
     weak: Vec<Weak>,
-    /// Nodes with an offset of their deformation gradient, rising, and these.
+    /// Nodes with an offset of their deformation gradient, ascending, and these.
     offsets_of_gradients: Vec<(u32, [f64; 9])>,
     /// Whether any rank has such: works of their decay need forces evaluated where the nodes are.
     pub(crate) carries: bool,
-    /// Ranks that need places of own nodes, with the local numbers of these.
+    /// Ranks that need positions of own nodes, with the local numbers of these.
     pub(crate) sends: Vec<(usize, Vec<u32>)>,
     /// Ranks whose nodes are ghosts here, with the local number of the first and how many.
     pub(crate) receives: Vec<(usize, usize, usize)>,
-    /// Own nodes, counted from the first, that rank 0 sees in every step, and their places among all such.
+    /// Own nodes, counted from the first, that rank 0 sees in every step, and their positions among all such.
     pub(crate) watched: Vec<(u32, u32)>,
     /// How many nodes rank 0 sees in every step.
     pub(crate) watched_count: usize,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::traffic::Traffic;
 use crate::worker::Counted;
 
-/// Bytes of a node's place in a message.
+/// Bytes of a node's position in a message.
 const PLACE: f64 = 24.0;
 
 /// Ghosts that a cube of so many nodes has in two layers on its six sides and beyond its edges: what no

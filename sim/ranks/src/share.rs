@@ -11,7 +11,7 @@ use phyxel_integrate::{Motion, Pass, PassSums, State};
 use crate::package::{Change, Package};
 use crate::wire::{Wire, flat, vectors};
 
-/// A rank's nodes: their motion, and the model with what lies round them.
+/// A rank's nodes: their motion, and the model with what lies around them.
 #[derive(Debug)]
 pub(crate) struct Share {
     pub(crate) motion: Motion,
@@ -23,7 +23,7 @@ pub(crate) struct Share {
     own: Range<usize>,
     /// Forces from outside (N) on own nodes; empty without any.
     applied: Vec<DVec3>,
-    /// Offsets and bonds of own nodes whose works the last decay has told of, if it was in this step.
+    /// Offsets and bonds of own nodes whose works the last decay has reported, if it was in this step.
     pub(crate) carried: [usize; 2],
     /// Whether forces were evaluated where the nodes are.
     evaluated: bool,
@@ -33,7 +33,7 @@ pub(crate) struct Share {
     pub(crate) in_estimates: Duration,
 }
 
-/// Numbers that a rank tells per step, besides what it says of watched nodes.
+/// Numbers that a rank reports per step, besides what it says of watched nodes.
 pub(crate) fn told(count: usize) -> usize {
     let chunks = count.div_ceil(phyxel_integrate::SHARED_NODES);
     chunks * PassSums::LENGTH + 2 * count.div_ceil(WATCHED_NODES) + 1
@@ -94,7 +94,7 @@ impl Share {
         Ok(())
     }
 
-    /// Takes over what a cut changed.
+    /// Adopts what a cut changed.
     pub(crate) fn change(&mut self, change: Change) -> Result<(), BodyProblem> {
         change.apply(&mut self.elastic, &mut self.package)
     }
@@ -115,7 +115,7 @@ impl Share {
         self.motion.begin_pass(pass);
     }
 
-    /// Exchanges places with the neighbours and evaluates the forces.
+    /// Exchanges positions with the neighbours and evaluates the forces.
     pub(crate) fn evaluate(&mut self, wire: &mut Wire) {
         let Self {
             elastic,
@@ -138,7 +138,7 @@ impl Share {
         }
     }
 
-    /// Takes the second pass and tells its sums.
+    /// Takes the second pass and reports its sums.
     pub(crate) fn end(&mut self, pass: &Pass) -> Vec<f64> {
         let forces = &self.forces[self.own.clone()];
         let sums = self.motion.end_pass(pass, forces, &self.applied);
@@ -157,7 +157,7 @@ impl Share {
         told
     }
 
-    /// What is told of own nodes.
+    /// What is reported of own nodes.
     fn of_own(&self, all: &[(u32, f64)]) -> Vec<f64> {
         let own = all
             .iter()
@@ -173,7 +173,7 @@ impl Share {
         works
     }
 
-    /// Sets velocities (m/s), or places (m), of watched nodes as rank 0 has them.
+    /// Sets velocities (m/s), or positions (m), of watched nodes as rank 0 has them.
     pub(crate) fn set_watched(&mut self, of_all: &[f64], places: bool) {
         let (positions, velocities) = self.motion.places_mut();
         let to = if places { positions } else { velocities };
@@ -183,7 +183,7 @@ impl Share {
     }
 
     /// As [`Share::end`], with forces from outside (N) on watched nodes, if the first number says that there are
-    /// any; tells the velocities and viscous forces of watched nodes as well.
+    /// any; reports the velocities and viscous forces of watched nodes as well.
     pub(crate) fn end_watched(&mut self, pass: &Pass, of_all: &[f64]) -> Vec<f64> {
         self.applied.clear();
         if let [acts, forces @ ..] = of_all

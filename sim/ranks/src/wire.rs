@@ -198,7 +198,7 @@ pub(crate) fn ping() -> Option<(f64, f64)> {
 }
 
 impl Wire {
-    /// Gives the neighbours the places (m) of own nodes and takes those of ghosts from them.
+    /// Gives the neighbours the positions (m) of own nodes and takes those of ghosts from them.
     pub(crate) fn exchange(&mut self, package: &Package, places: &mut [DVec3]) {
         let begun = Instant::now();
         let (sends, receives) = (&package.sends, &package.receives);

@@ -1,4 +1,4 @@
-//! What ranks other than the front do: what they are told.
+//! What ranks other than the front do: the commands they receive.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::wire::{
     send_vectors,
 };
 
-/// Why a rank cannot go on.
+/// Why a rank cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum WorkerError {
     #[error(transparent)]

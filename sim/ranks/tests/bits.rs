@@ -205,7 +205,7 @@ fn a_cut_under_a_tool() {
     assert!(last.parse::<f64>().unwrap() != 0.0, "the probe does work");
 }
 
-/// What a number of ranks or the serial program has begun, any other goes on with, in mid-cut; and a rank that dies
+/// What a number of ranks or the serial program has begun, any other resumes, in mid-cut; and a rank that dies
 /// ends the job.
 #[test]
 fn a_killed_job_is_gone_on_with() {
@@ -239,7 +239,7 @@ fn a_killed_job_is_gone_on_with() {
         .status();
     assert!(killed.unwrap().success());
     let output = running.wait_with_output().unwrap();
-    assert!(!output.status.success(), "the job goes on without a rank");
+    assert!(!output.status.success(), "the job continues without a rank");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("signal 9"), "{said}");
     assert!(!out.join("summary.json").exists(), "it did not end");

@@ -1,4 +1,4 @@
-//! What can be wrong with a text, said with the place and the remedy.
+//! What can be wrong with a text, said with the position and the remedy.
 
 use std::fmt;
 use std::io;

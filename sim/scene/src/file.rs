@@ -7,7 +7,7 @@ use std::path::Path;
 /// The text of a file, without a byte-order mark.
 ///
 /// # Errors
-/// What the system says, and an error that says what a file holds in place of UTF-8.
+/// What the system says, and an error that says what a file holds instead of UTF-8.
 pub fn read_text(file: &Path) -> io::Result<String> {
     let bytes = read_file(file)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);

@@ -16,13 +16,13 @@ pub(crate) struct KeyPage<'a> {
     /// Types that have a section already.
     told: Vec<String>,
     schema: &'a Value,
-    /// Keys that are not told among those of their types.
+    /// Keys that are not listed among those of their types.
     compared: &'a [KeyRow],
 }
 
 impl<'a> KeyPage<'a> {
     /// An empty page for the types of a schema. The keys of `compared` are left out of the tables of their types,
-    /// which refer to the heading "Keys to compare with" instead; [`KeyPage::rows`] tells them there.
+    /// which refer to the heading "Keys to compare with" instead; [`KeyPage::rows`] lists them there.
     pub(crate) fn new(schema: &'a Value, compared: &'a [KeyRow]) -> Self {
         Self {
             page: String::new(),
@@ -42,7 +42,7 @@ impl<'a> KeyPage<'a> {
         self.page.push_str(text);
     }
 
-    /// Adds rows of a table, one for each key, with the places where they stand.
+    /// Adds rows of a table, one for each key, with the positions where they stand.
     pub(crate) fn rows(&mut self, rows: &[KeyRow]) {
         for (place, name, key) in rows {
             let definition = self.definition(name);

@@ -56,7 +56,7 @@ pub fn for_mesh(
         .map(|stem| stem.replace(|c: char| !(c.is_alphanumeric() || "-_. ".contains(c)), "-"))
         .filter(|stem| stem.starts_with(|c: char| c.is_alphanumeric()))
         .unwrap_or_else(|| "mesh".to_owned());
-    // A shorter scene has its stroke in the same share of the time.
+    // A shorter scene has its stroke in the same fraction of the time.
     if let Some(duration) = Override::number(overrides, "integration.duration")
         && duration > 0.0
         && duration < scene.integration.duration
@@ -78,11 +78,11 @@ const PLACES: [f64; 9] = [0.4, 0.5, 0.3, 0.6, 0.2, 0.7, 0.1, 0.8, 0.9];
 const REACHES: [[f64; 2]; 4] = [[0.45, 0.6], [0.45, 1.0], [0.15, 0.6], [0.15, 1.0]];
 /// The blade goes farther than usual if it would meet tissue in less than one in so many points of what it sweeps.
 const RARELY: usize = 30;
-/// The usual place is taken unless the blade would meet more than so many times as much elsewhere.
+/// The usual position is taken unless the blade would meet more than so many times as much elsewhere.
 const ENOUGH: usize = 4;
 /// Points that are looked at along either side of what the blade sweeps.
 const LOOKS: u32 = 24;
-/// Share of the box's depth at which the blade starts.
+/// Fraction of the box's depth at which the blade starts.
 const FRONT: f64 = -0.1;
 
 /// Where the blade meets enough of what is free to be cut: share of the width, of the height from which on, of the depth

@@ -67,7 +67,7 @@ impl Override {
         change.value.parse().ok()
     }
 
-    /// The text with the value in place of what stands at the path, or added where nothing does.
+    /// The text with the value instead of what stands at the path, or added where nothing does.
     ///
     /// # Errors
     /// [`OverrideProblem`] if there is nothing to set there.

@@ -53,7 +53,7 @@ pub fn parse<T: DeserializeOwned>(
 /// Relative paths in the scene start at the file's folder.
 ///
 /// # Errors
-/// A [`SceneError`] that names the place: the file cannot be read, is not RON, has an unknown key or a value out of
+/// A [`SceneError`] that names the position: the file cannot be read, is not RON, has an unknown key or a value out of
 /// range, or an override does not fit.
 pub fn load(file: &Path, overrides: &[Override]) -> Result<Scene, SceneError> {
     let text = read_settings(file, WHOLE)?;

@@ -306,7 +306,7 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
     }
 }
 
-/// The blade of the default scene goes where there is something to cut: to its usual place if it can.
+/// The blade of the default scene goes where there is something to cut: to its usual position if it can.
 #[test]
 fn the_default_blade_meets_tissue() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -332,8 +332,8 @@ fn the_default_blade_meets_tissue() {
     close(blade(|p| p.y > 0.06 && p.z < 0.01), 0.4);
 }
 
-/// The page has its three parts in order, and every key that stands in the first or last exists, with its
-/// meaning; what is there to compare with stands in no table before.
+/// The page has its three parts in order, and every key that is in the first or last exists, with its
+/// meaning; what is there to compare with is in no table before.
 #[cfg(feature = "schemars")]
 #[test]
 fn the_page_has_three_parts() {
@@ -402,7 +402,7 @@ fn a_scene_in_json_is_that_in_ron() {
     assert!(written.keys().eq(keys.keys()), "{keys:?}");
 }
 
-/// Types are told in the format's words, with the value and its place.
+/// Types are named in the format's words, with the value and its position.
 #[test]
 fn a_value_of_another_type_is_told_what_it_must_be() {
     let told = |body: &str, rest: &str| {

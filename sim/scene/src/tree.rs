@@ -1,6 +1,6 @@
 //! The tree of a text in RON or JSON: which value is written where.
 //!
-//! Values are read from it, and errors, checks and overrides find the place of a *key path* such as
+//! Values are read from it, and errors, checks and overrides find the position of a *key path* such as
 //! `bodies[0].material.density` in it. It judges nothing but brackets and separators.
 
 use std::ops::Range;

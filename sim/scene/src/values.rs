@@ -1,4 +1,4 @@
-//! From the tree of a text to values: what does not fit is named with its place and the remedy.
+//! From the tree of a text to values: what does not fit is named with its position and the remedy.
 //!
 //! RON and JSON are read by the same code, so that both have the same messages: a deserializer that walks the tree
 //! knows at each value where it was written and which key path leads to it.
@@ -17,7 +17,7 @@ use crate::key_path::{KeyPath, Segment};
 use crate::overrides::shortened;
 use crate::tree::{Content, Node, Syntax, byte_at, options};
 
-/// Name of the newtype that takes a value's text in place of the value.
+/// Name of the newtype that takes a value's text instead of the value.
 const RAW: &str = "phyxel_scene::Raw";
 
 /// A value as it is written.
@@ -85,7 +85,7 @@ fn unreadable(text: &str, syntax: Syntax) -> Misread {
             Ok(_) => (0, "brackets or separators do not fit".to_owned()),
             Err(error) => {
                 let told = error.to_string();
-                // The place is told before the problem.
+                // The position comes before the problem.
                 let told = told
                     .rsplit_once(" at line ")
                     .map_or(&*told, |(told, _)| told);

@@ -53,12 +53,12 @@ pub struct Body {
     /// Mass-proportional damping (1/s): a free motion loses its speed as `exp(-damping t)`.
     #[serde(default = "Body::default_damping")]
     pub damping: f64,
-    /// Viscous (stiffness-proportional) damping of the body's stiffest mode, as a share of its
+    /// Viscous (stiffness-proportional) damping of the body's stiffest mode, as a fraction of its
     /// critical damping; a mode of half its frequency has half of it. 0.1 quietens the few nodes at
     /// a wound's rim, which long steps would otherwise excite; 0 computes none.
     #[serde(default)]
     pub damping_ratio: f64,
-    /// Largest share of the mass that may be moved between neighbouring nodes, so that the few lightest
+    /// Largest fraction of the mass that may be moved between neighbouring nodes, so that the few lightest
     /// do not shorten every step; the sum stays. 0 moves none.
     #[serde(default = "Body::default_moved_mass")]
     pub moved_mass: f64,
@@ -182,11 +182,11 @@ pub enum Target {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct SurfelSettings {
-    /// How many surfels cover the body's surface; of no account with `points`.
+    /// How many surfels cover the body's surface; ignored with `points`.
     pub target: SurfelTarget,
-    /// Surfels from a file, such as a scan of the body, in place of those that are spread on its shape.
+    /// Surfels from a file, such as a scan of the body, instead of those that are spread on its shape.
     pub points: Option<PointFile>,
-    /// How far the surfels of the surface lie from each other; of no account with `points`.
+    /// How far the surfels of the surface lie from each other; ignored with `points`.
     pub spacing: SurfelSpacing,
     /// Surfels per square metre (1/m^2) on each side of a cut; that of the surface where not given.
     pub cut_density: Option<f64>,
@@ -206,12 +206,12 @@ pub struct SurfelSettings {
     pub color: [f64; 3],
     /// Colour of the inside that a cut lays open (sRGB, 0 to 1).
     pub cut_color: [f64; 3],
-    /// Image that colours the surface in place of `color`.
+    /// Image that colours the surface instead of `color`.
     pub image: Option<ImageFile>,
     /// Whether the images that the body's mesh file names colour the surface, by the texture coordinates in it, in
     /// place of `color` and `image`: of an OBJ file, those of its `.mtl` beside it (`map_Kd`); PNG.
     pub textured: bool,
-    /// Image that colours the inside in place of `cut_color`.
+    /// Image that colours the inside instead of `cut_color`.
     pub cut_image: Option<ImageFile>,
 }
 
@@ -232,7 +232,7 @@ pub struct PointFile {
     pub up: Axis,
 }
 
-/// An image laid on a body from the six sides of a box, by the place at rest.
+/// An image laid on a body from the six sides of a box, by the position at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename = "Image")]

@@ -1,6 +1,6 @@
 //! What a scene's values must be: checked once, so that nothing later meets a surprise.
 
-/// What settings of a leaf find at fault in themselves, told at their place in the scene.
+/// What settings of another crate find at fault in themselves, reported with their position in the scene.
 macro_rules! tell {
     ($checks:expr, $place:expr, $bad:expr) => {
         for bad in $bad {

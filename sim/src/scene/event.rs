@@ -51,7 +51,7 @@ pub enum SupportMotion {
     /// They stay where they rest.
     #[default]
     Fixed,
-    /// They move rigidly: the place at rest, rotated and translated by the path.
+    /// They move rigidly: the position at rest, rotated and translated by the path.
     Driven {
         /// Keys of the motion.
         path: Vec<Key>,
@@ -82,7 +82,7 @@ impl Default for Gravity {
 /// A stroke of a blade: the surface that its edge sweeps through the world is cut open.
 ///
 /// The stroke starts at the path's first key and ends at its last. Where cuts leave less between two parts of a body than a
-/// distance of nodes, it is severed, too.
+/// node spacing, it is severed, too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -107,7 +107,7 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// A blade's edge (m, in its own frame) led along a path through every body.
+    /// A blade's edge (m, in its own frame) driven along a path through every body.
     #[must_use]
     pub fn new(edge: Vec<DVec3>, path: Vec<Key>) -> Self {
         Self {
@@ -210,7 +210,7 @@ pub enum Capture {
     Rate(f64),
     /// Every time the fastest point of the edge has moved this far (m).
     Distance(f64),
-    /// Every time the fastest point of the edge has moved this share of the mean distance of neighbouring nodes, of the
+    /// Every time the fastest point of the edge has moved this fraction of the mean distance of neighbouring nodes, of the
     /// body that is cut whose nodes are nearest together.
     Spacing(f64),
 }
@@ -221,8 +221,8 @@ impl Capture {
 }
 
 impl Default for Capture {
-    /// What a cut sets free goes into the decay of what rebuilt rows carried over and into motion, shared by how far the
-    /// edge comes from one capture to the next, in distances of nodes: with a fixed number a second a body of 500 nodes was
+    /// What a cut releases goes into the decay of the retained gradients and into motion, shared by how far the
+    /// edge comes from one capture to the next, in node spacings: with a fixed number a second a body of 500 nodes was
     /// cut more gently than one of 5,000. On blocks of 500 to 5,000 nodes (`benches -- matrix --filter block`) shares of 0.05, 0.1, 0.15,
     /// 0.2 and 0.3 let the energy released by the decay spread by -33 to +4, -28 to +10, -9 to +7, -8 to +8 and -28 to +13 % round
     /// its median, which is 0.090, 0.086, 0.086, 0.070 and 0.048 J cut through.

@@ -13,7 +13,7 @@ pub enum Method {
     Conservative,
     /// The dissertation's, for comparison: nearest nodes (each looks for its own), plain moving least squares
     /// (Aras 2014, eqs. (15), (16), (25)-(27)), masses and volumes of eqs. (17) and (18), which exceed
-    /// the body's. It has no control of zero-energy modes, so `material.stabilization` must be 0.
+    /// the body's. It has no hourglass stabilization, so `material.stabilization` must be 0.
     Dissertation {
         /// Nearest nodes whose mean distance sets the support radius.
         #[serde(default = "Method::default_nearest")]

@@ -25,7 +25,7 @@ pub struct Key {
 }
 
 impl Key {
-    /// A place (m) at a scene time (s), not turned.
+    /// A position (m) at a scene time (s), not turned.
     #[must_use]
     pub fn new(time: f64, position: DVec3) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl Key {
         }
     }
 
-    /// Its place and rotation.
+    /// Its position and rotation.
     #[must_use]
     pub fn pose(&self) -> Pose {
         Pose {

@@ -15,7 +15,7 @@ pub struct Integration {
     pub duration: f64,
     /// Scheme of the steps.
     pub scheme: Scheme,
-    /// Explicit step as a share of the largest stable one, above 0 and at most 1. Velocity Verlet with forces that are
+    /// Explicit step as a fraction of the largest stable one, above 0 and at most 1. Velocity Verlet with forces that are
     /// not linear resonates at 0.866 (`ω dt = √3`, Schlick 1998), and estimates of the largest eigenvalue come
     /// from below: at 0.85 a liver gained energy at a few nodes beside its cut, at 0.8 and less it did not.
     pub step_factor: f64,
@@ -29,7 +29,7 @@ impl Default for Integration {
             duration: 4.0,
             scheme: Scheme::default(),
             // With 0.7 runs take 1.4 times fewer steps; of the first 61 scenes of `benches -- random --seed 1010` one then has an
-            // imbalance of 0.26 (the bar is 0.02) and three of 0.006 to 0.013. With 0.5 none of the 100 is above 0.0032.
+            // energy-balance error of 0.26 (the limit is 0.02) and three of 0.006 to 0.013. With 0.5 none of the 100 is above 0.0032.
             step_factor: 0.5,
             settle: Some(Settle::default()),
         }
@@ -47,7 +47,7 @@ pub struct Settle {
     pub speed: f64,
     /// Longest time (s) to wait for rest.
     pub limit: f64,
-    /// Mass-proportional damping (1/s) while settling, in place of the bodies' own.
+    /// Mass-proportional damping (1/s) while settling, instead of the bodies' own.
     pub damping: f64,
 }
 
@@ -121,7 +121,7 @@ pub struct Pictures {
     pub background: Option<Backdrop>,
     /// How surfels are drawn.
     pub mode: DrawMode,
-    /// Share of their radius at which surfels are drawn, to 1; with less they are seen one by one.
+    /// Fraction of their radius at which surfels are drawn, to 1; with less they are seen one by one.
     pub splat_scale: f64,
     /// What is drawn: surfaces, or what lies behind them.
     pub show: Show,
@@ -178,7 +178,7 @@ pub enum Coloring {
     /// The colours and images of the bodies' surfels.
     #[default]
     Tissue,
-    /// How far each place has moved from where it is at rest.
+    /// How far each position has moved from where it is at rest.
     Displacement {
         /// Value of the last colour (m); the first is 0.
         most: f64,

@@ -29,7 +29,7 @@ pub struct Tool {
     /// Size of the tool over that which its shape says; its path stays.
     #[serde(default = "Tool::default_scale")]
     pub scale: f64,
-    /// What pictures show in place of its shape, in its own frame and at its scale; contact is with the shape.
+    /// What pictures show instead of its shape, in its own frame and at its scale; contact is with the shape.
     #[serde(default)]
     pub looks: Option<RigidMesh>,
     /// How the tool moves through the world; one key for a tool that stands still or is released.
@@ -40,7 +40,7 @@ pub struct Tool {
     /// Coulomb's coefficient of friction.
     #[serde(default)]
     pub friction: f64,
-    /// Pressure over penetration (N/m^3); 40 E over the distance of nodes where not given.
+    /// Pressure over penetration (N/m^3); 40 E over the node spacing where not given.
     #[serde(default)]
     pub penalty: Option<f64>,
 }

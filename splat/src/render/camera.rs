@@ -34,7 +34,7 @@ pub struct Camera {
 
 /// Vertical field of view of the framing cameras (radians): 28°, about a short telephoto lens.
 const FIELD_OF_VIEW: f64 = 0.488_69;
-/// Share of the image that a framed box leaves free on each side.
+/// Fraction of the image that a framed box leaves free on each side.
 const MARGIN: f64 = 0.06;
 
 impl Camera {
@@ -61,7 +61,7 @@ impl Camera {
         camera
     }
 
-    /// A perspective camera that looks along `direction` at the box round some points and shows all of
+    /// A perspective camera that looks along `direction` at the box around some points and shows all of
     /// it, z upwards, in an image of `aspect` = width / height.
     ///
     /// # Panics
@@ -73,8 +73,8 @@ impl Camera {
         Self::framing(low, high, direction, DVec3::Z, aspect)
     }
 
-    /// A perspective camera at a place (m) that looks at another, as far as it can with `up` upwards, with a vertical
-    /// field of view (rad) above 0 and below π. It looks along y where the places coincide, and is turned
+    /// A perspective camera at a position (m) that looks at another, as far as it can with `up` upwards, with a vertical
+    /// field of view (rad) above 0 and below π. It looks along y where the positions coincide, and is turned
     /// anyhow where `up` lies along its view.
     #[must_use]
     pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {

@@ -62,7 +62,7 @@ impl MergedSplats {
         all
     }
 
-    /// Shrinks splats to a share of their radius.
+    /// Shrinks splats to a fraction of their radius.
     pub fn scale(&mut self, share: f64) {
         let axes = self.splats.axes_u.iter_mut().chain(&mut self.splats.axes_v);
         axes.for_each(|axis| *axis *= share);

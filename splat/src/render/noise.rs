@@ -40,7 +40,7 @@ fn slope(hash: u32) -> Vec3 {
     }
 }
 
-/// The lattice cell of a point and the place in it. Far outside (2³¹ cells) noise need not vary.
+/// The lattice cell of a point and the position in it. Far outside (2³¹ cells) noise need not vary.
 #[inline]
 #[allow(
     clippy::cast_possible_truncation,

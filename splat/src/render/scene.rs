@@ -35,7 +35,7 @@ pub struct ImageCoat {
 /// Optical properties of a material id.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    /// Colours that take the place of the splats' own, looked up per pixel (three-pass mode).
+    /// Colours that replace the splats' own, looked up per pixel (three-pass mode).
     pub coat: Option<ImageCoat>,
     /// Strength of the highlight (1).
     pub specular: f32,
@@ -177,7 +177,7 @@ pub struct SplatView<'a> {
     pub texture_points: &'a [DVec3],
     /// Rest normals: how texture coordinates vary over a disk; empty: they are constant over each.
     pub texture_normals: &'a [DVec3],
-    /// Where each splat lies in an image of [`crate::RenderSettings::images`], which then takes the place of its
+    /// Where each splat lies in an image of [`crate::RenderSettings::images`], which then replaces its
     /// colour and its material's coat (three-pass mode); empty: none does.
     pub places: &'a [Option<TexturePlace>],
     /// What bounds each disk; empty: nothing bounds any.

@@ -15,7 +15,7 @@ pub(crate) struct Point {
     pub(crate) color: Vec3,
     pub(crate) specular: f32,
     pub(crate) shininess: f32,
-    /// Red light that leaks round the terminator: 0 for opaque things.
+    /// Red light that leaks around the terminator: 0 for opaque things.
     pub(crate) softness: f32,
 }
 

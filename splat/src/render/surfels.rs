@@ -14,7 +14,7 @@ pub struct Surfels {
     pub positions: Vec<DVec3>,
     /// Outward unit normals.
     pub normals: Vec<DVec3>,
-    /// Share of the surface that each surfel stands for (m²).
+    /// Fraction of the surface that each surfel stands for (m²).
     pub areas: Vec<f64>,
     /// Radius of the disk (m).
     pub radii: Vec<f64>,
@@ -41,7 +41,7 @@ pub struct TexturePlace {
 
 impl TexturePlace {
     /// Mean colour of what a disk of a radius (m) shows of its image: for pictures that light splats one by one, and
-    /// for whoever gets surfels and no images. White where there is no such image.
+    /// for callers that get surfels and no images. White where there is no such image.
     #[must_use]
     pub fn color(&self, images: &[Arc<Image>], radius: f64) -> Vec3 {
         let [u, v] = self.along.map(|along| along.length());

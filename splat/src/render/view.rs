@@ -28,7 +28,7 @@ pub enum View {
         #[cfg_attr(feature = "serde", serde(default))]
         parallel: bool,
     },
-    /// Stands at a place.
+    /// Stands at a position.
     Explicit {
         /// Place of the eye (m).
         #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]

@@ -14,7 +14,7 @@ const FIRST: f64 = 0.82;
 const SHRINK: f64 = 0.95;
 /// Samples nearer than this, over the same spacing, count as one.
 const LEAST: f64 = 0.05;
-/// Most that the spacing grows with distance: wide disks keep off places of narrow ones.
+/// Most that the spacing grows with distance: wide disks keep off positions of narrow ones.
 const GRADING: f64 = 0.5;
 /// Samples beside each one that its spacing bounds.
 const BESIDE: usize = 8;
@@ -24,14 +24,14 @@ const BESIDE: usize = 8;
 /// A disk of radius r on a surface of curvature κ is off by `κ r² / 2`. The mean square of that over
 /// the surface is least, for a given number of disks that just cover it, where `r ∝ κ^(-1/3)`; the
 /// samples are chosen with that spacing, which grows by no more than half the distance from narrower
-/// places, by dart throwing with a distance that shrinks until there are enough. Curvature is the
+/// positions, by dart throwing with a distance that shrinks until there are enough. Curvature is the
 /// Frobenius norm of [`shape_operators`]. The radii to go with them are [`crate::covering_radii`].
 ///
 /// # Arguments
 /// * `positions`, `normals`, `areas` -- samples (m), unit normals and areas (m²); several times as
 ///   many as wanted.
 /// * `wanted` -- how many to choose.
-/// * `range` -- the widest spacing over the narrowest (1): flat places have no curvature to follow.
+/// * `range` -- the widest spacing over the narrowest (1): flat parts have no curvature to follow.
 ///
 /// # Returns
 /// Indices, ascending, fewer than `wanted` only if there are not as many samples apart; and the area
@@ -95,7 +95,7 @@ pub fn follow_curvature(
         let mut near = kept
             .nearest_neighbor_iter(x.to_array())
             .map(|p| index(p.data));
-        // Not the other side of a thin place, if one of the same side is near.
+        // Not the other side of a thin part, if one of the same side is near.
         let nearest = near.next();
         let facing = nearest.into_iter().chain(near.take(BESIDE));
         let own = facing.into_iter().find(|&j| normals[j].dot(n) > 0.0);

@@ -66,7 +66,7 @@ pub(crate) enum Sight {
     Clear,
     /// It sees all of its nodes, but not some that are nearer.
     Behind,
-    /// Some of its nodes are seen round a corner or by others, or it has few.
+    /// Some of its nodes are seen around a corner or by others, or it has few.
     Poor,
 }
 
@@ -283,7 +283,7 @@ impl Binding {
             let at = nodes.positions[index(node.data)];
             let link = Link::straight(eye, at, node.data);
             look.nearest.get_or_insert(link);
-            // With nothing in sight the search goes on: better a far node of the own piece than a
+            // With nothing in sight the search continues: better a far node of the own piece than a
             // near one of another.
             let most = if look.found.is_empty() {
                 POOLS * settings.pool
@@ -381,7 +381,7 @@ pub(crate) struct Nodes<'a> {
 pub(crate) struct View<'a> {
     /// Whether two points see each other.
     pub(crate) visible: &'a (dyn Fn(DVec3, DVec3) -> bool + Sync),
-    /// The point within a distance at which a way goes round the end of a cut.
+    /// The point within a distance at which a way goes around the end of a cut.
     pub(crate) way_round: &'a (dyn Fn(&Query, f64) -> Option<DVec3> + Sync),
 }
 
@@ -391,7 +391,7 @@ struct Link {
     node: u32,
     /// Length of the way (m).
     length: f64,
-    /// The length times its gradient over the surfel's place (m).
+    /// The length times its gradient over the surfel's position (m).
     arm: DVec3,
     straight: bool,
 }

@@ -206,7 +206,7 @@ mod tests {
         borders.extend(&far);
         assert_ne!(borders.sheet(0), borders.sheet(2));
         assert_eq!(borders.free.size(), 8);
-        // The next strip takes over the front: one edge is free no more, three are new.
+        // The next strip takes the front: one edge is free no more, three are new.
         let turned = borders.extend(&strip(1.0));
         assert_eq!(turned.len(), 4);
         assert_eq!(borders.free.size(), 10);

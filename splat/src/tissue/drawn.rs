@@ -23,7 +23,7 @@ pub struct DrawnTissue {
     pub texture: TissueTexture,
     /// Optical properties of its materials.
     pub surfaces: Vec<Surface>,
-    /// Images that surfels with a place in one show.
+    /// Images that surfels with a position in one show.
     pub images: Vec<Arc<Image>>,
     /// Linear colour of each surfel; [`DrawnTissue::carry`] gives new ones theirs.
     pub colors: Vec<Vec3>,
@@ -57,7 +57,7 @@ impl DrawnTissue {
         }
     }
 
-    /// Lays images on the surfels that have a place in one, one entry each, and colours these by them.
+    /// Lays images on the surfels that have a position in one, one entry each, and colours these by them.
     pub fn lay(&mut self, images: Vec<Arc<Image>>, places: Vec<Option<TexturePlace>>) {
         let radii = &self.tissue.surfels().radii;
         for ((to, place), radius) in self.colors.iter_mut().zip(&places).zip(radii) {
@@ -69,7 +69,7 @@ impl DrawnTissue {
         self.tissue.set_places(places);
     }
 
-    /// Moves the splats with the nodes' places (m) and deformation gradients, and colours surfels that are new.
+    /// Moves the splats with the nodes' positions (m) and deformation gradients, and colours surfels that are new.
     ///
     /// # Panics
     /// If there are fewer nodes than the tissue is bound to.

@@ -3,7 +3,7 @@
 use rstar::{ParentNode, RTree, RTreeObject};
 use std::collections::HashMap;
 
-/// Bytes of a hash table: a slot and a byte of control for each place, of which it fills seven of eight at most.
+/// Bytes of a hash table: a slot and a byte of control for each position, of which it fills seven of eight at most.
 /// What values hold elsewhere is not counted.
 pub(crate) fn map_bytes<K, V>(map: &HashMap<K, V>) -> usize {
     map.capacity() / 7 * 8 * (size_of::<(K, V)>() + 1)

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Least share of a triangle near the body for which all of it is sampled.
+/// Least fraction of a triangle near the body for which all of it is sampled.
 const LEAST_SHARE: f64 = 0.25;
 
 /// The part of a cut's triangle (m) near a body, as triangles: what lies in the body's box from `low` to `high`,

@@ -58,7 +58,7 @@ pub enum Measure {
     Density,
     /// Curvature from the height over a fitted plane (1/m), eqs. (53)-(56).
     Curvature,
-    /// Share of the neighbours' spread across their plane, eq. (57): the smallest eigenvalue of their covariance
+    /// Fraction of the neighbours' spread across their plane, eq. (57): the smallest eigenvalue of their covariance
     /// over the sum; 0 for a plane, 1/3 for a ball of points.
     Variation,
 }
@@ -194,7 +194,7 @@ impl RadiusMap {
         let span = high - low;
         let rise = match self.measure {
             _ if span > 0.0 => ((value - low) / span).clamp(0.0, 1.0),
-            // All are alike: only what is more curved than they are is told from them.
+            // All are alike: only what is more curved than they are is distinguished.
             Measure::Curvature | Measure::Variation if value > high => 1.0,
             _ => 0.0,
         };

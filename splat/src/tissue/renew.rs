@@ -123,7 +123,7 @@ impl Tissue {
     }
 
     /// The radius (m) of a surfel by its neighbours of the same side, and the distance (m) within which they
-    /// were sought. Sheets that a later piece of a cut joins are told apart until it comes near.
+    /// were sought. Sheets that a later piece of a cut joins count as two until it comes near.
     pub(super) fn measured(
         &self,
         surfel: u32,

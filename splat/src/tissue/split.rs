@@ -140,7 +140,7 @@ impl Tissue {
 
     /// Whether one of `hits` may come between a surfel and a node that carries it; never a false
     /// no. Only then can its nodes change: what is hidden stays hidden, and a row holds the nearest
-    /// nodes that are not. One with fewer, or with some that are seen round a corner, is always
+    /// nodes that are not. One with fewer, or with some that are seen around a corner, is always
     /// sought again.
     pub(super) fn loses_a_node(&self, surfel: u32, hits: &[u32]) -> bool {
         if self.binding.sight(index(surfel)) == Sight::Poor {
@@ -156,7 +156,7 @@ impl Tissue {
         })
     }
 
-    /// Whether a way round one of `edges` may lead to a node as near as those of a surfel, other than
+    /// Whether a way around one of `edges` may lead to a node as near as those of a surfel, other than
     /// those it sees.
     pub(super) fn is_beside(&self, surfel: u32, edges: &[[DVec3; 2]]) -> bool {
         if self.binding.sight(index(surfel)) == Sight::Clear {

@@ -1,4 +1,4 @@
-//! Pictures against exact ones: no holes, true silhouettes, crisp rims; same bits on any thread
+//! Pictures against exact ones: no holes, true silhouettes, crisp rims; bitwise identical on any thread
 //! count.
 use crate::oracle::{Shape, box_distance, compare};
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
@@ -408,7 +408,7 @@ fn gaps_show_the_inside() {
 }
 
 /// An image that lies on splats by texture coordinates is seen per sample: squares finer than the splats come out where
-/// they belong, on a mirrored and turned map too; splats without a place keep their own colour.
+/// they belong, on a mirrored and turned map too; splats without a position keep their own colour.
 #[test]
 fn images_lie_where_texture_coordinates_say() {
     const SIDE: u32 = 24;

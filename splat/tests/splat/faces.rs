@@ -14,7 +14,7 @@ const BELOW: f64 = 0.1;
 const AHEAD: f64 = 0.33;
 const SIDE: u32 = 200;
 
-/// Depth of a place (y, z) in the cut, positive behind its front.
+/// Depth of a position (y, z) in the cut, positive behind its front.
 fn depth(y: f64, z: f64) -> f64 {
     (z - BELOW).min(AHEAD - y)
 }
@@ -178,7 +178,7 @@ fn on_disk(tissue: &Tissue, splats: &Splats, i: usize, q: DVec2) -> [DVec3; 2] {
     ]
 }
 
-/// Where skin ends at the body's surface, nodes carry both to the same place: what opened less would leave shards of
+/// Where skin ends at the body's surface, nodes carry both to the same position: what opened less would leave shards of
 /// skin beside a wound's end.
 #[test]
 fn skin_and_surface_stay_together_along_the_rim() {
@@ -215,6 +215,6 @@ fn skin_and_surface_stay_together_along_the_rim() {
         }
     }
     apart.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // 0.14; it was 0.97 where skin at the rim found no path round the cut's end.
+    // 0.14; it was 0.97 where skin at the rim found no path around the cut's end.
     assert!(apart.len() > 50 && apart[0].0 < 0.2, "{:?}", apart[0]);
 }

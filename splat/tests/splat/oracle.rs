@@ -24,7 +24,7 @@ const MAJOR: f64 = 0.7;
 const MINOR: f64 = 0.3;
 const HALF: DVec3 = DVec3::new(0.8, 0.6, 0.7);
 
-/// Signed distance to a box round the origin.
+/// Signed distance to a box around the origin.
 pub(crate) fn box_distance(p: DVec3, half: DVec3) -> f64 {
     let q = p.abs() - half;
     q.max(DVec3::ZERO).length() + q.max_element().min(0.0)

@@ -68,7 +68,7 @@ pub struct CutBody<'a> {
     pub stencils: GradientStencils,
     /// Factors on the pairs.
     pub factors: Vec<f64>,
-    /// Nodes with a factor below 1, rising.
+    /// Nodes with a factor below 1, ascending.
     pub touched: Vec<u32>,
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],

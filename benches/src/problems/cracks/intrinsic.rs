@@ -1,5 +1,5 @@
 //! The intrinsic basis of a crack tip in mechanics (Aras 2014, eqs (31)–(33); Fleming, Chu, Moran,
-//! Belytschko 1997), a comparator: gradients of the nodes near a tip by moving least squares over the nodes
+//! Belytschko 1997), a baseline: gradients of the nodes near a tip by moving least squares over the nodes
 //! that they see, in a basis that holds the near field.
 
 use glam::{DMat3, DVec3};
@@ -15,7 +15,7 @@ use crate::problems::elements::{displacements, linear_forces};
 const NEAR: f64 = 2.5;
 /// Radius of their supports in spacings: some 20 nodes of a layer, 7 functions.
 const SUPPORT: f64 = 2.6;
-/// Control of zero-energy modes, as the default has it.
+/// Hourglass stabilization, as the default has it.
 const CONTROL: f64 = 0.1;
 
 /// Gradients of all nodes, those near a tip in its basis.
@@ -27,7 +27,7 @@ pub(super) struct Rows {
     gradients: Vec<DVec3>,
 }
 
-/// A tip: its place (m) and the angle (rad) of the crack's extension to the x axis.
+/// A tip: its position (m) and the angle (rad) of the crack's extension to the x axis.
 type Tip = (DVec3, f64);
 
 /// The ends of an upright cut that lie in the body. None where the cut is not upright.

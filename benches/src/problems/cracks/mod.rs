@@ -29,7 +29,7 @@ pub fn stress(gradient: DMat3) -> DMat3 {
     2.0 * mu * strain + lame * trace * DMat3::IDENTITY
 }
 
-/// Eight places of the tip along the line and of the line across it, relative to the nodes, in
+/// Eight positions of the tip along the line and of the line across it, relative to the nodes, in
 /// spacings: what a method does must not hang on them.
 pub const PLACES: [[f64; 2]; 8] = [
     [0.0, 0.25],

@@ -67,7 +67,7 @@ pub fn penny(
     let stiff = 8.0 * (1.0 - POISSON * POISSON) / (PI * YOUNG);
     let sneddon = |r: f64| 1.0455 * stiff * (a * a - r * r).sqrt();
     let ratio = |sums: (f64, f64)| sums.0 / sums.1;
-    // Points of the face in 18 rings, each with its share of the area.
+    // Points of the face in 18 rings, each with its fraction of the area.
     let face = |reading: f64| {
         let mut face = (0.0, 0.0);
         for ring in 0..18_u32 {

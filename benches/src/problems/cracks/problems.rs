@@ -65,7 +65,7 @@ pub fn upright(
 }
 
 /// Edge crack in a strip under tension, W 1, H 3 (Tada, Paris, Irwin: F and V of a single edge notch):
-/// `K_I` and mouth opening. `shift` moves the tip and the cut's line by shares of a spacing. `None` if
+/// `K_I` and mouth opening. `shift` moves the tip and the cut's line by fractions of a spacing. `None` if
 /// the form refuses.
 ///
 /// # Errors

@@ -17,7 +17,7 @@ use crate::{Effort, StudyError};
 const SIZE: [u32; 2] = [540, 480];
 /// How much nearer the pictures of radii are.
 const NEAR: f64 = 3.0;
-/// Nearest surfels that curvature is told by.
+/// Nearest surfels by which curvature is estimated.
 const NEIGHBORS: u32 = 12;
 
 /// How a state is drawn.
@@ -205,7 +205,7 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
     Ok(drawn)
 }
 
-/// The surface in colours of the curvature of eq. (56), disks at a share of their radius.
+/// The surface in colours of the curvature of eq. (56), disks at a fraction of their radius.
 fn by_curvature(painter: &Painter, world: &World, share: f64) -> Frame {
     let tissue = painter.tissue(0);
     let body = &world.members()[0].body;

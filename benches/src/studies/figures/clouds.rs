@@ -48,7 +48,7 @@ fn data() -> Vec<f64> {
     (0..21).map(|_| random.unit()).collect()
 }
 
-/// Weights, or shape functions, of the nodes at a place.
+/// Weights, or shape functions, of the nodes at a position.
 fn shapes(nodes: &Nodes, radius: f64, order: Order, x: f64) -> Result<Vec<f64>, StudyError> {
     let radii = vec![radius; nodes.at.len()];
     let all: Vec<u32> = (0..).take(nodes.at.len()).collect();

@@ -31,7 +31,7 @@ impl Drawn {
     }
 }
 
-/// What a figure shows there, and where ours differs.
+/// What a figure shows there, and where phyxel's differs.
 struct Figure {
     /// Number of its panels.
     number: u32,
@@ -133,7 +133,7 @@ const FIGURES: &[Figure] = &[
         "figure29",
         "Figure 29",
         "A strip in space and its projection to the common plane.",
-        "The same for a strip of ours.",
+        "The same for a strip of phyxel.",
     ),
     figure(
         30,
@@ -189,7 +189,7 @@ const FIGURES: &[Figure] = &[
         "figure37",
         "Figure 37",
         "Level sets 1, 0.5 and 0 of the enrichment.",
-        "The same at 0.98, 0.5 and 0.02, of (1 + phi) / 2: those of 1 and 0 fill prisms beside the cut, of which the hull is drawn; that of 0.5 goes on from the cut's border.",
+        "The same at 0.98, 0.5 and 0.02, of (1 + phi) / 2: those of 1 and 0 fill prisms beside the cut, of which the hull is drawn; that of 0.5 continues from the cut's border.",
     ),
     figure(
         43,

@@ -19,7 +19,7 @@ pub(super) const WORDS: &str = "The table of alternation asks where the norm com
      a node, which does not see such a motion; the control alone resists it, and one-sided rows at the \
      surface set it going.";
 
-/// Settings of the control against zero-energy modes; the first is the default.
+/// Settings of the hourglass stabilization; the first is the default.
 const CONTROLS: [f64; 3] = [0.1, 0.3, 1.0];
 
 /// What is done to the cube.

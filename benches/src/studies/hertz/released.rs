@@ -99,7 +99,7 @@ pub(super) fn table(
             ("depth at rest", "m"),
             ("over the reference's", "1"),
             ("force over push", "1"),
-            ("led there: force over push", "1"),
+            ("driven there: force over push", "1"),
         ]),
         rows,
     };

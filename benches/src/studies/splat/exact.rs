@@ -109,7 +109,7 @@ impl Exact {
         })
     }
 
-    /// Whether the picture round a pixel shows one smooth surface.
+    /// Whether the picture around a pixel shows one smooth surface.
     fn smooth(&self, pixel: usize) -> bool {
         let mut depths = self.around(pixel, RIM).map(|hit| hit.map(|hit| hit.depth));
         let range = depths.try_fold((f64::INFINITY, 0.0_f64), |(low, high), depth| {

@@ -11,7 +11,7 @@ use crate::{Effort, StudyError};
 
 /// Radius of the ball (m).
 const RADIUS: f64 = 0.1;
-/// Nodes along an edge of the cube round the ball, and their distance (m).
+/// Nodes along an edge of the cube around the ball, and their distance (m).
 const NODES: u32 = 20;
 const SPACING: f64 = 0.01;
 

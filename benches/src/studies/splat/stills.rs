@@ -62,7 +62,7 @@ struct Actor {
     splats: Splats,
     colors: Vec<Vec3>,
     surfaces: Vec<Surface>,
-    /// Share of their radius at which disks are drawn.
+    /// Fraction of their radius at which disks are drawn.
     share: f64,
     mode: DrawMode,
     size: [u32; 2],
@@ -183,7 +183,7 @@ fn ways(sizes: &Sizes) -> Result<Frame, StudyError> {
             (DrawMode::Squares, "squares (fig. 41)"),
             (DrawMode::Disks, "disks (figs 42, 48a)"),
             (DrawMode::SinglePass, "one pass (47, 48b)"),
-            (DrawMode::ThreePass, "three passes (ours)"),
+            (DrawMode::ThreePass, "three passes (phyxel)"),
         ] {
             let mut actor = Actor::new(model, sizes.few, RadiusRule::Covering, sizes.frame)?;
             actor.mode = mode;
@@ -267,7 +267,7 @@ fn vessels() -> Result<Vec<u8>, StudyError> {
     let mut frame = Frame::blank(SIDE, SIDE);
     let pixels = frame.pixels.iter_mut();
     for (pixel, k) in pixels.zip(0..) {
-        // Noise round a torus repeats in both directions.
+        // Noise around a torus repeats in both directions.
         let angle = |at: u32| std::f32::consts::TAU * (at as f32) / (SIDE as f32);
         let (u, v) = (angle(k % SIDE), angle(k / SIDE));
         let ring = 2.0 + 0.9 * v.cos();

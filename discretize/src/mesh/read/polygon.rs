@@ -8,7 +8,7 @@ use crate::mesh::area_vector;
 /// Most corners of a polygon that is not convex: cutting it takes up to their cube.
 const MOST_CORNERS: usize = 1000;
 
-/// Cuts anew the polygons that a fan from their first corner does not cover: those of which a
+/// Divides again the polygons that a fan from their first corner does not cover: those of which a
 /// triangle of the fan looks the other way. A fan whose triangles all look the same way covers a
 /// plane polygon once.
 pub(super) fn mend(raw: &mut Raw) -> Result<(), Failure> {
@@ -78,7 +78,7 @@ fn is_ear(flat: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     turn(a, b, c) > 0.0
         && left.iter().filter(|k| !ear.contains(k)).all(|&k| {
             let p = flat[k];
-            // Corners at the ear's own places, as where a face goes round a hole, do not count.
+            // Corners at the ear's own positions, as where a face goes around a hole, do not count.
             p == a
                 || p == b
                 || p == c

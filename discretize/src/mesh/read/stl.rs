@@ -17,7 +17,7 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
         .checked_mul(FACET)
         .and_then(|n| n.checked_add(HEADER))
         .is_some_and(|n| n == bytes.len());
-    // A file cut short still shows bytes that no text has. Formats with a magic word were told
+    // A file cut short still shows bytes that no text has. Formats with a magic word were recognised
     // apart before.
     exact || bytes[..HEADER].contains(&0)
 }

@@ -1,4 +1,4 @@
-//! Lines and words of a text file with their places.
+//! Lines and words of a text file with their positions.
 
 use glam::DVec3;
 

@@ -10,7 +10,7 @@ fn weakened(x: &[DVec3], material: Material) -> (Block, Elastic, Vec<u32>) {
     let mut body = model(&whole, material, 0.1);
     let mut f = vec![DVec3::ZERO; x.len()];
     body.forces_into(x, &mut f);
-    body.update_rows(&touched, &stencils(&torn)).expect("sound");
+    body.update_rows(&touched, &stencils(&torn)).expect("valid");
     let left = |node: &u32| {
         let row = &torn.weights[torn.row(*node as usize)];
         row.iter().filter(|w| **w > 0.0).count()
@@ -59,7 +59,7 @@ fn bonds_are_objective_and_hold_however_far_a_node_is_moved() {
         assert!(f[node].dot(far) < 0.0, "{} along {far}", f[node]);
         x[node] -= far;
     }
-    // The sheet, the line and the lone node hang on nothing sound.
+    // The sheet, the line and the lone node hang on nothing valid.
     assert_eq!(body.loose_nodes(), 31);
 }
 
@@ -73,7 +73,7 @@ fn weakening_never_adds_energy_and_its_decay_is_booked() {
         // The same rows, with and without their strain: rows change the energy, weakening lowers it.
         let mut kept = model(&rest, law(), 0.1);
         kept.forces_into(&x, &mut f);
-        kept.update_rows(&touched, &stencils(&torn)).expect("sound");
+        kept.update_rows(&touched, &stencils(&torn)).expect("valid");
         let before = kept.forces_into(&x, &mut f);
         let weak = touched.clone();
         let share = |p: usize| f64::from(u8::from(torn.weights[p] > 0.0));
@@ -178,7 +178,7 @@ fn part_products_see_bonds() {
     }
 }
 
-/// A model that was never evaluated, told of what another one found round a part.
+/// A model that was never evaluated, given what another one found around a part.
 #[test]
 fn a_part_is_told_of_its_state_to_the_bit() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);

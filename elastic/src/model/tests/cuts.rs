@@ -1,4 +1,4 @@
-//! Gradients that go on over a rebuild, control that a cut raises, and what is watched.
+//! Gradients that continue over a rebuild, control that a cut raises, and what is watched.
 
 use super::*;
 use crate::kernel::stale::Stale;
@@ -40,8 +40,8 @@ fn rows_that_come_alone_give_the_same_bits() {
     let settings = Settings::default();
     let mut one = built(&whole, law(), &settings);
     let mut other = one.clone();
-    one.update_rows(&touched, &stencils(&torn)).expect("sound");
-    other.take_rows(&rows).expect("sound");
+    one.update_rows(&touched, &stencils(&torn)).expect("valid");
+    other.take_rows(&rows).expect("valid");
     let [mut f, mut g] = [(); 2].map(|()| vec![DVec3::ZERO; x.len()]);
     let energies = [one.forces_into(&x, &mut f), other.forces_into(&x, &mut g)];
     assert_eq!(energies[0].to_bits(), energies[1].to_bits());
@@ -69,7 +69,7 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
             (whole.positions[i].x < middle) == (whole.positions[j].x < middle)
                 || (whole.positions[i].y > 0.2 && whole.positions[j].y > 0.2)
         });
-        body.update_rows(&touched, &stencils(&torn)).expect("sound");
+        body.update_rows(&touched, &stencils(&torn)).expect("valid");
         let kept: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
         body.retain_gradients(&touched, &kept, &x);
         body.forces_into(&x, &mut f);
@@ -118,7 +118,7 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         let mut fresh = built(&whole, law(), &settings);
         fresh
             .update_rows(&touched, &stencils(&torn))
-            .expect("sound");
+            .expect("valid");
         let mut g = f.clone();
         assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), energy.to_bits());
         assert_eq!(f, g);
@@ -250,7 +250,7 @@ fn stiffest_nodes_of_few_runs_are_those_of_all() {
             assert_eq!(found.len(), count);
             assert_eq!(found, all(&body, count), "{count} nodes");
         }
-        // Of nodes that lost their energy since, the evaluation tells too much.
+        // Of nodes that lost their energy since, the evaluation reports too much.
         let lost: Vec<u32> = body.stiffest_nodes(30).iter().map(|s| s.node).collect();
         body.weaken(&lost, &x, &|_| 1.0);
         assert_eq!(body.stiffest_nodes(8), all(&body, 8));
@@ -330,7 +330,7 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
             side(i) == side(j) || at[i].x.max(at[j].x) > deep
         });
         body.update_rows(&touched, &stencils(&block))
-            .expect("sound");
+            .expect("valid");
         body.raise_control(&touched, 3.0, f64::INFINITY, &x);
         let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
         body.weaken(&touched[..3], &x, &share);
@@ -407,7 +407,7 @@ fn blocks_that_are_not_evaluated_again_say_what_they_said() {
                     side(i) == side(j) || far || rest[i].x.max(rest[j].x) > deep
                 });
                 body.update_rows(&touched, &stencils(&block))
-                    .expect("sound");
+                    .expect("valid");
                 body.raise_control(&touched, 3.0, f64::INFINITY, &x);
                 let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
                 body.weaken(&touched[touched.len() - 9..], &x, &share);

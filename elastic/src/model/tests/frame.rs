@@ -3,7 +3,7 @@
 use super::*;
 use crate::WATCHED_NODES;
 
-/// A block's nodes of one run, two layers round them, and padding before.
+/// A block's nodes of one run, two layers around them, and padding before.
 struct Cutout {
     /// Numbers in the block; `None` for padding.
     nodes: Vec<Option<usize>>,
@@ -92,7 +92,7 @@ fn part(block: &Block, whole: &Elastic, cutout: &Cutout, material: Material) -> 
         &Materials::Uniform(material),
         whole.settings(),
     )
-    .expect("rows are sound or empty")
+    .expect("rows are valid or empty")
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn a_body_without_a_front_is_as_before_to_the_bit_and_pays_nothing() {
     assert_eq!(evaluated(&mut body, &x), evaluated(&mut without, &x));
     without.set_fronts(&nodes, &vec![DMat3::ZERO; nodes.len()]);
     assert_eq!((without.bytes(), bytes.cuts), (bytes, 0));
-    // None without zero-energy control, whose constants it needs.
+    // None without hourglass stabilization, whose constants it needs.
     let mut bare = model(&block, Material::neo_hookean(1000.0, 0.4), 0.0);
     bare.set_fronts(&nodes, &vec![DMat3::IDENTITY; nodes.len()]);
     assert!(bare.fronts().is_empty());
@@ -128,7 +128,7 @@ fn what_a_cut_severed_does_not_pull_at_a_front() {
     let right = |i: usize| at[i].x > 0.05;
     let touched = cut(&mut block, |i, j| right(i) == right(j));
     body.update_rows(&touched, &stencils(&block))
-        .expect("sound");
+        .expect("valid");
     body.set_fronts(&touched, &vec![DMat3::IDENTITY; touched.len()]);
     let mut x = shaken(&block, 0.003, 6);
     let held = body.front_energy(&touched, &x);
@@ -233,7 +233,7 @@ fn fronts_know_rows_that_have_changed() {
     });
     assert!(nodes.iter().any(|node| touched.contains(node)));
     body.update_rows(&touched, &stencils(&block))
-        .expect("sound");
+        .expect("valid");
     // As if it had been built with these rows.
     let (mut anew, _) = with_fronts(&block, &Settings::default());
     let x = shaken(&block, 0.003, 6);
@@ -243,7 +243,7 @@ fn fronts_know_rows_that_have_changed() {
     assert_within("energy", found.0, expected.0, 1e-12 * expected.0);
 }
 
-/// A model that was never evaluated, told of what another one found round a part beside a front.
+/// A model that was never evaluated, given what another one found around a part beside a front.
 #[test]
 fn a_part_is_told_of_its_fronts_to_the_bit() {
     let block = block();

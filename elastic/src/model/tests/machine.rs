@@ -114,7 +114,7 @@ fn memory_is_what_the_readme_states() {
     };
     let double = built(&block, plain, &Settings::default()).bytes().all;
     within("default", double, 541 * n + 8 * pairs);
-    // Without zero-energy control there is nothing of it.
+    // Without hourglass stabilization there is nothing of it.
     let bytes = built(&block, plain, &bare()).bytes().all;
     within("no control", bytes, 477 * n + 8 * pairs);
     // Nor of multipliers.

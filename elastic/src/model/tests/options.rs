@@ -116,7 +116,7 @@ fn held_stretch_relaxes_along_the_prony_series() {
             assert_within("relaxation", stress(&body), expected, 1e-7);
         }
     }
-    // A checkpoint goes on with the same bits.
+    // A checkpoint continues bitwise identical.
     let mut copy = model(&block, plain.with_prony(&terms), 0.1);
     copy.set_state(&body.state());
     let moved = shaken(&block, 0.01, 3);
@@ -140,7 +140,7 @@ fn held_stretch_relaxes_along_the_prony_series() {
     }
 }
 
-/// A product within a part against the whole product of the vector continued by zero: the same bits,
+/// A product within a part against the whole product of the vector continued by zero: bitwise identical,
 /// at rank deficient rows and with mean dilatation.
 #[test]
 fn products_within_a_part_are_those_of_the_whole() {
@@ -184,7 +184,7 @@ fn products_within_a_part_are_those_of_the_whole() {
     }
 }
 
-/// What cannot move is not computed, and nothing else changes: against the same body told nothing.
+/// What cannot move is not computed, and nothing else changes: against the same body without that.
 #[test]
 fn held_nodes_change_nothing_but_the_work() {
     let block = Block::new([7, 6, 6], DVec3::ONE, 0.2, 7);
@@ -237,12 +237,12 @@ fn held_nodes_change_nothing_but_the_work() {
         }
         told.set_held(&[]);
         let (_, again, _) = evaluate(&mut told);
-        assert_eq!(again, f_of, "taken back");
+        assert_eq!(again, f_of, "restored");
     }
 }
 
 /// The energy of a viscous body is stored energy: what a step loses is never negative where the law is linear in `E`,
-/// and terms that do not decay store the share of their stiffness.
+/// and terms that do not decay store energy in proportion to their stiffness.
 #[test]
 fn viscosity_loses_energy_and_gains_none() {
     let block = block();

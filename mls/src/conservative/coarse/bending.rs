@@ -58,7 +58,7 @@ pub(super) fn bending_stencils(
             .with_min_len(8)
             .map(|cell| block(operator, placement, cell))
             .collect();
-        // A spline's own index in the cell that starts at its place less `local[index]`.
+        // A spline's own index in the cell that starts at its position less `local[index]`.
         let low = places.partition_point(|&place| (place as usize) < batch[0].place);
         let last = batch[batch.len() - 1].place + local[LOCAL - 1];
         let high = places.partition_point(|&place| place as usize <= last);

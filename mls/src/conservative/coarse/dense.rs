@@ -18,7 +18,7 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Triangle {
     entries: Vec<f64>,
     count: usize,
-    /// Number of the spline at a place.
+    /// Number of the spline at a position.
     numbers: Vec<u32>,
 }
 

@@ -53,7 +53,7 @@ impl Grid {
         }
     }
 
-    /// Numbers of places per axis, margins included.
+    /// Numbers of positions per axis, margins included.
     fn extents(&self) -> [usize; 3] {
         self.sizes.map(|size| BEFORE + size + AFTER)
     }
@@ -80,7 +80,7 @@ impl Grid {
         (0..3).map(|axis| (at[axis] + BEFORE) * steps[axis]).sum()
     }
 
-    /// Spline at a place.
+    /// Spline at a position.
     pub(super) fn spline(&self, place: usize) -> [usize; 3] {
         let [x, y, _] = self.extents();
         [place % x, place / x % y, place / (x * y)].map(|at| at - BEFORE)

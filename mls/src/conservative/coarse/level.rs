@@ -26,7 +26,7 @@ const POWER_STEPS: usize = 12;
 /// Allowance for what the power iteration misses.
 const POWER_MARGIN: f64 = 1.15;
 
-/// Share of a coarse spline in the fine ones `2S − 2 .. 2S + 2`.
+/// Fraction of a coarse spline in the fine ones `2S − 2 .. 2S + 2`.
 pub(super) const SHARES: [f64; 4] = [0.25, 0.75, 0.75, 0.25];
 
 /// Matrix and fields on one grid.
@@ -49,7 +49,7 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Level of a matrix given by the stencils at some places.
+    /// Level of a matrix given by the stencils at some positions.
     pub(super) fn new(grid: Grid, places: Vec<u32>, stencils: Vec<[f64; STENCIL]>) -> Self {
         let inverse = |row: &[f64; STENCIL]| {
             let diagonal = row[STENCIL / 2];

@@ -38,7 +38,7 @@ pub(super) struct Placement {
     rows: Vec<CellRow>,
     /// Per row of cells 3 × 3 rows of splines, `grid.sizes[0]` each.
     sums: Vec<Vec<Lanes>>,
-    /// Row of cells at the place of its first spline, [`OUTSIDE`] for none; by y and z.
+    /// Row of cells at the position of its first spline, [`OUTSIDE`] for none; by y and z.
     row_at: Vec<u32>,
 }
 
@@ -108,7 +108,7 @@ impl Placement {
         self.placed[node as usize].within
     }
 
-    /// `Pᵀ r` at the given places.
+    /// `Pᵀ r` at the given positions.
     pub(super) fn restrict(&mut self, r: &[DVec3], places: &[u32], out: &mut [Lanes]) {
         let arch = Arch::new();
         let (placed, width) = (&self.placed, self.grid.sizes[0]);

@@ -33,7 +33,7 @@ struct Costs {
     scene: String,
     bodies: Vec<BodyCosts>,
     parts: Vec<PartCosts>,
-    /// Step (s), and the share of the largest stable one that it is.
+    /// Step (s), and the fraction of the largest stable one that it is.
     step: f64,
     step_factor: f64,
     /// Steps after settling, and of settling at most.
@@ -43,7 +43,7 @@ struct Costs {
     captures: usize,
     /// Frames after settling.
     frames: f64,
-    /// What the scene asks for in vain, or is of another size than its bodies.
+    /// What the scene asks for without effect, or is of another size than its bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     warnings: Vec<String>,
 }
@@ -56,7 +56,7 @@ struct BodyCosts {
     tetrahedra: usize,
     /// Nodes that supports hold or drive.
     held: usize,
-    /// Corners of the box round the nodes (m).
+    /// Corners of the box around the nodes (m).
     low: [f64; 3],
     high: [f64; 3],
     spacing: f64,

@@ -81,10 +81,10 @@ enum CliError {
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
     Input(#[from] InputFileError),
-    #[error("--resume goes on with the scene in its checkpoint: leave out '{scene}'")]
+    #[error("--resume uses the scene in its checkpoint: leave out '{scene}'")]
     ResumeOfScene { scene: String },
     #[error(
-        "--set {text}: a kept state allows changes of integration and observe only; run the changed \
+        "--set {text}: a checkpoint allows changes of integration and observe only; run the changed \
          scene from its start"
     )]
     ResumeWithOther { text: String },

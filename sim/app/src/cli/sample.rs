@@ -40,7 +40,7 @@ pub(super) struct SampleArguments {
     /// --refine, and points of the surface.
     #[arg(long)]
     points: bool,
-    /// Holes up to this perimeter, as a share of the diagonal of the mesh's box, are closed.
+    /// Holes up to this perimeter, as a fraction of the diagonal of the mesh's box, are closed.
     #[arg(long, value_name = "SHARE", default_value_t = RepairSettings::default().largest_hole)]
     largest_hole: f64,
     /// File to write: .vtk for nodes and tetrahedra with volumes and boundary vectors, .ply for the

@@ -67,7 +67,7 @@ impl Source {
         }
     }
 
-    /// A failure of a body with the place where the body was written.
+    /// A failure of a body with the position where the body was written.
     pub(super) fn locate(
         &self,
         scene: &Scene,

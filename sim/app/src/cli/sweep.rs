@@ -47,7 +47,7 @@ pub(super) struct SweepArguments {
     /// Show nothing but errors.
     #[arg(long)]
     quiet: bool,
-    /// End when whoever holds the other end of stdin does.
+    /// End when the process at the other end of stdin does.
     #[arg(long, hide = true, requires = "case")]
     tied: bool,
 }
@@ -165,7 +165,7 @@ fn patient(
     }
 }
 
-/// Ends the program when nothing can come from stdin any more: whoever started it is gone, or wants it to
+/// Ends the program when nothing can come from stdin any more: the process that started it is gone, or wants it to
 /// end. Files appear whole or not at all, so any moment will do.
 fn end_with_stdin() {
     thread::spawn(|| {

@@ -2,7 +2,7 @@
 //!
 //! The solver runs in ticks of a few milliseconds on the thread that owns the [`Session`]; clients
 //! (`phyxel-live`) send what hands do and are sent what moves. What reaches [`phyxel::World::push`] is
-//! recorded, so that a session can be repeated to the bit.
+//! recorded, so that a session can be repeated bit for bit.
 
 mod serve;
 mod session;

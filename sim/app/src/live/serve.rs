@@ -46,7 +46,7 @@ pub struct LiveOptions {
 ///
 /// # Errors
 /// [`SessionError`] if the first world cannot be built, or the folder cannot be made or is another's; later
-/// failures are told to clients.
+/// failures are reported to clients.
 pub fn serve(
     server: Server,
     scene: &Scene,
@@ -87,7 +87,7 @@ pub fn serve(
     }
 }
 
-/// Who leads what.
+/// Who drives what.
 #[derive(Debug, Default)]
 struct Owners {
     blade: Option<ClientId>,

@@ -14,16 +14,16 @@ use phyxel::scene::{Pose, Scene, Settle};
 use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
 use phyxel_scene::SceneError;
 
-/// Way (distances of nodes) of a blade between two captures: half of a tetrahedron, as finely as a cut
-/// can be told apart.
+/// Distance (node spacings) of a blade between two captures: half of a tetrahedron, as finely as a cut
+/// can be distinguished.
 const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
 /// several steps, and a hand is answered between two helpings.
 const HELPING: usize = 8;
-/// Strokes that may wait, the one on its way included: a hand draws far faster than a blade may be led.
+/// Strokes that may wait, the one on its way included: a hand draws far faster than a blade may be driven.
 const MOST_STROKES: usize = 8;
 
-/// A session that cannot start or go on.
+/// A session that cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
@@ -44,7 +44,7 @@ pub enum SessionError {
     Output(#[from] OutputError),
 }
 
-/// A session between two steps: copies, so that going back gives the same bits.
+/// A session between two steps: copies, so that going back gives bitwise identical values.
 #[derive(Debug, Clone)]
 struct Checkpoint {
     world: World,
@@ -164,7 +164,7 @@ impl Session {
         (&mut self.painter, &self.world)
     }
 
-    /// What hands did so far; the scene with this is the session, to the bit.
+    /// What hands did so far; the scene with this is the session, bit for bit.
     #[must_use]
     pub fn record(&self) -> &[Input] {
         &self.record
@@ -182,7 +182,7 @@ impl Session {
         (self.strokes, self.ring.len())
     }
 
-    /// The blade's edge as it is led (m); empty without a stroke.
+    /// The blade's edge as it is driven (m); empty without a stroke.
     #[must_use]
     pub fn blade(&self) -> &[DVec3] {
         self.stroke.front().map_or(&[], |stroke| stroke.lead.edge())
@@ -261,7 +261,7 @@ impl Session {
         }
     }
 
-    /// Ends the newest stroke where its blade was led last.
+    /// Ends the newest stroke where its blade was driven last.
     pub fn end_stroke(&mut self) {
         if let Some(stroke) = self.stroke.back_mut() {
             stroke.lead.end();
@@ -435,7 +435,7 @@ impl Session {
         }
     }
 
-    /// Leaves out what a stroke sweeps before it comes to a body and after it has left all: a blade that is led
+    /// Leaves out what a stroke sweeps before it comes to a body and after it has left all: a blade that is driven
     /// through air would hold the next stroke back.
     fn leave_air_out(&mut self) {
         let Some(stroke) = self.stroke.front() else {

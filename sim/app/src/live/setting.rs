@@ -7,16 +7,16 @@ use glam::DVec3;
 use phyxel::scene::{Capture, Cut, Key, Observe, Pictures, Rest, Scene, Tool, ToolShape};
 use phyxel_scene::SceneError;
 
-/// Name of the blade that hands lead.
+/// Name of the blade that users drive.
 pub(super) const BLADE: &str = "hand";
 /// Name of the probe of a scene without tools.
 const PROBE: &str = "probe";
 /// Radius of that probe over the diagonal of the bodies: 10 mm for a liver.
 const PROBE_SIZE: f64 = 0.045;
-/// Where tools wait that no hand leads (m): far from all bodies.
+/// Where tools wait that no user drives (m): far from all bodies.
 pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
 
-/// Makes a scene ready for hands: one blade takes the place of its cuts, a scene without tools gets a
+/// Makes a scene ready for hands: one blade replaces its cuts, a scene without tools gets a
 /// probe, pictures are on so that there are surfels, and nothing moves by a path. `extent` is the
 /// diagonal (m) of its bodies.
 ///

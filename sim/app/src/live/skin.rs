@@ -115,7 +115,7 @@ impl Known {
         clips(epoch, index, tissue.clips(), &clipped, to);
     }
 
-    /// Colours of surfels that are new: places and materials never change.
+    /// Colours of surfels that are new: positions and materials never change.
     fn color(&mut self, painter: &Painter, index: usize, tissue: &Tissue) {
         let (texture, _) = painter.texture(index);
         let surfels = tissue.surfels();
@@ -146,7 +146,7 @@ fn put(numbers: &mut Vec<f32>, tissue: &Tissue, surfel: usize, color: Vec3) {
     );
 }
 
-/// Runs of rising numbers, small gaps included.
+/// Runs of ascending numbers, small gaps included.
 fn runs(numbers: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for number in numbers {

@@ -56,7 +56,7 @@ impl Sources {
         sources
     }
 
-    /// Adds a scene, in place of one of the same name.
+    /// Adds a scene, or replaces the one of the same name.
     fn add(&mut self, scene: &Scene) {
         self.list.retain(|source| source.name != scene.name);
         let source = SceneSource {

@@ -1,4 +1,4 @@
-//! What clients are told of a world.
+//! What clients receive of a world.
 
 use glam::DVec3;
 use phyxel_live::{BodyInfo, BodyState, Control, Scene as SceneInfo, Stats, ToolInfo, ToolState};
@@ -196,7 +196,7 @@ pub(super) fn camera_of(asked: &Control) -> Option<(Camera, [u32; 2])> {
     Some((camera, [*width, *height]))
 }
 
-/// The name of a tool's shape, up to two points or directions (m) and a radius (m), as the live page is told.
+/// The name of a tool's shape, up to two points or directions (m) and a radius (m), as the live page receives it.
 fn shape_of(shape: ToolShape) -> (&'static str, [[f64; 3]; 2], f64) {
     let zero = [0.0; 3];
     match shape {

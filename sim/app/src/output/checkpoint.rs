@@ -2,7 +2,7 @@
 //!
 //! Layout, numbers little-endian: the line [`MAGIC`]; the program's version, the scene as RON and the state, each as a length in 8 bytes and its bytes; CRC-32 of all before in 4 bytes.
 //! The state is written by postcard, which stores each `f64` as its 8 bytes: what is read back is
-//! equal to the bit.
+//! bitwise equal.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ const LENGTH: usize = 8;
 /// Bytes of the checksum.
 const CHECKSUM: usize = 4;
 
-/// A checkpoint that cannot be gone on from.
+/// A checkpoint that cannot be resumed from.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
@@ -45,7 +45,7 @@ pub enum CheckpointError {
         file: PathBuf,
     },
     /// A checkpoint of another format, whose state is laid out otherwise.
-    #[error("{}: a checkpoint of another format; go on with the phyxel that wrote it", file.display())]
+    #[error("{}: a checkpoint of another format; resume with the phyxel that wrote it", file.display())]
     OtherFormat {
         /// The file.
         file: PathBuf,
@@ -58,7 +58,7 @@ pub enum CheckpointError {
     },
     /// Another version of the program wrote the file.
     #[error(
-        "{}: written by phyxel {found}, this is {PROGRAM}; go on with the version that wrote it",
+        "{}: written by phyxel {found}, this is {PROGRAM}; resume with the version that wrote it",
         file.display()
     )]
     OtherProgram {

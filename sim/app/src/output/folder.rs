@@ -68,7 +68,7 @@ pub struct OutputFolder {
     lock: Option<File>,
 }
 
-/// Name of the file that whoever writes into a folder holds locked.
+/// Name of the file that the writer of a folder holds locked.
 const LOCK: &str = ".phyxel.lock";
 
 impl OutputFolder {
@@ -188,7 +188,7 @@ impl OutputFolder {
         file.finish()
     }
 
-    /// Starts a file that grows while the run goes on; it takes its name in
+    /// Starts a file that grows while the run continues; it takes its name in
     /// [`OutputFile::finish`].
     ///
     /// # Errors

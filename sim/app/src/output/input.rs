@@ -1,8 +1,8 @@
 //! `input.csv`: what tools, blades and hands did, step by step; written by a run, read by a replay.
 //!
-//! A tool's row has its place and its rotation as a quaternion at the end of the step; an edge has a
+//! A tool's row has its position and its rotation as a quaternion at the end of the step; an edge has a
 //! row per point. A grip has its point and its radius as the value, a pull its way, gravity its
-//! acceleration (m/s²) in place of a point, damping its rate (1/s) as the value. Numbers are written so that reading gives the same bits.
+//! acceleration (m/s²) instead of a point, damping its rate (1/s) as the value. Numbers are written so that reading gives bitwise identical values.
 
 use std::path::{Path, PathBuf};
 

@@ -1,11 +1,11 @@
-//! What is drawn in place of surfaces, or beside them, to look into a model.
+//! What is drawn instead of surfaces, or beside them, to look into a model.
 
 use glam::{DVec3, Vec3};
 use phyxel_splat::{Binding, ColorScale, DrawnMesh, Splats};
 
 use super::markers::Markers;
 
-/// Half the width of a node's mark and of a line, in distances of nodes.
+/// Half the width of a node's mark and of a line, in node spacings.
 const MARK: f64 = 0.12;
 const LINE: f64 = 0.03;
 /// Marks of a lattice at most; of a larger one every second point is drawn, or every third and so on.
@@ -28,7 +28,7 @@ pub(super) struct PairGraph<'a> {
     pub(super) nodes: &'a [DVec3],
     /// Starts of the rows, shape `(n + 1)`.
     pub(super) offsets: &'a [u32],
-    /// Neighbours, rising in each row.
+    /// Neighbours, ascending in each row.
     pub(super) neighbors: &'a [u32],
     /// Weights of the pairs; 0 for a severed one.
     pub(super) weights: &'a [f64],
@@ -91,7 +91,7 @@ pub(super) fn drawn_normals(splats: &Splats, length: f64) -> DrawnMesh {
     lines.colored(GREEN)
 }
 
-/// A surfel at a place (m) and, as lines as thick as their weights, the nodes that carry it, among all `nodes` (m),
+/// A surfel at a position (m) and, as lines as thick as their weights, the nodes that carry it, among all `nodes` (m),
 /// which lie `spacing` (m) apart.
 ///
 /// # Panics
@@ -168,7 +168,7 @@ pub(super) fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
     meshes.collect()
 }
 
-/// The way of an edge (m) through places that follow each other, as a net of lines: some of the edges, and the ways
+/// The way of an edge (m) through positions that follow each other, as a net of lines: some of the edges, and the ways
 /// of their points.
 pub(super) fn drawn_sweep(edges: &[Vec<DVec3>]) -> DrawnMesh {
     let length = |edge: &[DVec3]| edge.windows(2).map(|ab| ab[0].distance(ab[1])).sum::<f64>();

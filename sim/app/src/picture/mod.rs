@@ -194,7 +194,7 @@ impl Painter {
         self.renderer.settings()
     }
 
-    /// Draws from another place, in another size.
+    /// Draws from another position, in another size.
     ///
     /// # Panics
     /// If the size is none that [`Renderer::new`] takes.

@@ -10,7 +10,7 @@ use phyxel::{Body, World};
 
 /// Fewest surfels of a body that shares their number: a ball's outline is still round.
 const FEWEST: usize = 300;
-/// Nearest points by which the area of a file's point is told.
+/// Nearest points by which the area of a file's point is estimated.
 const NEAREST: usize = 12;
 /// Mean distance of that many on an even surface over the root of a point's area: the mean of
 /// `sqrt((j + 1/2) / π)`, as π r² / area - 1/2 others lie within r. On a square lattice it is 1.47.
@@ -30,7 +30,7 @@ pub(super) fn shares(world: &World) -> Vec<f64> {
     squares.iter().map(|square| square / sum).collect()
 }
 
-/// About as many as asked on the body's shape; `share` is its share of a number that bodies share.
+/// About as many as asked on the body's shape; `share` is its fraction of a number that bodies share.
 pub(super) fn spread(
     target: SurfelTarget,
     spacing: SurfelSpacing,

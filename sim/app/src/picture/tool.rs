@@ -13,7 +13,7 @@ const SHOWN: f64 = 0.15;
 /// Edge length of the piece of a plane that is shown, over the bodies' largest extent.
 const PLANE_SIZE: f64 = 1.6;
 
-/// Meshes of all tools, and of the blades that are shown now; `looks` take the place of tools' shapes.
+/// Meshes of all tools, and of the blades that are shown now; `looks` replace tools' shapes.
 pub(super) fn meshes(world: &World, looks: &[Option<DrawnMesh>]) -> Vec<DrawnMesh> {
     let tools = world.scene().tools.iter().zip(world.tool_forces());
     let extent = world.members().iter().map(|member| {

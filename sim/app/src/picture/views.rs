@@ -1,4 +1,4 @@
-//! What pictures show in place of surfaces, or beside them: to look into a model.
+//! What pictures show instead of surfaces, or beside them: to look into a model.
 
 use phyxel_enrich::Factors;
 use phyxel_splat::{ColorScale, DrawnMesh, DrawnTissue};

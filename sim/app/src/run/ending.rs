@@ -66,7 +66,7 @@ pub(super) fn of(
     }
 }
 
-/// Share of the elastic energy above which what an update of a cut adds is told.
+/// Fraction of the elastic energy above which energy added by an update of a cut is reported.
 const LARGEST_CUT_ADDITION: f64 = 0.01;
 
 /// Energy that nothing explains, relative to the larger of what is stored and what damping took.
@@ -135,7 +135,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
     }
 }
 
-/// What the scene asked for in vain, as the run has found.
+/// What the scene asked for without effect, as the run has found.
 fn warnings(world: &World, records: &Records) -> Vec<String> {
     let mut warnings = world.warnings();
     warnings.extend(world.vain_cuts());

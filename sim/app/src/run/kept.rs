@@ -1,4 +1,4 @@
-//! A run's state: when it is kept, and how a run goes on from it.
+//! A run's state: when it is kept, and how a run resumes from it.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use phyxel::{World, WorldError, WorldState};
 /// Name of the checkpoint in a run's folder.
 pub const CHECKPOINT: &str = "state.checkpoint";
 
-/// What a run needs to go on, beside its scene.
+/// What a run needs to resume, besides its scene.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunState {
     world: WorldState,
@@ -117,7 +117,7 @@ impl Run {
         write_checkpoint(&self.folder, CHECKPOINT, scene, &state)
     }
 
-    /// A failed step as the user is told of it: with the state to go on from, if there is one.
+    /// A failed step as the user sees it: with the state to resume from, if there is one.
     pub(super) fn failure(&self, source: WorldError) -> RunError {
         match self.course.kept {
             Some(time) => RunError::Diverged {

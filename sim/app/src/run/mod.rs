@@ -59,9 +59,9 @@ pub enum RunError {
     /// The world cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A step failed; there is a state to go on from.
+    /// A step failed; there is a state to resume from.
     #[error(
-        "{source}; the last good state, at {time:.4} s, is kept: to go on with smaller steps: \
+        "{source}; the last good state, at {time:.4} s, is kept: to resume with smaller steps: \
          phyxel run --resume {} --set {advice}",
         checkpoint.display()
     )]
@@ -76,7 +76,7 @@ pub enum RunError {
         checkpoint: PathBuf,
     },
     /// The user asked to stop.
-    #[error("stopped at {time:.4} s; to go on: phyxel run --resume {}", checkpoint.display())]
+    #[error("stopped at {time:.4} s; to resume: phyxel run --resume {}", checkpoint.display())]
     Interrupted {
         /// Time (s) reached.
         time: f64,
@@ -113,7 +113,7 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<Summary, RunError> {
 }
 
 /// Runs `scene` with tools and blades doing what `inputs` say, such as those of
-/// [`crate::output::read_input`], in place of what the scene's paths say.
+/// [`crate::output::read_input`], instead of what the scene's paths say.
 ///
 /// # Errors
 /// As [`run`], and [`RunError::Input`].
@@ -126,7 +126,7 @@ pub fn replay(
 }
 
 /// Goes on with a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
-/// of a run that was never interrupted, to the bit, timings aside; frames drawn before are taken from
+/// of a run that was never interrupted, bit for bit, timings aside; frames drawn before are taken from
 /// the folder where they are there.
 ///
 /// # Errors
@@ -135,8 +135,8 @@ pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Su
     go(scene, From::State(Box::new(state)), options, None)
 }
 
-/// Runs `scene`, or goes on with it from a state, with its body shared out ([`World::new_shared`]) once `builders`
-/// threads have built it. The results are those of [`run`] and [`resume`], to the bit.
+/// Runs `scene`, or resumes it from a state, with its body shared out ([`World::new_shared`]) once `builders`
+/// threads have built it. The results are those of [`run`] and [`resume`], bit for bit.
 ///
 /// # Errors
 /// As [`run`].

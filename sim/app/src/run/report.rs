@@ -67,7 +67,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             text,
             "energy",
             format_args!(
-                "kinetic {:.3e} J, elastic {:.3e} J, work {:.3e} J, damped {:.3e} J, cut free {:.3e} J",
+                "kinetic {:.3e} J, elastic {:.3e} J, work {:.3e} J, damped {:.3e} J, released by cuts {:.3e} J",
                 energy.kinetic,
                 energy.elastic,
                 energy.external_work,
@@ -145,7 +145,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             text,
             "cuts",
             format_args!(
-                "{} captures, {} updates, {} triangles, {} pairs weakened, {} severed; stiffness x{:.2}, {} weak nodes",
+                "{} captures, {} updates, {} triangles, {} pairs weakened, {} severed; stiffness x{:.2}, {} deficient nodes",
                 cuts.captures,
                 cuts.updates,
                 cuts.triangles,
@@ -160,7 +160,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
                 text,
                 "stroke",
                 format_args!(
-                    "{} of {}: {} captures, {} updates; cut free {:.3e} J, added {:.1e} J, carried over {:+.1e} J",
+                    "{} of {}: {} captures, {} updates; released by cuts {:.3e} J, added {:.1e} J, retained {:+.1e} J",
                     stroke.cut,
                     stroke.body,
                     stroke.captures,

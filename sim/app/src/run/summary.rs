@@ -6,7 +6,7 @@ use phyxel::{Phase, Phases};
 
 /// What a run did.
 ///
-/// Everything outside [`Summary::timings`] is the same, to the bit, for any number of threads.
+/// Everything outside [`Summary::timings`] is the same, bit for bit, for any number of threads.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the scene.
@@ -26,7 +26,7 @@ pub struct Summary {
     /// Pictures; absent if the scene draws none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureSummary>,
-    /// What the scene asked for in vain, one sentence each; absent if nothing.
+    /// What the scene asked for without effect, one sentence each; absent if nothing.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// Where the time went.
@@ -55,7 +55,7 @@ pub struct BodySummary {
     /// Deviation of that volume from the input surface's, relative; `null` for shapes without a
     /// mesh.
     pub volume_error: Option<f64>,
-    /// Share of the mass that was moved between neighbouring nodes before the first step.
+    /// Fraction of the mass that was moved between neighbouring nodes before the first step.
     pub moved_mass: f64,
     /// Mass (kg) before the first step.
     pub mass_before: f64,
@@ -128,7 +128,7 @@ pub struct SteppingSummary {
     pub rested: bool,
     /// First step size (s).
     pub step: f64,
-    /// Stretches of steps that were taken back and done again in shorter ones.
+    /// Stretches of steps that were rolled back and retried in shorter ones.
     pub retaken: u64,
     /// Smallest step size (s) of the run.
     pub smallest_step: f64,
@@ -157,7 +157,7 @@ pub struct CutSummary {
     pub eigenvalue_growth: f64,
     /// Nodes that cuts left without a strain of their own: bonds hold them.
     pub weak_nodes: usize,
-    /// Those of them that hang on no sound node: debris.
+    /// Those of them that hang on no valid node: debris.
     pub loose_nodes: usize,
     /// Lattices of the dissertation's grids; absent without `cut_rule: Grid`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -181,13 +181,13 @@ pub struct StrokeSummary {
     pub captures: usize,
     /// Updates that changed the connectivity.
     pub updates: usize,
-    /// Energy (J) that updates set free, those that added some left out.
+    /// Energy (J) that updates release, those that added some left out.
     pub released: f64,
     /// Energy (J) that updates added, those that set some free left out.
     pub added: f64,
     /// Largest addition of one update, relative to the elastic energy before it.
     pub largest_addition: f64,
-    /// Work (J) of the decay of what rebuilt rows carried over, positive if it added energy; while it
+    /// Work (J) of the decay of the retained gradients, positive if it added energy; while it
     /// lasts it is counted with the stroke that changed something last. The body's `released_by_cuts` is
     /// the sum of `released` less those of `added` and of this.
     pub decay: f64,

@@ -31,7 +31,7 @@ impl Sequence {
     fn order(&mut self, count: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..count).collect();
         for last in (1..count).rev() {
-            // The share of the product beyond 64 bits is uniform to 1 in 2^64 / count.
+            // The fraction of the product beyond 64 bits is uniform to 1 in 2^64 / count.
             let pick = (u128::from(self.bits()) * (last as u128 + 1)) >> 64;
             order.swap(last, usize::try_from(pick).unwrap_or(last));
         }
@@ -116,7 +116,7 @@ mod tests {
 
     fn rows_of(design: &str, keys: &str) -> Vec<Vec<String>> {
         let text = format!("(version: 1, scene: \"block\", design: {design}, keys: [{keys}])");
-        cases(&Plan::from_text(&text, Path::new("plan.ron")).expect("the plan is sound"))
+        cases(&Plan::from_text(&text, Path::new("plan.ron")).expect("the plan is valid"))
     }
 
     #[test]

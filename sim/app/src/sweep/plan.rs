@@ -73,7 +73,7 @@ pub struct SweptKey {
     /// Column in tables; the path where not given.
     #[serde(default)]
     pub name: Option<String>,
-    /// What is written at the path, with the value in place of `{}`.
+    /// What is written at the path, with the value instead of `{}`.
     #[serde(default = "SweptKey::default_write")]
     pub write: String,
     /// Whether values of a range are rounded to whole numbers.
@@ -191,7 +191,7 @@ impl ResultColumn {
         }
     }
 
-    /// What is kept where a plan does not say: what tells a sound run from another.
+    /// What is kept where a plan does not say: what distinguishes a healthy run.
     fn usual() -> Vec<Self> {
         let usual = [
             "bodies[0].nodes",
@@ -245,7 +245,7 @@ impl Plan {
     /// Reads the plan `file` and validates all of it that does not need the scene.
     ///
     /// # Errors
-    /// A [`PlanError`] that names the place and what to do.
+    /// A [`PlanError`] that names the position and what to do.
     pub fn load(file: &Path) -> Result<Self, PlanError> {
         let text = read_settings(file, WHOLE)?;
         Self::from_text(&text, file)

@@ -63,7 +63,7 @@ pub enum PoolError {
         said: String,
     },
     /// It was asked to stop.
-    #[error("stopped with {left} cases left; the same command goes on with them")]
+    #[error("stopped with {left} cases left; the same command continues with them")]
     Stopped {
         /// Cases that are not finished.
         left: usize,
@@ -202,7 +202,7 @@ fn run_one(case: &Case, sweep: &Path, options: &PoolOptions) -> Result<Option<Ou
     }
 }
 
-/// Waits for a process; if someone asks to stop it is told so.
+/// Waits for a process; if someone asks to stop it is notified.
 fn wait(child: &mut Child, interrupt: &Interrupt) -> io::Result<std::process::ExitStatus> {
     loop {
         if let Some(status) = child.try_wait()? {

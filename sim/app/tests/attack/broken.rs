@@ -30,7 +30,7 @@ const WORDS: [&str; 24] = [
     "ä\u{2028}",
 ];
 
-/// Breaks a file in one to four places.
+/// Breaks a file in one to four positions.
 pub(crate) fn broken(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
     for _ in 0..=random.below(4) {
         let at = random.below(bytes.len() + 1);

@@ -1,4 +1,4 @@
-//! Runs killed at any moment: going on gives what a run gives that nothing disturbed, to the bit.
+//! Runs killed at any moment: resuming gives what a run gives that nothing disturbed, bit for bit.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -11,8 +11,8 @@
 //!
 //! `PHYXEL_ATTACK_ONLY=N,M` runs these cases only and `PHYXEL_ATTACK_FROM=N` those from N on,
 //! `PHYXEL_ATTACK_KEEP=FOLDER` keeps the files of cases that find something, and
-//! `PHYXEL_ATTACK_PROGRAM=FILE` attacks that program in place of the one built with the test (so that an
-//! attack of hours goes on while the program is mended).
+//! `PHYXEL_ATTACK_PROGRAM=FILE` attacks that program instead of the one built with the test (so that an
+//! attack of hours continues while the program is fixed).
 #![cfg(target_os = "linux")]
 #![allow(
     clippy::missing_assert_message,

@@ -13,7 +13,7 @@ pub(crate) const BYTES: f64 = (1_u64 << 30) as f64;
 const PATIENCE: Duration = Duration::from_secs(300);
 /// Longest message that is still one.
 const LONGEST: usize = 2000;
-/// Most lines of them: a scene's mistakes are told all at once.
+/// Most lines of them: a scene's mistakes are reported all at once.
 const MOST_LINES: usize = 101;
 
 /// How the program ended.

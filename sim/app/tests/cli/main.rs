@@ -129,7 +129,7 @@ fn sample_fills_a_mesh_with_nodes() {
     assert_eq!(again.status, 0, "{again:?}");
 }
 
-/// Ctrl-C ends a run between two steps, with a checkpoint to go on from; what it had written stays.
+/// Ctrl-C ends a run between two steps, with a checkpoint to resume from; what it had written stays.
 #[cfg(unix)]
 #[test]
 fn an_image_colours_a_body() {

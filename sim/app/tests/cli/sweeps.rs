@@ -1,4 +1,4 @@
-//! Sweeps: the same table whoever runs the cases, and nothing but the cases in flight lost by a kill.
+//! Sweeps: the same table whatever process runs the cases, and nothing but the cases in flight lost by a kill.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -109,7 +109,7 @@ fn whoever_runs_the_cases_the_table_is_the_same() {
     );
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 9);
-    // What stands in the table is what the runs say of themselves.
+    // What is in the table is what the runs say of themselves.
     let folder = one.path().join("out/plan/cases/000004");
     let summary = fs::read(folder.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();

@@ -118,7 +118,7 @@ fn canvas(browser: &mut Chromium) -> Vec<u8> {
     base64(text.as_str().unwrap().split_once(',').unwrap().1)
 }
 
-/// Draws the same state by the renderer of runs and compares pixels; the share of those alike.
+/// Draws the same state by the renderer of runs and compares pixels; the fraction of those alike.
 fn compare(browser: &mut Chromium, live: &Live, number: u32) -> f64 {
     let own = canvas(browser);
     browser.evaluate("stage.savePicture()");
@@ -401,7 +401,7 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     browser.mouse("mouseReleased", [x, y + 20.0]);
     step(&mut browser, 400);
     browser.wait("stage.panel.last.severed > 0 && stage.panel.last.strokes === 1");
-    // Two places of a cross that keys move are a stroke as well.
+    // Two positions of a cross that keys move are a stroke as well.
     browser.evaluate("stage.hands.place(null); stage.canvas.focus()");
     let press = |browser: &mut Chromium, key: &str| {
         browser.evaluate(&format!(
@@ -517,7 +517,7 @@ fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     }
     assert!(depths[1] > 1.5 * depths[0], "{depths:?} m");
 
-    // A stiffer tissue is another model seen from the same place.
+    // A stiffer tissue is another model seen from the same position.
     let camera = browser.evaluate("JSON.stringify(stage.camera)");
     anew(
         &mut browser,

@@ -1,4 +1,4 @@
-//! A headless Chromium, led through its `DevTools` socket.
+//! A headless Chromium, driven through its `DevTools` socket.
 
 use std::io::Read;
 use std::net::TcpStream;
@@ -168,7 +168,7 @@ impl Chromium {
         self.ask("Input.dispatchMouseEvent", &event);
     }
 
-    /// Fingers on the screen, each at a place.
+    /// Fingers on the screen, each at a position.
     pub(crate) fn touch(&mut self, kind: &str, places: &[[f64; 2]]) {
         let points = places.iter().enumerate();
         let points = points.map(|(id, [x, y])| json!({ "x": x, "y": y, "id": id }));
@@ -186,7 +186,7 @@ impl Chromium {
         }
     }
 
-    /// Presses at the first place and drags to the others, without letting go.
+    /// Presses at the first position and drags to the others, without letting go.
     pub(crate) fn drag(&mut self, places: &[[f64; 2]]) {
         self.mouse("mousePressed", places[0]);
         for pair in places.windows(2) {

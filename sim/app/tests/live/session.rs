@@ -68,7 +68,7 @@ fn tenth(number: usize) -> f64 {
     0.1 * f64::from(u32::try_from(number + 1).unwrap())
 }
 
-/// Kilobytes that this process holds in memory, where the system tells.
+/// Kilobytes that this process holds in memory, where the system reports it.
 fn resident() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS"))?;
@@ -141,7 +141,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
         session.record().len(),
     );
     assert!(strokes > 0 && session.severed_pairs() > 0);
-    // Velocity Verlet's own swing, and a share for stretches whose energy stays off.
+    // Velocity Verlet's own swing, and an allowance for stretches whose energy stays off.
     assert!(balance.abs() < 0.02, "balance {balance}");
 
     // The recording, as `phyxel run scene.ron --replay input.csv` runs it.

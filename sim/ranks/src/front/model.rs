@@ -280,7 +280,7 @@ impl BodyShares for Front {
     }
 }
 
-/// Whether all ranks have said that they could do what they were told.
+/// Whether all ranks have said that they could do what they were asked.
 fn all_fine(said: &[f64]) -> Result<(), BodyProblem> {
     match said.iter().all(|fine| *fine > 0.0) {
         true => Ok(()),

@@ -12,7 +12,7 @@ use super::weak::{Weak, carries, weak_nodes, weaken};
 /// What a cut changes in a rank's model.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Change {
-    /// Local nodes whose rows it has rebuilt, rising, and whether these are whole here.
+    /// Local nodes whose rows it has rebuilt, ascending, and whether these are whole here.
     nodes: Vec<u32>,
     whole: Vec<bool>,
     /// Weights of all those rows, which have no more digits.
@@ -33,7 +33,7 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// The rank's part of a change of the rows of `nodes`, rising; `watched` if others are than before.
+    /// The rank's part of a change of the rows of `nodes`, ascending; `watched` if others are than before.
     pub(crate) fn new(
         locals: &Locals,
         member: &Member,
@@ -137,7 +137,7 @@ impl Change {
     }
 }
 
-/// A list by nodes, rising, with what `new` says of `nodes`.
+/// A list by nodes, ascending, with what `new` says of `nodes`.
 fn replaced<T>(mut list: Vec<(u32, T)>, nodes: &[u32], new: Vec<(u32, T)>) -> Vec<(u32, T)> {
     list.retain(|(node, _)| nodes.binary_search(node).is_err());
     list.extend(new);

@@ -12,10 +12,10 @@ use crate::layout::Halo;
 pub(crate) struct Locals {
     /// Own nodes.
     pub(super) own: Range<usize>,
-    /// Others, rising, and how many of them come before the own ones.
+    /// Others, ascending, and how many of them come before the own ones.
     pub(super) ghosts: Vec<u32>,
     below: usize,
-    /// Those of them whose rows are cut off, rising.
+    /// Those of them whose rows are cut off, ascending.
     cut_off: Vec<u32>,
 }
 
@@ -40,7 +40,7 @@ impl Locals {
         self.first() - self.below
     }
 
-    /// All but the padding, rising.
+    /// All but the padding, ascending.
     pub(super) fn nodes(&self) -> Vec<u32> {
         let own = self.own.clone().map(number);
         let (below, above) = self.ghosts.split_at(self.below);
@@ -48,7 +48,7 @@ impl Locals {
         below.chain(own).chain(above.iter().copied()).collect()
     }
 
-    /// Local number of the ghost at a place among them.
+    /// Local number of the ghost at a position among them.
     pub(super) fn ghost(&self, at: usize) -> usize {
         if at < self.below {
             self.padding() + at

@@ -1,4 +1,4 @@
-//! What cuts and corners leave in a rank's model beside its rows: weak nodes and offsets of deformation gradients.
+//! What cuts and corners leave in a rank's model beside its rows: deficient nodes and offsets of deformation gradients.
 
 use glam::DVec3;
 use phyxel::{Cutting, Member};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::locals::Locals;
 
-/// A weak node.
+/// A deficient node.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Weak {
     node: u32,
@@ -29,7 +29,7 @@ pub(super) fn weak_nodes(
     some: impl Fn(u32) -> bool,
 ) -> Vec<Weak> {
     let body = &member.body;
-    // Without a cut, weak nodes are those at corners of what is held.
+    // Without a cut, deficient nodes are those at corners of what is held.
     let factors = member.cutting.as_ref().map(Cutting::factors);
     let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
     let bonds = body.elastic.bond_energies();
@@ -55,7 +55,7 @@ pub(super) fn weak_nodes(
     weak
 }
 
-/// Takes the strain energy from weak nodes of a rank's model.
+/// Takes the strain energy from deficient nodes of a rank's model.
 pub(super) fn weaken(elastic: &mut Elastic, rest: &[DVec3], weak: &[Weak]) {
     if weak.is_empty() {
         return;

@@ -1,10 +1,10 @@
-//! Mistakes of scenes, each told at its place.
+//! Mistakes of scenes, each reported with its position.
 
 use super::*;
 use crate::read::finished;
 use crate::tree::line_column;
 
-/// A value out of range is told at its place; of several the first by the order of checks.
+/// A value out of range is reported with its position; of several the first by the order of checks.
 #[test]
 fn a_value_that_is_wrong_is_told_at_its_place() {
     for (line, what, text) in [
@@ -32,7 +32,7 @@ fn a_value_that_is_wrong_is_told_at_its_place() {
     }
 }
 
-/// What is compared with a value that is at fault is not told of in its place.
+/// What is compared with a value that is at fault is not reported in its stead.
 #[test]
 fn a_mistake_is_told_and_not_its_consequence() {
     for (text, culprit) in [
@@ -62,7 +62,7 @@ fn a_mistake_is_told_and_not_its_consequence() {
     }
 }
 
-/// Whichever value of a scene is broken, and in whichever way, the message names it at its place.
+/// Whichever value of a scene is broken, and in whichever way, the message names it at its position.
 #[test]
 fn every_broken_value_has_its_message() {
     let mut seed = 7_u64;
@@ -107,7 +107,7 @@ fn every_broken_value_has_its_message() {
         std::fs::write(&file, &broken).expect("it can be written");
         let told = load(&file, &[]).expect_err("it is broken").to_string();
         let (row, column) = line_column(&broken, span.start);
-        // A value that is out of range is told with the name before it.
+        // A value that is out of range is reported with the name before it.
         let place = if wrong == "NaN" {
             format!(":{row}:")
         } else {
@@ -120,7 +120,7 @@ fn every_broken_value_has_its_message() {
     }
 }
 
-/// Damage at any byte gives a scene or an error with a place inside the text, never a panic.
+/// Damage at any byte gives a scene or an error with a position inside the text, never a panic.
 #[test]
 fn damaged_text_gives_lines_with_places() {
     let read = |text: &str| read(text);
@@ -134,7 +134,7 @@ fn damaged_text_gives_lines_with_places() {
     assert!(failures(&text, &['{', '"', '\u{e9}'], read) > text.len());
 }
 
-/// How many damages at all characters of a text are told of.
+/// How many damages at all characters of a text are reported.
 fn failures(
     text: &str,
     put_in: &[char],

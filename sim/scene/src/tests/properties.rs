@@ -54,7 +54,7 @@ proptest! {
         prop_assert_eq!(&again, &scene);
     }
 
-    /// Any text is a scene or an error with a place in it.
+    /// Any text is a scene or an error with a position in it.
     #[test]
     fn any_text_is_read_or_refused(text in "[\\[\\](){}:,.\"'a-z0-9é \n/*#-]{0,60}") {
         for syntax in [Syntax::Ron, Syntax::Json] {
@@ -81,7 +81,7 @@ proptest! {
         prop_assert_eq!(changed, expected);
     }
 
-    /// A misspelt key is refused at its place, and the key that was meant is named.
+    /// A misspelt key is refused at its position, and the key that was meant is named.
     #[test]
     fn a_misspelt_key_is_named(scene in scene(), at in 1_usize..14) {
         let text = to_ron(&scene);

@@ -58,7 +58,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         tool.path.len() == 1,
         keys,
         format_args!("{} keys", tool.path.len()),
-        "a tool that is released needs one key, the place where it is let go",
+        "a tool that is released needs one key, the position where it is released",
     );
     checks.require(
         tool.body.is_some() || bodies.len() == 1,
@@ -98,7 +98,7 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
     let keys = &format!("{path}.path");
     let (first, last) = match cut.path.as_slice() {
         [first, .., last] => (first.time, last.time),
-        _ => (0.0, 0.0), // too few, as has been told
+        _ => (0.0, 0.0), // too few, as has been reported
     };
     checks.require(
         // A scene that only settles has no time for any cut: a recording of one that was saved then.

@@ -11,7 +11,7 @@ pub(super) fn of(checks: &mut Checks, path: &str, body: &Body) {
         let path = format!("{path}.inclusions[{index}]");
         region(checks, &format!("{path}.region"), &part.region);
         let mut bad = part.within(&body.material).check();
-        // What is not given here is the body's, and told of there.
+        // What is not given here is the body's, and reported there.
         bad.retain(|bad| match bad.field.as_str() {
             "youngs_modulus" => part.youngs_modulus.is_some(),
             "density" => part.density.is_some(),

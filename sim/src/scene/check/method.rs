@@ -43,7 +43,7 @@ pub(super) fn method(checks: &mut Checks, path: &str, body: &Body) {
         material.stabilization == 0.0,
         format_args!("{path}.material.stabilization"),
         material.stabilization,
-        "the method Dissertation has no control of zero-energy modes; set it to 0",
+        "the method Dissertation has no hourglass stabilization; set it to 0",
     );
     checks.require(
         material.dilatation == Dilatation::Local,

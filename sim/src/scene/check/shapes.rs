@@ -42,7 +42,7 @@ pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
             ..
         } => {
             scale(checks, &of("scale"), *unit);
-            let hint = " (a share of the box's diagonal)";
+            let hint = " (a fraction of the box's diagonal)";
             checks.not_negative(of("largest_hole"), *largest_hole, hint);
             existing_file(checks, &of("file"), file, "a mesh file");
         }

@@ -1,4 +1,4 @@
-//! From points to a hanging, cut and settled body with the leaves alone.
+//! From points to a hanging, cut and settled body with the crates below the world.
 
 use phyxel_discretize::{Primitive, SampleSettings, Solid, sample_tetrahedra, tetrahedra_edges};
 use phyxel_elastic::{

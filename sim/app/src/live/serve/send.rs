@@ -16,7 +16,7 @@ impl Show {
         self.skins = Skins::new(self.session.painter(), bodies);
     }
 
-    /// Everything anew: another world is shown.
+    /// Everything again: another world is shown.
     pub(super) fn begin_epoch(&mut self) {
         self.epoch += 1;
         self.owners = Owners::default();

@@ -54,7 +54,7 @@ pub(super) fn plan_cases() -> Vec<Case> {
         plan("range turned round", "LogUniform(2e3", "LogUniform(2e5"),
         plan("logarithm of nothing", "LogUniform(2e3", "LogUniform(0"),
         plan("no values", "LogUniform(2e3, 2e4)", "Of([])"),
-        plan("value without a place", "Nodes({})", "Nodes(100)"),
+        plan("value without a position", "Nodes({})", "Nodes(100)"),
         plan(
             "range in a grid",
             "LatinHypercube(cases: 20, seed: 1)",
