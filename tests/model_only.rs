@@ -9,7 +9,8 @@ use phyxel::World;
 use phyxel_cli::picture::Painter;
 
 const BARE: &str =
-    "version: 1, bodies: [(shape: Box(size: (0.04, 0.03, 0.05)), sampling: (target: Nodes(400)))],
+    "version: 1, bodies: [(shape: Box(size: (0.04, 0.03, 0.05)), surfels: (target: Count(500)),
+        sampling: (target: Nodes(400)))],
     integration: (settle: None, step_factor: 0.4),";
 
 struct Played {

@@ -65,7 +65,7 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
     Ok(cases)
 }
 
-fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
+pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
     let error = |source| StudyError::Folder {
         path: folder.to_owned(),
         source,

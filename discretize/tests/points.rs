@@ -58,10 +58,10 @@ fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
             for grading in gradings(DVec3::new(0.03, 0.02, 0.02), 0.01) {
                 for on_surface in [false, true] {
                     let name = format!("{shape:?} {grading:?} {on_surface}");
-                    let settings = with(SampleTarget::NodeCount(500), grading.clone());
+                    let settings = with(SampleTarget::NodeCount(250), grading.clone());
                     let s = sample_points(solid, &settings, on_surface).unwrap();
                     check(&name, &s);
-                    check_count(&name, s.positions.len(), 500);
+                    check_count(&name, s.positions.len(), 250);
                     let count = s.on_surface.iter().filter(|on| **on).count();
                     assert_eq!(count, s.report.surface_nodes);
                     assert_eq!(count > 0, on_surface);
@@ -118,7 +118,7 @@ fn real_meshes_without_tetrahedra() {
     ] {
         let file = read_mesh(&folder.join(name)).unwrap();
         let solid = Solid::from_mesh(repair(&file.mesh, &Default::default()).unwrap().0);
-        for (target, grading) in [1000, 3000, 10_000]
+        for (target, grading) in [500, 1000, 2000]
             .into_iter()
             .zip(gradings(DVec3::ZERO, 0.1))
         {

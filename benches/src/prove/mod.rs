@@ -7,6 +7,7 @@ mod elastic;
 mod geodesics;
 mod grids;
 mod indentation;
+mod real_meshes;
 mod scattered;
 mod scenes;
 mod studies;
@@ -57,6 +58,11 @@ pub const CLAIMS: &[Claim] = &[
         name: "hertz",
         about: "the study hertz: a sphere on a block, against finite elements and a half-space",
         run: studies::hertz_study_meets_the_block_and_the_half_space,
+    },
+    Claim {
+        name: "real-meshes",
+        about: "real organ meshes are sampled well at four sizes",
+        run: real_meshes::real_meshes_sample_well,
     },
     Claim {
         name: "penny",

@@ -208,7 +208,7 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
     };
     let scene = liver(400, 4_000);
     let live = Live::start(&scene);
-    let mut browser = Chromium::start(&program, [900, 600]);
+    let mut browser = Chromium::start(&program, [720, 480]);
     browser.go(&live.url);
     browser.wait("window.stage && stage.state && stage.panel.last && !stage.panel.last.settling");
     // The code has left the address; the context is real.
@@ -240,7 +240,7 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
          gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel); return performance.now() - begun }); \
          return Math.min(...times) })()",
     );
-    eprintln!("a picture of 900 x 600 pixels takes {spent} ms");
+    eprintln!("a picture of 720 x 480 pixels takes {spent} ms");
 
     // A stroke by real pointer events across the middle of what is seen.
     let before = browser.evaluate(BITS);
@@ -344,7 +344,7 @@ fn unloaded_and_paused() -> Option<(Live, Chromium)> {
     scene.integration.settle = None;
     scene.gravity = None;
     let live = Live::start(&scene);
-    let mut browser = Chromium::start(&program, [900, 600]);
+    let mut browser = Chromium::start(&program, [720, 480]);
     browser.go(&live.url);
     browser.wait("window.stage && stage.state && stage.panel.last");
     browser.evaluate(
@@ -362,7 +362,7 @@ fn a_line_across_the_picture_slices_through() {
     };
     let [x, _] = middle(&mut browser);
     browser.key("2");
-    let line = [[x, 20.0], [x + 10.0, 580.0]];
+    let line = [[x, 20.0], [x + 10.0, 470.0]];
     browser.drag(&line);
     browser.mouse("mouseReleased", line[1]);
     step(&mut browser, 250);

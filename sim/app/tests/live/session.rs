@@ -454,8 +454,12 @@ fn gravity_and_damping_are_what_hands_set() {
 #[test]
 fn every_embedded_scene_can_be_taken_in_hand() {
     for name in ["liver", "block", "press"] {
-        let change = Override::parse("bodies[0].sampling.target=Nodes(200)").unwrap();
-        let mut session = Session::new(&phyxel_scene::embedded(name, &[change]).unwrap()).unwrap();
+        let changes = [
+            "bodies[0].sampling.target=Nodes(200)",
+            "bodies[0].surfels.target=Count(500)",
+        ];
+        let changes = changes.map(|text| Override::parse(text).unwrap());
+        let mut session = Session::new(&phyxel_scene::embedded(name, &changes).unwrap()).unwrap();
         assert_eq!(session.world().scene().cuts.len(), 1);
         assert!(!session.world().scene().tools.is_empty());
         for _ in 0..20 {
