@@ -1,5 +1,10 @@
 #![doc = include_str!("../README.md")]
 
+/// The program in the page for trainers is compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/trainer.md")]
+mod trainer {}
+
 mod body;
 mod body_state;
 mod capture;
