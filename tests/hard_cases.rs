@@ -17,7 +17,7 @@
 //! | step at the stability limit | 1 of the critical step stays bounded; 1.2 is refused with the limit |
 //! | tool pushed through the body | it comes out on the other side, the body lives or the error names it |
 //! | blade faster than the body | one strip from start to end, as deep as a slow one |
-//! | cut of the support itself | held nodes stay; both parts hang on |
+//! | cut of the support itself | fixed nodes stay; both parts hang on |
 //! | zero gravity | a cut body at rest stays at rest to round-off |
 //! | graded nodes, cut where they are fine | two pieces, the audit closes |
 //! | mesh with flipped parts | turned, reported, and as heavy as one without |

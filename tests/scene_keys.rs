@@ -15,7 +15,7 @@ use phyxel_scene::{Override, key_reference};
 use rayon::prelude::*;
 use testkit::cloud::BOX_FACES;
 
-/// A held block that is pressed and cut, with pictures.
+/// A fixed block that is pressed and cut, with pictures.
 const SCENE: &str = r#"(
     version: 1,
     name: "keys",

@@ -185,7 +185,7 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
 /// What the row of a scene of [`cases`] must hold.
 ///
 /// The step may shrink further, and nodes follow that carry no strain, where the stiffness is not the
-/// scene's own; followers are bounded in the embedded scenes.
+/// scene's own; following deficient nodes are bounded in the embedded scenes.
 #[must_use]
 pub fn bars(name: &str) -> Bars {
     let ordinary = Bars::ordinary();
@@ -266,7 +266,7 @@ fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
 
 /// Blocks whose cuts release, with or without what is or damped, another energy per area than those of other node counts, in words.
 ///
-/// What updates and decay release is a fraction of it, and [`breaches`] has the same bar on that.
+/// What updates and decay release is a fraction of it, and [`breaches`] has the same limit on that.
 fn spreads_of_set_free(rows: &[Row]) -> Vec<String> {
     let per_area = |row: &Row| (row.released + row.damped) / row.area;
     spreads(rows, "released per area", per_area)

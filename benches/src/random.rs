@@ -102,7 +102,7 @@ fn scene(random: &mut Random) -> Scene {
     scene
 }
 
-/// A box held by one of its faces: shape, half extents (m), held region.
+/// A box held by one of its faces: shape, half extents (m), fixed region.
 fn block(random: &mut Random) -> (Shape, DVec3, Region) {
     let half = DVec3::from_array([0.0; 3].map(|_: f64| random.range(0.02, 0.1)));
     let axis = (random.bits() % 3) as usize;
@@ -175,7 +175,7 @@ pub struct Class {
     pub worst_added: f64,
     /// Largest fraction that the audit leaves unexplained, of those that ended.
     pub worst_imbalance: f64,
-    /// Largest step shrink of those that ended.
+    /// Largest step reduction of those that ended.
     pub worst_shrink: f64,
 }
 

@@ -143,7 +143,7 @@ impl Bars {
 }
 
 impl Row {
-    /// The bars that the row misses, in words; empty if it holds them all.
+    /// The limits that the row misses, in words; empty if it holds them all.
     #[must_use]
     pub fn breaches(&self, bars: &Bars) -> Vec<String> {
         let mut found = Vec::new();

@@ -25,7 +25,7 @@ const MOST_STEPS: f64 = 30.0;
 /// Steps that may be rolled back together.
 const LONGEST_STRETCH: usize = 50;
 
-/// How a scene is watched.
+/// How a scene is monitored.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Options {
     /// Whether the step is checked against an independent estimate of the largest eigenvalue; a run

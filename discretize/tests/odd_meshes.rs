@@ -218,7 +218,7 @@ fn shells_that_add_nothing_are_dropped_and_told() {
     }
 }
 
-/// A tube whose section, an eight, turns over on its way round: a Klein bottle of `across` corners to the
+/// A tube whose section, an eight, turns over on its path around: a Klein bottle of `across` corners to the
 /// section. Its sheets pass through each other along a circle, at corners if there is an even number.
 fn klein_bottle(across: u32) -> Mesh {
     let around = 40_u32;

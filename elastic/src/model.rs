@@ -271,9 +271,9 @@ impl Elastic {
 
     /// Names the nodes that stay at their rest positions in every evaluation from now on, and at zero in
     /// every vector: what can have no strain and no force because of that is not computed. The rest is as
-    /// before, forces on held nodes with moving neighbours too. An empty slice takes it back.
+    /// before, forces on fixed nodes with moving neighbours too. An empty slice takes it back.
     ///
-    /// What is given of a held node that has moved is not noticed; its forces are then wrong.
+    /// What is given of a fixed node that has moved is not noticed; its forces are then wrong.
     ///
     /// # Panics
     /// If a node does not exist.

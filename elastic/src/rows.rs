@@ -84,7 +84,7 @@ impl Elastic {
         self.model.pairs.range(node as usize)
     }
 
-    /// Takes over the rows of `touched` nodes from rebuilt stencils.
+    /// Adopts the rows of `touched` nodes from rebuilt stencils.
     ///
     /// Volumes, masses and materials stay. A row may have lost its rank, down to an isolated node
     /// whose row is all zeros: such nodes stay objective and finite (see

@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let places: Vec<DVec3> = (0..=24).map(|k| path(f64::from(k) / 24.0)).collect();
     for k in 1..=24 {
         let new = cuts.append(stroke, &blade(f64::from(k) / 24.0))?;
-        // The plate is thin: no way leads over the blade's ends, or around the mouth of the crack.
+        // The plate is thin: no path leads over the blade's ends, or around the mouth of the crack.
         factors.update(&graph, &cuts, new, &|p| p.z.abs() < 0.5 && p.x > -0.5);
     }
 

@@ -30,7 +30,7 @@ const CARRYING: f64 = 1.5;
 /// A blade of more points than this is looked at only around the body.
 const MOST_POINTS: u32 = 4096;
 
-/// The blade of one stroke: its edge, looked at every half a spacing of its way, and the front of the cut
+/// The blade of one stroke: its edge, looked at every half a spacing of its path, and the front of the cut
 /// that it makes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -43,7 +43,7 @@ pub struct Blade {
     /// Nodes around each sample there, and where all nodes were then (m); empty before.
     around: Vec<Vec<u32>>,
     then: Vec<DVec3>,
-    /// Pairs that it passed and that the cut does not cross yet, with its way (m) since.
+    /// Pairs that it passed and that the cut does not cross yet, with its path length (m) since.
     owed: Vec<(SweptPair, f64)>,
 }
 
@@ -139,7 +139,7 @@ impl Blade {
     /// Leads the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
     /// from where tissue has carried the positions that the edge had in it, which a lobe that swings past the blade
     /// moves farther than the hand does. A pair that it passed in the world and that the cut does not cross a
-    /// spacing of its way later, or when the stroke ends, is moved to.
+    /// spacing of its path later, or when the stroke ends, is moved to.
     ///
     /// # Arguments
     /// * `edge` -- corners (m) of the edge in the world; with another number of them than at the start it is

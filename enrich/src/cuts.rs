@@ -322,7 +322,7 @@ impl Cuts {
     }
 
     /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
-    /// within a distance. Of edges that meet at that point it is the one most across the way to it.
+    /// within a distance. Of edges that meet at that point it is the one most across the path to it.
     pub(crate) fn nearest_free_edge(
         &self,
         point: DVec3,

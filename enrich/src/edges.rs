@@ -89,7 +89,7 @@ impl Edges {
     }
 
     /// The edge with one triangle that is nearest to a point, and its point there, if there is one within a
-    /// distance. Of edges that meet at that point it is the one most across the way to it.
+    /// distance. Of edges that meet at that point it is the one most across the path to it.
     pub(crate) fn nearest_free(
         &self,
         vertices: &[DVec3],
@@ -138,7 +138,7 @@ impl Edges {
         ends
     }
 
-    /// The best point of an edge is where the way, unfolded into a plane, is straight:
+    /// The best point of an edge is where the path, unfolded into a plane, is straight:
     /// `t = (t_a d_b + t_b d_a) / (d_a + d_b)` with the coordinates t along the edge and the
     /// distances d to its line; clamped to the edge.
     pub(crate) fn diffraction_point(

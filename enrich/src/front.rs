@@ -44,7 +44,7 @@ pub(crate) enum EdgePlace {
     Inside {
         /// Material position (m).
         at: DVec3,
-        /// Way (m) in the material since the last position, by the deformation here.
+        /// Path length (m) in the material since the last position, by the deformation here.
         came: DVec3,
     },
     /// Outside of the body, so near that it still has a material position (m).
@@ -86,7 +86,7 @@ struct Sample {
     /// Whether the sheet's edge runs on to the next sample.
     joined: bool,
     last: Option<EdgePlace>,
-    /// Way (m) of the blade in the world since the anchor moved.
+    /// Path length (m) of the blade in the world since the anchor moved.
     way: f64,
 }
 
@@ -176,7 +176,7 @@ impl Front {
     /// # Arguments
     /// * `cuts` -- takes the strip; its vertices are those of the front.
     /// * `places` -- where the samples are, one each; no more than half a spacing from the last.
-    /// * `moved` -- largest way (m) of a sample in the world since the last call.
+    /// * `moved` -- largest path length (m) of a sample in the world since the last call.
     /// * `inside` -- whether a material point lies in the uncut body.
     ///
     /// # Errors
@@ -259,7 +259,7 @@ impl Front {
     }
 
     /// The samples at both ends of the piece of the front that a point lies straight ahead of, and the
-    /// way (m) from there to the point.
+    /// path length (m) from there to the point.
     fn nearest_ahead(&self, point: DVec3) -> Option<([usize; 2], DVec3)> {
         let mut best: Option<([usize; 2], DVec3)> = None;
         for (samples, [from, to], ahead) in self.pieces() {
@@ -301,7 +301,7 @@ impl Front {
         pieces
     }
 
-    /// A way from a sample's front without what goes along the front.
+    /// A path from a sample's front without what goes along the front.
     fn across(&self, k: usize, way: DVec3) -> DVec3 {
         let along = self.along(k);
         way - way.dot(along) * along
@@ -322,7 +322,7 @@ impl Front {
 }
 
 impl Anchor {
-    /// Whether a way across the front continues, without turning by more than 60 degrees.
+    /// Whether a path across the front continues, without turning by more than 60 degrees.
     fn is_ahead(&self, across: DVec3) -> bool {
         self.ahead == DVec3::ZERO || across.dot(self.ahead) >= LARGEST_TURN * across.length()
     }

@@ -26,7 +26,7 @@ pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pi
     );
     assert_eq!(indices.len(), factors.len(), "one factor per pair");
     let nodes = offsets.len() - 1;
-    // The lowest node of a piece stands for it; on the way to it every second link is shortened.
+    // The lowest node of a piece stands for it; on the path to it every second link is shortened.
     let mut lower: Vec<u32> = (0..crate::index32(nodes)).collect();
     let lowest = |lower: &mut [u32], mut node: usize| {
         while lower[node] as usize != node {

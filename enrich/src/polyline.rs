@@ -93,7 +93,7 @@ pub(crate) fn swept_surface(from: &[DVec3], to: &[DVec3]) -> Vec<[DVec3; 3]> {
         .collect()
 }
 
-/// The part of a way, from 0 to 1, that lies in a box, if any does.
+/// The part of a path, from 0 to 1, that lies in a box, if any does.
 pub(crate) fn within(from: DVec3, to: DVec3, reach: &Bounds) -> Option<(f64, f64)> {
     let (mut start, mut end) = (0.0_f64, 1.0_f64);
     for axis in 0..3 {

@@ -89,7 +89,7 @@ pub fn critical_step(eigenvalue: f64, viscosity: f64) -> f64 {
 /// iteration needs about the square of the iterations.
 ///
 /// * `masses` -- nodal masses (kg), shape `(n)`, positive.
-/// * `supports` -- held directions do not move.
+/// * `supports` -- fixed directions do not move.
 /// * `stiffness` -- writes `K v` (N/m · v) for `v`, shape `(n)`; `K` symmetric.
 /// * `warm` -- the vector found last time, or empty; overwritten with the one found now. A stale
 ///   vector costs iterations, never correctness.
@@ -162,7 +162,7 @@ pub fn largest_eigenvalue_within(
     largest_eigenvalue(&masses, &unheld, projected, warm, settings)
 }
 
-/// Nodes of a body whose largest eigenvalue is looked for where its nodes are shared out.
+/// Nodes of a body whose largest eigenvalue is looked for where its nodes are partitioned.
 #[derive(Debug, Clone, Copy)]
 pub struct EigenvalueShare<'a> {
     /// Number in the body of the first node, a multiple of [`crate::SHARED_NODES`].
@@ -173,7 +173,7 @@ pub struct EigenvalueShare<'a> {
     pub supports: &'a BoundaryConditions,
 }
 
-/// [`largest_eigenvalue`] of a body whose nodes are shared out, called with every share at once: all
+/// [`largest_eigenvalue`] of a body whose nodes are partitioned, called with every share at once: all
 /// get the same result, with the bits of the body in one piece.
 ///
 /// * `stiffness` -- writes the share's rows of `K v` for the share's part of `v`.

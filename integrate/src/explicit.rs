@@ -64,7 +64,7 @@ impl Motion {
     }
 
     /// As [`Motion::step`], with forces from outside as well if there are any, where the nodes are with
-    /// `shares`. Vectors of the state are then current for watched nodes alone, until [`Motion::fetch`].
+    /// `shares`. Vectors of the state are then current for monitored nodes alone, until [`Motion::fetch`].
     ///
     /// # Errors
     /// [`StepError`]; the state is then good for nothing but [`Motion::restore`].

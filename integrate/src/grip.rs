@@ -1,30 +1,30 @@
-//! A hand that holds a patch of a body: a spring and a damper at each held node.
+//! A hand that holds a patch of a body: a spring and a damper at each fixed node.
 
 use glam::DVec3;
 
 use crate::view::StepView;
 
 /// Stiffness of the hold over that of the patch, `2 E r / (1 - ν²)` with ν = 1/2 (a rigid disk on a
-/// half-space): the patch comes along by nine tenths of the hand's way, by less where nodes are
+/// half-space): the patch comes along by nine tenths of the user's displacement, by less where nodes are
 /// few and [`LARGEST_PHASE`] bounds it.
 const FIRMNESS: f64 = 10.0;
-/// Largest frequency of a held node on its spring times the step, and damping of that node, as a fraction of
+/// Largest frequency of a fixed node on its spring times the step, and damping of that node, as a fraction of
 /// critical. With damping that is taken at the half step a mode needs `(ω dt)² < 4 - 2 c dt`; the
 /// stiffest of a body has 2.9 at a step factor of 0.85, the hold adds at most 0.25 and takes 0.5.
 const LARGEST_PHASE: f64 = 0.5;
 const DAMPING_RATIO: f64 = 0.25;
 
-/// Nodes that a hand holds, each by a spring and a damper to its position in the hand.
+/// Nodes that a grip holds, each by a spring and a damper to its position in the grip.
 ///
 /// With `w = (1 - d²/r²)²` of a node at the distance `d` of the point that is gripped, the springs have
-/// `k_i = κ m_i w_i` in all: all held nodes swing alike. `κ Σ m w` is ten times the stiffness of the patch
+/// `k_i = κ m_i w_i` in all: all fixed nodes swing alike. `κ Σ m w` is ten times the stiffness of the patch
 /// under a rigid disk, `2 E r / (1 - ν²)` with ν = 1/2, and `κ` at most `(0.5 / Δt)²`, so that an explicit
 /// step (s) stays stable; dampers have a quarter of critical damping. Work on the body is work of applied forces.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grip {
     held: Vec<Held>,
-    /// Way (m) of the hand since it gripped, at the end of this step, and its velocity (m/s).
+    /// Displacement (m) of the grip since it began, at the end of this step, and its velocity (m/s).
     by: DVec3,
     velocity: DVec3,
     /// Force (N) on the hand at the end of the last step.
@@ -70,7 +70,7 @@ impl Grip {
             return None;
         }
         let whole = FIRMNESS * 2.0 * youngs_modulus * radius / 0.75;
-        // Springs in proportion to masses: all held nodes swing alike.
+        // Springs in proportion to masses: all fixed nodes swing alike.
         let per_mass = (whole / mass).min((LARGEST_PHASE / step).powi(2));
         let held = patch().map(|(node, &from)| {
             let share = weight(&from);
@@ -107,7 +107,7 @@ impl Grip {
         self.held.iter().map(|held| held.node)
     }
 
-    /// Leads the hand over a step (s) from one way (m) since it gripped to another.
+    /// Moves the grip over a step (s) from one displacement (m) since it gripped to another.
     pub fn lead(&mut self, from: DVec3, to: DVec3, step: f64) {
         self.by = to;
         self.velocity = (to - from) / step;
@@ -117,7 +117,7 @@ impl Grip {
     /// [`crate::Motion::step_with`] wants from its closure.
     ///
     /// # Panics
-    /// If a held node is not one of the view's.
+    /// If a fixed node is not one of the view's.
     pub fn pull(&mut self, view: &StepView<'_>, forces: &mut [DVec3]) {
         self.force = DVec3::ZERO;
         for held in &self.held {

@@ -142,7 +142,7 @@ impl Implicit {
     /// Solves `M a + damping · M v = f + l + f_c(x1)` for the positions `x1` at the end of the step. With
     /// `d = x1 − x0`, backward Euler has `v1 = v = d/dt`, `a = (v1 − v0)/dt` and `f = f(x1)`. The
     /// energy–momentum method has `v = d/dt = (v0 + v1)/2`, `a = (v1 − v0)/dt` and `f = f(m) + α M d'` with
-    /// `m = (x0 + x1)/2`; `d'` is `d` without its rigid part (without its held part, where there are supports), and
+    /// `m = (x0 + x1)/2`; `d'` is `d` without its rigid part (without its fixed part, where there are supports), and
     /// `α` makes `f·d = E0 − E1`. It is found in turns with the positions, as it is small against `2/dt²`.
     ///
     /// A part of the step that Newton does not solve, or that gains more than
@@ -452,7 +452,7 @@ impl Implicit {
                 let change = free * (velocity - old);
                 audit.numerical += 0.5 * mass * change.length_squared();
             }
-            // Work of a drive: what inertia and all other forces take in held directions.
+            // Work of a drive: what inertia and all other forces take in fixed directions.
             if let Some(support) = support.filter(|support| support.path.is_some()) {
                 let held = |v: DVec3| support.held(v).length_squared();
                 let applied = self.applied.get(i).copied().unwrap_or_default();

@@ -37,7 +37,7 @@ impl Conjugate {
             }));
     }
 
-    /// Solves `(K + c M) x = b` from `x = 0` until `|b − A x| ≤ tolerance · |b|`; `b` has no held parts.
+    /// Solves `(K + c M) x = b` from `x = 0` until `|b − A x| ≤ tolerance · |b|`; `b` has no fixed parts.
     /// Returns the iterations taken. A direction of negative curvature ends the solve; what was found
     /// so far still descends.
     pub(crate) fn solve(

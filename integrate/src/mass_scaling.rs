@@ -118,7 +118,7 @@ pub fn scale_masses(
     Ok(mass_scaling)
 }
 
-/// One round: nodes take mass by their share in the mode.
+/// One round: nodes take mass by their part in the mode.
 fn give(
     masses: &mut [f64],
     before: &[f64],

@@ -323,7 +323,7 @@ impl Motion {
         self.critical_step = Some(step);
     }
 
-    /// Sets velocities (m/s); their held parts are dropped. The audit starts again.
+    /// Sets velocities (m/s); their fixed parts are dropped. The audit starts again.
     ///
     /// # Errors
     /// [`MotionError::NotFinite`].
@@ -378,7 +378,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Replaces the supports, as when a clamp opens. Velocities lose their held parts; what that takes
+    /// Replaces the supports, as when a clamp opens. Velocities lose their fixed parts; what that takes
     /// is counted.
     ///
     /// # Panics

@@ -225,7 +225,7 @@ impl Problem<'_> {
 }
 
 impl Newton {
-    /// Solves from `x`; `prescribed` moves held directions in the first iteration, together with the
+    /// Solves from `x`; `prescribed` moves fixed directions in the first iteration, together with the
     /// tangent's answer to it.
     pub(crate) fn solve(
         &mut self,
@@ -365,7 +365,7 @@ impl Newton {
         self.conjugate.set_blocks(&self.blocks, problem.supports);
     }
 
-    /// Norm of the internal forces on held directions.
+    /// Norm of the internal forces on fixed directions.
     fn held_force(&self, problem: &Problem<'_>) -> f64 {
         let entries = problem.supports.entries().iter();
         let sum: f64 = entries

@@ -27,12 +27,12 @@ impl Mobility {
         Self { inverse, partly }
     }
 
-    /// Bytes for all nodes, and for partly held ones.
+    /// Bytes for all nodes, and for partly fixed ones.
     pub(crate) fn bytes(&self) -> [usize; 2] {
         [size_of_val(&*self.inverse), size_of_val(&*self.partly)]
     }
 
-    /// Takes the held parts out of the vectors of the nodes from `first` on.
+    /// Takes the fixed parts out of the vectors of the nodes from `first` on.
     pub(crate) fn project(
         &self,
         supports: &BoundaryConditions,

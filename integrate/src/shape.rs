@@ -105,7 +105,7 @@ impl Pose {
         }
     }
 
-    /// The pose that fraction of the way to another, along a straight line and the shorter arc.
+    /// The pose that fraction of the path to another, along a straight line and the shorter arc.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Self {
         Self {

@@ -1,8 +1,8 @@
-//! Steps of a body whose nodes are shared out, as over the memories of several machines.
+//! Steps of a body whose nodes are partitioned, as over the memories of several machines.
 //!
 //! Whoever holds a share has a [`Motion`] of its nodes alone and takes the two passes over them; the whole
 //! body's [`Motion`] keeps the clock, the energies and the order of a step, and sees of the nodes only
-//! those that are *watched*: driven ones, and those that forces from outside act on. Sums are per chunk of
+//! those that are monitored*: driven ones, and those that forces from outside act on. Sums are per chunk of
 //! [`SHARED_NODES`] nodes and are added in the order of the chunks: where shares begin at multiples of
 //! it, the bits are those of the body in one piece.
 
@@ -73,21 +73,21 @@ impl PassSums {
     }
 }
 
-/// The shares of a body, as its whole sees them. Of the vectors in [`State`] only those of watched nodes
-/// need to be current between two calls of [`Shares::fetch`]; which nodes are watched, and how shares come by
+/// The shares of a body, as its whole sees them. Of the vectors in [`State`] only those of monitored nodes
+/// need to be current between two calls of [`Shares::fetch`]; which nodes are monitored, and how shares come by
 /// their nodes' masses, supports and state, is between them and their maker.
 pub trait Shares {
-    /// Takes the first pass at all nodes, with the velocities (m/s) that `state` has of watched ones; writes
-    /// positions and velocities of watched nodes.
+    /// Takes the first pass at all nodes, with the velocities (m/s) that `state` has of monitored ones; writes
+    /// positions and velocities of monitored nodes.
     fn begin(&mut self, pass: &Pass, state: &mut State);
 
-    /// Evaluates the forces, with the positions (m) that `state` has of watched nodes; writes the
-    /// `forces` (N) of watched ones.
+    /// Evaluates the forces, with the positions (m) that `state` has of monitored nodes; writes the
+    /// `forces` (N) of monitored ones.
     fn evaluate(&mut self, state: &mut State, forces: &mut [DVec3]);
 
     /// Takes the second pass, with forces from outside (N), which are zero at nodes that are not watched;
     /// the slice is empty if there are none. Writes velocities and viscous forces (N, empty without
-    /// viscosity) of watched nodes. Returns the energy (J) of the forces last evaluated, and the sums of all
+    /// viscosity) of monitored nodes. Returns the energy (J) of the forces last evaluated, and the sums of all
     /// chunks in their order.
     fn end(
         &mut self,
@@ -97,11 +97,11 @@ pub trait Shares {
         viscous: &mut [DVec3],
     ) -> (f64, Vec<PassSums>);
 
-    /// Writes positions, velocities, forces and viscous forces of all nodes. Velocities that `state` has of watched nodes
+    /// Writes positions, velocities, forces and viscous forces of all nodes. Velocities that `state` has of monitored nodes
     /// are the current ones: what a path gives a driven node, shares do not know.
     fn fetch(&mut self, state: &mut State);
 
-    /// Takes over the velocities and viscous forces of all nodes.
+    /// Adopts the velocities and viscous forces of all nodes.
     fn store(&mut self, state: &State);
 }
 

@@ -55,7 +55,7 @@ impl Parts {
         }
     }
 
-    /// Takes over the velocities of watched nodes.
+    /// Adopts the velocities of monitored nodes.
     fn take_velocities(&mut self, state: &State) {
         let ranges = self.ranges.clone();
         let local = |node: usize| node - ranges.iter().rfind(|r| r.contains(&node)).unwrap().start;

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 
 const FREE: u32 = u32::MAX;
 
-/// One held node.
+/// One fixed node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NodeSupport {
@@ -13,14 +13,14 @@ pub struct NodeSupport {
     pub node: u32,
     /// Projector on the directions in which it may still move.
     pub free: DMat3,
-    /// Path along the held directions, an index into [`BoundaryConditions::paths`].
+    /// Path along the fixed directions, an index into [`BoundaryConditions::paths`].
     pub path: Option<u32>,
     /// Position (m) that the path displaces and turns about the origin.
     pub origin: DVec3,
 }
 
 impl NodeSupport {
-    /// The held part of a vector.
+    /// The fixed part of a vector.
     #[must_use]
     pub fn held(&self, vector: DVec3) -> DVec3 {
         vector - self.free * vector
@@ -181,7 +181,7 @@ impl BoundaryConditions {
         }
     }
 
-    /// Sets the held part of each vector to zero.
+    /// Sets the fixed part of each vector to zero.
     ///
     /// # Panics
     /// If `vectors` is not as long as there are nodes.
@@ -207,7 +207,7 @@ impl BoundaryConditions {
         }
     }
 
-    /// Position (m) and velocity (m/s) of a driven node; only their held parts count.
+    /// Position (m) and velocity (m/s) of a driven node; only their fixed parts count.
     pub(crate) fn target(&self, support: &NodeSupport, time: f64) -> Option<(DVec3, DVec3)> {
         let path = self.paths.get(support.path? as usize)?;
         Some(path.place(support.origin, time))

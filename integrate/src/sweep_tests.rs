@@ -164,7 +164,7 @@ fn blocks_move_as_nodes_do_one_by_one() {
     }
 }
 
-/// A force that is not finite is refused in its block, also on a held node.
+/// A force that is not finite is refused in its block, also on a fixed node.
 #[test]
 fn a_force_that_is_not_finite_moves_nothing() {
     for node in [0, 130] {

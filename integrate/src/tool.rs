@@ -252,7 +252,7 @@ impl RigidTool {
         }
     }
 
-    /// Takes over the contact's forces at the end of a step that began at `before`, and their work.
+    /// Adopts the contact's forces at the end of a step that began at `before`, and their work.
     pub(crate) fn take(&mut self, sum: ContactForce, before: &Pose) {
         let old = std::mem::replace(&mut self.load, sum);
         let moved = self.pose.position - before.position;

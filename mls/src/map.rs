@@ -2,7 +2,7 @@
 //!
 //! A deformed body carries a material point X to `x(X) = X + u(X)`,
 //! `u(X) = Σ_i w_i(X) (u_i + (F_i − I)(X − X_i)) / Σ_i w_i(X)`, `w_i(X) = w(|X − X_i| / h_i)`
-//! (Aras 2014, eqs. (60)–(61)). The inverse has the unknown X inside the weights, so the text's
+//! (Aras 2014, eqs. (60)–(61)). The inverse has the unknown X inside the weights, so Aras (2014)'s
 //! one-shot solution (eq. (62)) is only a first guess: here Newton's method is run on
 //! `X + u(X) − x = 0` to convergence.
 

@@ -99,7 +99,7 @@ pub struct Body {
     pub(crate) grip: Option<Grip>,
     /// What takes the steps.
     stepper: Stepper,
-    /// Where the nodes are, if they are shared out.
+    /// Where the nodes are, if they are partitioned.
     pub(crate) shared: Option<Shared>,
 }
 
@@ -393,7 +393,7 @@ impl Body {
             .is_none_or(|(factors, pair)| factors.factor(pair) > 0.0)
     }
 
-    /// Whether the stable step is to be watched.
+    /// Whether the stable step is to be monitored.
     pub(crate) fn is_explicit(&self) -> bool {
         self.stepper.step().is_none()
     }

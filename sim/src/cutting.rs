@@ -21,7 +21,7 @@ const LEAST_VOLUME: f64 = 0.2;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
 /// Round-off of a diffraction point's position, as a fraction of the body's size. One in a face of the body lies 1e-17
-/// outside as often as inside; without this its way around the cut would be lost.
+/// outside as often as inside; without this its path around the cut would be lost.
 const ROUND_OFF: f64 = 1e-9;
 
 /// What one body needs once a blade has touched it; a body that no blade touches has none.

@@ -64,7 +64,7 @@ impl World {
         }
     }
 
-    /// Force (N) on the hand that grips, at the end of the last step; `None` if it holds nothing.
+    /// Force (N) on the grip, at the end of the last step; `None` if it holds nothing.
     #[must_use]
     pub fn grip_force(&self) -> Option<DVec3> {
         let grips = self.members.iter().filter_map(|m| m.body.grip.as_ref());

@@ -1,4 +1,4 @@
-//! Steps that hold: the stable step follows the stiffness, the energy is watched, and what went wrong
+//! Steps that hold: the stable step follows the stiffness, the energy is monitored, and what went wrong
 //! is rolled back and retried in shorter steps.
 //!
 //! A state is kept every few steps and after each capture. A step that diverges, or a stretch of steps
@@ -150,7 +150,7 @@ impl World {
         self.kept = None;
     }
 
-    /// Brings here what shares of bodies have of the snapshot.
+    /// Brings here what partitions of bodies have of the snapshot.
     pub(crate) fn fetch_kept(&mut self) {
         let kept = self.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
         for (member, state) in self.members.iter_mut().zip(kept) {

@@ -19,7 +19,7 @@ pub enum StrokePhase {
     End,
 }
 
-/// One thing that a hand does.
+/// One action of a user.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Action {
     /// Moves a tool; it stays there until the next of these.
@@ -45,12 +45,12 @@ pub enum Action {
         /// Distance (m) up to which nodes are held.
         radius: f64,
     },
-    /// Moves the hand that grips.
+    /// Moves the grip.
     Pull {
         /// How far (m) it is from where it gripped, at the end of the step.
         by: DVec3,
     },
-    /// Opens the hand that grips.
+    /// Releases the grip.
     LetGo,
     /// Replaces the scene's gravity.
     Gravity {
@@ -222,7 +222,7 @@ impl InputSource {
         Ok(())
     }
 
-    /// Where all tools are at the beginning of the step, and last how far the hand that grips has moved.
+    /// Where all tools are at the beginning of the step, and last how far the grip has moved.
     pub(crate) fn poses(&self) -> &[Pose] {
         &self.poses
     }

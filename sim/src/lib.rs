@@ -119,7 +119,7 @@ impl World {
         })
     }
 
-    /// As [`World::new`], with the nodes of the bodies shared out: shares estimate the eigenvalue from which the step is
+    /// As [`World::new`], with the nodes of the bodies partitioned: shares estimate the eigenvalue from which the step is
     /// chosen and take all steps. Until they have their nodes, their owners wait: `builders` are the threads that
     /// build the body meanwhile. Every clone of the world uses the same shares: only one of them may take steps.
     ///

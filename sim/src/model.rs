@@ -94,7 +94,7 @@ pub(crate) fn build(
         },
     )?;
     if carried.is_some() {
-        // Nodes at a corner of what is held, which a support leaves too little to tell a strain from.
+        // Nodes at a corner of what is fixed, which a support leaves too little to tell a strain from.
         let policy = CutPolicy::default();
         let too_few = |&node: &u32| {
             let at = node as usize;

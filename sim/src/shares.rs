@@ -1,4 +1,4 @@
-//! Bodies whose nodes are shared out: steps are taken where the shares are, all else here.
+//! Bodies whose nodes are partitioned: steps are taken where the shares are, all else here.
 //!
 //! A world keeps its bodies whole: it settles, cuts, watches and records them as ever. What is shared
 //! out are the passes over nodes and pairs that every step takes, estimates of the largest eigenvalue, and
@@ -19,7 +19,7 @@ use crate::{Member, World};
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
-    /// Shares the body out again, at rest: nodes, rows, materials, supports, cuts. `watched` nodes, ascending, are
+    /// Partitions the body again, at rest: nodes, rows, materials, supports, cuts. `watched` nodes, ascending, are
     /// those that the whole body's motion has to see in every step.
     ///
     /// # Errors
@@ -27,7 +27,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem>;
 
     /// Adopts what has changed of that model: the rows of `changed` nodes, ascending, with whatever else cuts have
-    /// done to these, and who is watched. The state is the one of before; if rows changed, its forces are evaluated
+    /// done to these, and who is monitored. The state is the one of before; if rows changed, its forces are evaluated
     /// again.
     ///
     /// # Errors
@@ -39,7 +39,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
         watched: &[u32],
     ) -> Result<(), BodyProblem>;
 
-    /// Takes over the state and the loads of all nodes, and the stiffness-proportional damping.
+    /// Adopts the state and the loads of all nodes, and the stiffness-proportional damping.
     ///
     /// # Errors
     /// [`BodyProblem`] if a share refuses them.
@@ -66,7 +66,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`EigenvalueError::NotFinite`].
     fn estimate(&mut self, settings: &EigenvalueSettings) -> Result<Eigenvalue, EigenvalueError>;
 
-    /// Takes over the vector of estimates, one entry per node, or none.
+    /// Adopts the vector of estimates, one entry per node, or none.
     fn set_vector(&mut self, vector: &[DVec3]);
 
     /// Gives it back.
@@ -80,7 +80,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>);
 
     /// Keeps what [`Shares::fetch`] writes, and the vector of estimates, instead of what was kept before. Of the
-    /// `velocities` (m/s) those of watched nodes are current.
+    /// `velocities` (m/s) those of monitored nodes are current.
     fn keep(&mut self, velocities: &[DVec3]);
 
     /// Writes what was kept.
@@ -334,7 +334,7 @@ impl Body {
         }
     }
 
-    /// Brings what shares have of the snapshot.
+    /// Brings what partitions have of the snapshot.
     pub(crate) fn fetch_kept(&mut self, kept: &mut BodyState) {
         if let Some(shared) = &mut self.shared
             && std::mem::take(&mut shared.keeps)

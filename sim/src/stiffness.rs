@@ -7,7 +7,7 @@ use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue, largest_ei
 use crate::body::{Body, EIGENVALUE_MARGIN};
 use crate::error::BodyProblem;
 
-/// Nodes round which the largest eigenvalue is looked for, two rings of neighbours each, and products
+/// Nodes around which the largest eigenvalue is looked for, two rings of neighbours each, and products
 /// with the stiffness of that part.
 const STIFFEST_NODES: usize = 8;
 const LOCAL_PRODUCTS: usize = 12;
@@ -111,7 +111,7 @@ impl Body {
         start
     }
 
-    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes held, from a
+    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes fixed, from a
     /// vector to start with, or none.
     pub(crate) fn part_eigenvalue(
         &mut self,

@@ -103,7 +103,7 @@ impl World {
             .collect()
     }
 
-    /// Box round all bodies at rest.
+    /// Box around all bodies at rest.
     fn bounds(&self) -> Bounds {
         Bounds::of(
             self.members

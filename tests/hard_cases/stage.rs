@@ -6,7 +6,7 @@ use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::{Body, World, WorldError};
 
-/// The held block of most cases: 40 x 40 x 60 mm, its top fixed.
+/// The fixed block of most cases: 40 x 40 x 60 mm, its top fixed.
 pub(super) const BLOCK: &str =
     "(name: \"block\", shape: Box(size: (0.04, 0.04, 0.06)), sampling: (target: Nodes(500)),
     material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),

@@ -84,7 +84,7 @@ pub fn lattice(n: [usize; 3], spacing: f64, jitter: f64, seed: u64) -> Vec<DVec3
     points
 }
 
-/// Positions, normals and areas of `side × side` surfels of the unit square z = 0.5 round the z-axis,
+/// Positions, normals and areas of `side × side` surfels of the unit square z = 0.5 around the z-axis,
 /// moved by up to 0.01 in the plane; normals lean with them by `lean` times their shift.
 #[must_use]
 pub fn patch(side: u32, lean: f64, seed: u64) -> (Vec<DVec3>, Vec<DVec3>, Vec<f64>) {

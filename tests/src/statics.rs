@@ -84,7 +84,7 @@ fn conjugate_gradients(
     d
 }
 
-/// Moves `x` to equilibrium under dead loads, held components staying where they are.
+/// Moves `x` to equilibrium under dead loads, fixed components staying where they are.
 ///
 /// Ends when the residual is below `tolerance` times the force at the start, or no step lowers it.
 pub fn solve(

@@ -36,7 +36,7 @@ struct Outcome {
 fn measure(block: &Block, masses: &[f64], answer: &mut dyn FnMut(Request<'_>) -> f64) -> Outcome {
     let n = masses.len();
     let error = beam::tip_error(block, NU, 1e-4, answer);
-    // Largest eigenvalue of the held beam by power iteration at rest, 5 % added.
+    // Largest eigenvalue of the fixed beam by power iteration at rest, 5 % added.
     let mut random = Random::new(1);
     let mut f = vec![DVec3::ZERO; n];
     answer(Request::Forces(&block.positions, &mut f));

@@ -185,7 +185,7 @@ impl Factor {
         })
     }
 
-    /// Solves `A x = b`; held directions of `b` must be zero.
+    /// Solves `A x = b`; fixed directions of `b` must be zero.
     fn solve(&mut self, b: &[DVec3], x: &mut [DVec3]) {
         for (to, from) in self.right.chunks_exact_mut(3).zip(b) {
             to.copy_from_slice(&from.to_array());

@@ -38,7 +38,7 @@ pub fn hertz_force(solid: Solid, radius: f64, depth: f64) -> f64 {
     4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5)
 }
 
-/// A body with held nodes whose top a sphere is pressed into.
+/// A body with fixed nodes whose top a sphere is pressed into.
 #[derive(Debug)]
 pub struct Press<B = ElasticBody> {
     /// The body.
@@ -65,7 +65,7 @@ pub struct Pressing {
 }
 
 impl Press {
-    /// A 2 m cube, its top at z = 0, from its body: sides and bottom held, contact by six
+    /// A 2 m cube, its top at z = 0, from its body: sides and bottom fixed, contact by six
     /// points a triangle of the top. `spacing` (m) sets the penalty.
     ///
     /// # Errors
@@ -76,7 +76,7 @@ impl Press {
         Self::on(body, supports, &top, spacing)
     }
 
-    /// A quarter of a block between two symmetry planes, far sides and bottom held: `lines` (m), ascending
+    /// A quarter of a block between two symmetry planes, far sides and bottom fixed: `lines` (m), ascending
     /// from 0, are where its nodes lie along each axis. Contact within `reach` (m) of the corner, by six
     /// points a triangle; `spacing` (m) sets the penalty.
     ///

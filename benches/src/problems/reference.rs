@@ -85,7 +85,7 @@ impl Reference {
         mirrored(&self.fine.body, &self.moved, at)
     }
 
-    /// Displacements (m) of the finer lattice with the sides and the bottom held and a field given on the
+    /// Displacements (m) of the finer lattice with the sides and the bottom fixed and a field given on the
     /// top, even in x and y; the answer is read at points of the whole cube.
     ///
     /// # Errors

@@ -87,7 +87,7 @@ pub(super) fn cantilever_large_deflection(proof: &mut Proof) {
     }
 }
 
-/// Pure bending, an exact solution of small-strain elasticity, prescribed all round.
+/// Pure bending, an exact solution of small-strain elasticity, prescribed all around.
 pub(super) fn bending_converges(proof: &mut Proof) {
     let nu = 0.3;
     let exact = |x: DVec3| {

@@ -364,7 +364,7 @@ pub(super) fn clamped_cube_needs_mean_dilatation(proof: &mut Proof) {
 }
 
 /// A smooth large deformation made an exact solution by its body force (method of manufactured
-/// solutions): motion prescribed all round, `b = -Div P` inside.
+/// solutions): motion prescribed all around, `b = -Div P` inside.
 ///
 /// With lumped loads `V_i b_i` the order is below two and rises: 0.9, 1.3, 1.5 on lattices. What the
 /// stencils balance of a smooth stress is `-dP/dX : M_i` with `M_i = sum_j V_j (X_i - X_j) (x) g_ji`

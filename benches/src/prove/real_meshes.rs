@@ -9,7 +9,7 @@ use phyxel_discretize::{
 use super::Proof;
 use crate::organs;
 
-/// Cells up to `coarsest` times wider inside and by `factor` finer in a ball round a vertex; nodes.
+/// Cells up to `coarsest` times wider inside and by `factor` finer in a ball around a vertex; nodes.
 const SIZES: [(f64, f64, usize); 4] = [
     (1.0, 1.0, 3000),
     (1.0, 1.0, 10_000),

@@ -177,7 +177,7 @@ pub(super) fn hertz_study_meets_the_block_and_the_half_space(proof: &mut Proof) 
     proof.within("force over push", carried, 1.0, 1e-2);
     let led = entries(&findings, "released", "driven there: force over push")[0].1;
     proof.within("driven there: force over push", led, 1.0, 2e-2);
-    // The held cube is stiffer than a half-space.
+    // The fixed cube is stiffer than a half-space.
     for (_, ratio) in entries(&findings, "curves", "over half-space") {
         proof.above("held cube over half-space", ratio, 1.0);
     }

@@ -37,7 +37,7 @@ struct Measured {
     evaluation: f64,
 }
 
-/// A way to get gradients.
+/// A method for gradients.
 #[derive(Clone, Copy)]
 enum Method {
     Dissertation,

@@ -52,7 +52,7 @@ fn body(name: &str, changes: &[&str]) -> Result<Body, StudyError> {
     Ok(Body::new(&scene, &scene.bodies[0])?)
 }
 
-/// Mean sag (m) under the weight of `masses` (kg), nodes held where `held` says.
+/// Mean sag (m) under the weight of `masses` (kg), nodes fixed where `held` says.
 fn sag(
     law: &mut impl ForceLaw,
     rest: &[DVec3],

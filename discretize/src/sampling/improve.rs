@@ -12,7 +12,7 @@ use crate::sampling::patch::Patch;
 use crate::sampling::solid::Solid;
 use crate::sampling::stuffing::Stuffed;
 
-/// Fractions of the way to the middle of the neighbours that are tried.
+/// Fractions of the path to the middle of the neighbours that are tried.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
 /// Lengths of the steps along the axes that are tried then, over the cell.
 const PROBES: [f64; 2] = [0.12, 0.04];

@@ -53,7 +53,7 @@ impl Cell {
     }
 }
 
-/// Octree round a body: every cell is small enough for the size field, and no two cells that touch
+/// Octree around a body: every cell is small enough for the size field, and no two cells that touch
 /// in a face, edge or corner differ by more than a factor of two.
 #[derive(Debug, Clone)]
 pub struct Octree {

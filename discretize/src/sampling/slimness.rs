@@ -19,7 +19,7 @@ const NODES_GRANTED: f64 = 2000.0;
 /// Cells of all rounds of a search over those of the largest lattice.
 const MOST_ROUNDS: f64 = 6.0;
 /// Cells at a body's surface take this much more than those of its volume alone: the rim of two cells
-/// round the box.
+/// around the box.
 const RIM: f64 = 3.0;
 
 /// Whether most of a body's volume is not in its filling.

@@ -131,7 +131,7 @@ impl Front {
         moved * self.inverse
     }
 
-    /// Takes over a state.
+    /// Adopts a state.
     pub(crate) fn evaluate(&mut self, displacement: impl Fn(u32) -> DVec3) {
         let own = displacement(self.node);
         let along = |_, pair: &Neighbor| displacement(pair.to) - own;
@@ -189,7 +189,7 @@ impl Front {
         }
     }
 
-    /// Takes over its row and its node's volume.
+    /// Adopts its row and its node's volume.
     fn refresh(&mut self, model: &Model, tables: &Tables) {
         let node = self.node as usize;
         let pairs = model.pairs.row(node);
@@ -218,7 +218,7 @@ impl Fronts {
         self.0.binary_search_by(|front| front.node.cmp(&node))
     }
 
-    /// Takes over a state.
+    /// Adopts a state.
     pub(crate) fn evaluate(&mut self, rest: &[DVec3], positions: &[DVec3]) {
         for front in &mut self.0 {
             front.evaluate(|node| positions[node as usize] - rest[node as usize]);
@@ -292,7 +292,7 @@ impl Fronts {
         })
     }
 
-    /// Takes over the state of a part's fronts, of which `displacement` (m) knows the ends.
+    /// Adopts the state of a part's fronts, of which `displacement` (m) knows the ends.
     pub(crate) fn set_part(&mut self, part: &[PartFront], displacement: impl Fn(u32) -> DVec3) {
         for (front, ..) in part {
             self.0[*front as usize].evaluate(&displacement);
@@ -304,7 +304,7 @@ impl Fronts {
         self.0.iter().map(|front| front.node)
     }
 
-    /// Takes over rows and volumes that have changed.
+    /// Adopts rows and volumes that have changed.
     pub(crate) fn refresh(&mut self, model: &Model, tables: &Tables) {
         for front in &mut self.0 {
             front.refresh(model, tables);

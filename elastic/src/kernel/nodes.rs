@@ -38,9 +38,9 @@ pub(crate) struct Model {
     pub(crate) plain: bool,
     /// Factors on `alpha` per node; empty where all are 1.
     pub(crate) control_scales: Vec<f64>,
-    /// `1 / m_i`; empty unless stiffness is watched.
+    /// `1 / m_i`; empty unless stiffness is monitored.
     pub(crate) inverse_masses: Vec<f64>,
-    /// `sum_j |g_ij|²/m_j`, `j = i` included; empty unless stiffness is watched.
+    /// `sum_j |g_ij|²/m_j`, `j = i` included; empty unless stiffness is monitored.
     pub(crate) gradient_squares: Vec<f64>,
     /// Nodes whose row is not full, ascending.
     spans: Vec<(u32, Span)>,
@@ -246,7 +246,7 @@ impl Model {
         &self.coefficients[self.material_index(node)]
     }
 
-    /// Heap bytes that only bodies hold whose stiffness is watched.
+    /// Heap bytes that only bodies hold whose stiffness is monitored.
     pub(crate) fn watch_bytes(&self) -> usize {
         of(&self.inverse_masses) + of(&self.gradient_squares)
     }

@@ -114,7 +114,7 @@ pub(crate) fn gradient_square(model: &Model, tables: &Tables, node: usize) -> f6
     sum + own.length_squared() * model.inverse_masses[node]
 }
 
-/// What is watched of a node.
+/// What is monitored of a node.
 pub(crate) fn watch_node((model, prestrain): (&Model, &Prestrain), node: usize, f: DMat3) -> Watch {
     if model.elastic_volumes[node] > 0.0 {
         Watch {

@@ -21,10 +21,10 @@ impl Elastic {
         energies.collect()
     }
 
-    /// Raises the scales of the hourglass stabilization of `nodes` to `scale`, or by the same fraction of the way as
+    /// Raises the scales of the hourglass stabilization of `nodes` to `scale`, or by the same fraction of the change as
     /// far as their control then holds at most `most` (J) at `positions` (m): a cut's one-sided rows leave
     /// more to the control, and a rise out of nothing would add energy. With `most` what it held before their
-    /// rows were rebuilt, a cut of a strained body adds none, and one of a body at rest takes the whole way.
+    /// rows were rebuilt, a cut of a strained body adds none, and one of a body at rest takes the whole change.
     /// A scale of 3, at the default of 0.1, takes 1 % from the work of a crack at 6.4 spacings; 10 takes 3 %.
     ///
     /// Scales that are as high are left; no scale falls.

@@ -52,7 +52,7 @@ pub struct Enrichment {
     pub d_plus: f64,
     /// Distance (m): d2 of eq. (34), d3 of eqs. (47) and (64).
     pub distance: f64,
-    /// `φ = s / d`, eqs. (37) and (48), in −1..=1. On the cut itself, where the text has 0/0, it is 1.
+    /// `φ = s / d`, eqs. (37) and (48), in −1..=1. On the cut itself, where Aras (2014) has 0/0, it is 1.
     pub phi: f64,
 }
 
@@ -112,7 +112,7 @@ impl EnrichmentGrid {
         Self::within(Frame::new(blades)?, settings, None)
     }
 
-    /// With `cells`, a lattice as in the text's appendix: so many cells along x, y and z over the box (m) of the
+    /// With `cells`, a lattice as in Aras (2014)'s appendix: so many cells along x, y and z over the box (m) of the
     /// whole body, grown by `settings.inflate`, instead of a spacing.
     fn within(
         frame: Frame,

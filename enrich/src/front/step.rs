@@ -7,7 +7,7 @@ use crate::cuts::Cuts;
 
 /// Halvings with which a surface or a sheet is found along a line: a thousandth of the way.
 const HALVINGS: usize = 10;
-/// Places along a way at which the inside is asked for before halving.
+/// Positions along a path at which the inside is asked for before halving.
 const LOOKS: u32 = 6;
 
 /// What becomes of the front at one sample.

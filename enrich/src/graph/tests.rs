@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{CutSettings, Cuts, FactorSettings, PairFactors};
 
-/// What a graph must be, asked in another way: a matrix of who names whom.
+/// What a graph must be, asked by another method: a matrix of who names whom.
 fn sound(nodes: usize, offsets: &[u32], indices: &[u32]) -> bool {
     let whole = offsets.len() == nodes + 1
         && offsets[0] == 0

@@ -151,7 +151,7 @@ fn equal_to_brute_force_in_any_case() {
                 "{name}: {i} {j} {expected}"
             );
             if found[pair] > expected + 1e-6 {
-                // A way of more bends, which the tests of geodesics judge.
+                // A path of more bends, which the tests of geodesics judge.
                 longer += 1;
             } else if (expected - found[pair]).abs() > 1e-6 {
                 // Two paths may differ when a bend's free point grazes another triangle.

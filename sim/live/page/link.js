@@ -101,7 +101,7 @@ export class Link {
     this.socket?.readyState === WebSocket.OPEN && this.socket.send(JSON.stringify(control));
   }
 
-  /** Sends what a hand does; `encode` gets its sequence number. */
+  /** Sends what a user does; `encode` gets its sequence number. */
   hand(encode, stamp = performance.now()) {
     if (this.socket?.readyState !== WebSocket.OPEN) {
       return;

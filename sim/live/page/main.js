@@ -1,4 +1,4 @@
-// The stage: what the server sends is drawn, what hands do is sent.
+// The stage: what the server sends is drawn, what a user does is sent.
 import { Camera, add, dot, length, scale, sub } from "./camera.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";

@@ -4,7 +4,7 @@
 export const PROTOCOL = "phyxel.1";
 export const Kind = { NODES: 1, SKIN: 2, CLIPS: 3, STATE: 4, FORCE: 5, ACK: 16, POSE: 17, EDGE: 18, GRIP: 19, MESH: 20 };
 export const Phase = { BEGIN: 0, MOVE: 1, END: 2 };
-/** The hand that grips, instead of a tool's index. */
+/** The grip, instead of a tool's index. */
 export const GRIP = 0xffffffff;
 export const MAX_CLIENTS = 8;
 
@@ -116,7 +116,7 @@ export function encodeEdge(sequence, phase, points) {
   return view.buffer;
 }
 
-/** A hand that grips at a position (m) within a radius (m). */
+/** A grip at a position (m) within a radius (m). */
 export function encodeGrip(sequence, phase, position, radius) {
   const view = message(Kind.GRIP, 48);
   view.setUint32(8, sequence, true);

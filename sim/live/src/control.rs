@@ -136,7 +136,7 @@ pub struct Scene {
     pub tools: Vec<ToolInfo>,
     /// Gravity (m/s²), damping (1/s), Young's modulus (Pa) as they are.
     pub values: [f64; 3],
-    /// Distance (m) of a blade's way between two captures.
+    /// Distance (m) of a blade's path between two captures.
     pub capture: f64,
     /// Distance (m) between nodes.
     pub spacing: f64,
@@ -148,7 +148,7 @@ pub struct Scene {
     pub max_stretch: f64,
     /// Whether the bodies still come to rest.
     pub settling: bool,
-    /// What a hand does at first: `cut`, or `press` where the scene has tools and no cuts.
+    /// What a user does at first: `cut`, or `press` where the scene has tools and no cuts.
     pub hand: &'static str,
     /// Metres per unit of the mesh file that the scene was made for; nothing of other scenes.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -207,9 +207,9 @@ pub struct Stats {
     pub strokes: usize,
     /// How many strokes can be undone.
     pub undo: usize,
-    /// Ways (m) of the blade, the tools and the gripping hand in contact.
+    /// Ways (m) of the blade, the tools and the grip in contact.
     pub path: [f64; 3],
-    /// Largest force (N) on a tool and on the gripping hand.
+    /// Largest force (N) on a tool and on the grip.
     pub peak: [f64; 2],
     /// Energy balance over its scale: 0 for an exact solution.
     pub balance: f64,

@@ -14,7 +14,7 @@ mod kind {
 pub const MAX_EDGE: usize = 64;
 /// Largest mesh file (bytes) that a client may send.
 pub const MAX_MESH: usize = 64 << 20;
-/// Farthest position (m) that a hand may be at.
+/// Farthest position (m) that a pointer may be at.
 const FARTHEST: f64 = 100.0;
 
 /// When in a stroke or a grip a message belongs.
@@ -28,7 +28,7 @@ pub enum HandPhase {
     End,
 }
 
-/// What a hand does, in the world's frame and in SI units.
+/// What a user does, in the world's frame and in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Hand {
     /// Moves a tool; with [`HandPhase::Begin`] it is put there, with [`HandPhase::End`] it is taken away.

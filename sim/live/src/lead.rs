@@ -73,7 +73,7 @@ impl PoseLead {
     }
 }
 
-/// Most edges that wait; beyond that the oldest way is straightened.
+/// Most edges that wait; beyond that the oldest path is straightened.
 const MOST_WAITING: usize = 256;
 
 /// A blade's edge on its way along what a client drew.
@@ -83,7 +83,7 @@ pub struct BladeLead {
     captured: Vec<DVec3>,
     /// Edges still to come, in order.
     waiting: VecDeque<Vec<DVec3>>,
-    /// Way (m) of the farthest point between two captures.
+    /// Path length (m) of the farthest point between two captures.
     capture: f64,
     ending: bool,
 }
@@ -165,7 +165,7 @@ impl BladeLead {
     }
 
     /// Moves the edge for a step (s), by as much as makes the farthest point reach the speed limit, or
-    /// the way between two captures.
+    /// the path between two captures.
     pub fn lead(&mut self, step: f64) -> Led {
         let mut left = LARGEST_SPEED * step;
         while let Some(next) = self.waiting.front() {
@@ -255,7 +255,7 @@ mod tests {
             let way = pair[0].distance(pair[1]);
             assert!(way <= 0.004 * (1.0 + 1e-9), "{way} m between captures");
         }
-        // 20 mm of way with a corner, which shortens a chord: five captures or six.
+        // 20 mm of path with a corner, which shortens a chord: five captures or six.
         assert!((5..=6).contains(&captures.len()), "{}", captures.len());
     }
 }

@@ -177,7 +177,7 @@ pub struct StateMessage<'a> {
     pub seen: [u32; MAX_CLIENTS],
     /// Kinetic energy (J), elastic energy (J), balance of the audit over its scale.
     pub energies: [f64; 3],
-    /// Force on the hand that grips (N).
+    /// Force on the grip (N).
     pub grip: [f64; 3],
     /// The tools.
     pub tools: &'a [ToolState],
@@ -244,7 +244,7 @@ pub struct ForceSample {
 }
 
 /// Samples of the force on a hand, in order of time. `hand` is the index of a tool, or
-/// [`GRIP`] for the hand that grips.
+/// [`GRIP`] for the grip.
 #[must_use]
 pub fn encode_force(epoch: u32, hand: u32, samples: &[ForceSample]) -> Vec<u8> {
     let mut out = Writer::new(kind::FORCE, epoch, 8 + 24 * samples.len());
@@ -259,5 +259,5 @@ pub fn encode_force(epoch: u32, hand: u32, samples: &[ForceSample]) -> Vec<u8> {
     out.finish()
 }
 
-/// The hand that grips, instead of a tool's index.
+/// The grip, instead of a tool's index.
 pub const GRIP: u32 = u32::MAX;

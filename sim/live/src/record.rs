@@ -1,4 +1,4 @@
-//! What is kept of a session: forces, ways, and the score sheet.
+//! What is kept of a session: forces, paths, and the score sheet.
 
 use crate::outgoing::ForceSample;
 
@@ -8,15 +8,15 @@ const SAMPLE: f64 = 1e-3;
 /// Ways and largest forces of a session.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Score {
-    /// Way (m) of the blade's middle, of tools that touch, of the hand that grips.
+    /// Path length (m) of the blade's middle, of tools that touch, of the grip.
     pub path: [f64; 3],
-    /// Largest force (N) on a tool and on the hand that grips.
+    /// Largest force (N) on a tool and on the grip.
     pub peak: [f64; 2],
     /// Simulated time (s) in which a blade cut, a tool touched, a hand gripped.
     pub time: [f64; 3],
 }
 
-/// Samples that were not sent yet: of each tool, then of the hand that grips.
+/// Samples that were not sent yet: of each tool, then of the grip.
 #[derive(Debug, Clone, Default)]
 pub struct Forces {
     samples: Vec<Vec<ForceSample>>,

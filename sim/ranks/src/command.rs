@@ -15,9 +15,9 @@ pub(crate) enum Command {
     State,
     /// A whole step.
     Step(Pass),
-    /// A step of which the front sees the watched nodes.
+    /// A step of which the front sees the monitored nodes.
     Watched(Pass),
-    /// Velocities of watched nodes follow, if there are any; then positions, velocities, forces and viscous forces of all
+    /// Velocities of monitored nodes follow, if there are any; then positions, velocities, forces and viscous forces of all
     /// go to the front.
     Fetch,
     /// Velocities and viscous forces come from it.
@@ -36,7 +36,7 @@ pub(crate) enum Command {
     Stiffest(usize, Option<usize>),
     /// Deformation gradients of so many nodes and positions of so many others, which follow, are reported.
     Read(usize, usize),
-    /// Velocities of watched nodes follow, if there are any; with them the state is kept.
+    /// Velocities of monitored nodes follow, if there are any; with them the state is kept.
     Keep,
     /// What was kept goes to the front.
     Kept,

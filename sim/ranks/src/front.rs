@@ -61,7 +61,7 @@ impl Front {
         })
     }
 
-    /// Reads what all ranks said at the end of a step; of watched nodes, two lists of vectors.
+    /// Reads what all ranks said at the end of a step; of monitored nodes, two lists of vectors.
     fn hear(&mut self, all: &[f64], more: usize) -> Vec<Vec<DVec3>> {
         let mut rest = all;
         let mut take = |count: usize| {
@@ -108,7 +108,7 @@ impl Front {
         gather(mine, &counts)
     }
 
-    /// Vectors of watched nodes from all ranks, so many lists.
+    /// Vectors of monitored nodes from all ranks, so many lists.
     fn gather_watched(&self, mine: &[f64], lists: usize) -> Vec<Vec<DVec3>> {
         let counts: Vec<usize> = self.watched_of.iter().map(|w| 3 * lists * w).collect();
         let all = gather(mine, &counts);
@@ -138,7 +138,7 @@ impl Front {
         }
     }
 
-    /// Gives all ranks the velocities (m/s) of watched nodes: after a step a rank has of a driven node's only what is
+    /// Gives all ranks the velocities (m/s) of monitored nodes: after a step a rank has of a driven node's only what is
     /// free, as the path is rank 0's.
     fn tell_velocities(&mut self, velocities: &[DVec3]) {
         if self.watched.is_empty() {
@@ -150,7 +150,7 @@ impl Front {
         mine.set_watched(&velocities, false);
     }
 
-    /// Notes who is watched.
+    /// Notes who is monitored.
     fn watch(&mut self, layout: &Layout, watched: &[u32]) {
         self.watched_of = (0..layout.ranks())
             .map(|rank| {

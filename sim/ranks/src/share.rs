@@ -33,7 +33,7 @@ pub(crate) struct Share {
     pub(crate) in_estimates: Duration,
 }
 
-/// Numbers that a rank reports per step, besides what it says of watched nodes.
+/// Numbers that a rank reports per step, besides what it says of monitored nodes.
 pub(crate) fn told(count: usize) -> usize {
     let chunks = count.div_ceil(phyxel_integrate::SHARED_NODES);
     chunks * PassSums::LENGTH + 2 * count.div_ceil(WATCHED_NODES) + 1
@@ -173,7 +173,7 @@ impl Share {
         works
     }
 
-    /// Sets velocities (m/s), or positions (m), of watched nodes as rank 0 has them.
+    /// Sets velocities (m/s), or positions (m), of monitored nodes as rank 0 has them.
     pub(crate) fn set_watched(&mut self, of_all: &[f64], places: bool) {
         let (positions, velocities) = self.motion.places_mut();
         let to = if places { positions } else { velocities };
@@ -182,8 +182,8 @@ impl Share {
         }
     }
 
-    /// As [`Share::end`], with forces from outside (N) on watched nodes, if the first number says that there are
-    /// any; reports the velocities and viscous forces of watched nodes as well.
+    /// As [`Share::end`], with forces from outside (N) on monitored nodes, if the first number says that there are
+    /// any; reports the velocities and viscous forces of monitored nodes as well.
     pub(crate) fn end_watched(&mut self, pass: &Pass, of_all: &[f64]) -> Vec<f64> {
         self.applied.clear();
         if let [acts, forces @ ..] = of_all

@@ -130,7 +130,7 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
     }
 }
 
-/// Takes over the velocities of watched nodes, of which rank 0 knows more.
+/// Adopts the velocities of monitored nodes, of which rank 0 knows more.
 fn hear_velocities(share: &mut Share) {
     // Of all ranks' nodes: none of a rank's own may be among them.
     if share.package.watched_count > 0 {

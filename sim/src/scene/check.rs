@@ -199,7 +199,7 @@ fn integration(checks: &mut Checks, settings: &Integration) {
     }
 }
 
-/// What the scheme and the way to rest ask of the rest of the scene.
+/// What the scheme and the method of coming to rest ask of the rest of the scene.
 fn stepping(checks: &mut Checks, scene: &Scene) {
     let settings = &scene.integration;
     let at_rest = settings

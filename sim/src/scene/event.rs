@@ -98,7 +98,7 @@ pub struct Cut {
     pub edge: Vec<DVec3>,
     /// How the blade moves through the world, at least two keys.
     pub path: Vec<Key>,
-    /// When the edge is taken up along the way; START and END are always taken up.
+    /// When the edge is taken up along the path; START and END are always taken up.
     #[serde(default)]
     pub capture: Capture,
     /// Distance (m) below which the cut joins an earlier cut; chosen from the spacing where not given.
@@ -152,7 +152,7 @@ impl Cut {
     /// Times (s) at which the edge is taken up, in increasing order, first and last key included.
     ///
     /// Between two keys the intervals are equal; a distance takes as few of them as let the
-    /// farthest edge point, whose way is measured by chords, move that far in each. `spacing` (m) is that of
+    /// farthest edge point, whose path is measured by chords, move that far in each. `spacing` (m) is that of
     /// [`Capture::Spacing`].
     #[must_use]
     pub fn capture_times(&self, spacing: f64) -> Vec<f64> {
@@ -177,7 +177,7 @@ impl Cut {
         times
     }
 
-    /// Longest way (m) of an edge point over the whole stroke, by chords.
+    /// Longest path (m) of an edge point over the whole stroke, by chords.
     #[must_use]
     pub fn way(&self) -> f64 {
         self.path
@@ -186,7 +186,7 @@ impl Cut {
             .sum()
     }
 
-    /// Longest way (m) of an edge point between two times (s), by 16 chords.
+    /// Longest path (m) of an edge point between two times (s), by 16 chords.
     fn travel(&self, from: f64, to: f64) -> f64 {
         const CHORDS: u32 = 16;
         let mut way = vec![0.0; self.edge.len()];

@@ -1,4 +1,4 @@
-//! Rigid tools: their way through the world, and how they touch.
+//! Rigid tools: their path through the world, and how they touch.
 
 use glam::DVec3;
 use phyxel_integrate::{Pose, RigidShape as ToolShape};

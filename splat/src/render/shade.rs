@@ -222,7 +222,7 @@ mod tests {
         p.color * diffuse + p.specular * highlight
     }
 
-    /// Points all round, tilted by noise.
+    /// Points all around, tilted by noise.
     fn points() -> Vec<Point> {
         let unit = |k: u32, step: f32| {
             let turn = f64::from(k) * f64::from(step);

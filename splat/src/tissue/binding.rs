@@ -381,15 +381,15 @@ pub(crate) struct Nodes<'a> {
 pub(crate) struct View<'a> {
     /// Whether two points see each other.
     pub(crate) visible: &'a (dyn Fn(DVec3, DVec3) -> bool + Sync),
-    /// The point within a distance at which a way goes around the end of a cut.
+    /// The point within a distance at which a path goes around the end of a cut.
     pub(crate) way_round: &'a (dyn Fn(&Query, f64) -> Option<DVec3> + Sync),
 }
 
-/// A node and the way to it.
+/// A node and the path to it.
 #[derive(Debug, Clone, Copy)]
 struct Link {
     node: u32,
-    /// Length of the way (m).
+    /// Length of the path (m).
     length: f64,
     /// The length times its gradient over the surfel's position (m).
     arm: DVec3,

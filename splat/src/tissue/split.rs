@@ -156,7 +156,7 @@ impl Tissue {
         })
     }
 
-    /// Whether a way around one of `edges` may lead to a node as near as those of a surfel, other than
+    /// Whether a path around one of `edges` may lead to a node as near as those of a surfel, other than
     /// those it sees.
     pub(super) fn is_beside(&self, surfel: u32, edges: &[[DVec3; 2]]) -> bool {
         if self.binding.sight(index(surfel)) == Sight::Clear {

@@ -45,7 +45,7 @@ fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
         assert_eq!(other, 0, "rows of other nodes after piece {k}");
     }
     assert!(!tissue.doubles.is_empty(), "the cut splits disks");
-    // Most of those that were lie beside the cut's end, where ways lead around it.
+    // Most of those that were lie beside the cut's end, where paths lead around it.
     assert!(4 * rebound < all, "{rebound} of {all} were sought again");
 }
 

@@ -37,7 +37,7 @@ fn contract(a: DMat3, b: DMat3) -> f64 {
 }
 
 /// Stress intensities `K_I` and `K_II` (Pa m^1/2) by the interaction integral over a disc of `radius`
-/// (m) round the tip of a crack that runs `along`.
+/// (m) around the tip of a crack that runs `along`.
 pub(crate) fn stress_intensities(
     cut: &CutBody<'_>,
     gradients: &[DMat3],

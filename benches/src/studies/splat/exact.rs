@@ -97,7 +97,7 @@ impl Exact {
         }
     }
 
-    /// Pixels of the square of `reach` round a pixel.
+    /// Pixels of the square of `reach` around a pixel.
     fn around(&self, pixel: usize, reach: usize) -> impl Iterator<Item = &Option<Hit>> {
         let (x, y) = (pixel % self.width, pixel / self.width);
         let rows = y.saturating_sub(reach)..(y + reach + 1).min(self.height);

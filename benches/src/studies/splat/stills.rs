@@ -1,4 +1,4 @@
-//! Bodies at rest: ways of drawing, measures of detail, radii, textures.
+//! Bodies at rest: methods of drawing, measures of detail, radii, textures.
 
 use std::io::Cursor;
 use std::sync::Arc;

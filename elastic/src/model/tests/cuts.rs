@@ -1,4 +1,4 @@
-//! Gradients that continue over a rebuild, control that a cut raises, and what is watched.
+//! Gradients that continue over a rebuild, control that a cut raises, and what is monitored.
 
 use super::*;
 use crate::kernel::stale::Stale;
@@ -276,7 +276,7 @@ fn control_is_raised_as_far_as_its_energy_allows() {
         with.state().control.is_empty(),
         "nothing is left to raise it"
     );
-    // Two thirds of the energy that the whole way takes, in two calls.
+    // Two thirds of the energy that the whole change takes, in two calls.
     for (most, scale) in [(2.0, 2.0), (7.0 / 3.0, 7.0 / 3.0), (9.0, 3.0), (9.0, 3.0)] {
         let energy = with.forces_into(&x, &mut forces);
         let held = with.control_energy(&nodes, &x);

@@ -190,7 +190,7 @@ fn held_nodes_change_nothing_but_the_work() {
     let block = Block::new([7, 6, 6], DVec3::ONE, 0.2, 7);
     let x = shaken(&block, 0.1, 5);
     let rest = &block.positions;
-    // All but a corner is held; one ring of held nodes sees moving ones, the next sees strained ones.
+    // All but a corner is held; one ring of fixed nodes sees moving ones, the next sees strained ones.
     let held: Vec<u32> = (0_u32..)
         .zip(rest)
         .filter(|(_, x)| x.max_element() > 0.2)

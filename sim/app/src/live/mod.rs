@@ -1,7 +1,7 @@
 //! A session in which someone cuts, presses and pulls bodies while they move.
 //!
 //! The solver runs in ticks of a few milliseconds on the thread that owns the [`Session`]; clients
-//! (`phyxel-live`) send what hands do and are sent what moves. What reaches [`phyxel::World::push`] is
+//! (`phyxel-live`) send what a user does and are sent what moves. What reaches [`phyxel::World::push`] is
 //! recorded, so that a session can be repeated bit for bit.
 
 mod serve;

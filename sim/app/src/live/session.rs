@@ -20,7 +20,7 @@ const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
 /// several steps, and a hand is answered between two helpings.
 const HELPING: usize = 8;
-/// Strokes that may wait, the one on its way included: a hand draws far faster than a blade may be driven.
+/// Strokes that may wait, the one on its way included: a user draws far faster than a blade may be driven.
 const MOST_STROKES: usize = 8;
 
 /// A session that cannot start or continue.
@@ -77,7 +77,7 @@ struct Stroke {
     due: Option<(StrokePhase, Vec<DVec3>)>,
 }
 
-/// The hand that grips.
+/// The grip.
 #[derive(Debug)]
 struct Hand {
     from: DVec3,
@@ -87,7 +87,7 @@ struct Hand {
     open: bool,
 }
 
-/// A scene with hands in it.
+/// A scene with a user.
 #[derive(Debug)]
 pub struct Session {
     world: World,
@@ -104,7 +104,7 @@ pub struct Session {
     strokes: usize,
     score: Score,
     forces: Forces,
-    /// Ways (m) of blade, tools and gripping hand in this step.
+    /// Ways (m) of blade, tools and grip in this step.
     moved: [f64; 3],
 }
 
@@ -140,7 +140,7 @@ impl Session {
 
     fn build(scene: &Scene) -> Result<(World, Painter), SessionError> {
         let mut world = World::new(scene.clone())?;
-        // Paths are left to hands from here on.
+        // Paths are left to users from here on.
         world.push(Vec::new())?;
         let pictures = scene.pictures.clone().unwrap_or_default();
         let painter = Painter::new(&world, &pictures)?;
@@ -164,7 +164,7 @@ impl Session {
         (&mut self.painter, &self.world)
     }
 
-    /// What hands did so far; the scene with this is the session, bit for bit.
+    /// What users did so far; the scene with this is the session, bit for bit.
     #[must_use]
     pub fn record(&self) -> &[Input] {
         &self.record
@@ -196,7 +196,7 @@ impl Session {
         &mut self.forces
     }
 
-    /// Way (m) of a blade between two captures.
+    /// Path length (m) of a blade between two captures.
     #[must_use]
     pub fn capture(&self) -> f64 {
         CAPTURE * self.spacing()
@@ -279,7 +279,7 @@ impl Session {
         });
     }
 
-    /// Sets where the hand that grips shall go.
+    /// Sets where the grip shall go.
     pub fn pull(&mut self, point: DVec3) {
         if let Some(hand) = &mut self.hand {
             hand.lead.aim(at(point));
@@ -349,7 +349,7 @@ impl Session {
         Ok(self.painter.grow(&self.world, &[piece])?)
     }
 
-    /// What hands do in a step of `step` (s).
+    /// What a user does in a step of `step` (s).
     fn actions(&mut self, step: f64) -> Vec<Action> {
         self.moved = [0.0; 3];
         let mut actions = std::mem::take(&mut self.pending);
@@ -482,7 +482,7 @@ impl Session {
         }
         if self.world.is_at_rest() || self.world.time() >= settle.limit {
             self.world.start_scene()?;
-            // What hands did before is not part of the start: a reset goes back to before it.
+            // What users did before is not part of the start: a reset goes back to before it.
             if self.record.is_empty() {
                 let start = self.checkpoint();
                 self.ring.set_start(start);

@@ -16,7 +16,7 @@ const PROBE_SIZE: f64 = 0.045;
 /// Where tools wait that no user drives (m): far from all bodies.
 pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
 
-/// Makes a scene ready for hands: one blade replaces its cuts, a scene without tools gets a
+/// Makes a scene ready for users: one blade replaces its cuts, a scene without tools gets a
 /// probe, pictures are on so that there are surfels, and nothing moves by a path. `extent` is the
 /// diagonal (m) of its bodies.
 ///

@@ -168,7 +168,7 @@ pub(super) fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
     meshes.collect()
 }
 
-/// The way of an edge (m) through positions that follow each other, as a net of lines: some of the edges, and the ways
+/// The path of an edge (m) through positions that follow each other, as a net of lines: some of the edges, and the ways
 /// of their points.
 pub(super) fn drawn_sweep(edges: &[Vec<DVec3>]) -> DrawnMesh {
     let length = |edge: &[DVec3]| edge.windows(2).map(|ab| ab[0].distance(ab[1])).sum::<f64>();

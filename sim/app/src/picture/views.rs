@@ -8,7 +8,7 @@ use phyxel::{Member, World};
 
 use super::inspect::{PairGraph, drawn_binding, drawn_lattices, drawn_normals, drawn_sweep};
 
-/// Pieces into which the way of a blade is divided.
+/// Pieces into which the path of a blade is divided.
 const PIECES: u32 = 64;
 
 /// Whether the surfaces are drawn too.
@@ -66,7 +66,7 @@ fn lattices(member: &Member) -> Vec<DrawnMesh> {
     drawn_lattices(lattices, &scale, member.body.spacing)
 }
 
-/// The ways of all blades' edges in the world up to now, as nets of lines.
+/// The paths of all blades' edges in the world up to now, as nets of lines.
 pub(super) fn blade_paths(world: &World) -> Vec<DrawnMesh> {
     let Some(now) = world.scene_time() else {
         return Vec::new();

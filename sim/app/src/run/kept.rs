@@ -21,7 +21,7 @@ pub struct RunState {
     course: Course,
 }
 
-/// What a run remembers of its way.
+/// What a run remembers of its path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
     /// Wall time (s) of the runs before this one.

@@ -135,7 +135,7 @@ pub fn resume(scene: &Scene, state: RunState, options: &RunOptions) -> Result<Su
     go(scene, From::State(Box::new(state)), options, None)
 }
 
-/// Runs `scene`, or resumes it from a state, with its body shared out ([`World::new_shared`]) once `builders`
+/// Runs `scene`, or resumes it from a state, with its body partitioned ([`World::new_shared`]) once `builders`
 /// threads have built it. The results are those of [`run`] and [`resume`], bit for bit.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ mod sweeps;
 
 use program::Sandbox;
 
-/// Every way to go wrong: exit status, a line on stderr for each mistake as in `messages.txt`, and no output.
+/// Every kind of error: exit status, a line on stderr for each mistake as in `messages.txt`, and no output.
 #[test]
 fn errors_say_what_where_and_how_to_mend_it() {
     let mut said = String::new();

@@ -110,7 +110,7 @@ fn step(browser: &mut Chromium, steps: u64) {
     ));
 }
 
-/// The canvas alone, without hands on it.
+/// The canvas alone, without a user on it.
 fn canvas(browser: &mut Chromium) -> Vec<u8> {
     let text = browser.evaluate(
         "(() => { stage.fit(1); stage.renderer.draw(stage.camera, []); return stage.canvas.toDataURL('image/png') })()",

@@ -1,4 +1,4 @@
-//! Sessions with hands: as a program drives them, and as someone at a browser does.
+//! Sessions with a user: as a program drives them, and as someone at a browser does.
 #![allow(
     clippy::missing_assert_message,
     clippy::unwrap_used,

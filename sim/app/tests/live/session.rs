@@ -346,7 +346,7 @@ fn strokes_are_undone_one_by_one() {
     assert!(!session.undo(), "older ones have given way");
 }
 
-/// The second way to cut: the rays of the view through a line across the picture, from before the body to
+/// The second method to cut: the rays of the view through a line across the picture, from before the body to
 /// behind it. Nothing loads the body, so that all its energies are round-off.
 #[test]
 fn a_line_across_an_organ_without_load_severs_it() {

@@ -28,7 +28,7 @@ pub(crate) struct Change {
     weak: Vec<Weak>,
     offsets_of_gradients: Vec<(u32, [f64; 9])>,
     carries: bool,
-    /// Who is watched from now on, as in a package; `None` for those of before.
+    /// Who is monitored from now on, as in a package; `None` for those of before.
     watched: Option<(Vec<(u32, u32)>, usize)>,
 }
 

@@ -29,7 +29,7 @@ pub(super) fn weak_nodes(
     some: impl Fn(u32) -> bool,
 ) -> Vec<Weak> {
     let body = &member.body;
-    // Without a cut, deficient nodes are those at corners of what is held.
+    // Without a cut, deficient nodes are those at corners of what is fixed.
     let factors = member.cutting.as_ref().map(Cutting::factors);
     let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
     let bonds = body.elastic.bond_energies();
