@@ -1,5 +1,6 @@
 //! Why a world cannot be built or stepped.
 
+use crate::memory::MemoryShortage;
 use crate::scene::{Capture, Fault};
 use phyxel_discretize::{ReadError, SampleError, SolidError};
 use phyxel_elastic::ElasticError;
@@ -68,6 +69,9 @@ pub enum BodyProblem {
         /// Spacing (m) that stays within the limit.
         advice: f64,
     },
+    /// Its nodes take more memory than there is.
+    #[error("{0}; ask for fewer nodes")]
+    Memory(#[from] MemoryShortage),
     /// Nothing resists motion, so no step is too large.
     #[error(
         "nothing resists motion: every node is supported or without stiffness; leave nodes free"

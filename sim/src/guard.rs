@@ -8,6 +8,7 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use phyxel_discretize::Bounds;
 use phyxel_integrate::{RigidEnergies, StepControl};
 
 use crate::body::Body;
@@ -21,6 +22,13 @@ use crate::{Member, World};
 const ESTIMATE_PRODUCTS: usize = 2;
 /// Products where steps failed.
 const RETAKE_PRODUCTS: usize = 16;
+
+/// Farthest that a tool moves in a step, in spacings of the body's nodes: what goes farther would come out behind the
+/// surface that it is to press. A tool thinner than that moves half its thickness, but for `LEAST` spacings.
+const FARTHEST: f64 = 0.5;
+const LEAST: f64 = 0.1;
+/// Most parts that a step has for a fast tool: a thousand times as fast as the fastest wave in the body.
+const MOST_PARTS: f64 = 1000.0;
 
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
@@ -84,16 +92,17 @@ impl World {
         let from = self.input.poses().to_vec();
         let number = self.steps();
         if !self.is_explicit() {
-            return self.advance(step, &from, poses);
+            return self.advance_in_parts(step, 1, &from, poses);
         }
         self.follow_stiffness(number)?;
+        self.watch_step()?;
         if self.kept.is_none() {
             self.keep();
         }
         let smallest = self.smallest_step();
-        let stable = self.check_step();
+        let stable = self.check_step(smallest);
         let vanished = stable.is_err();
-        let result = stable.and_then(|()| self.advance(step, &from, poses));
+        let result = stable.and_then(|()| self.advance_in_parts(step, 1, &from, poses));
         let Some(kept) = &mut self.kept else {
             return result;
         };
@@ -107,7 +116,7 @@ impl World {
             Err(error) => {
                 self.retake(error)?;
                 if vanished {
-                    self.check_step()?;
+                    self.check_step(smallest)?;
                 }
             }
             Ok(()) if due => self.control.recover(),
@@ -131,10 +140,10 @@ impl World {
         StepControl::smallest_step(self.first_step())
     }
 
-    /// Whether there is a stable step that leads anywhere.
-    fn check_step(&self) -> Result<(), WorldError> {
+    /// Whether the stable step is above one (s) that leads nowhere.
+    pub(crate) fn check_step(&self, smallest: f64) -> Result<(), WorldError> {
         let (first, step) = (self.first_step(), self.step_size());
-        if step >= self.smallest_step() {
+        if step > smallest {
             return Ok(());
         }
         let stiffness = |body: &Body| body.current_eigenvalue();
@@ -215,27 +224,86 @@ impl World {
         self.estimate_eigenvalues(RETAKE_PRODUCTS)?;
         let mut from = kept.poses.clone();
         for (step, to) in &kept.taken {
-            let part = step / f64::from(division);
-            let start = from.clone();
-            for k in 1..=division {
-                let share = f64::from(k) / f64::from(division);
-                let next: Vec<Pose> = start
-                    .iter()
-                    .zip(to)
-                    .map(|(a, b)| {
-                        if k == division {
-                            *b
-                        } else {
-                            a.toward(b, share)
-                        }
-                    })
-                    .collect();
-                self.raise_alarms()?;
-                self.advance(part, &from, &next)?;
-                from = next;
-            }
+            self.raise_alarms()?;
+            self.advance_in_parts(*step, division, &from, to)?;
+            from.clone_from(to);
         }
         self.check_energy_since(kept)
+    }
+
+    /// Takes a step (s) in so many parts, each as many times divided as keeps fast tools from passing through bodies.
+    fn advance_in_parts(
+        &mut self,
+        step: f64,
+        division: u32,
+        start: &[Pose],
+        end: &[Pose],
+    ) -> Result<(), WorldError> {
+        let count = division * self.parts_for_tools(step, division, start, end);
+        let part = step / f64::from(count);
+        let mut from = start.to_vec();
+        for k in 1..=count {
+            let share = f64::from(k) / f64::from(count);
+            let toward = |(a, b): (&Pose, &Pose)| if k == count { *b } else { a.toward(b, share) };
+            let next: Vec<Pose> = start.iter().zip(end).map(toward).collect();
+            if k > 1 {
+                self.raise_alarms()?;
+            }
+            self.advance(part, &from, &next)?;
+            from = next;
+        }
+        Ok(())
+    }
+
+    /// Into how many parts each of so many of a step (s) is divided, so that no tool passes through a body from one
+    /// to the next.
+    fn parts_for_tools(&mut self, step: f64, division: u32, start: &[Pose], end: &[Pose]) -> u32 {
+        let mut most = 1.0_f64;
+        for Member { body, contacts, .. } in &mut self.members {
+            for contact in contacts.iter() {
+                let rigid = &contact.rigid;
+                let (from, to) = if rigid.is_released() {
+                    let position = rigid.pose.position + rigid.velocity * step;
+                    (
+                        rigid.pose,
+                        Pose {
+                            position,
+                            ..rigid.pose
+                        },
+                    )
+                } else {
+                    (start[contact.tool], end[contact.tool])
+                };
+                // A plane has no end: its origin stands for it.
+                let [min, max] = rigid.shape.bounds().unwrap_or_default();
+                let corners = Bounds { min, max }.corners();
+                let moves = corners.map(|corner| (from.apply(corner), to.apply(corner)));
+                let way = (moves.iter()).fold(0.0, |way: f64, (a, b)| way.max(a.distance(*b)));
+                let thickness = 0.5 * (max - min).min_element();
+                let is_plane = rigid.shape.bounds().is_none();
+                let least = if is_plane { body.spacing } else { thickness };
+                let farthest = (FARTHEST * body.spacing).min(least.max(LEAST * body.spacing));
+                let parts = (way / (f64::from(division) * farthest)).ceil();
+                if parts > most {
+                    body.fetch();
+                    let margin = DVec3::splat(farthest + min.distance(max));
+                    let swept = Bounds::of(moves.iter().flat_map(|(a, b)| [*a, *b]));
+                    let body = Bounds::of(body.motion.positions().iter().copied());
+                    let meets = (swept.min - margin).cmple(body.max).all()
+                        && (swept.max + margin).cmpge(body.min).all();
+                    if meets || is_plane {
+                        most = parts.min(MOST_PARTS);
+                    }
+                }
+            }
+        }
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from 1 to MOST_PARTS"
+        )]
+        let most = most as u32;
+        most
     }
 
     /// Takes one step (s) with tools that move between two positions.

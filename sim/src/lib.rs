@@ -5,6 +5,7 @@
 #[doc = include_str!("../docs/trainer.md")]
 mod trainer {}
 
+mod alarm;
 mod body;
 mod body_state;
 mod capture;
@@ -17,6 +18,7 @@ mod grip;
 mod guard;
 mod input;
 mod member;
+mod memory;
 mod model;
 mod parts;
 mod phases;
@@ -52,6 +54,7 @@ pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
 pub use member::Member;
+pub use memory::{MemoryShortage, ask_memory};
 pub use parts::PartCost;
 pub use phases::{Phase, Phases, Spent};
 pub use shape::extent;
@@ -105,6 +108,10 @@ pub struct World {
     cut_through: Vec<bool>,
     /// What users changed of what the scene says.
     adjusted: Adjusted,
+    /// What was told at once, each once.
+    alarms: Vec<String>,
+    /// The step from which on all are below a hundredth of the first.
+    short_since: Option<u64>,
 }
 
 impl World {
@@ -181,6 +188,8 @@ impl World {
             control: StepControl::default(),
             retaken: Retaken::default(),
             adjusted: Adjusted::default(),
+            alarms: Vec::new(),
+            short_since: None,
         };
         world.step = world.smallest_step_size();
         world.first_step = world.step;
@@ -298,12 +307,20 @@ impl World {
         if rested {
             self.rest_in_equilibrium()?;
         }
-        while !rested && self.time() < settle.limit {
+        while !rested && !self.has_settled() {
             self.step()?;
             rested = self.is_at_rest();
         }
         self.start_scene()?;
         Ok(rested)
+    }
+
+    /// Whether the bodies have settled for as long as they may and the scene has not started:
+    /// [`World::start_scene`] follows.
+    #[must_use]
+    pub fn has_settled(&self) -> bool {
+        let settle = self.scene.integration.settle;
+        self.origin.is_none() && settle.is_some_and(|settle| self.time() >= settle.limit)
     }
 
     /// Settles, unless the scene has started, and plays it until scene time `until` (s); `each` sees
@@ -432,13 +449,14 @@ impl World {
     /// nothing: the world is as it was before it, and the next step tries it again. Only a bug makes it fail where it is applied,
     /// and leaves the body half cut.
     pub fn step(&mut self) -> Result<(), WorldError> {
-        if let (None, Some(settle)) = (self.origin, self.scene.integration.settle)
-            && self.time() >= settle.limit
-        {
+        if let Some(settle) = self.scene.integration.settle.filter(|_| self.has_settled()) {
             let limit = settle.limit;
             return Err(WorldError::NeverStarted { limit });
         }
         let number = self.steps();
+        if self.members.len() > 1 && number.is_multiple_of(StepControl::STEPS) {
+            self.watch_overlaps();
+        }
         self.capture_blades(number)?;
         self.hold(number)?;
         let step = self.next_step();

@@ -1,6 +1,5 @@
 //! Wall-clock time by phase of the run.
 
-use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
 /// What the run loop spends time on.
@@ -54,7 +53,7 @@ impl Phase {
 }
 
 /// Time spent in one phase.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spent {
     /// Total (s).
     pub seconds: f64,
@@ -63,7 +62,7 @@ pub struct Spent {
 }
 
 /// A stopwatch per [`Phase`].
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default)]
 pub struct Phases {
     spent: [Spent; Phase::ALL.len()],
 }

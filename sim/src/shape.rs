@@ -7,6 +7,7 @@ use phyxel_discretize::{
 };
 
 use crate::error::{BodyProblem, WorldError};
+use crate::memory::{NODE, ask_memory};
 use crate::scene::{self, Form};
 
 /// Diagonal (m) of the box around all bodies of a scene at rest.
@@ -56,13 +57,17 @@ pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
     let spec = &body.sampling;
     let target = match spec.target {
         scene::Target::Lattice(x, y, z) => {
+            ask_memory(NODE * [x, y, z].map(f64::from).iter().product::<f64>())?;
             return Ok(Sampled::of(sample_lattice(solid.bounds(), [x, y, z])?));
         }
         scene::Target::Spacing(spacing) => {
             check_count(solid, spacing, body)?;
             SampleTarget::Spacing(spacing)
         }
-        scene::Target::Nodes(count) => SampleTarget::NodeCount(count as usize),
+        scene::Target::Nodes(count) => {
+            ask_memory(NODE * f64::from(count))?;
+            SampleTarget::NodeCount(count as usize)
+        }
     };
     let settings = SampleSettings {
         target,
@@ -108,5 +113,5 @@ fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), Bo
             advice: spacing * (estimate / f64::from(limit)).cbrt(),
         });
     }
-    Ok(())
+    Ok(ask_memory(NODE * estimate)?)
 }

@@ -17,31 +17,22 @@ use crate::error::{BodyProblem, WorldError};
 use crate::grip::Adjusted;
 use crate::guard::{Kept, Retaken};
 use crate::input::InputSourceState;
-use crate::phases::Phases;
 use crate::{CutPiece, Member, World};
 
-/// All of a world that its scene does not say.
+/// All of a world that its scene does not say, and nothing that a clock said: two runs of a scene give the same state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WorldState {
     origin: Option<f64>,
     gravity: Option<DVec3>,
     input: InputSourceState,
-    phases: Phases,
-    latencies: Vec<f64>,
     bodies: Vec<BodyState>,
     captured: Vec<Arc<CapturedEdge>>,
     kept: Option<Kept>,
     control: StepControl,
     retaken: Retaken,
     adjusted: Adjusted,
-}
-
-impl WorldState {
-    /// Forgets what clocks said, which is all that two runs of one scene may differ in.
-    pub fn forget_times(&mut self) {
-        self.phases = Phases::default();
-        self.latencies.fill(0.0);
-    }
+    alarms: Vec<String>,
+    short_since: Option<u64>,
 }
 
 impl World {
@@ -53,14 +44,14 @@ impl World {
             origin: self.origin,
             gravity: self.gravity,
             input: self.input.state(),
-            phases: self.phases.clone(),
-            latencies: self.latencies.clone(),
             bodies: self.members.iter().map(Member::state).collect(),
             kept: self.kept.clone(),
             control: self.control,
             retaken: self.retaken,
             captured: self.captured.clone(),
             adjusted: self.adjusted,
+            alarms: self.alarms.clone(),
+            short_since: self.short_since,
         }
     }
 
@@ -101,9 +92,9 @@ impl World {
         self.retaken = state.retaken;
         self.step = self.smallest_step_size();
         self.input.restore(state.input);
-        self.phases = state.phases;
-        self.latencies = state.latencies;
         self.captured = state.captured;
+        self.alarms = state.alarms;
+        self.short_since = state.short_since;
         Ok(())
     }
 
@@ -317,9 +308,7 @@ mod captures {
     }
 
     fn bytes(world: &World) -> Vec<u8> {
-        let mut state = world.state();
-        state.forget_times();
-        postcard::to_stdvec(&state).unwrap()
+        postcard::to_stdvec(&world.state()).unwrap()
     }
 
     /// Edges of a blade that goes through the blocks, one for each of the steps from `start` on.

@@ -135,7 +135,7 @@ impl World {
     }
 }
 
-fn triple(p: DVec3) -> String {
+pub(crate) fn triple(p: DVec3) -> String {
     format!("({:.3e}, {:.3e}, {:.3e})", p.x, p.y, p.z)
 }
 

@@ -245,6 +245,11 @@ pub struct ImageFile {
     pub size: f64,
 }
 
+impl SurfelSettings {
+    /// Most surfels of a body's surface, and of its cuts.
+    pub const MOST: u32 = 4_000_000;
+}
+
 impl Default for SurfelSettings {
     fn default() -> Self {
         Self {

@@ -11,9 +11,9 @@ use serde::Serialize;
 use super::source::Source;
 use super::{CliError, Overrides, printable};
 use crate::picture::Painter;
-use crate::run::RunError;
+use crate::run::{RunError, pool};
 use phyxel::scene::Scene;
-use phyxel::{Member, World};
+use phyxel::{Member, Phase, World};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArguments {
@@ -43,6 +43,9 @@ struct Costs {
     captures: usize,
     /// Frames after settling.
     frames: f64,
+    /// Wall time (s) of a run, by what was timed: from its shortest, where bodies are at rest at once, to its longest,
+    /// where they settle to the limit.
+    seconds: [f64; 2],
     /// What the scene asks for without effect, or is of another size than its bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     warnings: Vec<String>,
@@ -76,6 +79,8 @@ struct PartCosts {
 
 /// Steps that are timed.
 const TIMED_STEPS: u32 = 40;
+/// Steps that a capture takes as long as, about, where none was timed.
+const STEPS_OF_A_CAPTURE: f64 = 10.0;
 
 /// Reads and validates a scene, builds its bodies, takes a few steps and prints what it would cost.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
@@ -83,7 +88,9 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     let source = Source::of(Some(&arguments.scene))?;
     let (scene, note) = source.scene(&overrides)?;
     let mut out = io::stdout().lock();
-    let costs = costs(&scene).map_err(|error| source.locate(&scene, &overrides, error))?;
+    // As a run does: what is timed is timed on as many threads.
+    let costs = pool(None).and_then(|pool| pool.install(|| costs(&scene)));
+    let costs = costs.map_err(|error| source.locate(&scene, &overrides, error))?;
     if arguments.json {
         writeln!(out, "{}", serde_json::to_string(&costs)?)?;
         return Ok(());
@@ -104,24 +111,39 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
         (pictures.rate * integration.duration).floor() + 1.0
     });
     let name = scene.name.clone();
+    let begun = Instant::now();
     let mut world = World::new(scene.clone())?;
-    let mut warnings = world.warnings();
-    warnings.extend(world.misses());
-    let captures = (world.scene().cuts.iter())
+    let built = begun.elapsed().as_secs_f64();
+    let captures: usize = (world.scene().cuts.iter())
         .map(|cut| world.capture_count(cut))
         .sum();
     let step = world.step_size();
-    let parts = parts(&mut world)?;
+    let steps = (integration.duration / step).ceil();
+    let settling_steps = integration
+        .settle
+        .map_or(0.0, |settle| (settle.limit / step).ceil());
+    let (parts, covered) = parts(&mut world)?;
+    let mut warnings = world.warnings();
+    warnings.extend(world.misses());
+    warnings.extend_from_slice(world.alarms());
+    let of_steps = parts.iter().filter(|part| part.name != "cuts");
+    let a_step: f64 = 1e-3 * of_steps.filter_map(|part| part.milliseconds).sum::<f64>();
+    let cut = world.phases().of(Phase::Cut);
+    #[allow(clippy::cast_precision_loss, reason = "counts of captures")]
+    let cutting = match cut.calls {
+        0 => STEPS_OF_A_CAPTURE * a_step * captures as f64,
+        calls => cut.seconds / calls as f64 * captures as f64,
+    };
+    let fixed = built + covered + cutting;
     Ok(Costs {
+        seconds: [steps, steps + settling_steps].map(|steps| fixed + a_step * steps),
         parts,
         scene: name,
         bodies: world.members().iter().map(body_costs).collect(),
         step,
         step_factor: integration.step_factor,
-        steps: (integration.duration / step).ceil(),
-        settling_steps: integration
-            .settle
-            .map_or(0.0, |settle| (settle.limit / step).ceil()),
+        steps,
+        settling_steps,
         strokes,
         captures,
         frames,
@@ -146,9 +168,12 @@ fn body_costs(member: &Member) -> BodyCosts {
     }
 }
 
-/// Takes the first steps of the scene, and draws a frame if it has pictures.
-fn parts(world: &mut World) -> Result<Vec<PartCosts>, RunError> {
+/// Takes the first steps of the scene, and draws a frame if it has pictures; also how long (s) covering the bodies took.
+fn parts(world: &mut World) -> Result<(Vec<PartCosts>, f64), RunError> {
     for _ in 0..TIMED_STEPS {
+        if world.has_settled() {
+            world.start_scene()?;
+        }
         world.step()?;
     }
     let spent =
@@ -171,8 +196,11 @@ fn parts(world: &mut World) -> Result<Vec<PartCosts>, RunError> {
         bytes: 0,
         milliseconds: Some(0.0),
     };
+    let mut covered = 0.0;
     if let Some(spec) = &world.scene().pictures {
+        let start = Instant::now();
         let mut painter = Painter::new(world, spec)?;
+        covered = start.elapsed().as_secs_f64();
         let start = Instant::now();
         painter.carry(world);
         painter.draw(world);
@@ -181,7 +209,7 @@ fn parts(world: &mut World) -> Result<Vec<PartCosts>, RunError> {
         pictures.milliseconds = Some(1e3 * start.elapsed().as_secs_f64() * frames_per_step);
     }
     parts.push(pictures);
-    Ok(parts)
+    Ok((parts, covered))
 }
 
 fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
@@ -231,6 +259,11 @@ fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
     } else {
         writeln!(out, "  pictures: off, so no surfels either")?;
     }
+    let [least, most] = costs.seconds;
+    writeln!(
+        out,
+        "  time: about {least:.1} to {most:.1} s, as long as bodies settle"
+    )?;
     for warning in &costs.warnings {
         writeln!(out, "  warning: {warning}")?;
     }

@@ -137,7 +137,7 @@ impl From<crate::live::SessionError> for CliError {
 }
 
 /// A text for a terminal: what a file may hold of control characters is shown and not obeyed.
-fn printable(text: &str) -> String {
+pub(crate) fn printable(text: &str) -> String {
     let shown = |c: char| c == '\n' || !c.is_control();
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {

@@ -72,6 +72,7 @@ pub fn serve(
         fresh: false,
         hurried: false,
         clock: Clock::default(),
+        doubts: 0,
         lost_at: None,
         told: Instant::now(),
     };
@@ -142,6 +143,8 @@ struct Show {
     /// Whether a hand moved since the last step: it is answered before the tick is over.
     hurried: bool,
     clock: Clock,
+    /// Doubts of this epoch's world that clients have been told.
+    doubts: usize,
     /// Steps taken when a step was lost last.
     lost_at: Option<u64>,
     told: Instant,

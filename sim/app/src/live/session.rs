@@ -474,13 +474,10 @@ impl Session {
 
     /// Ends settling when the bodies are at rest, as a run does.
     fn settle(&mut self) -> Result<(), SessionError> {
-        let Some(settle) = self.world.scene().integration.settle else {
-            return Ok(());
-        };
         if !self.is_settling() {
             return Ok(());
         }
-        if self.world.is_at_rest() || self.world.time() >= settle.limit {
+        if self.world.is_at_rest() || self.world.has_settled() {
             self.world.start_scene()?;
             // What users did before is not part of the start: a reset goes back to before it.
             if self.record.is_empty() {

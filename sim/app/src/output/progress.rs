@@ -1,14 +1,17 @@
 //! The progress bar.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::cli::printable;
 
 /// A progress bar over simulated time, on stderr, if that is a terminal.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
+    quiet: bool,
 }
 
 impl Progress {
@@ -27,7 +30,7 @@ impl Progress {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar }
+        Self { bar, quiet }
     }
 
     const PARTS: u64 = 10_000;
@@ -53,9 +56,15 @@ impl Progress {
         self.bar.set_message(text);
     }
 
-    /// Writes a line above the bar; nowhere where the bar is hidden.
-    pub fn line(&self, text: &str) {
-        self.bar.println(text);
+    /// Writes a warning on stderr, above the bar; nothing if `quiet`.
+    pub fn warn(&self, text: &str) {
+        if self.quiet {
+            return;
+        }
+        let line = format!("warning: {}", printable(text));
+        // Who does not listen does not keep a run from going on.
+        self.bar
+            .suspend(|| drop(writeln!(std::io::stderr(), "{line}")));
     }
 }
 

@@ -6,6 +6,9 @@ use phyxel_discretize::{ReadError, SampleError};
 use phyxel_mls::CloudError;
 use phyxel_splat::{ImageError, SurfelError};
 
+use phyxel::MemoryShortage;
+use phyxel::scene::SurfelSettings;
+
 /// What is wrong with the surface of one body.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -36,6 +39,26 @@ pub enum SkinProblem {
         /// Distance (m) of the body's nodes.
         spacing: f64,
     },
+    /// Surfels of a density are more than a body may have.
+    #[error(
+        "surfels.{key}: {density:?} /m^2 makes {count:.2e} surfels on the body's {area:.2e} m^2; the limit is {:.0e}: \
+         take {:.1e} or less",
+        f64::from(SurfelSettings::MOST),
+        f64::from(SurfelSettings::MOST) / area
+    )]
+    TooManySurfels {
+        /// The key of the density.
+        key: &'static str,
+        /// The density (1/m²).
+        density: f64,
+        /// Area (m²) of the body's surface.
+        area: f64,
+        /// Surfels that it makes.
+        count: f64,
+    },
+    /// The surfels take more memory than there is.
+    #[error("surfels: {0}; ask for fewer")]
+    Memory(#[from] MemoryShortage),
     /// An image for the surface cannot be read.
     #[error("{}: {source}", file.display())]
     Image {
@@ -86,6 +109,9 @@ pub enum PictureError {
         /// What went wrong.
         problem: SkinProblem,
     },
+    /// A frame takes more memory than there is.
+    #[error("pictures: {0}; take a smaller frame or fewer samples")]
+    Memory(#[from] MemoryShortage),
     /// The file of a rigid surface cannot be read.
     #[error(transparent)]
     Mesh(#[from] ReadError),

@@ -30,7 +30,7 @@ use phyxel_splat::{
 use phyxel_scene::read_file;
 
 use phyxel::scene::{self, Coloring, Pictures, Show};
-use phyxel::{CutPiece, Member, World};
+use phyxel::{CutPiece, Member, World, ask_memory};
 
 /// The surfaces of all bodies as cuts have left them, to be gone back to.
 #[derive(Debug, Clone)]
@@ -54,6 +54,9 @@ pub struct Style {
     /// Leave tools and blades away.
     pub bare: bool,
 }
+
+/// Bytes of a sample of a pixel: colour, depth, normal, and what encoding takes.
+const SAMPLED_PIXEL: f64 = 32.0;
 
 /// Draws the world as a scene asks.
 #[derive(Debug)]
@@ -94,6 +97,8 @@ impl Painter {
         style: Option<&Style>,
     ) -> Result<Self, PictureError> {
         let scene = world.scene();
+        let pixels = f64::from(pictures.width) * f64::from(pictures.height);
+        ask_memory(SAMPLED_PIXEL * pixels * f64::from(pictures.samples).powi(2))?;
         let skins = world
             .members()
             .iter()
@@ -359,6 +364,10 @@ fn skin_of(
         Some(points) => surfels::scanned(points, description, body)?,
         None => surfels::spread(spec.target, spec.spacing, share, body)?,
     };
+    if let Some(density) = spec.cut_density {
+        // A blade that goes through makes two faces, each about as large as half of the surface.
+        surfels::allowed("cut_density", density, surfels.areas.iter().sum())?;
+    }
     let tissue = Tissue::new(
         &surfels.positions,
         &surfels.normals,

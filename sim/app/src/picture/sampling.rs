@@ -7,7 +7,7 @@ use phyxel_splat::follow_curvature;
 use phyxel::scene::SurfelSpacing;
 
 /// Even samples that each surfel is chosen from, where surfels follow curvature.
-const CHOICE: usize = 8;
+pub(super) const CHOICE: usize = 8;
 
 /// About `count` surfels on the surface of a solid, `mesh` being that surface: even, or closer where it
 /// curves (`phyxel_splat::follow_curvature`). Positions (m), outward unit normals, areas (m²).

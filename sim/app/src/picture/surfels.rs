@@ -4,12 +4,15 @@ use phyxel_discretize::{SurfaceSamples, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
 
 use super::SkinProblem;
-use super::sampling::surfels_on_solid;
-use phyxel::scene::{PointFile, SurfelSpacing, SurfelTarget};
-use phyxel::{Body, World};
+use super::sampling::{CHOICE, surfels_on_solid};
+use phyxel::scene::{PointFile, SurfelSettings, SurfelSpacing, SurfelTarget};
+use phyxel::{Body, World, ask_memory};
 
 /// Fewest surfels of a body that shares their number: a ball's outline is still round.
 const FEWEST: usize = 300;
+/// Bytes of a surfel, bound and drawn, and of a sample of the surface that it is chosen from.
+const SURFEL: f64 = 500.0;
+const SAMPLE: f64 = 100.0;
 /// Nearest points by which the area of a file's point is estimated.
 const NEAREST: usize = 12;
 /// Mean distance of that many on an even surface over the root of a point's area: the mean of
@@ -42,9 +45,30 @@ pub(super) fn spread(
     let count = match target {
         SurfelTarget::Shared(count) => rounded(share * f64::from(count)).max(FEWEST),
         SurfelTarget::Count(count) => count as usize,
-        SurfelTarget::Density(density) => rounded(density * surface.area()),
+        SurfelTarget::Density(density) => rounded(allowed("target", density, surface.area())?),
     };
+    let even = match spacing {
+        SurfelSpacing::Even => count,
+        SurfelSpacing::Curvature { .. } => CHOICE * count,
+    };
+    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    ask_memory(SURFEL * count as f64 + SAMPLE * even as f64)?;
     Ok(surfels_on_solid(&body.solid, &surface, count, spacing))
+}
+
+/// Surfels of a density (1/m²) on an area (m²), if no more than a body may have.
+pub(super) fn allowed(key: &'static str, density: f64, area: f64) -> Result<f64, SkinProblem> {
+    let count = density * area;
+    let most = f64::from(SurfelSettings::MOST);
+    if count > most {
+        return Err(SkinProblem::TooManySurfels {
+            key,
+            density,
+            area,
+            count,
+        });
+    }
+    Ok(count)
 }
 
 /// The points of a file where the body as it is `placed` has them, with areas by how near their

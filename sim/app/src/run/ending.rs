@@ -1,20 +1,19 @@
 //! The summary of a world when its run ends.
 
-use phyxel_integrate::Audit;
-
-use super::Records;
 use super::history::Extremes;
 use super::kept::Course;
 use super::summary::{
     BodySummary, CutSummary, EnergySummary, PictureSummary, SteppingSummary, StrokeSummary,
     Summary, Timings, ToolSummary,
 };
+use super::{Begun, Records};
 use crate::picture::Painter;
-use phyxel::{CutEnergy, Cutting, Member, World};
+use phyxel::scene::Tool;
+use phyxel::{Body, CutEnergy, Cutting, Member, World};
 
 /// What only the run loop knows.
 pub(super) struct Ending {
-    pub(super) wall: f64,
+    pub(super) begun: Begun,
     pub(super) threads: usize,
     pub(super) course: Course,
     pub(super) files: Vec<String>,
@@ -36,6 +35,7 @@ pub(super) fn of(
     let stepping = stepping_summary(world, &ending.course);
     let phases = world.phases().clone();
     let scene = world.scene();
+    let begun = &ending.begun;
     Summary {
         scene: scene.name.clone(),
         version: env!("CARGO_PKG_VERSION"),
@@ -55,10 +55,10 @@ pub(super) fn of(
         }),
         timings: Timings::new(
             &phases,
-            ending.wall,
+            begun.clock.elapsed().as_secs_f64(),
             ending.threads,
-            stepping.steps,
-            stepping.simulated,
+            stepping.steps - begun.steps,
+            stepping.simulated - begun.time,
             world.latencies(),
         ),
         stepping,
@@ -69,14 +69,21 @@ pub(super) fn of(
 /// Fraction of the elastic energy above which energy added by an update of a cut is reported.
 const LARGEST_CUT_ADDITION: f64 = 0.01;
 
-/// Energy that nothing explains, relative to the larger of what is stored and what damping took.
-fn imbalance(audit: &Audit, round_off: f64) -> f64 {
+/// Unexplained energy of an end, relative, above which it is told.
+const LARGEST_IMBALANCE: f64 = 0.01;
+
+/// Whether anything moved, and the energy that nothing explains, relative to the larger of what is stored and what
+/// damping took.
+fn imbalance(body: &Body) -> (bool, f64) {
+    let (audit, round_off) = (body.motion.audit(), body.elastic.energy_round_off());
+    let moved = audit.scale() > round_off;
     let scale = audit.elastic.max(audit.dissipated);
     // Of what moved, this much is round-off.
-    if audit.energy_error().abs() <= (1e-12 * audit.scale()).max(round_off) {
-        return 0.0;
+    if !moved || audit.energy_error().abs() <= (1e-12 * audit.scale()).max(round_off) {
+        return (moved, 0.0);
     }
-    audit.energy_error().abs() / scale.max(f64::MIN_POSITIVE)
+    let relative = audit.energy_error().abs() / scale.max(f64::MIN_POSITIVE);
+    (moved, relative)
 }
 
 fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
@@ -89,8 +96,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
     let solved = body.stencils.report;
     let pieces = member.pieces();
     let volume: f64 = body.volumes.iter().sum();
-    let round_off = body.elastic.energy_round_off();
-    let moved = audit.scale() > round_off;
+    let (moved, imbalance) = imbalance(body);
     BodySummary {
         name: body.name.clone(),
         nodes: body.rest.len(),
@@ -123,11 +129,7 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
             added_by_cuts: cuts.added + cuts.decay.max(0.0),
             largest_cut_addition: cuts.largest_addition,
             moved,
-            imbalance: if moved {
-                imbalance(audit, round_off)
-            } else {
-                0.0
-            },
+            imbalance,
         },
         momentum_error: worst.momentum_error,
         smallest_determinant: body.smallest_ratio,
@@ -139,18 +141,26 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
 fn warnings(world: &World, records: &Records) -> Vec<String> {
     let mut warnings = world.warnings();
     warnings.extend(world.vain_cuts());
-    warnings.extend(world.members().iter().flat_map(doubts));
+    warnings.extend(doubts(world));
     let largest = records.forces.iter().flat_map(|forces| forces.largest());
-    let tools = world.scene().tools.iter().zip(largest).enumerate();
-    let idle = tools.filter(|(_, (_, largest))| largest.force <= 0.0);
-    warnings.extend(
-        idle.map(|(index, (tool, _))| format!("tools[{index}] '{}' touched nothing", tool.name)),
-    );
+    let tools = world.scene().tools.iter().zip(largest);
+    let tools = tools.zip(world.tool_forces()).enumerate();
+    // A fast one may have touched within a step alone.
+    let idle = tools.filter(|(_, ((_, most), now))| most.force <= 0.0 && now.work == 0.0);
+    let told = |(index, ((tool, _), _)): (usize, ((&Tool, _), _))| {
+        format!("tools[{index}] '{}' touched nothing", tool.name)
+    };
+    warnings.extend(idle.map(told));
     warnings
 }
 
-/// What an end that looks well hides of a body.
-fn doubts(Member { body, cutting, .. }: &Member) -> Vec<String> {
+/// What a world that looks well hides.
+pub(crate) fn doubts(world: &World) -> Vec<String> {
+    let of_bodies = world.members().iter().flat_map(doubts_of);
+    world.alarms().iter().cloned().chain(of_bodies).collect()
+}
+
+fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
     let mut doubts = Vec::new();
     let name = &body.name;
     if body.smallest_ratio <= 0.0 {
@@ -168,6 +178,14 @@ fn doubts(Member { body, cutting, .. }: &Member) -> Vec<String> {
             doubt.time,
             doubt.node,
             doubt.cause
+        ));
+    }
+    let (_, imbalance) = imbalance(body);
+    if imbalance > LARGEST_IMBALANCE {
+        doubts.push(format!(
+            "body '{name}': {:.1} % of the energy that is stored or was damped is unexplained; take a smaller \
+             integration.step_factor, or more nodes where the body is thin",
+            100.0 * imbalance
         ));
     }
     let added = cutting

@@ -24,8 +24,6 @@ pub struct RunState {
 /// What a run remembers of its path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
-    /// Wall time (s) of the runs before this one.
-    pub(super) wall: f64,
     pub(super) rested: bool,
     pub(super) settling_steps: u64,
     pub(super) smallest_step: f64,
@@ -38,7 +36,6 @@ pub(super) struct Course {
 impl Course {
     pub(super) fn new(world: &World) -> Self {
         Self {
-            wall: 0.0,
             rested: true,
             settling_steps: 0,
             smallest_step: world.step_size(),
@@ -59,12 +56,6 @@ impl RunState {
             frames: 0,
             course: Course::new(world),
         }
-    }
-
-    /// Forgets what clocks said, which is all that two runs of one scene may differ in.
-    pub fn forget_times(&mut self) {
-        self.world.forget_times();
-        self.course.wall = 0.0;
     }
 
     /// Brings a new world and its painter into this state; the rest of the run's.
@@ -109,10 +100,7 @@ impl Run {
             records: self.records.clone(),
             movie: self.movie.as_ref().map(Movie::place),
             frames: self.painter.as_ref().map_or(0, Painter::frames),
-            course: Course {
-                wall: self.course.wall + self.begun.elapsed().as_secs_f64(),
-                ..self.course
-            },
+            course: self.course,
         };
         write_checkpoint(&self.folder, CHECKPOINT, scene, &state)
     }

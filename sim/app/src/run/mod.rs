@@ -21,6 +21,7 @@ use crate::picture::{Painter, PictureError};
 use phyxel::scene::{Rest, Scene};
 use phyxel::{BodyShares, Input, InputError, Phase, World, WorldError};
 
+pub(crate) use ending::doubts;
 use forces::Forces;
 use history::History;
 use kept::Course;
@@ -262,9 +263,17 @@ impl Records {
     }
 }
 
+/// Where this process began, which is what timings count from: a resumed run has steps and time behind it.
+#[derive(Clone, Copy)]
+struct Begun {
+    clock: Instant,
+    steps: u64,
+    time: f64,
+}
+
 /// A scene on its way.
 struct Run {
-    begun: Instant,
+    begun: Begun,
     folder: OutputFolder,
     progress: Progress,
     world: World,
@@ -282,7 +291,7 @@ impl Run {
         options: &RunOptions,
         shares: Option<SharesAndBuilders>,
     ) -> Result<Self, RunError> {
-        let begun = Instant::now();
+        let clock = Instant::now();
         let folder = OutputFolder::claim(&options.out)?;
         let progress = Progress::new(options.quiet);
         progress.phase("setup");
@@ -321,7 +330,11 @@ impl Run {
             .map(|pictures| Movie::new(&folder, pictures, movie))
             .transpose()?;
         Ok(Self {
-            begun,
+            begun: Begun {
+                clock,
+                steps: world.steps(),
+                time: world.time(),
+            },
             folder,
             progress,
             world,
@@ -358,13 +371,12 @@ impl Run {
             self.painter.as_mut(),
         )?);
         files.extend([CHECKPOINT, "summary.json"].map(str::to_owned));
-        let wall = self.course.wall + self.begun.elapsed().as_secs_f64();
         let summary = ending::of(
             &mut self.world,
             self.painter.as_ref(),
             &self.records,
             &ending::Ending {
-                wall,
+                begun: self.begun,
                 threads,
                 course: self.course,
                 files,
@@ -392,7 +404,7 @@ impl Run {
         }
         let duration = self.world.scene().integration.duration;
         self.course.rested = false;
-        while self.world.time() < settle.limit {
+        while !self.world.has_settled() {
             self.advance()?;
             self.course.settling_steps += 1;
             self.progress
@@ -433,7 +445,12 @@ impl Run {
                 checkpoint: self.folder.path().join(CHECKPOINT),
             });
         }
-        self.world.step().map_err(|source| self.failure(source))
+        let told = self.world.alarms().len();
+        let result = self.world.step();
+        for alarm in &self.world.alarms()[told..] {
+            self.progress.warn(alarm);
+        }
+        result.map_err(|source| self.failure(source))
     }
 
     /// Grows skin on new cuts.

@@ -223,7 +223,7 @@ pub struct PictureSummary {
     pub skin_surfels: usize,
 }
 
-/// Wall-clock figures; they differ from run to run.
+/// Wall-clock figures of this process, which for a resumed run are those since it was resumed; they differ from run to run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Timings {
     /// Threads.

@@ -72,12 +72,14 @@ impl Case {
         sweep.join("cases").join(format!("{:06}", self.number))
     }
 
-    /// How the case ended; `None` if it has not, or if what ended was run with something else.
+    /// How the case ended; `None` if it has not, if what ended was run with something else, or if its summary is gone.
     #[must_use]
     pub fn outcome(&self, sweep: &Path) -> Option<Outcome> {
         let text = fs::read(self.folder(sweep).join(OUTCOME)).ok()?;
         let outcome: Outcome = serde_json::from_slice(&text).ok()?;
-        (outcome.hash == self.hash).then_some(outcome)
+        let summary = fs::metadata(self.folder(sweep).join("summary.json"));
+        let is_whole = outcome.error.is_some() || summary.is_ok_and(|file| file.len() > 0);
+        (outcome.hash == self.hash && is_whole).then_some(outcome)
     }
 
     /// Makes the case one of which nothing is known, and holds its folder while it does so.

@@ -70,7 +70,11 @@ fn scenes_lists_prints_and_documents() {
             .lines()
             .map(|line| line.split(" %").next().unwrap_or(line));
         lines
-            .filter(|line| !line.contains("  all "))
+            .filter(|line| {
+                !["  all ", "  time: "]
+                    .iter()
+                    .any(|timed| line.contains(timed))
+            })
             .map(str::to_owned)
             .collect()
     };

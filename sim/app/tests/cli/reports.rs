@@ -76,3 +76,93 @@ fn a_run_reports_what_its_summary_holds() {
         assert!(row(name).contains(unit), "{name}: {}", row(name));
     }
 }
+
+/// A small block with more keys.
+fn block(more: &str) -> Sandbox {
+    let scene = format!(
+        "(version: 1, name: \"block\", bodies: [(shape: Box(size: (0.06, 0.03, 0.04)), sampling: (target: Nodes(150)), \
+         material: (youngs_modulus: 2e4, poissons_ratio: 0.4))], \
+         supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))], {more})"
+    );
+    Sandbox::new(&[("block.ron", scene)])
+}
+
+fn warnings(sandbox: &Sandbox) -> (Vec<String>, serde_json::Value) {
+    let run = sandbox.run(&["run", "block.ron", "--out", "o", "--json"]);
+    assert_eq!(run.status, 0, "{run:?}");
+    let summary: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let told = summary["warnings"].as_array().cloned().unwrap_or_default();
+    let told = told.iter().map(|text| text.as_str().unwrap().to_owned());
+    (told.collect(), summary)
+}
+
+#[test]
+fn check_takes_more_steps_than_settling_has() {
+    let sandbox = block(
+        "integration: (duration: 1, scheme: BackwardEuler(step: 0.05), settle: (limit: 0.2)), \
+         gravity: (acceleration: (0, 0, -1))",
+    );
+    let check = sandbox.run(&["check", "block.ron"]);
+    assert_eq!((check.status, check.stderr.as_str()), (0, ""), "{check:?}");
+    assert!(check.stdout.contains("  time: about "), "{check:?}");
+}
+
+/// At 200 m/s it is farther than the body is long from one step to the next, and does what it does in a hundredth of the
+/// step (0.58 mJ). What a larger one leaves unexplained is told.
+#[test]
+fn a_fast_tool_does_not_pass_through() {
+    let run = |radius: f64| {
+        let sandbox = block(&format!(
+            "integration: (duration: 0.02, settle: None), tools: [(shape: Sphere(radius: {radius}), path: \
+             [(time: 0, position: (0.05, 0, 0)), (time: 0.001, position: (-0.15, 0, 0))])]"
+        ));
+        let (warnings, summary) = warnings(&sandbox);
+        let energy = |key: &str| summary["bodies"][0]["energy"][key].as_f64().unwrap();
+        (warnings, energy("external_work"), energy("imbalance"))
+    };
+    let (warnings, work, _) = run(0.01);
+    assert!((work / 0.58e-3 - 1.0).abs() < 0.1, "{work} J");
+    assert!(warnings.is_empty(), "it touched: {warnings:?}");
+    let (warnings, _, imbalance) = run(0.02);
+    assert!(imbalance > 0.01, "{imbalance}");
+    let told = warnings.iter().any(|text| text.contains("is unexplained"));
+    assert!(told, "{imbalance}: {warnings:?}");
+}
+
+/// A load of a thousand times what the material holds: told at once, and no run without end.
+#[test]
+fn a_step_that_stays_tiny_is_told_and_ends_a_run() {
+    let sandbox = block(
+        "integration: (duration: 0.05, settle: None), gravity: (acceleration: (0, 0, -1e6), ramp: 0.001), \
+         observe: (history_rate: 1000)",
+    );
+    let run = sandbox.run(&["run", "block.ron", "--out", "o"]);
+    let lines: Vec<&str> = run.stderr.lines().collect();
+    assert_eq!((run.status, lines.len()), (1, 2), "{run:?}");
+    let told = "warning: body 'body': its step fell below a hundredth of the first";
+    assert!(lines[0].starts_with(told), "{run:?}");
+    assert!(lines[0].contains("stiffest is node"), "{run:?}");
+    assert!(lines[1].contains("its stable step has fallen"), "{run:?}");
+}
+
+/// The upper of two blocks that touch falls through the lower one.
+#[test]
+fn bodies_that_fall_through_one_another_are_told_once() {
+    let scene = "(version: 1, bodies: [\
+         (name: \"low\", shape: Box(size: (0.04, 0.04, 0.04)), sampling: (target: Nodes(200))),\
+         (name: \"high\", shape: Box(size: (0.04, 0.04, 0.04)), position: (0, 0, 0.04), sampling: (target: Nodes(200)))],\
+         supports: [(body: \"low\", region: HalfSpace(point: (0, 0, -0.019), normal: (0, 0, -1)))],\
+         gravity: (acceleration: (0, 0, -9.81)), integration: (duration: 0.1, settle: None))";
+    let sandbox = Sandbox::new(&[("block.ron", scene)]);
+    let (said, _) = warnings(&sandbox);
+    assert!(said.is_empty(), "they only touch: {said:?}");
+    std::fs::write(
+        sandbox.path().join("block.ron"),
+        scene.replace("0.1,", "0.2,"),
+    )
+    .unwrap();
+    let (said, _) = warnings(&sandbox);
+    assert_eq!(said.len(), 1, "{said:?}");
+    let told = "bodies 'low' and 'high' lie in one another";
+    assert!(said[0].starts_with(told), "{said:?}");
+}

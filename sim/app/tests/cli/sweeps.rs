@@ -199,6 +199,17 @@ fn what_is_finished_is_not_run_again_and_what_changed_is() {
         "{said}"
     );
     assert!(said.contains(why), "still told: {said}");
+    // A disk that was full leaves a file of nothing: its case is run again, not collected blank.
+    fs::write(
+        sandbox.path().join("out/plan/cases/000001/summary.json"),
+        "",
+    )
+    .unwrap();
+    let said = run(&[]);
+    assert!(
+        said.contains("3 cases: 2 finished before, 1 now, 1 failed of all"),
+        "{said}"
+    );
     let said = run(&["--retry"]);
     assert!(
         said.contains("3 cases: 2 finished before, 1 now, 1 failed of all"),

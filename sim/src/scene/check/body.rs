@@ -119,15 +119,14 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
 }
 
 fn surfels(checks: &mut Checks, path: &str, surfels: &SurfelSettings, shape: &Shape) {
-    const MOST_SURFELS: u32 = 10_000_000;
     const MOST_RANGE: f64 = 100.0;
     let target = format!("{path}.target");
     match surfels.target {
         SurfelTarget::Count(count) | SurfelTarget::Shared(count) => checks.require(
-            (1..=MOST_SURFELS).contains(&count),
+            (1..=SurfelSettings::MOST).contains(&count),
             target,
             count,
-            format_args!("it must be from 1 to {MOST_SURFELS}"),
+            format_args!("it must be from 1 to {}", SurfelSettings::MOST),
         ),
         SurfelTarget::Density(density) => checks.require(
             density.is_finite() && density > 0.0,

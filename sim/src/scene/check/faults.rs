@@ -16,6 +16,9 @@ pub struct Fault {
     pub must: String,
 }
 
+/// Numbers reach so far: their squares and cubes are numbers, too.
+const LARGEST: f64 = 1e100;
+
 /// Keeps the first fault that is found.
 #[derive(Debug, Default)]
 pub(super) struct Checks(Option<Fault>);
@@ -52,24 +55,35 @@ impl Checks {
         self.0.map_or(Ok(()), Err)
     }
 
+    fn bounded(&mut self, path: impl Display, size: f64) {
+        self.require(
+            size <= LARGEST,
+            path,
+            format_args!("{size:e} in size"),
+            format_args!("numbers reach to {LARGEST:e}"),
+        );
+    }
+
     /// A finite number above zero.
     pub(super) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
         self.require(
             value.is_finite() && value > 0.0,
-            path,
+            &path,
             value,
             format_args!("it must be finite and above 0{hint}"),
         );
+        self.bounded(path, value);
     }
 
     /// A finite number of zero or more.
     pub(super) fn not_negative(&mut self, path: impl Display, value: f64, hint: &str) {
         self.require(
             value.is_finite() && value >= 0.0,
-            path,
+            &path,
             value,
             format_args!("it must be finite and not below 0{hint}"),
         );
+        self.bounded(path, value);
     }
 
     /// A colour (sRGB).
@@ -88,10 +102,11 @@ impl Checks {
     pub(super) fn direction(&mut self, path: impl Display, value: DVec3) {
         self.require(
             value.is_finite() && value.length() > 0.0,
-            path,
+            &path,
             triple(value),
             "it must be finite and longer than 0",
         );
+        self.bounded(path, value.abs().max_element());
     }
 
     /// Three lengths above zero (m).
@@ -105,14 +120,19 @@ impl Checks {
     pub(super) fn finite(&mut self, path: impl Display, value: DVec3) {
         self.require(
             value.is_finite(),
-            path,
+            &path,
             triple(value),
             "each of its three numbers must be finite",
         );
+        self.bounded(path, value.abs().max_element());
     }
 }
 
 /// A point or direction as a text has it.
 pub(super) fn triple(value: DVec3) -> String {
-    format!("({}, {}, {})", value.x, value.y, value.z)
+    let [x, y, z] = value.to_array().map(|x| match x.abs() {
+        ..1e16 => x.to_string(),
+        _ => format!("{x:e}"),
+    });
+    format!("({x}, {y}, {z})")
 }

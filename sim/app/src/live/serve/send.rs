@@ -8,6 +8,7 @@ use phyxel_live::{To, Told, encode_force, encode_nodes, encode_state};
 use super::{Owners, Show};
 use crate::live::skin::{Skins, plain};
 use crate::live::told::{bodies_of, scene_of, stats_of, tool_states};
+use crate::run::doubts;
 
 impl Show {
     /// Takes the surfaces as they are for what clients know, who get them by [`Show::introduce`].
@@ -20,6 +21,7 @@ impl Show {
     pub(super) fn begin_epoch(&mut self) {
         self.epoch += 1;
         self.owners = Owners::default();
+        self.doubts = 0;
         self.know_skins();
         self.clock.origin = None;
         self.clock.last = None;
@@ -105,5 +107,10 @@ impl Show {
         }
         self.clock.last = Some((Instant::now(), time));
         self.server.tell(To::All, &Told::Stats(Box::new(stats)));
+        let doubts = doubts(self.session.world());
+        for doubt in doubts.iter().skip(self.doubts) {
+            self.complain(To::All, doubt);
+        }
+        self.doubts = self.doubts.max(doubts.len());
     }
 }

@@ -6,6 +6,10 @@ use super::{Case, given, set, strings};
 const SCANNED: &str = "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
      surfels: (points: (file: \"scan.xyz\")))], pictures: ())";
 
+/// A body that asks for more surfels than memory has place for.
+const DENSE: &str = "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
+     surfels: (target: Density(1e10)))], pictures: ())";
+
 pub(super) fn file_cases() -> Vec<Case> {
     vec![
         given("unknown embedded scene", &[], &["run", "livr"]),
@@ -13,6 +17,29 @@ pub(super) fn file_cases() -> Vec<Case> {
             "unknown embedded scene to print",
             &[],
             &["scenes", "kidney"],
+        ),
+        given(
+            "surfels beyond number",
+            &[("scene.ron", DENSE)],
+            &["run", "scene.ron", "--out", "results/here"],
+        ),
+        given(
+            "skin of cuts beyond number",
+            &[(
+                "scene.ron",
+                &DENSE
+                    .replace("target: Density", "cut_density: 1e11, target: Density")
+                    .replace("(1e10)", "(1e3)"),
+            )],
+            &["check", "scene.ron"],
+        ),
+        given(
+            "a number whose square is none",
+            &[(
+                "scene.ron",
+                &DENSE.replace("size: (1, 1, 1)", "size: (1, 1e308, 1)"),
+            )],
+            &["check", "scene.ron"],
         ),
         given("missing scene", &[], &["run", "scene.ron"]),
         given(
