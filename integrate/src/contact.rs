@@ -240,7 +240,7 @@ impl Contact {
         sum
     }
 
-    /// Forces on members at `ahead.positions` into `ahead.forces`, over the near groups; friction if a
+    /// Forces on members at `semi_implicit.positions` into `semi_implicit.forces`, over the near groups; friction if a
     /// limit is named.
     pub(crate) fn evaluate(
         &mut self,

@@ -136,12 +136,6 @@ impl RigidShape {
         self.placed(pose).distance(point)
     }
 
-    /// Only the signed distance (m), for deciding what is near.
-    #[must_use]
-    pub fn distance_value(&self, pose: &Pose, point: DVec3) -> f64 {
-        self.placed(pose).value(point)
-    }
-
     /// The shape at a pose, for many points.
     pub(crate) fn placed(&self, pose: &Pose) -> Placed {
         let (solid, local) = self.solid();
@@ -378,7 +372,7 @@ mod tests {
             let turn = (b.normal - a.normal) / (2.0 * t);
             prop_assert!((turn - here.curvature * direction).length() < 1e-3, "{shape:?} {turn}");
             prop_assert!((here.normal.length() - 1.0).abs() < 1e-12);
-            let value = shape.distance_value(&pose, position + offset);
+            let value = shape.placed(&pose).value(position + offset);
             prop_assert!((value - here.value).abs() < 1e-14, "the short way: {value}");
         }
     }
@@ -386,7 +380,7 @@ mod tests {
     #[test]
     fn distances_of_known_points() {
         let pose = Pose::at(DVec3::Z);
-        let value = |shape: RigidShape, x: DVec3| shape.distance_value(&pose, x);
+        let value = |shape: RigidShape, x: DVec3| shape.placed(&pose).value(x);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
         assert!(close(value(SHAPES[0], DVec3::Z * 3.0), 1.3), "sphere");
         assert!(
@@ -444,13 +438,13 @@ mod tests {
             ),
         ];
         for (shape, point, distance) in cases {
-            let found = shape.distance_value(&Pose::IDENTITY, point);
+            let found = shape.placed(&Pose::IDENTITY).value(point);
             assert!((found - distance).abs() < 1e-12, "{shape:?}: {found} m");
             let twice = shape.scaled(2.0);
-            let found = twice.distance_value(&Pose::IDENTITY, 2.0 * point);
+            let found = twice.placed(&Pose::IDENTITY).value(2.0 * point);
             assert!((found - 2.0 * distance).abs() < 1e-12, "{shape:?} doubled");
             if let Some([min, max]) = shape.bounds() {
-                let corner = shape.distance_value(&Pose::IDENTITY, max + 1e-9);
+                let corner = shape.placed(&Pose::IDENTITY).value(max + 1e-9);
                 assert!(corner > 0.0 && min.cmplt(max).all(), "{shape:?}");
             }
         }

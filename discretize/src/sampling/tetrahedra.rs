@@ -65,7 +65,7 @@ pub struct SamplingReport {
     pub volume_error: Option<f64>,
     /// Area of the tetrahedra's boundary (m²).
     pub area: f64,
-    /// Pieces of the tetrahedra not joined by a face's nodes.
+    /// Pieces of the tetrahedra, each joined through shared nodes.
     pub pieces: usize,
     /// Closed parts of the input surface; 0 for implicit bodies.
     pub input_parts: usize,

@@ -20,7 +20,7 @@ use phyxel::scene::Scene;
 
 #[derive(Debug, Args)]
 pub(super) struct SweepArguments {
-    /// The plan (.ron): a scene and what changes of it from case to case.
+    /// The plan (.ron): `(scene: .., design: .., keys: [..], results: [..])`; sim/docs/sweep.md has its format
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
     /// Folder for the results [default: out/NAME with the plan's name]
