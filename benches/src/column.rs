@@ -120,7 +120,7 @@ fn mean_turn(nodes: &[usize], rest: &[DVec3], positions: &[DVec3]) -> f64 {
     sin.atan2(cos)
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let mut found = Vec::new();

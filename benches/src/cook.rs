@@ -73,7 +73,7 @@ pub fn measure(cells: u32) -> Result<Finding, StudyError> {
     })
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let off = (finding.rise / RISE - 1.0).abs();

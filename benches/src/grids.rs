@@ -57,7 +57,7 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
     Ok(cases)
 }
 
-/// What breaks a bar, in words: a run ends well if it comes to its end with energies accounted for, no
+/// What exceeds a limit, in words: a run ends well if it comes to its end with energies accounted for, no
 /// node that carries strain turned inside out and a step that lasts. What updates add and release, and how
 /// far single nodes go, is not judged: the grid weakens pairs ahead of the blade and lets cut pairs know each
 /// other again, and the rows say by how much.

@@ -159,7 +159,7 @@ pub fn measure(spacings: f64) -> Result<Finding, StudyError> {
     })
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let mut found = Vec::new();

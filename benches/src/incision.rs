@@ -255,7 +255,7 @@ fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
     (pairs, opening)
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let (mut found, row) = (Vec::new(), &finding.row);

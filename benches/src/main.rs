@@ -592,7 +592,7 @@ fn run_prove(name: Option<&str>, list: bool, jobs: Option<usize>) -> Result<bool
     Ok(all)
 }
 
-/// Prints what breaks a bar; whether nothing does.
+/// Prints what exceeds a limit; whether nothing does.
 fn verdict(breaches: &[String]) -> Result<bool, StudyError> {
     for breach in breaches {
         writeln!(io::stdout(), "MISSED {breach}")?;

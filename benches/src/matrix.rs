@@ -20,7 +20,7 @@ pub const RATIOS: [f64; 3] = [0.3, 0.45, 0.49];
 pub const RELEASED_SPREAD: f64 = 0.15;
 
 /// A dozen scenes that take a minute together. Of those that are not among them, the liver of 6,000 nodes cut down its front and
-/// blocks of 2 kPa still miss bars.
+/// blocks of 2 kPa still exceed limits.
 pub const QUICK: [&str; 13] = [
     "block 500 through",
     "block 1408 shipped",
@@ -245,7 +245,7 @@ fn median_of(values: &[f64]) -> Option<f64> {
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// What breaks a bar, row by row and over the node counts of the block, in words.
+/// What exceeds a limit, row by row and over the node counts of the block, in words.
 #[must_use]
 pub fn breaches(rows: &[Row]) -> Vec<String> {
     let mut found = breaches_of_rows(rows);
@@ -254,7 +254,7 @@ pub fn breaches(rows: &[Row]) -> Vec<String> {
     found
 }
 
-/// What breaks a bar row by row, in words.
+/// What exceeds a limit row by row, in words.
 fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
     let of = |row: &Row| {
         let breaches = row.breaches(&bars(&row.scene)).into_iter();

@@ -210,7 +210,7 @@ fn is_calm(row: &Row) -> bool {
     row.ended && row.added_by_stroke <= ADDED_BY_STROKE
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 pub fn breaches(rows: &[Row]) -> Vec<String> {

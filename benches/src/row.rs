@@ -154,7 +154,7 @@ impl Row {
             found.push(format!("cuts add {:.3e} J", -self.released));
         }
         let mut above = |what: &str, value: f64, most: f64| {
-            // What is not a number is above every bar.
+            // What is not a number is above every limit.
             if value.is_nan() || value > most {
                 found.push(format!("{what} {}, at most {most}", short(value)));
             }

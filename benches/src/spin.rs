@@ -112,7 +112,7 @@ fn momentum(world: &World) -> DVec3 {
     nodes.map(|(m, v)| *v * *m).sum()
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let mut found = Vec::new();

@@ -58,7 +58,7 @@ impl Finding {
     }
 }
 
-/// What breaks a bar, in words.
+/// What exceeds a limit, in words.
 #[must_use]
 pub fn breaches(findings: &[Finding]) -> Vec<String> {
     let missed = findings.iter().filter(|finding| finding.misses());

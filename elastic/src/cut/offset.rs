@@ -20,7 +20,7 @@ use crate::law::tensor::outer;
 pub(crate) const SMALLEST_OFFSET: f64 = 1e-5;
 /// Largest `|I + A|` (Frobenius). It multiplies what a node adds to the stiffness by its square, so a row
 /// that sees the body all but flat where it was not cannot keep its gradient. Of 2, 3, 5 and 8 (no
-/// change is 1.7), 3 missed the fewest bars in `benches -- matrix` (13 scenes of 48; 2: 18, 5: 16) and
+/// change is 1.7), 3 exceeded the fewest limits in `benches -- matrix` (13 scenes of 48; 2: 18, 5: 16) and
 /// none in `random --seed 4045 --count 24` (8: one scene not ended).
 const LARGEST_FACTOR: f64 = 3.0;
 /// Nodes whose work a thread finds at least: some 10 µs.

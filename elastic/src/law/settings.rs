@@ -34,7 +34,7 @@ pub struct MaterialSettings {
     /// Constant `k` (Pa) of the volume-restoring energy `k/2 (J - 1)^2` (Aras 2014, eq. (30)), beside
     /// what the model does; 0 for none.
     pub volume_constant: f64,
-    /// Fibres beside the model, all in one direction.
+    /// Fibres added to the model, all in one direction.
     pub fiber: Option<Fiber>,
     /// Viscosity as a Prony series of up to four terms; the moduli are those of the long term.
     pub viscosity: Vec<PronyTerm>,

@@ -259,14 +259,14 @@ const FIGURES: &[Figure] = &[
         "figure74",
         "Figure 74",
         "The block of 1,408 regularly distributed nodes hangs; neighbours, 16 at most, as lines.",
-        "The scenes block-1408, ours, and block-1408-dissertation, with 16 neighbours, at rest under their weight: 8 x 8 x 22 nodes, and the pairs that they see.",
+        "The scenes block-1408 and block-1408-dissertation, with 16 neighbours, at rest under their weight: 8 x 8 x 22 nodes, and the pairs that they see.",
     ),
     figure(
         75,
         "figure75",
         "Figure 75",
         "The block of 436 nodes from tetrahedra; neighbours are not limited.",
-        "The scenes block-436, ours, and block-436-dissertation, with as many neighbours as its supports hold; with tetrahedra of ours, 441 nodes.",
+        "The scenes block-436 and block-436-dissertation, with as many neighbours as its supports hold; with the default's tetrahedra, 441 nodes.",
     ),
     figure(
         76,
@@ -329,7 +329,7 @@ const FIGURES: &[Figure] = &[
         "figure84",
         "Figure 84",
         "A cut of the liver: scaled-down and full splats.",
-        "The same scenes, cut once; in the dissertation's model the cut gapes far more, and its skin is drawn out and torn. Where a cut is closed, as in ours, surfels of both its sides lie among the nearest and curvature is large.",
+        "The same scenes, cut once; in the dissertation's model the cut gapes far more, and its skin is drawn out and torn. Where a cut is closed, as in the default's, surfels of both its sides lie among the nearest and curvature is large.",
     ),
 ];
 
