@@ -16,13 +16,24 @@ pub enum SurfelError {
         /// Index of the first such surfel.
         surfel: usize,
     },
-    /// Not one normal per point.
-    #[error("{normals} normals for {positions} points; give one per point")]
+    /// Points nearest to a point whose normal is asked for coincide or lie on a line.
+    #[error(
+        "the points nearest to point {point} coincide or lie on a line, so it has no normal; drop \
+         duplicates, or sample the surface more evenly"
+    )]
+    NoPlane {
+        /// Index of the first such point.
+        point: usize,
+    },
+    /// A list that has not one entry per point.
+    #[error("{found} {what} for {points} points; give one per point")]
     Counts {
+        /// Which list.
+        what: &'static str,
+        /// Number of its entries.
+        found: usize,
         /// Number of points.
-        positions: usize,
-        /// Number of normals.
-        normals: usize,
+        points: usize,
     },
     /// A node's rest position is not finite.
     #[error("node {node} has a rest position that is not finite")]
@@ -42,6 +53,22 @@ pub enum SurfelError {
         /// Index into the triangles passed.
         triangle: usize,
     },
+}
+
+/// Refuses a list that has not one entry per point.
+pub(crate) fn one_per_point(
+    what: &'static str,
+    found: usize,
+    points: usize,
+) -> Result<(), SurfelError> {
+    if found == points {
+        return Ok(());
+    }
+    Err(SurfelError::Counts {
+        what,
+        found,
+        points,
+    })
 }
 
 impl From<png::EncodingError> for ImageError {

@@ -28,6 +28,7 @@ pub use tissue::binding::{BindSettings, Binding, WeightLaw};
 pub use tissue::carry::carry_into;
 pub use tissue::drawn::DrawnTissue;
 pub use tissue::near::triangle_near_box;
+pub use tissue::normals::estimate_normals;
 pub use tissue::radii::{Measure, RadiusRule, covering_radii, measures, shape_operators};
 pub use tissue::skin::{CutSampler, triangle_area};
 pub use tissue::texture::{CAPSULE, PARENCHYMA, TissueTexture};

@@ -35,6 +35,25 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Draws frames; keeps tables and buffers between frames.
+///
+/// # Examples
+/// ```
+/// use phyxel_splat::glam::{DVec3, Vec3};
+/// use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
+///
+/// // A flat patch of 20 x 20 points, 1 cm apart, seen from above.
+/// let points: Vec<DVec3> = (0..400)
+///     .map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0) * 0.01)
+///     .collect();
+/// let surfels = Surfels::covering(&points, &[DVec3::Z; 400])?;
+/// let (splats, colors) = (Splats::at_rest(&surfels), [Vec3::new(0.5, 0.1, 0.1); 400]);
+/// let settings = RenderSettings { width: 160, height: 120, ..RenderSettings::default() };
+/// let camera = Camera::around(&points, DVec3::NEG_Z, 160.0 / 120.0);
+/// let view = SplatView::new(&splats, &surfels, &colors);
+/// let frame = Renderer::new(settings).draw(&view, &[], &camera);
+/// assert!(frame.depth[160 * 60 + 80].is_finite()); // the middle shows the patch
+/// # Ok::<(), phyxel_splat::SurfelError>(())
+/// ```
 #[derive(Debug)]
 pub struct Renderer {
     settings: RenderSettings,

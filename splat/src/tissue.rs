@@ -10,6 +10,7 @@ mod geometry;
 mod grow;
 mod memory;
 pub(crate) mod near;
+pub(crate) mod normals;
 pub(crate) mod radii;
 mod renew;
 mod rim;
@@ -111,6 +112,24 @@ pub struct CutChange {
 ///
 /// Order of surfels: the outer ones as given, then in order of appearance new skin and doubles of
 /// split surfels. Indices never change.
+///
+/// # Examples
+/// ```
+/// use phyxel_splat::glam::{DMat3, DVec3};
+/// use phyxel_splat::{Splats, Tissue, TissueSettings};
+///
+/// // A flat patch of 10 x 10 surfels, 1 cm apart, carried by four nodes that move up.
+/// let x: Vec<DVec3> = (0..100)
+///     .map(|i| DVec3::new(f64::from(i % 10), f64::from(i / 10), 0.0) * 0.01)
+///     .collect();
+/// let nodes = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p * 0.1);
+/// let settings = TissueSettings::default();
+/// let tissue = Tissue::new(&x, &[DVec3::Z; 100], &[1e-4; 100], &nodes, &settings)?;
+/// let mut splats = Splats::default();
+/// tissue.carry_into(&nodes.map(|p| p + DVec3::Z), &[DMat3::IDENTITY; 4], &mut splats);
+/// assert!((splats.positions[42] - x[42] - DVec3::Z).length() < 1e-12);
+/// # Ok::<(), phyxel_splat::SurfelError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Tissue {
     surfels: Surfels,
@@ -138,10 +157,8 @@ impl Tissue {
     /// Binds surface samples to the nodes of an uncut body.
     ///
     /// # Errors
-    /// [`SurfelError`] names the first sample or node that is not usable.
-    ///
-    /// # Panics
-    /// If the slices of samples differ in length.
+    /// [`SurfelError`] names the first sample or node that is not usable, or slices of samples that differ
+    /// in length.
     pub fn new(
         positions: &[DVec3],
         normals: &[DVec3],

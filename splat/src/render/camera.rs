@@ -45,24 +45,28 @@ impl Camera {
     /// If `direction` is zero, the box is not finite or empty, or `aspect` is not positive.
     #[must_use]
     pub fn framing(low: DVec3, high: DVec3, direction: DVec3, up: DVec3, aspect: f64) -> Self {
-        let (mut camera, corners) = Self::aimed(low, high, direction, up, aspect);
-        let half = (FIELD_OF_VIEW * 0.5).tan();
-        // Per corner, the distance at which it just fits; the farthest wins.
-        let room = half * (1.0 - 2.0 * MARGIN);
-        let centre = (low + high) * 0.5;
-        let mut distance: f64 = 0.0;
-        for p in corners {
-            let d = p - centre;
-            let side = (d.dot(camera.right).abs() / aspect).max(d.dot(camera.up).abs());
-            distance = distance.max(side / room - d.dot(camera.forward));
-        }
-        camera.eye = centre - camera.forward * distance;
-        camera.lens = Lens::Perspective { focal: 0.5 / half };
-        camera
+        let (camera, corners) = Self::aimed(low, high, direction, up, aspect);
+        camera.backed_off(&corners, (low + high) * 0.5, aspect)
     }
 
-    /// A perspective camera that looks along `direction` at the box around some points and shows all of
-    /// it, z upwards, in an image of `aspect` = width / height.
+    /// The camera with its eye on the line of sight through `centre`, where it just sees all points.
+    fn backed_off(mut self, points: &[DVec3], centre: DVec3, aspect: f64) -> Self {
+        let half = (FIELD_OF_VIEW * 0.5).tan();
+        // Per point, the distance at which it just fits; the farthest wins.
+        let room = half * (1.0 - 2.0 * MARGIN);
+        let mut distance: f64 = 0.0;
+        for &p in points {
+            let d = p - centre;
+            let side = (d.dot(self.right).abs() / aspect).max(d.dot(self.up).abs());
+            distance = distance.max(side / room - d.dot(self.forward));
+        }
+        self.eye = centre - self.forward * distance;
+        self.lens = Lens::Perspective { focal: 0.5 / half };
+        self
+    }
+
+    /// A perspective camera that looks along `direction` at some points and shows all of them, z upwards, as
+    /// large as they fit an image of `aspect` = width / height.
     ///
     /// # Panics
     /// As [`Camera::framing`], for the points' box.
@@ -70,7 +74,16 @@ impl Camera {
     pub fn around(points: &[DVec3], direction: DVec3, aspect: f64) -> Self {
         let low = points.iter().fold(DVec3::INFINITY, |low, x| low.min(*x));
         let high = points.iter().fold(-DVec3::INFINITY, |high, x| high.max(*x));
-        Self::framing(low, high, direction, DVec3::Z, aspect)
+        let (camera, _) = Self::aimed(low, high, direction, DVec3::Z, aspect);
+        // The middle of what is seen, which is not that of the box where the points lie along its diagonal.
+        let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for p in points {
+            let seen = DVec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.forward));
+            (least, most) = (least.min(seen), most.max(seen));
+        }
+        let middle = (least + most) * 0.5;
+        let centre = camera.right * middle.x + camera.up * middle.y + camera.forward * middle.z;
+        camera.backed_off(points, centre, aspect)
     }
 
     /// A perspective camera at a position (m) that looks at another, as far as it can with `up` upwards, with a vertical
@@ -176,5 +189,34 @@ impl Camera {
             Lens::Orthographic { height } => h / height,
         };
         (0.5 * w + scale * c.x, 0.5 * h + scale * c.y, c.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use testkit::strategies;
+
+    proptest! {
+        /// All points are seen, and some lie at the margin.
+        #[test]
+        fn points_fill_the_image(
+            points in proptest::collection::vec(strategies::vector(1.0), 20..60),
+            direction in strategies::vector(1.0),
+            wide in proptest::bool::ANY,
+        ) {
+            prop_assume!(direction.length() > 0.1);
+            let (width, height) = if wide { (1600, 900) } else { (600, 800) };
+            let camera = Camera::around(&points, direction, f64::from(width) / f64::from(height));
+            let mut widest: f64 = 0.0;
+            for p in points {
+                let (x, y, depth) = camera.project(p, width, height);
+                let beside = (2.0 * x / f64::from(width) - 1.0).abs();
+                widest = widest.max(beside).max((2.0 * y / f64::from(height) - 1.0).abs());
+                prop_assert!(depth > 0.0);
+            }
+            prop_assert!((widest - (1.0 - 2.0 * MARGIN)).abs() < 1e-12, "{widest}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cast::single;
-use crate::error::SurfelError;
+use crate::error::{SurfelError, one_per_point};
 use crate::render::image::Image;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -82,17 +82,14 @@ impl Surfels {
     ///
     /// # Errors
     /// [`SurfelError::BadSurfel`] names the first surfel with a value that is not finite, a zero
-    /// normal or an area that is not positive.
-    ///
-    /// # Panics
-    /// If the slices differ in length.
+    /// normal or an area that is not positive; [`SurfelError::Counts`] if the slices differ in length.
     pub fn from_samples(
         positions: &[DVec3],
         normals: &[DVec3],
         areas: &[f64],
     ) -> Result<Self, SurfelError> {
-        assert_eq!(positions.len(), normals.len(), "one normal per position");
-        assert_eq!(positions.len(), areas.len(), "one area per position");
+        one_per_point("normals", normals.len(), positions.len())?;
+        one_per_point("areas", areas.len(), positions.len())?;
         let mut out = Self::default();
         for (surfel, ((&x, &n), &a)) in positions.iter().zip(normals).zip(areas).enumerate() {
             let unit = n.try_normalize();

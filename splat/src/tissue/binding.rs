@@ -10,6 +10,7 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum WeightLaw {
     /// To 0 a little beyond the farthest, so that a node on its way out fades: `(1 - d²/h²)²` with h = 1.1
     /// times the distance of the farthest node.

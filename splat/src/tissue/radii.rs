@@ -1,7 +1,7 @@
 //! Splat radii: the default without holes, and the dissertation's rules.
 
 use crate::cast::{index, real};
-use crate::error::SurfelError;
+use crate::error::{SurfelError, one_per_point};
 use crate::render::surfels::Surfels;
 use crate::tissue::eigen::symmetric_eigen;
 use crate::tissue::tree::{NodeTree, point_tree};
@@ -53,6 +53,7 @@ impl RadiusRule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum Measure {
     /// Mean distance to the neighbours (m), eq. (52): dense means detailed.
     Density,
@@ -75,12 +76,7 @@ impl Surfels {
     /// Disks cover where samples are closer together than the radius of curvature; a point without
     /// others gets the radius 0. See [`crate::covering_radii`].
     pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Self, SurfelError> {
-        if positions.len() != normals.len() {
-            return Err(SurfelError::Counts {
-                positions: positions.len(),
-                normals: normals.len(),
-            });
-        }
+        one_per_point("normals", normals.len(), positions.len())?;
         let areas = vec![1.0; positions.len()];
         let mut surfels = Self::from_samples(positions, normals, &areas)?;
         let normals = &surfels.normals;
