@@ -113,7 +113,7 @@ fn reading_names_reason_and_place() {
         let (.., message) = refused(text);
         assert!(message.contains(expected), "{message}\nwithout {expected}");
     }
-    let missing = read_mesh("no/such/mesh.obj".as_ref()).unwrap_err();
+    let missing = read_mesh("no/such/mesh.obj").unwrap_err();
     assert_eq!(
         missing.kind,
         ReadErrorKind::Io(std::io::ErrorKind::NotFound)
@@ -132,6 +132,12 @@ fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
         ("five", "0 0 0 1 0\n", "six numbers"),
         ("flat", "# cloud\n0 0 0 0 0 0\n", "line 2: a coordinate"),
         ("none", "# nothing\n", "no points"),
+        (
+            "bent",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+             property float nx\nproperty float ny\nproperty float nz\nend_header\n1 2 3 0 0 0\n",
+            "not a finite number",
+        ),
     ] {
         let path = folder.join(name);
         std::fs::write(&path, text).unwrap();

@@ -1,7 +1,9 @@
 //! Formats, and mutated files of each.
 
+use glam::DVec3;
 use phyxel_discretize::{
-    Format, Primitive, RepairSettings, SampleSettings, SampleTarget, TextPlace, parse_mesh, repair,
+    Format, Primitive, RepairSettings, SampleSettings, SampleTarget, Solid, TextPlace, parse_mesh,
+    ply_surfels, read_point_cloud, repair, sample_surfels, surface_mesh,
 };
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
@@ -415,6 +417,32 @@ fn what_is_written_reads_back() {
 
 /// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
 /// what still reads can be repaired or is refused.
+#[test]
+fn surfels_as_written_are_points_to_read() {
+    let ball = Solid::from(Primitive::Ellipsoid {
+        semi_axes: DVec3::new(1.0, 2.0, 3.0),
+    });
+    let surface = surface_mesh(&ball, 0.3).unwrap();
+    let surfels = sample_surfels(&surface, 200, None);
+    let file = std::env::temp_dir().join(format!("phyxel-points-{}.ply", std::process::id()));
+    std::fs::write(&file, ply_surfels(&surfels)).unwrap();
+    let read = read_point_cloud(&file);
+    // Without normals, as scanners write it.
+    let bare = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+                property float z\nend_header\n1 2 3\n4 5 6\n";
+    std::fs::write(&file, bare).unwrap();
+    let bare = read_point_cloud(&file).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let read = read.unwrap();
+    assert_eq!(read.positions, surfels.positions);
+    for (read, written) in read.normals.iter().zip(&surfels.normals) {
+        assert!(read.distance(*written) < 1e-15, "{read} for {written}");
+    }
+    assert_eq!(read.normals.len(), surfels.normals.len());
+    assert_eq!(bare.positions[1], DVec3::new(4.0, 5.0, 6.0));
+    assert!(bare.normals.is_empty() && bare.areas == [0.0; 2]);
+}
+
 #[test]
 fn mutated_files_never_panic() {
     let mut random = Random::new(7);

@@ -116,7 +116,7 @@ fn real_meshes_without_tetrahedra() {
         "raptor_8kp.obj",
         "tissue_volume.msh",
     ] {
-        let file = read_mesh(&folder.join(name)).unwrap();
+        let file = read_mesh(folder.join(name)).unwrap();
         let solid = Solid::from_mesh(repair(&file.mesh, &Default::default()).unwrap().0);
         for (target, grading) in [500, 1000, 2000]
             .into_iter()

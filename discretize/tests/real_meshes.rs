@@ -85,7 +85,7 @@ fn real_meshes_have_their_published_figures() {
         return;
     };
     for (name, vertices, triangles, parts, volume, area, crossing) in FIGURES {
-        let file = read_mesh(&folder.join(name)).expect(name);
+        let file = read_mesh(folder.join(name)).expect(name);
         let settings = RepairSettings {
             smallest_part: 0.0,
             ..RepairSettings::default()
@@ -120,7 +120,7 @@ fn an_xml_file_of_tetrahedra_has_its_published_figures() {
     let Some(folder) = folder_of_meshes() else {
         return;
     };
-    let file = read_mesh(&folder.join("raptorTetra_8418.vtu")).unwrap();
+    let file = read_mesh(folder.join("raptorTetra_8418.vtu")).unwrap();
     assert_eq!(
         (file.mesh.vertices.len(), file.tetrahedra.len()),
         (2996, 8418)
@@ -141,7 +141,7 @@ fn real_meshes_sample_well_at_three_spacings() {
         return;
     };
     for (name, ..) in FIGURES {
-        let file = read_mesh(&folder.join(name)).expect(name);
+        let file = read_mesh(folder.join(name)).expect(name);
         let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
         let solid = Solid::from_mesh(mesh);
         for count in [1000, 2500] {
@@ -161,7 +161,7 @@ fn real_meshes_sample_well_on_graded_octrees() {
         return;
     };
     for (name, ..) in FIGURES {
-        let file = read_mesh(&folder.join(name)).expect(name);
+        let file = read_mesh(folder.join(name)).expect(name);
         let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
         let (at, size) = (mesh.vertices[0], mesh.bounds().diagonal());
         let ball = |factor, coarsest| refined(at, 0.1 * size, factor, coarsest);
@@ -184,7 +184,7 @@ fn a_point_cloud_with_normals_is_read_as_it_is() {
     let Some(folder) = folder_of_meshes() else {
         return;
     };
-    let cloud = read_point_cloud(&folder.join("kitten.xyz")).unwrap();
+    let cloud = read_point_cloud(folder.join("kitten.xyz")).unwrap();
     assert_eq!(cloud.positions.len(), 5210);
     for n in &cloud.normals {
         assert_relative("normal", n.length(), 1.0, 0.0, 1e-12);

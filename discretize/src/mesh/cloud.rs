@@ -7,7 +7,7 @@ use glam::DVec3;
 pub struct SurfaceSamples {
     /// Positions (m).
     pub positions: Vec<DVec3>,
-    /// Outward unit normals.
+    /// Outward unit normals; none where a file has none.
     pub normals: Vec<DVec3>,
     /// Areas (m²).
     pub areas: Vec<f64>,

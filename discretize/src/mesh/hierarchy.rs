@@ -39,6 +39,7 @@ pub struct Hierarchy {
 
 /// Where a segment crosses a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Crossing {
     /// Parameter on the segment, 0 to 1.
     pub parameter: f64,
@@ -48,6 +49,7 @@ pub struct Crossing {
 
 /// The closest point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Closest {
     /// The point on the surface.
     pub point: DVec3,

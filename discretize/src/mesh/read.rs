@@ -50,6 +50,7 @@ pub enum Format {
 
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MeshFile {
     /// The format found.
     pub format: Format,
@@ -75,6 +76,7 @@ pub enum TextPlace {
 
 /// Why a file could not be read, with file and position.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ReadError {
     /// The file; empty when bytes were read.
     pub path: PathBuf,
@@ -184,6 +186,8 @@ pub(crate) struct Failure {
 #[derive(Default)]
 struct Raw {
     vertices: Vec<DVec3>,
+    /// Of vertices, as the file has them; empty where it has none or they are not read.
+    normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     tetrahedra: Vec<[u32; 4]>,
     polygons: usize,
@@ -246,7 +250,8 @@ fn point(coordinates: [f64; 3], place: TextPlace) -> Result<DVec3, Failure> {
 ///
 /// # Errors
 /// [`ReadError`] with the file, the line or byte and the reason.
-pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
+pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, ReadError> {
+    let path = path.as_ref();
     let bytes = read_bytes(path)?;
     parse_mesh(&bytes).map_err(|error| ReadError {
         path: path.to_owned(),

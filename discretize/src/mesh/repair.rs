@@ -42,6 +42,7 @@ impl Default for RepairSettings {
 /// What was found and done.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct MeshReport {
     /// Vertices and triangles given.
     pub given: (usize, usize),

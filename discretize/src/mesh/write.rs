@@ -7,6 +7,7 @@ use crate::mesh::{Mesh, index};
 
 /// Values at nodes for [`vtk_tetrahedra`].
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Field<'a> {
     /// One number per node.
     Scalars(&'a [f64]),

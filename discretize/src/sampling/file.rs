@@ -13,6 +13,7 @@ use crate::sampling::tetrahedra::{SampledNodes, sample_tetrahedra};
 
 /// A mesh file, repaired and sampled.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SampledFile {
     /// What was read, scaled.
     pub file: MeshFile,
@@ -44,7 +45,7 @@ pub enum FileError {
 /// # Errors
 /// [`FileError`]: the first stage that failed.
 pub fn sample_file(
-    path: &Path,
+    path: impl AsRef<Path>,
     scale: f64,
     repair_settings: &RepairSettings,
     sample_settings: &SampleSettings,

@@ -18,6 +18,7 @@ const SLACK: f64 = 1e-9;
 
 /// A cell that is not divided.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Leaf {
     /// Lower corner.
     pub min: DVec3,

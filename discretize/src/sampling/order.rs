@@ -9,6 +9,7 @@ const BITS: u32 = 20;
 
 /// An order of points with its map both ways.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct NodeOrder {
     /// Old index of each new position.
     pub old_of_new: Vec<u32>,

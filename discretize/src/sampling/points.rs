@@ -41,6 +41,7 @@ const FIRST_COARSENING: f64 = 4.0;
 
 /// Nodes with volumes and boundary vectors, in space-filling order, without tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PointSampling {
     /// Rest positions (m), shape `(n)`.
     pub positions: Vec<DVec3>,
@@ -59,6 +60,7 @@ pub struct PointSampling {
 /// What a sampling without tetrahedra is like.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PointReport {
     /// Nodes.
     pub nodes: usize,

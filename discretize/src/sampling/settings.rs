@@ -5,6 +5,7 @@ use crate::sampling::grading::Grading;
 /// How fine to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum SampleTarget {
     /// Mean distance between neighbouring nodes at and under the surface (length unit of the body),
     /// met within 5 %; a box gets the cells nearest to it that fit.

@@ -294,8 +294,11 @@ impl Axis {
     /// The direction that is usually up in files of this name: +y in OBJ and PLY, as their tools have it, +z in all
     /// others.
     #[must_use]
-    pub fn usually_up(file: &Path) -> Self {
-        let extension = file.extension().map(|text| text.to_ascii_lowercase());
+    pub fn usually_up(file: impl AsRef<Path>) -> Self {
+        let extension = file
+            .as_ref()
+            .extension()
+            .map(|text| text.to_ascii_lowercase());
         match extension.as_deref().and_then(|text| text.to_str()) {
             Some("obj" | "ply") => Self::Y,
             _ => Self::Z,

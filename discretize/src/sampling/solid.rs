@@ -136,6 +136,15 @@ impl Primitive {
 pub type LevelSet = Arc<dyn Fn(DVec3) -> f64 + Send + Sync>;
 
 /// A body that can be asked what is inside: a shape or a repaired mesh.
+///
+/// # Examples
+/// ```
+/// use phyxel_discretize::{Primitive, Solid, glam::DVec3};
+///
+/// let ball = Solid::from(Primitive::Ellipsoid { semi_axes: DVec3::ONE });
+/// assert!(ball.contains(DVec3::X * 0.9) && !ball.contains(DVec3::X * 1.1));
+/// assert!((ball.signed_distance(DVec3::X * 2.0) - 1.0).abs() < 1e-9);
+/// ```
 #[derive(Clone)]
 pub struct Solid {
     kind: Kind,

@@ -30,6 +30,7 @@ const LAYERED_FROM: usize = 20_000;
 /// Nodes with everything a simulation starts from, ordered for reading neighbours: along a space-filling curve, or in
 /// layers from 20,000 nodes on.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SampledNodes {
     /// Rest positions (m), shape `(n)`.
     pub positions: Vec<DVec3>,
@@ -50,6 +51,7 @@ pub struct SampledNodes {
 /// What a sampling is like, and what it lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct SamplingReport {
     /// Nodes.
     pub nodes: usize,

@@ -220,7 +220,7 @@ pub struct SurfelSettings {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
-    /// Text file with `x y z nx ny nz` in each line; a relative path starts at the scene file's folder.
+    /// PLY file, or text with `x y z nx ny nz` in each line; a relative path starts at the scene file's folder.
     #[serde(with = "path_text")]
     #[cfg_attr(feature = "schemars", schemars(with = "String"))]
     pub file: PathBuf,

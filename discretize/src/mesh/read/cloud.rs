@@ -2,16 +2,22 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::text::{self, Text};
-use super::{Failure, ReadError, ReadErrorKind, check_encoding, nothing, point, read_bytes};
+use super::{
+    Failure, ReadError, ReadErrorKind, TextPlace, check_encoding, nothing, point, read_bytes,
+};
 use crate::mesh::cloud::SurfaceSamples;
 
-/// Reads a point cloud with normals: `x y z nx ny nz` per line, `#` comments. Areas are 0: the file
-/// has none (see [`SurfaceSamples::areas`]). Normals are made unit length.
+/// Reads a point cloud: the vertices of a PLY file with their nx, ny and nz, or text with `x y z nx ny nz` per line
+/// and `#` comments. Areas are 0: the file has none (see [`SurfaceSamples::areas`]). Normals are made unit
+/// length; there are none where the vertices of a PLY file have none.
 ///
 /// # Errors
-/// [`ReadError`] with the file, the line and the reason.
-pub fn read_point_cloud(path: &Path) -> Result<SurfaceSamples, ReadError> {
+/// [`ReadError`] with the file, the line or byte and the reason.
+pub fn read_point_cloud(path: impl AsRef<Path>) -> Result<SurfaceSamples, ReadError> {
+    let path = path.as_ref();
     let bytes = read_bytes(path)?;
     parse_cloud(&bytes).map_err(|failure| ReadError {
         path: path.to_owned(),
@@ -22,6 +28,9 @@ pub fn read_point_cloud(path: &Path) -> Result<SurfaceSamples, ReadError> {
 
 fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
     check_encoding(bytes)?;
+    if bytes.starts_with(b"ply") {
+        return ply_cloud(bytes);
+    }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut text = Text::new(bytes);
     let mut surfels = SurfaceSamples::default();
@@ -38,14 +47,32 @@ fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
         let [x, y, z, nx, ny, nz] = values;
         surfels.positions.push(point([x, y, z], place)?);
         let normal = point([nx, ny, nz], place)?;
-        surfels.normals.push(normal.try_normalize().ok_or(Failure {
-            place,
-            kind: ReadErrorKind::NotFinite,
-        })?);
+        surfels.normals.push(unit(normal, place)?);
     }
     if surfels.positions.is_empty() {
         return Err(nothing("points"));
     }
     surfels.areas = vec![0.0; surfels.positions.len()];
     Ok(surfels)
+}
+
+fn ply_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
+    let raw = super::ply::parse(bytes)?;
+    if raw.vertices.is_empty() {
+        return Err(nothing("vertices"));
+    }
+    let normals = raw
+        .normals
+        .iter()
+        .map(|&normal| unit(normal, TextPlace::File));
+    Ok(SurfaceSamples {
+        normals: normals.collect::<Result<_, _>>()?,
+        areas: vec![0.0; raw.vertices.len()],
+        positions: raw.vertices,
+    })
+}
+
+fn unit(normal: DVec3, place: TextPlace) -> Result<DVec3, Failure> {
+    let kind = ReadErrorKind::NotFinite;
+    normal.try_normalize().ok_or(Failure { place, kind })
 }

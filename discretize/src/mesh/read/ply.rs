@@ -1,4 +1,6 @@
-//! PLY: text and binary of both byte orders; vertices' x, y, z and faces' index lists.
+//! PLY: text and binary of both byte orders; vertices' x, y, z, nx, ny, nz and faces' index lists.
+
+use glam::DVec3;
 
 use super::text::{Scalar, Text, check_count, unexpected};
 use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index};
@@ -33,6 +35,7 @@ struct Property {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
+    /// x, y and z, then those of the normal.
     Coordinate(usize),
     Corners,
     Other,
@@ -67,6 +70,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     if !(0..3).all(has) {
         return Err(nothing("properties x, y and z of its vertices"));
     }
+    let normals = (3..6).all(has);
     let mut source = Source { text, encoding };
     // Faces may stand before the vertices, so it is the header that says how many there are.
     let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
@@ -86,6 +90,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
                 },
             });
         }
+    }
+    if !normals {
+        raw.normals.clear();
     }
     Ok(raw)
 }
@@ -159,6 +166,9 @@ fn property(words: &mut super::text::Words<'_>) -> Result<Property, Failure> {
         (Some(b"x"), false) => Role::Coordinate(0),
         (Some(b"y"), false) => Role::Coordinate(1),
         (Some(b"z"), false) => Role::Coordinate(2),
+        (Some(b"nx"), false) => Role::Coordinate(3),
+        (Some(b"ny"), false) => Role::Coordinate(4),
+        (Some(b"nz"), false) => Role::Coordinate(5),
         (Some(b"vertex_indices" | b"vertex_index"), true) => Role::Corners,
         _ => Role::Other,
     };
@@ -222,7 +232,7 @@ fn read_element(
     let mut corners = Vec::new();
     for _ in 0..count {
         let place = source.place();
-        let mut xyz = [f64::NAN; 3];
+        let mut values = [f64::NAN; 6];
         for property in &element.properties {
             if let Some(list) = property.list {
                 let size = source.integer(list)?;
@@ -245,12 +255,14 @@ fn read_element(
             } else {
                 let value = source.float(property.value)?;
                 if let Role::Coordinate(axis) = property.role {
-                    xyz[axis] = value;
+                    values[axis] = value;
                 }
             }
         }
         if element.role == ElementRole::Vertex {
-            raw.vertices.push(point(xyz, place)?);
+            let [x, y, z, nx, ny, nz] = values;
+            raw.vertices.push(point([x, y, z], place)?);
+            raw.normals.push(DVec3::new(nx, ny, nz));
         }
     }
     Ok(())

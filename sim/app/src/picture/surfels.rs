@@ -2,6 +2,7 @@
 
 use phyxel_discretize::{SurfaceSamples, read_point_cloud, surface_mesh};
 use phyxel_mls::{NearestSettings, k_nearest};
+use phyxel_splat::estimate_normals;
 
 use super::SkinProblem;
 use super::sampling::{CHOICE, surfels_on_solid};
@@ -79,6 +80,9 @@ pub(super) fn scanned(
     body: &Body,
 ) -> Result<SurfaceSamples, SkinProblem> {
     let mut surfels = read_point_cloud(&points.file)?;
+    if surfels.normals.is_empty() {
+        surfels.normals = estimate_normals(&surfels.positions)?;
+    }
     let placed = placed.placement().of_file(points.scale, points.up);
     placed.place(&mut surfels.positions);
     for normal in &mut surfels.normals {
