@@ -62,6 +62,7 @@ impl Default for CutPolicy {
 
 /// What a cut did to the energy (J) at the positions given.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct CutEnergy {
     /// Change of strain energy and bonds: at most 0.
     pub strain: f64,

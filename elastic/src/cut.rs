@@ -41,6 +41,7 @@ pub(crate) struct Uncut {
 
 /// Halves of the works (J) of a decay; positive where it adds energy.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct Works {
     /// Of retained gradients, nodes ascending.
     pub offsets: Vec<(u32, f64)>,

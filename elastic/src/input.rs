@@ -92,6 +92,7 @@ pub struct Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum Dilatation {
     /// At each node by itself.
     #[default]
@@ -127,7 +128,52 @@ pub(crate) fn same_length(
     })
 }
 
-impl Stencils<'_> {
+impl<'a> Stencils<'a> {
+    /// Plain moving least squares: one weight a pair, one matrix a node, no multipliers. Lengths and values are
+    /// checked by [`crate::Elastic::new`].
+    ///
+    /// # Examples
+    /// ```
+    /// use phyxel_elastic::{Stencils, glam::{DMat3, DVec3}};
+    ///
+    /// // Four nodes that see each other.
+    /// let x = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    /// let (offsets, indices) = ([0, 3, 6, 9, 12], [1, 2, 3, 0, 2, 3, 0, 1, 3, 0, 1, 2]);
+    /// let weights = [1.0; 12];
+    /// // B_i, the inverse of A_i.
+    /// let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+    /// let moment = |a: DVec3| x.iter().fold(DMat3::ZERO, |sum, &b| sum + outer(b - a));
+    /// let matrices = x.map(|a| moment(a).inverse());
+    /// let stencils = Stencils::plain(&offsets, &indices, &weights, &matrices);
+    /// assert!(stencils.multipliers.is_empty());
+    /// ```
+    #[must_use]
+    pub fn plain(
+        offsets: &'a [u32],
+        indices: &'a [u32],
+        weights: &'a [f64],
+        matrices: &'a [DMat3],
+    ) -> Self {
+        Self {
+            offsets,
+            indices,
+            weights,
+            matrices,
+            scales: &[],
+            multipliers: &[],
+        }
+    }
+
+    /// The same with the multipliers `μ_i` and scales `s_i` that make stencils conservative; both empty for plain ones.
+    #[must_use]
+    pub fn with_multipliers(self, scales: &'a [f64], multipliers: &'a [DVec3]) -> Self {
+        Self {
+            scales,
+            multipliers,
+            ..self
+        }
+    }
+
     pub(crate) fn check_lengths(&self, node_count: usize) -> Result<(), ElasticError> {
         let pairs = self.indices.len();
         same_length("offsets", self.offsets.len(), node_count + 1)?;

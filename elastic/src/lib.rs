@@ -1,6 +1,9 @@
 #![doc = include_str!("../picture.md")]
 #![doc = include_str!("../README.md")]
 
+// First: documentation lists the methods of Elastic in the modules' order.
+mod model;
+
 mod again;
 mod apply;
 mod cut;
@@ -8,7 +11,6 @@ mod error;
 mod input;
 mod kernel;
 mod law;
-mod model;
 mod part;
 mod rows;
 mod state;

@@ -1,10 +1,5 @@
 //! The model's public face.
 
-mod bonds;
-mod control;
-mod fronts;
-mod offsets;
-
 use glam::{DMat3, DVec3};
 
 use crate::cut::CutState;
@@ -29,7 +24,34 @@ use crate::law::coefficients::Coefficients;
 use crate::law::material::{Law, Material};
 use crate::law::viscosity::Viscosity;
 
-/// Elastic body: forces as the exact negative gradient of
+/// Elastic body: forces as the exact negative gradient of its energy.
+///
+/// [`Elastic::new`] builds it, [`Elastic::forces_into`] gives forces and energy at positions,
+/// [`Elastic::cauchy_stress`] stresses there, [`Elastic::tangent_product_into`] what an implicit step or a
+/// static solution needs, [`Elastic::apply_cut`] and [`Elastic::decay`] carry a cut.
+///
+/// # Examples
+/// ```
+/// use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+/// use phyxel_elastic::glam::{DMat3, DVec3};
+///
+/// # let x = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+/// # let (offsets, indices) = ([0, 3, 6, 9, 12], [1, 2, 3, 0, 2, 3, 0, 1, 3, 0, 1, 2]);
+/// # let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+/// # let matrices = x.map(|a| x.iter().fold(DMat3::ZERO, |sum, &b| sum + outer(b - a)).inverse());
+/// # let stencils = Stencils::plain(&offsets, &indices, &[1.0; 12], &matrices);
+/// // Nodes x and their stencils as in [`Stencils::plain`].
+/// let (nodes, soft) = (Nodes::new(&x, &[1.0 / 24.0; 4]), Material::neo_hookean(1e3, 0.4));
+/// let mut body = Elastic::new(&stencils, &nodes, &Materials::Uniform(soft), &Settings::default())?;
+/// let mut forces = [DVec3::ZERO; 4];
+/// let energy = body.forces_into(&x.map(|x| x * 1.1), &mut forces); // J, N
+/// assert!(energy > 0.0 && forces[1].x < 0.0);
+/// let stress = body.cauchy_stress(0); // Pa
+/// assert!(stress.x_axis.x > 0.0 && stress.x_axis.y.abs() < 1e-9);
+/// # Ok::<(), phyxel_elastic::ElasticError>(())
+/// ```
+///
+/// # Energy
 /// `E(x) = sum_i V_i W(F_i) + sum_i c_i/2 sum_j w_ij |e_ij|²`.
 ///
 /// `F_i = I + sum_j u_ij ⊗ g_ij` (Aras 2014, eqs (22)–(27) for the gradient), `W` the strain
@@ -55,6 +77,7 @@ pub struct Elastic {
 
 /// Heap bytes of a model and of parts of it, which are 0 where a body does not use them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Bytes {
     /// The whole model.
     pub all: usize,
@@ -486,6 +509,12 @@ fn tables(
     }
     Ok(tables)
 }
+
+// After the methods above: documentation lists methods in this order.
+mod bonds;
+mod control;
+mod fronts;
+mod offsets;
 
 #[cfg(test)]
 mod tests;

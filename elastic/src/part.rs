@@ -49,6 +49,7 @@ impl Part {
     }
 }
 
+/// Products within some of the nodes, and what other processes have of them.
 impl Elastic {
     /// Prepares products with the stiffness of some nodes, in any order, while all others are held.
     ///

@@ -24,6 +24,7 @@ pub struct Rows<'a> {
     pub multipliers: &'a [(u32, DVec3)],
 }
 
+/// Rows of stencils, for programs that apply a cut in steps of their own or share out a body.
 impl Elastic {
     /// As [`Elastic::update_rows`], where the caller with the rows does not have all of the stencils. The rows are
     /// spread over lists as long as the model's for it.

@@ -47,6 +47,18 @@ pub enum Law {
 }
 
 /// A material: a law and what is added to it.
+///
+/// # Examples
+/// ```
+/// use phyxel_elastic::{Fiber, Material, PronyTerm, glam::DVec3};
+///
+/// let mut liver = Material::stable_neo_hookean(3e3, 0.45).with_barrier(2e3);
+/// assert!((liver.lame_mu() - 3e3 / 2.9).abs() < 1e-9);
+/// liver = liver.with_prony(&[PronyTerm { ratio: 0.5, relaxation_time: 0.1 }]);
+/// let muscle = Material::neo_hookean(1e4, 0.4).with_fiber(Fiber {
+///     direction: DVec3::X, stiffness: 2e3, exponent: 1.0, dispersion: 0.1,
+/// });
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -87,7 +99,7 @@ impl Material {
     }
 
     /// Stable neo-Hookean material from Young's modulus (Pa) and Poisson's ratio; what a body that is
-    /// cut or falls freely wants.
+    /// cut or falls freely wants. Values out of range are refused by [`crate::Elastic::new`].
     #[must_use]
     pub fn stable_neo_hookean(youngs_modulus: f64, poissons_ratio: f64) -> Self {
         let (lame_mu, lame_lambda) = lame(youngs_modulus, poissons_ratio);
@@ -209,13 +221,24 @@ impl Material {
             }
         };
         let (mu, lambda) = (self.lame_mu(), self.lame_lambda());
-        check(mu > 0.0, "lame_mu", mu, "must be positive and finite")?;
-        check(
-            3.0 * lambda + 2.0 * mu > 0.0,
-            "lame_lambda",
-            lambda,
-            "must exceed -2/3 of the shear modulus (Poisson's ratio between -1 and 0.5)",
-        )?;
+        let sound = mu > 0.0 && 3.0 * lambda + 2.0 * mu > 0.0;
+        if !(sound && mu.is_finite() && lambda.is_finite()) {
+            let (modulus, ratio) = hooke(mu, lambda);
+            if mu.is_finite() && (ratio <= -1.0 || ratio >= 0.5) {
+                check(
+                    false,
+                    "Poisson's ratio",
+                    ratio,
+                    "must lie between -1 and 0.5; lambda / (2 (lambda + mu)) of a law by Lamé's parameters",
+                )?;
+            }
+            check(
+                false,
+                "Young's modulus",
+                modulus,
+                "must be positive and finite; mu (3 lambda + 2 mu) / (lambda + mu) of a law by Lamé's parameters",
+            )?;
+        }
         if let Law::MooneyRivlin { c10, c01, .. } = self.law {
             check(c10 >= 0.0, "c10", c10, "must not be negative")?;
             check(c01 >= 0.0, "c01", c01, "must not be negative")?;
@@ -274,6 +297,16 @@ fn lame(youngs_modulus: f64, poissons_ratio: f64) -> (f64, f64) {
         youngs_modulus / (2.0 * (1.0 + poissons_ratio)),
         youngs_modulus * poissons_ratio / ((1.0 + poissons_ratio) * (1.0 - 2.0 * poissons_ratio)),
     )
+}
+
+/// `(E, nu)` of Lamé's parameters; nu is 0.5 where lambda is infinite.
+fn hooke(mu: f64, lambda: f64) -> (f64, f64) {
+    if lambda.is_infinite() {
+        return (3.0 * mu, 0.5);
+    }
+    let ratio = lambda / (2.0 * (lambda + mu));
+    let modulus = 2.0 * mu * (1.0 + ratio);
+    (if ratio.is_nan() { mu } else { modulus }, ratio)
 }
 
 #[cfg(test)]

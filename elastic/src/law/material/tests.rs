@@ -237,6 +237,37 @@ fn bad_parameters_are_named() {
     }
 }
 
+#[test]
+fn a_bad_modulus_or_ratio_is_named_as_it_was_given() {
+    let (young, poisson) = ("Young's modulus", "Poisson's ratio");
+    for (modulus, ratio, name) in [
+        (-1.0, 0.3, young),
+        (0.0, 0.3, young),
+        (f64::INFINITY, 0.3, young),
+        (f64::NAN, 0.3, young),
+        (1e3, 0.5, poisson),
+        (1e3, 0.75, poisson),
+        (1e3, -1.5, poisson),
+    ] {
+        let given = if name == young { modulus } else { ratio };
+        for material in [Material::neo_hookean, Material::saint_venant_kirchhoff] {
+            let error = material(modulus, ratio).validate(0);
+            let Err(ElasticError::BadMaterial {
+                parameter, value, ..
+            }) = error
+            else {
+                panic!("{modulus}, {ratio}: {error:?}");
+            };
+            assert_eq!(parameter, name, "{modulus}, {ratio}");
+            let near = (value - given).abs() < 1e-12 || value.total_cmp(&given).is_eq();
+            assert!(
+                near || (value.is_nan() && given.is_nan()),
+                "{value} for {given}"
+            );
+        }
+    }
+}
+
 /// Along the fibers the stretch of a small step meets `4 k1`, across them nothing.
 #[test]
 fn fibers_stiffen_their_direction_only() {

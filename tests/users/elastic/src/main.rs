@@ -12,14 +12,9 @@ use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_
 
 /// The stencils of one crate as the other reads them.
 fn rows<'a>(graph: &'a Neighborhoods, stencils: &'a GradientStencils) -> Stencils<'a> {
-    Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &stencils.weights,
-        matrices: &stencils.matrices,
-        scales: &stencils.scales,
-        multipliers: &stencils.multipliers,
-    }
+    let (weights, matrices) = (&stencils.weights, &stencils.matrices);
+    Stencils::plain(graph.offsets(), graph.indices(), weights, matrices)
+        .with_multipliers(&stencils.scales, &stencils.multipliers)
 }
 
 /// Lets a body come to rest under a load; how far (mm) its lowest node is below the origin then.
