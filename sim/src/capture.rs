@@ -25,34 +25,91 @@ impl World {
             let begun = Instant::now();
             let captures = self.capture(index, phase, &edge)?;
             self.input.end_blade(step, index, phase, edge);
-            let mut changed = false;
-            for (place, capture) in captures {
-                let member = &mut self.members[place];
-                let applied = member.apply(index, capture, phase);
-                let (update, sweep) = applied.map_err(|problem| problem.of(&member.body))?;
-                changed |= !update.touched.is_empty();
-                self.captured.push(Arc::new(CapturedEdge {
-                    steps: member.body.motion.steps(),
-                    member: place,
-                    cut: index,
-                    phase,
-                    sweep,
-                }));
-                take_note(
-                    &mut self.cut_through,
-                    &mut self.new_pieces,
-                    (index, place),
-                    update,
-                );
-            }
-            self.phases.add(Phase::Cut, begun.elapsed());
-            if changed {
-                self.waiting.get_or_insert(begun);
-                self.step = self.smallest_step_size();
-                self.forget_kept();
-            }
+            self.apply_captures(index, phase, captures, begun)?;
         }
         Ok(())
+    }
+
+    /// Cuts every body between two steps by a blade of the program's own: its edge (m) lies here now, and what it
+    /// swept since the call before is cut open. A stroke starts with [`StrokePhase::Start`], which cuts nothing,
+    /// and ends with [`StrokePhase::End`]; a call every half node spacing follows a curved way. Whether a body
+    /// changed. The scene needs no cut for it, and its paths go on. [`World::state`] holds the cut,
+    /// [`World::record`] does not.
+    ///
+    /// # Errors
+    /// [`WorldError`] for an edge of fewer than two points or with one that is not finite, and if it cannot be
+    /// captured; the world is then as it was.
+    ///
+    /// # Examples
+    /// ```
+    /// use phyxel::glam::DVec3;
+    /// use phyxel::scene::{Body, Scene, Shape, Target};
+    /// use phyxel::{StrokePhase, World};
+    ///
+    /// let mut body = Body::new(Shape::Box { size: DVec3::new(0.03, 0.03, 0.06) });
+    /// body.sampling.target = Target::Nodes(300);
+    /// let mut world = World::new(Scene::new("block", vec![body]))?;
+    /// let uncut = world.clone(); // to go back to
+    /// let edge = |x: f64| [-0.02, 0.02].map(|y| DVec3::new(x, y, 0.001));
+    /// world.cut(StrokePhase::Start, &edge(-0.02))?;
+    /// for k in 1..8 {
+    ///     world.cut(StrokePhase::Update, &edge(-0.02 + 0.005 * f64::from(k)))?;
+    ///     world.step()?;
+    /// }
+    /// world.cut(StrokePhase::End, &edge(0.02))?;
+    /// assert_eq!(world.members()[0].pieces().sizes.len(), 2);
+    /// world = uncut;
+    /// assert_eq!(world.members()[0].pieces().sizes.len(), 1);
+    /// assert_eq!(world.positions(0).len(), world.members()[0].body.rest.len());
+    /// # Ok::<(), phyxel::WorldError>(())
+    /// ```
+    pub fn cut(&mut self, phase: StrokePhase, edge: &[DVec3]) -> Result<bool, WorldError> {
+        if edge.len() < 2 || !edge.iter().all(|point| point.is_finite()) {
+            return Err(WorldError::BadEdge);
+        }
+        self.end_stretch()?;
+        let begun = Instant::now();
+        // One more than the scene has.
+        let index = self.scene.cuts.len();
+        let captures = self.capture(index, phase, edge)?;
+        self.apply_captures(index, phase, captures, begun)
+    }
+
+    /// Applies the captures of an edge to bodies; whether one changed.
+    fn apply_captures(
+        &mut self,
+        index: usize,
+        phase: StrokePhase,
+        captures: Vec<(usize, Capture)>,
+        begun: Instant,
+    ) -> Result<bool, WorldError> {
+        let mut changed = false;
+        for (place, capture) in captures {
+            let member = &mut self.members[place];
+            let applied = member.apply(index, capture, phase);
+            let (update, sweep) = applied.map_err(|problem| problem.of(&member.body))?;
+            changed |= !update.touched.is_empty();
+            self.captured.push(Arc::new(CapturedEdge {
+                steps: member.body.motion.steps(),
+                member: place,
+                cut: index,
+                phase,
+                sweep,
+            }));
+            take_note(
+                &mut self.cut_through,
+                &mut self.new_pieces,
+                (index, place),
+                update,
+            );
+        }
+        self.phases.add(Phase::Cut, begun.elapsed());
+        if changed {
+            self.waiting.get_or_insert(begun);
+            self.step = self.smallest_step_size();
+            self.forget_kept();
+        }
+        Ok(changed)
     }
 
     /// How many edges of a cut the scene's path captures.
@@ -68,15 +125,18 @@ impl World {
         phase: StrokePhase,
         edge: &[DVec3],
     ) -> Result<Vec<(usize, Capture)>, WorldError> {
-        let cut = &self.scene.cuts[index];
+        // None for a blade of the program.
+        let cut = self.scene.cuts.get(index);
+        let of = cut.and_then(|cut| cut.body.as_ref());
+        let weld_tolerance = cut.and_then(|cut| cut.weld_tolerance);
         let mut captures = Vec::new();
         for place in 0..self.members.len() {
             let member = &mut self.members[place];
             let name = &member.body.name;
-            if cut.body.as_ref().is_some_and(|body| body != name) {
+            if of.is_some_and(|body| body != name) {
                 continue;
             }
-            match member.capture(index, cut, edge, phase) {
+            match member.capture((index, weld_tolerance), edge, phase) {
                 Ok(capture) => captures.push((place, capture)),
                 Err(problem) => {
                     let error = problem.of(&member.body);

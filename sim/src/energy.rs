@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What cuts did to the energy.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CutEnergy {
     /// Sum of what updates took (J).
     pub released: f64,
@@ -33,6 +34,7 @@ impl CutEnergy {
 
 /// What one stroke of a blade did to a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StrokeEnergy {
     /// Index of the scene's cut that it is of.
     pub cut: usize,

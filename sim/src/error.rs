@@ -160,6 +160,9 @@ pub enum WorldError {
         /// What went wrong.
         problem: BodyProblem,
     },
+    /// The edge of a program's blade is none.
+    #[error("the blade's edge needs two points or more, all finite")]
+    BadEdge,
     /// A cut is captured too often.
     #[error(
         "cut '{cut}': a capture of Spacing({share:?}), every {distance:.2e} m here, makes {count:.2e} captures; the limit is \

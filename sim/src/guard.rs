@@ -78,6 +78,7 @@ impl Kept {
 
 /// What was retried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Retaken {
     /// Stretches that were retried in shorter steps.
     pub stretches: u64,

@@ -82,6 +82,9 @@ pub struct CutPiece {
 }
 
 /// Bodies and the clock of one scene.
+///
+/// A clone is a state to go back to at once: `let before = world.clone(); ..; world = before`.
+/// [`World::state`] is one that can be written to a file, for a new world of the same scene.
 #[derive(Debug, Clone)]
 pub struct World {
     scene: Scene,
@@ -173,7 +176,8 @@ impl World {
         let mut world = Self {
             gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
             input: InputSource::of(&scene, captures),
-            cut_through: vec![false; scene.cuts.len()],
+            // That of the program is last.
+            cut_through: vec![false; scene.cuts.len() + 1],
             scene,
             members,
             step: 0.0,
@@ -210,6 +214,16 @@ impl World {
     #[must_use]
     pub fn members(&self) -> &[Member] {
         &self.members
+    }
+
+    /// Positions (m) of a body's nodes, as [`World::members`] counts bodies. A shared body's are those of the last
+    /// [`World::fetch`].
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn positions(&self, body: usize) -> &[DVec3] {
+        self.members[body].body.motion.positions()
     }
 
     /// Time (s) since the first step, settling included.
@@ -333,7 +347,7 @@ impl World {
     /// ```
     /// use phyxel::scene::{Body, Region, Scene, Shape, Support, Target};
     /// use phyxel::World;
-    /// use glam::DVec3;
+    /// use phyxel::glam::DVec3;
     ///
     /// let mut body = Body::new(Shape::Box { size: DVec3::splat(0.1) });
     /// body.sampling.target = Target::Nodes(285);

@@ -85,8 +85,7 @@ impl Member {
     /// body is as before.
     pub(crate) fn capture(
         &mut self,
-        index: usize,
-        cut: &crate::scene::Cut,
+        cut: (usize, Option<f64>),
         edge: &[DVec3],
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
@@ -96,7 +95,7 @@ impl Member {
             untouched: self.cutting.is_none(),
             relaxed: is_viscous.then(|| (body.motion.state().clone(), body.relaxed)),
         };
-        match self.sweep((index, cut.weld_tolerance), edge, phase) {
+        match self.sweep(cut, edge, phase) {
             Ok(swept) => Ok(Capture { swept, before }),
             Err(problem) => {
                 self.go_back(before);
@@ -163,10 +162,10 @@ impl Member {
     pub(crate) fn replay(
         &mut self,
         kept: &CapturedEdge,
-        cut: &crate::scene::Cut,
+        weld_tolerance: Option<f64>,
     ) -> Result<CutUpdate, BodyProblem> {
         let (body, cutting, _) = self.with_cutting()?;
-        let update = cutting.advance_again(body, cut.weld_tolerance, kept)?;
+        let update = cutting.advance_again(body, weld_tolerance, kept)?;
         if !update.touched.is_empty() {
             cutting.apply(body, &update)?;
         }

@@ -7,6 +7,7 @@ use crate::{Member, World};
 
 /// A part of the model of one body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PartCost {
     /// Name in reports.
     pub name: &'static str,

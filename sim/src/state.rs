@@ -103,7 +103,7 @@ impl World {
         let finite = |value: Option<f64>| value.is_none_or(f64::is_finite);
         let members = self.members.len();
         let cuts = state.captured.iter().all(|edge| {
-            edge.member < members && edge.cut < self.scene.cuts.len() && edge.sweep.is_finite()
+            edge.member < members && edge.cut <= self.scene.cuts.len() && edge.sweep.is_finite()
         });
         let adjusted = state.adjusted;
         let sound = [
@@ -173,10 +173,10 @@ impl World {
 
     fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {
         let cut = self.scene.cuts.get(edge.cut);
-        let (Some(cut), Some(member)) = (cut, self.members.get_mut(edge.member)) else {
+        let Some(member) = self.members.get_mut(edge.member) else {
             return Ok(());
         };
-        let update = member.replay(edge, cut);
+        let update = member.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
         let update = update.map_err(|problem| problem.of(&member.body))?;
         take_note(
             &mut self.cut_through,
@@ -364,6 +364,38 @@ mod captures {
         for member in world.members() {
             let cutting = member.cutting.as_ref().unwrap();
             assert!(cutting.severed_pairs() > 10, "{}", cutting.severed_pairs());
+        }
+    }
+
+    /// The scene has no cut; a new world of it goes on bitwise from the state of one that a program cut.
+    #[test]
+    fn a_cut_of_the_program_is_part_of_the_state() {
+        let mut scene = blocks().scene().clone();
+        scene.cuts.clear();
+        let mut world = World::new(scene.clone()).unwrap();
+        let uncut = world.clone();
+        let mut changes = 0;
+        for input in edges(0) {
+            if let Action::Blade { phase, edge, .. } = input.action {
+                changes += usize::from(world.cut(phase, &edge).unwrap());
+                world.step().unwrap();
+            }
+        }
+        assert!(changes > 3, "{changes}");
+        let bad = world.cut(StrokePhase::Start, &[DVec3::ZERO]);
+        assert!(matches!(bad, Err(WorldError::BadEdge)), "{bad:?}");
+        let mut again = World::new(scene).unwrap();
+        again.restore(world.state(), |_, _| ()).unwrap();
+        for _ in 0..10 {
+            world.step().unwrap();
+            again.step().unwrap();
+        }
+        assert_eq!(bytes(&world), bytes(&again));
+        assert_ne!(world.positions(1), uncut.positions(1));
+        for (member, uncut) in world.members().iter().zip(uncut.members()) {
+            let cutting = member.cutting.as_ref().unwrap();
+            assert!(cutting.severed_pairs() > 10, "{}", cutting.severed_pairs());
+            assert!(uncut.cutting.is_none());
         }
     }
 }

@@ -23,6 +23,7 @@ pub(crate) struct ToolContact {
 
 /// Forces on a tool at the end of the last step, of all bodies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ToolForce {
     /// Where the tool is.
     pub pose: Pose,

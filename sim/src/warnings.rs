@@ -155,8 +155,8 @@ fn sweeps<'a>(
         let at = move |k: u32| from + (to - from) * f64::from(k) / f64::from(PLACES);
         (0..PLACES).map(move |k| (at(k), at(k + 1)))
     });
-    let still = path.first().map(|key| (key.time, key.time));
-    times.chain(still).map(move |(from, to)| {
+    let still = path.first().map_or(0.0, |key| key.time);
+    times.chain([(still, still)]).map(move |(from, to)| {
         let poses = [pose_at(path, from), pose_at(path, to)];
         let places = poses
             .iter()

@@ -32,7 +32,8 @@ pub struct Tool {
     /// What pictures show instead of its shape, in its own frame and at its scale; contact is with the shape.
     #[serde(default)]
     pub looks: Option<RigidMesh>,
-    /// How the tool moves through the world; one key for a tool that stands still or is released.
+    /// How the tool moves through the world. Without keys it stands still; a released tool has one at most.
+    #[serde(default)]
     pub path: Vec<Key>,
     /// Lets the tool go at scene time 0 from its only key: forces move it from then on.
     #[serde(default)]
@@ -46,7 +47,7 @@ pub struct Tool {
 }
 
 impl Tool {
-    /// A tool on a path, without friction, that touches every body.
+    /// A tool on a path, without friction, that touches every body; a fixed obstacle where the path has no key.
     #[must_use]
     pub fn new(shape: ToolShape, path: Vec<Key>) -> Self {
         Self {

@@ -42,7 +42,7 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
         ", 1 for the size that the shape says",
     );
     let keys = format!("{path}.path");
-    keys_in_order(checks, &keys, &tool.path, 1);
+    keys_in_order(checks, &keys, &tool.path, 0);
     checks.not_negative(format_args!("{path}.friction"), tool.friction, "");
     if let Some(penalty) = tool.penalty {
         checks.positive(format_args!("{path}.penalty"), penalty, " (N/m^3)");
@@ -55,10 +55,10 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
     checks.finite(format_args!("{place}.force"), release.force);
     checks.not_negative(format_args!("{place}.damping"), release.damping, " (1/s)");
     checks.require(
-        tool.path.len() == 1,
+        tool.path.len() <= 1,
         keys,
         format_args!("{} keys", tool.path.len()),
-        "a tool that is released needs one key, the position where it is released",
+        "a tool that is released has one key at most, the position where it is released",
     );
     checks.require(
         tool.body.is_some() || bodies.len() == 1,
