@@ -79,7 +79,7 @@ struct Stroke {
 ///
 /// # Examples
 /// ```
-/// use glam::DVec3;
+/// use phyxel_enrich::glam::DVec3;
 /// use phyxel_enrich::{CutSettings, Cuts};
 ///
 /// let mut cuts = Cuts::new(&CutSettings::for_spacing(0.1));

@@ -8,6 +8,7 @@ use crate::predicate::above;
 
 /// Nearest point of a cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct NearestCut {
     /// The triangle that decides the side.
     pub triangle: u32,

@@ -35,6 +35,7 @@ impl Default for FactorSettings {
 
 /// What an update changed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Changed {
     /// Pairs whose factor fell, sorted; with `(i, j)` always also `(j, i)`.
     pub pairs: Vec<u32>,
@@ -61,7 +62,7 @@ pub struct Changed {
 ///
 /// # Examples
 /// ```
-/// use glam::{DMat3, DVec3};
+/// use phyxel_enrich::glam::{DMat3, DVec3};
 /// use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 ///
 /// // Two nodes and a through cut between them.

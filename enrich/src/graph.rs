@@ -128,7 +128,7 @@ impl Graph<'_> {
 /// Rows of a symmetric graph that are owned: made from edges or from lists of neighbours.
 ///
 /// ```
-/// use glam::DVec3;
+/// use phyxel_enrich::glam::DVec3;
 /// use phyxel_enrich::Rows;
 ///
 /// // As a search gives them: one way only, in any order, with the node itself.
@@ -217,6 +217,7 @@ impl Rows {
 /// Influence radius of a node; that of a pair is the mean of its two nodes'.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum InfluenceRadius {
     /// This multiple of the mean length of the node's pairs.
     Neighbors(f64),

@@ -2,6 +2,7 @@
 
 /// Nodes by connected piece.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Pieces {
     /// Piece of each node; pieces are numbered by their lowest node.
     pub piece: Vec<u32>,

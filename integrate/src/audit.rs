@@ -6,6 +6,7 @@ use glam::DVec3;
 /// Energies (J) and momentum after a step. Works and the dissipated energy are sums from the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Audit {
     /// Kinetic energy.
     pub kinetic: f64,
@@ -110,6 +111,7 @@ impl Audit {
 /// ([`crate::Motion::rigid_energies`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct RigidEnergies {
     /// Kinetic energy (J).
     pub kinetic: f64,
@@ -120,6 +122,7 @@ pub struct RigidEnergies {
 /// The balance is off by more than the settings allow; the motion continues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Warning {
     /// Time (s).
     pub time: f64,

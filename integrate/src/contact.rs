@@ -55,6 +55,7 @@ impl ContactSettings {
 /// Sum of a contact's forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct ContactForce {
     /// Force on the tool (N).
     pub force: DVec3,
@@ -70,6 +71,7 @@ pub struct ContactForce {
 
 /// A point in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ContactPoint {
     /// Index of the point on the surface.
     pub point: u32,

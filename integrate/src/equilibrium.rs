@@ -40,6 +40,7 @@ impl Default for StaticLoad<'_> {
 
 /// What a static solution took.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StaticReport {
     /// One report per load step that succeeded.
     pub steps: Vec<NewtonReport>,

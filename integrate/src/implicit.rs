@@ -15,6 +15,7 @@ use glam::{DMat3, DVec3};
 /// Implicit scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum ImplicitScheme {
     /// First order, damps what the step does not resolve (Aras 2014, eqs. (12)-(14), for the second
     /// order equation of motion).
@@ -39,6 +40,7 @@ pub struct ImplicitSettings {
 
 /// What a step took.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ImplicitReport {
     /// Parts in which the step was taken; 1 if it was solved as a whole.
     pub parts: u32,

@@ -49,7 +49,7 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 /// Forces and their tangent from anything that has both, by two functions.
 ///
 /// ```
-/// use glam::DVec3;
+/// use phyxel_integrate::glam::DVec3;
 /// use phyxel_integrate::{ClosureLaw, NewtonSettings, StaticLoad, BoundaryConditions, solve_static};
 ///
 /// // A spring of 50 N/m to the origin; with a body of `phyxel_elastic` it is

@@ -19,6 +19,7 @@ const KEPT: f64 = 0.8;
 
 /// What was moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MassScaling {
     /// Mass moved over mass of the body.
     pub moved: f64,

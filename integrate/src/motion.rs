@@ -10,6 +10,7 @@ use glam::DVec3;
 /// Explicit scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum ExplicitScheme {
     /// Half kick, drift, half kick (Störmer 1907; Verlet 1967; the central difference method):
     /// second order, symplectic, reversible, one force evaluation a step.
@@ -93,6 +94,7 @@ impl State {
 
 /// Heap bytes of a [`Motion`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct MotionBytes {
     /// Masses, positions, velocities, forces: what every motion needs.
     pub state: usize,
@@ -118,6 +120,28 @@ pub(crate) struct DrivenNode {
 }
 
 /// Nodes with masses and supports, moved explicitly.
+///
+/// # Examples
+/// ```
+/// use phyxel_integrate::glam::DVec3;
+/// use phyxel_integrate::{BoundaryConditions, Motion, MotionSettings};
+///
+/// // Two masses of 1 kg on a spring of 50 N/m, 1 m long at rest; the first is fixed, gravity pulls the other.
+/// let mut supports = BoundaryConditions::free(2);
+/// supports.fix(0);
+/// let settings = MotionSettings { gravity: DVec3::Z * -9.81, ..MotionSettings::default() };
+/// let start = [DVec3::ZERO, DVec3::NEG_Z];
+/// let mut motion = Motion::new(&start, &[1.0; 2], supports, settings)?;
+/// motion.advance_to(1.0, 1e-3, |x, forces| {
+///     let stretch = (x[1] - x[0]).length() - 1.0;
+///     forces[1] = (x[0] - x[1]).normalize() * (50.0 * stretch);
+///     forces[0] = -forces[1];
+///     25.0 * stretch * stretch // J
+/// })?;
+/// let z = -1.0 - 9.81 / 50.0 * (1.0 - 50.0_f64.sqrt().cos());
+/// assert!((motion.positions()[1].z - z).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Numerics
 /// One force evaluation a step. Node loops run in chunks of fixed size, whose partial sums are added in

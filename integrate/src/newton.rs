@@ -37,6 +37,7 @@ impl Default for NewtonSettings {
 
 /// What a solve took.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct NewtonReport {
     /// Norm of the unbalanced forces (N) before each iteration and at the end.
     pub residuals: Vec<f64>,

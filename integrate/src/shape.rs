@@ -117,6 +117,7 @@ impl Pose {
 
 /// Signed distance with its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Distance {
     /// Distance (m), negative inside.
     pub value: f64,

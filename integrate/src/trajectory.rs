@@ -7,6 +7,7 @@ use crate::shape::Pose;
 /// Shape of the motion between two keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Ease {
     /// Constant velocity; it jumps at the keys.
     #[default]

@@ -45,6 +45,7 @@ impl Dimension {
 
 /// Order of a complete polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Order {
     /// `[1]`: Shepard's method.
     Constant,
@@ -56,6 +57,7 @@ pub enum Order {
 
 /// Basis `p(x)` of a moving-least-squares approximation.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Basis {
     /// Complete polynomials.
     Polynomial {

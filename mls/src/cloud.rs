@@ -14,6 +14,7 @@ const QUERIES_PER_TASK: usize = 64;
 
 /// How far the nodes of a [`Cloud`] are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum SupportRule {
     /// Of each node, `scale` times the mean distance to its `nearest` nearest nodes.
     Nearest {
@@ -68,6 +69,7 @@ impl CloudSettings {
 
 /// A field at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Sample {
     /// `u(x)`.
     pub value: f64,
@@ -80,6 +82,7 @@ pub struct Sample {
 
 /// Shape functions at a point: `u(x) = Σ_k values[k] u[nodes[k]]`, for fields of any kind.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ShapeFunctions {
     /// Nodes whose supports hold the point, ascending.
     pub nodes: Vec<u32>,
@@ -98,7 +101,7 @@ pub struct ShapeFunctions {
 /// [`Kernel::InverseSquare`] interpolates in the limit, but cannot be asked at a node itself.
 ///
 /// ```
-/// use glam::DVec3;
+/// use phyxel_mls::glam::DVec3;
 /// use phyxel_mls::{Cloud, CloudSettings};
 ///
 /// let points: Vec<DVec3> = (0..1000).map(|i| {

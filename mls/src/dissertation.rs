@@ -38,7 +38,7 @@ pub struct DissertationCloud {
 ///
 /// # Examples
 /// ```
-/// use glam::DVec3;
+/// use phyxel_mls::glam::DVec3;
 /// use phyxel_mls::{NearestSettings, dissertation_cloud, k_nearest};
 ///
 /// let points: Vec<DVec3> = (0..64)
@@ -85,6 +85,7 @@ const INTEGRAL: f64 = 64.0 * std::f64::consts::PI / 315.0;
 
 /// Masses, densities and volumes of nodes.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct NodalMasses {
     /// Scaling factor s of eq. (17), chosen so that the mean of the densities is the material's.
     pub scale: f64,

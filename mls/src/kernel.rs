@@ -5,6 +5,7 @@
 /// Not normalised to unit integral: moving least squares divides the factor out. The baseline
 /// [`Kernel::InverseSquare`] is singular at 0 and cut off at `q = 1`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Kernel {
     /// `(1 − q²)³` (Aras 2014, eqs. (15)–(16)); two continuous derivatives at `q = 1`.
     #[default]

@@ -271,6 +271,7 @@ impl Default for NearestSettings {
 
 /// Neighbourhoods from the k nearest nodes, with what the search measured on the way.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct KNearest {
     /// Neighbours within the support radius, at most the limit. Not symmetric in general.
     pub neighborhoods: Neighborhoods,

@@ -13,6 +13,7 @@ use crate::weights::inverse_square_weights;
 
 /// What the neighbours of a node span.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StencilRank {
     /// Number of independent directions: 3 full, 2 coplanar, 1 collinear, 0 no usable neighbour.
     pub rank: u8,
@@ -24,6 +25,7 @@ pub struct StencilRank {
 
 /// Outcome of the solve for μ.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SolveReport {
     /// Iterations made.
     pub iterations: usize,

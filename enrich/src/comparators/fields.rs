@@ -10,7 +10,7 @@ use crate::face::nearest_on_triangle;
 ///
 /// # Examples
 /// ```
-/// use glam::DVec2;
+/// use phyxel_enrich::glam::DVec2;
 /// let phi = phyxel_enrich::segment_enrichment([DVec2::ZERO, DVec2::X], DVec2::new(1.3, 0.4));
 /// assert!((phi - 0.8).abs() < 1e-15);
 /// ```

@@ -42,6 +42,7 @@ impl GridSettings {
 
 /// Enrichment of one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Enrichment {
     /// Piece of the cut that the point belongs to: segment, or pair of triangles between two captures.
     pub region: u32,
@@ -65,7 +66,7 @@ pub struct Enrichment {
 ///
 /// # Examples
 /// ```
-/// use glam::{DVec2, DVec3};
+/// use phyxel_enrich::glam::{DVec2, DVec3};
 /// use phyxel_enrich::{EnrichmentGrid, GridSettings};
 ///
 /// let cut = [DVec2::ZERO, DVec2::new(1.0, 0.0)];

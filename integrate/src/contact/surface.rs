@@ -24,6 +24,14 @@ pub enum SurfaceError {
         /// Its area (m²).
         area: f64,
     },
+    /// There is not one area per node.
+    #[error("{areas} areas for {nodes} nodes; give one per node")]
+    Areas {
+        /// Number of areas.
+        areas: usize,
+        /// Number of nodes.
+        nodes: usize,
+    },
 }
 
 /// Quadrature points on the surface of a body. Points of one group hang on the same nodes.
@@ -156,16 +164,16 @@ impl ContactSurface {
     /// triangles by 3 to 17 % in force at some thousand nodes, and cheaper.
     ///
     /// # Errors
-    /// [`SurfaceError`] if a node is missing or an area not positive.
-    ///
-    /// # Panics
-    /// If there is not one area per entry.
+    /// [`SurfaceError`] if a node is missing, an area not positive, or there is not one area per entry.
     pub fn from_nodes(
         nodes: &[u32],
         areas: &[f64],
         node_count: usize,
     ) -> Result<Self, SurfaceError> {
-        assert_eq!(areas.len(), nodes.len(), "one area per node");
+        if areas.len() != nodes.len() {
+            let (areas, nodes) = (areas.len(), nodes.len());
+            return Err(SurfaceError::Areas { areas, nodes });
+        }
         let mut surface = Self::default();
         for (item, (&node, &area)) in nodes.iter().zip(areas).enumerate() {
             check_nodes(item, &[node], node_count)?;
@@ -399,6 +407,8 @@ mod tests {
         let SurfaceError::NoSuchNode { node: 3, .. } = error else {
             panic!("{error}");
         };
+        let error = ContactSurface::from_nodes(&[0], &[], 3).unwrap_err();
+        assert_eq!(error, SurfaceError::Areas { areas: 0, nodes: 1 });
         let error = ContactSurface::from_nodes(&[0], &[f64::NAN], 3).unwrap_err();
         assert!(error.to_string().contains("area"), "{error}");
     }

@@ -29,6 +29,7 @@ const STARTS: usize = 8;
 
 /// Answer of [`MapFrame::preimage`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Preimage {
     /// Material position X (m).
     pub position: DVec3,

@@ -55,6 +55,7 @@ impl Form {
             Self::Grid(GridForm::OneSidedMean) => "grid, one-sided mean",
             Self::Pieces => "product over pieces",
             Self::Intrinsic => "intrinsic basis",
+            Self::Rule(_) | Self::Grid(_) => "another rule",
         }
     }
 }

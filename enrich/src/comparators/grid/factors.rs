@@ -6,6 +6,7 @@ use crate::graph::Graph;
 /// How φ enters the weight of a pair. The text (Aras 2014, p. 46) only says that the weight is to be 1
 /// on one side and 0 on the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum GridForm {
     /// `(1 + sign(s_i) φ_j) / 2`: node i asks how far node j is on its side. Not the same in both
     /// directions.

@@ -1,0 +1,2 @@
+//! What the package's page shows, compiled and run with what a user has: the package alone.
+#![doc = include_str!("../../phyxel-splat-0.1.0/README.md")]
