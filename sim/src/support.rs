@@ -9,12 +9,11 @@ fn acts_on(support: &Support, body: &Body) -> bool {
     support.body.as_ref().is_none_or(|name| *name == body.name)
 }
 
-/// How many nodes of a body a support holds or drives.
-pub(crate) fn held_count(support: &Support, body: &Body, rest: &[DVec3]) -> usize {
-    if acts_on(support, body) {
-        support.region.nodes(rest).len()
-    } else {
-        0
+/// Nodes of a body that a support holds or drives.
+pub(crate) fn held(support: &Support, body: &Body, rest: &[DVec3]) -> Vec<u32> {
+    match acts_on(support, body) {
+        true => support.region.nodes(rest),
+        false => Vec::new(),
     }
 }
 

@@ -39,11 +39,12 @@ impl World {
                 ));
             }
         }
+        self.warn_of_regions(&mut warnings);
         let bodies = self.bounds();
         for (index, spec) in self.scene.supports.iter().enumerate() {
             let pairs = self.members.iter().zip(&self.scene.bodies);
             let held: usize = pairs
-                .map(|(member, body)| support::held_count(spec, body, &member.body.rest))
+                .map(|(member, body)| support::held(spec, body, &member.body.rest).len())
                 .sum();
             if held == 0 {
                 warnings.push(format!(
@@ -55,6 +56,34 @@ impl World {
         }
         self.warn_of_lengths(&bodies, &mut warnings);
         warnings
+    }
+
+    /// Inclusions without a node, and nodes that two supports move in two ways.
+    fn warn_of_regions(&self, warnings: &mut Vec<String>) {
+        for (Member { body, .. }, spec) in self.members.iter().zip(&self.scene.bodies) {
+            let name = &body.name;
+            for (index, inclusion) in spec.inclusions.iter().enumerate() {
+                if inclusion.region.nodes(&body.rest).is_empty() {
+                    warnings.push(format!(
+                        "body '{name}': inclusions[{index}] has no node; make its region larger or ask for more nodes"
+                    ));
+                }
+            }
+            let holders = support::holders(&self.scene, spec, &body.rest);
+            for (index, support) in self.scene.supports.iter().enumerate() {
+                let held = support::held(support, spec, &body.rest);
+                let other = held.iter().find_map(|&node| {
+                    let last = (holders[node as usize] as usize).checked_sub(1)?;
+                    (self.scene.supports[last].motion != support.motion).then_some(last)
+                });
+                if let Some(last) = other {
+                    warnings.push(format!(
+                        "body '{name}': supports[{index}] and supports[{last}] have nodes in common and move \
+                         otherwise; those nodes follow the later one"
+                    ));
+                }
+            }
+        }
     }
 
     /// Cuts and tools whose paths stay away from the bodies, as these lie at rest.

@@ -105,7 +105,7 @@ pub enum ReadErrorKind {
         fix: &'static str,
     },
     /// The file ends too early.
-    #[error("the file ends where {expected} should follow")]
+    #[error("the line or the file ends where {expected} should follow")]
     Truncated {
         /// What should follow.
         expected: &'static str,

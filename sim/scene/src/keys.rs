@@ -20,6 +20,7 @@ pub fn key_reference() -> String {
     page.text(COMPARED);
     page.rows(&COMPARISON);
     page.types_of(&COMPARISON);
+    page.text(LIMITS);
     page.finish()
 }
 
@@ -60,6 +61,30 @@ Their defaults are what is tested; the other choices are the dissertation's, or 
 
 | key | value | default | meaning |
 |---|---|---|---|
+";
+
+const LIMITS: &str = "
+## Limits
+
+What goes beyond them is refused with the key and a remedy, before memory is taken.
+
+| what | limit |
+|---|---|
+| numbers | up to 1e100 in size |
+| bodies | 32,767 |
+| nodes of a body | 4 to `sampling.limit`; about 20 kB of memory each |
+| `sampling.coarsest`, `.refine[].factor` | 1 to 32, 1/32 to 1 |
+| surfels of a body, and by `cut_density` on the area of its surface | 4,000,000; 0.5 kB each |
+| `surfels.nodes`, `.spacing` range | 1 to 64, 1 to 100 |
+| captures of a cut | 100,000 |
+| rows of `history.csv`, of `tools.csv` | 10,000,000 each |
+| frames, states | 100,000 each |
+| a frame | 16 pixels a side to 67,108,864 in all; 32 bytes for each of its samples |
+| name of a scene | 100 bytes, as a folder may have it |
+| a tool's path | half a spacing between contacts, for up to 1,000 of them a step |
+| steps | a run ends at a millionth of the first, or after 10,000 in a row below a hundredth |
+| cases of a sweep | 100,000 |
+| `live` | 8 clients, messages of 1 MiB, meshes of 64 MiB, 64 points of a blade |
 ";
 
 /// What most scenes are made of: where a key stands, and the type that has it.

@@ -3,9 +3,12 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use phyxel_discretize::{ReadError, RepairError, RepairSettings, Solid, read_mesh, repair};
+use glam::DVec3;
+use phyxel_discretize::{
+    Primitive, ReadError, RepairError, RepairSettings, Solid, read_mesh, repair,
+};
 
-use phyxel_scene::{EMBEDDED, Override, Syntax, place_of, read_text};
+use phyxel_scene::{EMBEDDED, Override, SceneError, Syntax, TextError, place_of, read_text};
 
 use crate::picture::PictureError;
 use crate::run::RunError;
@@ -128,7 +131,15 @@ impl Source {
 
 /// The default scene of a mesh, and how its unit was understood.
 fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), CliError> {
-    let read = read_mesh(file).map_err(SourceError::Mesh)?;
+    let read = read_mesh(file).map_err(|error| {
+        // A change that fits no scene is told first, whatever the mesh is.
+        let half_extents = DVec3::splat(0.1);
+        let stand_in = Solid::from(Primitive::Box { half_extents });
+        match phyxel_scene::for_mesh(file, &stand_in, overrides) {
+            Err(SceneError::Text(TextError::Override(wrong))) => SceneError::from(wrong).into(),
+            _ => CliError::from(SourceError::Mesh(error)),
+        }
+    })?;
     let settings = RepairSettings {
         // The run looks for them itself.
         find_self_intersections: false,

@@ -7,7 +7,7 @@ use crate::random::Random;
 use crate::scenes::leftovers;
 use crate::watch;
 
-const SCENE: &str = r#"(
+pub(crate) const SCENE: &str = r#"(
     version: 1,
     name: "killed",
     bodies: [(
@@ -30,7 +30,7 @@ const SCENE: &str = r#"(
     pictures: (width: 64, height: 48, rate: 50),
 )"#;
 
-const START: [&str; 7] = [
+pub(crate) const START: [&str; 7] = [
     "run",
     "scene.ron",
     "--out",

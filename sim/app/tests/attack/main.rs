@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! PHYXEL_ATTACK_SEED=7 PHYXEL_ATTACK_MESHES=5000 PHYXEL_ATTACK_SCENES=5000 PHYXEL_ATTACK_KILLS=40 \
-//!     PHYXEL_ATTACK_CHECKPOINTS=1000 cargo test --release -p phyxel-cli --test attack -- --nocapture
+//!     PHYXEL_ATTACK_PLANS=1000 PHYXEL_ATTACK_CHECKPOINTS=1000 cargo test --release -p phyxel-cli --test attack -- --nocapture
 //! ```
 //!
 //! `PHYXEL_ATTACK_ONLY=N,M` runs these cases only and `PHYXEL_ATTACK_FROM=N` those from N on,
@@ -26,8 +26,10 @@
 
 mod broken;
 mod checkpoints;
+mod disks;
 mod kills;
 mod meshes;
+mod plans;
 mod random;
 mod scenes;
 mod shapes;
@@ -100,6 +102,17 @@ fn meshes() {
 #[test]
 fn scenes() {
     attack("scenes", 40, scenes::case);
+}
+
+#[test]
+fn plans() {
+    attack("plans", 40, plans::case);
+}
+
+#[test]
+fn disks() {
+    let whole = disks::Whole::new();
+    attack("disks", 6, |folder, random| whole.case(folder, random));
 }
 
 #[test]

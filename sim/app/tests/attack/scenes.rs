@@ -6,7 +6,7 @@ use crate::broken::broken;
 use crate::random::Random;
 use crate::watch;
 
-const BLOCK: &str = r#"(
+pub(crate) const BLOCK: &str = r#"(
     version: 1,
     name: "block",
     bodies: [(
@@ -126,7 +126,7 @@ const VALUES: [&str; 30] = [
 ];
 
 /// Changes a number, takes a key or a whole group out, or puts it in twice.
-fn changed(text: &str, random: &mut Random) -> String {
+pub(crate) fn changed(text: &str, random: &mut Random) -> String {
     let bytes = text.as_bytes();
     let starts: Vec<usize> = (1..bytes.len())
         .filter(|k| {

@@ -62,9 +62,17 @@ impl Ended {
 
 /// The program with arguments, in a folder, its output going to files there.
 fn start(folder: &Path, arguments: &[&str]) -> Child {
-    let file = |name: &str| File::create(folder.join(name)).unwrap();
+    begin(Command::new(program()), folder, arguments)
+}
+
+fn program() -> std::ffi::OsString {
     let built = env!("CARGO_BIN_EXE_phyxel").into();
-    Command::new(std::env::var_os("PHYXEL_ATTACK_PROGRAM").unwrap_or(built))
+    std::env::var_os("PHYXEL_ATTACK_PROGRAM").unwrap_or(built)
+}
+
+fn begin(mut command: Command, folder: &Path, arguments: &[&str]) -> Child {
+    let file = |name: &str| File::create(folder.join(name)).unwrap();
+    command
         .env("RAYON_NUM_THREADS", "1")
         .args(arguments)
         .current_dir(folder)
@@ -77,6 +85,16 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
 /// Runs the program to its end, or to the first limit that it passes.
 pub(crate) fn run(folder: &Path, arguments: &[&str]) -> Ended {
     wait(folder, start(folder, arguments), None)
+}
+
+/// Runs the program with a limit of so many blocks of 512 bytes a file, beyond which writing fails.
+pub(crate) fn run_with_little_space(folder: &Path, arguments: &[&str], blocks: usize) -> Ended {
+    let limited = "trap '' XFSZ; ulimit -f \"$0\"; exec \"$@\"";
+    let mut shell = Command::new("sh");
+    shell
+        .args(["-c", limited, &blocks.to_string()])
+        .arg(program());
+    wait(folder, begin(shell, folder, arguments), None)
 }
 
 /// Runs the program and kills it after a time, if it has not ended by then; whether it was killed.

@@ -166,3 +166,18 @@ fn bodies_that_fall_through_one_another_are_told_once() {
     let told = "bodies 'low' and 'high' lie in one another";
     assert!(said[0].starts_with(told), "{said:?}");
 }
+
+#[test]
+fn regions_without_nodes_and_nodes_of_two_supports_are_told() {
+    let scene = SCENE
+        .replace("material:", "inclusions: [(region: Sphere(center: (1, 0, 0), radius: 0.01), youngs_modulus: 5e4)], material:")
+        .replace("supports: [", "supports: [(region: HalfSpace(point: (0, 0, 0.02), normal: (0, 0, 1)), motion: \
+             Driven(path: [(time: 0), (time: 0.1, position: (0.001, 0, 0))])), ");
+    let check = Sandbox::new(&[("small.ron", scene)]).run(&["check", "small.ron"]);
+    for told in [
+        "inclusions[0] has no node",
+        "supports[0] and supports[1] have nodes in common",
+    ] {
+        assert!(check.stdout.contains(told), "{check:?}");
+    }
+}

@@ -41,6 +41,11 @@ pub(super) fn file_cases() -> Vec<Case> {
             )],
             &["check", "scene.ron"],
         ),
+        given(
+            "a change that fits nothing, of a mesh that is none",
+            &[("organ.obj", "v 0 0")],
+            &["check", "organ.obj", "--set", "bodies[0].nonsense=1"],
+        ),
         given("missing scene", &[], &["run", "scene.ron"]),
         given(
             "neither scene nor mesh",

@@ -1,0 +1,70 @@
+//! Disks that are full: writing fails for one file after the other, by a limit of their size.
+
+use std::path::{Path, PathBuf};
+
+use crate::kills::{SCENE, START};
+use crate::random::Random;
+use crate::scenes::leftovers;
+use crate::watch;
+
+/// Files of which a shorter run has fewer rows or an earlier state.
+const GROWING: [&str; 4] = ["history.csv", "tools.csv", "input.csv", "state.checkpoint"];
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                found.push(path);
+            }
+        }
+    }
+    found
+}
+
+/// A run in one go, to compare with.
+pub(crate) struct Whole(tempfile::TempDir);
+
+impl Whole {
+    pub(crate) fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("scene.ron"), SCENE).unwrap();
+        let ended = watch::run(folder.path(), &START);
+        assert!(ended.status.success(), "{}", ended.stderr);
+        Self(folder)
+    }
+
+    /// No file is there in part: each is that of the whole run, or grows over time.
+    pub(crate) fn case(&self, folder: &Path, random: &mut Random) -> Option<String> {
+        let out = self.0.path().join("out");
+        let sizes: Vec<u64> = files(&out)
+            .iter()
+            .map(|file| std::fs::metadata(file).unwrap().len())
+            .collect();
+        // One of them is a little too large.
+        let blocks = (*random.pick(&sizes) as usize / 512).max(2);
+        std::fs::write(folder.join("scene.ron"), SCENE).unwrap();
+        let ended = watch::run_with_little_space(folder, &START, blocks);
+        if let Some(fault) = ended.fault().or_else(|| leftovers(folder)) {
+            return Some(format!("{blocks} blocks: {fault}"));
+        }
+        let said = ended.status.success() || ended.stderr.contains("cannot write");
+        if !said {
+            return Some(format!("{blocks} blocks: {}", ended.stderr));
+        }
+        let here = folder.join("out");
+        let torn = files(&here).into_iter().find(|file| {
+            let name = file.strip_prefix(&here).unwrap();
+            let bytes = std::fs::read(file).unwrap();
+            let changes = GROWING.iter().any(|growing| name == Path::new(growing));
+            let timed = name == Path::new("summary.json");
+            bytes.is_empty()
+                || (!changes && !timed && std::fs::read(out.join(name)).unwrap() != bytes)
+        });
+        torn.map(|file| format!("{blocks} blocks: {} is there in part", file.display()))
+    }
+}
