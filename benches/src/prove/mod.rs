@@ -135,6 +135,11 @@ pub const CLAIMS: &[Claim] = &[
         run: cuts::pieces_of_through_cuts_feel_nothing_of_each_other,
     },
     Claim {
+        name: "check",
+        about: "check estimates the time of thirty random scenes within three times",
+        run: scenes::check_says_how_long_a_run_takes,
+    },
+    Claim {
         name: "slit-blade",
         about: "a beam slit by a blade in a scene opens as finite elements say",
         run: scenes::slit_by_a_blade,

@@ -1,6 +1,9 @@
 //! Whole scenes of the validation suite, and the problems with a known answer.
 
 use super::Proof;
+use phyxel_cli::cli::run_time;
+use phyxel_cli::run::{RunOptions, pool, run};
+
 use crate::batch::{Case, run_all};
 use crate::{Options, cook, cracks, griffith, matrix, random};
 
@@ -59,6 +62,35 @@ pub(super) fn energy_release_rate(proof: &mut Proof) {
         finding.ratio, finding.ratio_of_closed_form, finding.row.added
     );
     proof.none(what, &griffith::breaches(&finding));
+}
+
+/// `phyxel check` accepts what runs and says within three times how long it takes.
+pub(super) fn check_says_how_long_a_run_takes(proof: &mut Proof) {
+    const SCENES: u32 = 30;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options = RunOptions {
+        out: folder.path().to_owned(),
+        threads: Some(1),
+        quiet: true,
+        interrupt: None,
+    };
+    let one = pool(Some(1)).expect("a thread can be had");
+    let mut worst = 1.0_f64;
+    for Case { name, scene } in random::cases(45, SCENES).expect("valid") {
+        let estimate = one.install(|| run_time(&scene));
+        let ran = run(&scene, &options);
+        let (Ok([least, most]), Ok(summary)) = (&estimate, &ran) else {
+            proof.holds(format!("{name}: refused, or it does not run"), ran.is_err());
+            continue;
+        };
+        let wall = summary.timings.wall;
+        worst = worst.max(least / wall).max(wall / most);
+    }
+    proof.below(
+        "worst of estimate over time and time over estimate",
+        worst,
+        3.0,
+    );
 }
 
 pub(super) fn random_scenes_depend_on_seed_and_number(proof: &mut Proof) {

@@ -104,6 +104,15 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     Ok(())
 }
 
+/// Wall time (s) that a run of the scene is estimated to take on the threads at hand, its shortest and its longest, and
+/// pictures included.
+///
+/// # Errors
+/// [`RunError`] if the scene cannot be built, drawn or stepped.
+pub fn run_time(scene: &Scene) -> Result<[f64; 2], RunError> {
+    Ok(costs(scene)?.seconds)
+}
+
 fn costs(scene: &Scene) -> Result<Costs, RunError> {
     let integration = scene.integration;
     let strokes = scene.cuts.len();

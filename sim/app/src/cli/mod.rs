@@ -9,6 +9,8 @@ mod scenes;
 mod source;
 mod sweep;
 
+pub use check::run_time;
+
 use std::io::{self, Write};
 use std::process::ExitCode;
 
