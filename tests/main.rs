@@ -17,6 +17,7 @@ mod organ_stencils;
 /// Every key of a scene: that it has an effect, and the right one.
 mod scene_keys;
 /// A world in a program: how its scene starts, and what is refused.
+mod scene_properties;
 mod scene_start;
 /// Scenes with tools: weight on a table, a dropped ball, a torn surface.
 mod scene_tools;

@@ -174,6 +174,18 @@ mod tests {
     use super::*;
     use testkit::cloud::Random;
 
+    /// A triangle without area, a line without direction: nothing is on the side that they do not have.
+    #[test]
+    fn nothing_is_above_a_triangle_without_area() {
+        let (p, q) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 4.0, 6.0));
+        for a in [DVec3::ZERO, DVec3::X, -DVec3::X, DVec3::Z, p] {
+            for [p, q, r] in [[p, p, p], [p, q, p], [p, q, DVec3::ZERO]] {
+                assert!(!above(p, q, r, a), "{a} above {p}, {q}, {r}");
+            }
+            assert!(!left_of(p.truncate(), p.truncate(), a.truncate()), "{a}");
+        }
+    }
+
     #[test]
     fn products_are_compared_exactly() {
         // Integers up to 2^26: i128 is the reference. Offsets make the differences inexact in f64.

@@ -13,9 +13,11 @@ impl Body {
     /// Advances all that decays by `step` (s) and books each with the others held fixed. First viscosity, whose loss is
     /// the jump of the energy. Then retained gradients and bonds, whose work is taken by the trapezoidal rule over the
     /// step: both of its ends then have the step's own potential. In the other order the evaluation that viscosity
-    /// needs would count their work a second time.
+    /// needs would count their work a second time. An implicit step is too long for that rule: what decays in it does
+    /// so before it, where the nodes stand, and the jump of the energy is the work.
     ///
-    /// Returns half of the work (J) of gradients and bonds, for [`Body::book_decay`]; `None` without any.
+    /// Returns half of the work (J) of gradients and bonds, all of it before an implicit step, for
+    /// [`Body::book_decay`]; `None` without any.
     pub(crate) fn decay(
         &mut self,
         step: f64,
@@ -26,11 +28,18 @@ impl Body {
             return Ok(None);
         }
         let factor = (-step * self.eigenvalue.value.sqrt() / DECAY).exp();
-        Ok(Some(self.decay_by(factor)))
+        let half = self.decay_by(factor);
+        if self.is_explicit() {
+            return Ok(Some(half));
+        }
+        self.jump(in_forces).map(Some)
     }
 
-    /// Books the work (J) of gradients and bonds after the step, half of which was `half`.
+    /// Books the work (J) of gradients and bonds after the step, of which `half` is what [`Body::decay`] returned.
     pub(crate) fn book_decay(&mut self, half: f64) -> f64 {
+        if !self.is_explicit() {
+            return half;
+        }
         let [offsets, bonds] = self.decay_works();
         let work = half + offsets + bonds;
         self.motion.correct_energy(work);
@@ -45,10 +54,17 @@ impl Body {
         }
         let start = Instant::now();
         self.elastic.begin_viscous_step(step);
+        *in_forces += start.elapsed();
+        self.relaxed -= self.jump(in_forces)?;
+        Ok(())
+    }
+
+    /// Evaluates the forces after something decayed and books the energy's jump (J).
+    fn jump(&mut self, in_forces: &mut Duration) -> Result<f64, BodyProblem> {
+        let start = Instant::now();
         let elastic = &mut self.elastic;
         let jump = self.motion.refresh(|x, f| elastic.forces_into(x, f))?;
-        self.relaxed -= jump;
         *in_forces += start.elapsed();
-        Ok(())
+        Ok(jump)
     }
 }

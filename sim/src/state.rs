@@ -29,6 +29,7 @@ pub struct WorldState {
     captured: Vec<Arc<CapturedEdge>>,
     kept: Option<Kept>,
     control: StepControl,
+    step: f64,
     retaken: Retaken,
     adjusted: Adjusted,
     alarms: Vec<String>,
@@ -47,6 +48,7 @@ impl World {
             bodies: self.members.iter().map(Member::state).collect(),
             kept: self.kept.clone(),
             control: self.control,
+            step: self.step,
             retaken: self.retaken,
             captured: self.captured.clone(),
             adjusted: self.adjusted,
@@ -90,7 +92,7 @@ impl World {
         self.kept = state.kept;
         self.control = state.control;
         self.retaken = state.retaken;
-        self.step = self.smallest_step_size();
+        self.step = state.step;
         self.input.restore(state.input);
         self.captured = state.captured;
         self.alarms = state.alarms;
@@ -120,7 +122,10 @@ impl World {
                     .all(|g| g.is_finite()),
                 "its values of gravity",
             ),
-            (state.control.is_sound(), "its shortened steps"),
+            (
+                state.control.is_sound() && state.step > 0.0 && state.step.is_finite(),
+                "its shortened steps",
+            ),
             (
                 self.input.fits(&state.input, &self.scene),
                 "its tools and inputs",
