@@ -24,7 +24,7 @@ pub use key_path::{KeyPath, Segment};
 #[cfg(feature = "schemars")]
 pub use keys::{key_reference, schema};
 pub use mesh::for_mesh;
-pub use overrides::{Override, place_of};
+pub use overrides::{Override, place_of, shortened};
 pub use read::{embedded, from_text, load, parse, read_settings, to_ron};
 pub use tree::Syntax;
 pub use values::Raw;

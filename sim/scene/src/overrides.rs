@@ -141,7 +141,8 @@ impl fmt::Display for Override {
 }
 
 /// A long text's beginning, for messages of one line.
-pub(crate) fn shortened(text: &str) -> String {
+#[must_use]
+pub fn shortened(text: &str) -> String {
     const SHOWN: usize = 200;
     match text.char_indices().nth(SHOWN) {
         None => text.to_owned(),

@@ -21,6 +21,7 @@ use crate::picture::{Painter, PictureError};
 use phyxel::scene::{Rest, Scene};
 use phyxel::{BodyShares, Input, InputError, Phase, World, WorldError};
 
+#[cfg(feature = "live")]
 pub(crate) use ending::doubts;
 use forces::Forces;
 use history::History;

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use phyxel_scene::{
-    KeyPath, Override, OverrideError, Place, Raw, Syntax, TextError, parse, place_of, read_settings,
+    KeyPath, Override, OverrideError, Place, Raw, Syntax, TextError, parse, place_of,
+    read_settings, shortened,
 };
 
 /// The version of plans that this program reads.
@@ -477,6 +478,7 @@ impl Source {
         if fits {
             return Ok(());
         }
+        let found = shortened(&found.to_string());
         Err(TextError::At {
             place: self.place(path),
             path: path.to_owned(),
