@@ -44,19 +44,10 @@ fn scene() -> Scene {
     phyxel_scene::from_text(SCENE, "test", Path::new(""), &[]).expect("the scene is valid")
 }
 
-fn options(threads: usize, folder: &Path) -> RunOptions {
-    RunOptions {
-        out: folder.to_owned(),
-        threads: Some(threads),
-        quiet: true,
-        interrupt: None,
-    }
-}
-
 /// Everything of a run that must not depend on the machine's load: files by name, the summary
 /// without its timings.
 fn run_with(threads: usize, folder: &Path) -> Files {
-    let summary = run(&scene(), &options(threads, folder)).expect("the scene runs");
+    let summary = run(&scene(), &RunOptions::quiet(folder, threads)).expect("the scene runs");
     results(&summary, folder)
 }
 
@@ -126,7 +117,7 @@ static WHOLE: LazyLock<(Files, u64)> = LazyLock::new(|| {
 fn stopping(stop: &Interrupt, threads: usize, folder: &Path) -> RunOptions {
     RunOptions {
         interrupt: Some(stop.clone()),
-        ..options(threads, folder)
+        ..RunOptions::quiet(folder, threads)
     }
 }
 
@@ -164,7 +155,7 @@ fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
         );
         let (scene, state): (_, RunState) =
             read_checkpoint(&folder.join(CHECKPOINT), &[]).expect("it was written");
-        let summary = resume(&scene, state, &options(1, &folder)).expect("it continues");
+        let summary = resume(&scene, state, &RunOptions::quiet(&folder, 1)).expect("it continues");
         same(label, &WHOLE.0, &results(&summary, &folder));
     }
 }
@@ -192,7 +183,7 @@ fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
         kept.cloned().collect()
     };
     let folder = root.path().join("again");
-    let summary = replay(&still, inputs, &options(2, &folder)).expect("it runs");
+    let summary = replay(&still, inputs, &RunOptions::quiet(&folder, 2)).expect("it runs");
     let again = results(&summary, &folder);
     same("again", &same_but_frames(first), &same_but_frames(&again));
 }

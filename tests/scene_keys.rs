@@ -87,12 +87,7 @@ fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
     let scene = phyxel_scene::from_text(SCENE, "test", shelf, &changes)
         .map_err(|error| error.to_string())?;
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let options = RunOptions {
-        out: folder.path().to_owned(),
-        threads: Some(1),
-        quiet: true,
-        interrupt: None,
-    };
+    let options = RunOptions::quiet(folder.path(), 1);
     let summary = run(&scene, &options).map_err(|error| error.to_string())?;
     let mut json = serde_json::to_value(&summary).expect("a summary is JSON");
     json.as_object_mut().expect("an object").remove("timings");

@@ -1,4 +1,4 @@
-//! What a run tells of at once, each once: a step that all but vanishes, and bodies that lie in one another.
+//! What a run reports at once, each once: a step that all but vanishes, and bodies that lie in one another.
 
 use glam::DVec3;
 use phyxel_discretize::Bounds;
@@ -9,9 +9,9 @@ use crate::error::WorldError;
 use crate::warnings::triple;
 use crate::{Member, World};
 
-/// Fraction of the first step below which a step is told of.
+/// Fraction of the first step below which a step is reported.
 const SHORT: f64 = 0.01;
-/// Steps in a row below it with which a run ends: it would take more than a hundred times as long as it said.
+/// Steps in a row below it with which a run ends: it would take more than a hundred times as long as estimated.
 const PATIENCE: u64 = 10_000;
 /// Nodes so deep in a body at rest, in its spacings, are inside of it for sure, and what comes half as near to them
 /// is so too.
@@ -19,7 +19,7 @@ const DEEP: f64 = 1.0;
 const NEAR: f64 = 0.5;
 
 impl World {
-    /// What the run has told of so far, one sentence each.
+    /// What the run has reported so far, one sentence each.
     #[must_use]
     pub fn alarms(&self) -> &[String] {
         &self.alarms
@@ -31,7 +31,7 @@ impl World {
         }
     }
 
-    /// Tells where the step is below a hundredth of the first, and ends a run that stays there.
+    /// Reports where the step is below a hundredth of the first, and ends a run that stays there.
     pub(crate) fn watch_step(&mut self) -> Result<(), WorldError> {
         let (time, step, first, number) = (self.time(), self.step, self.first_step, self.steps());
         if step >= SHORT * first {
@@ -67,7 +67,7 @@ impl World {
         Ok(())
     }
 
-    /// Tells which bodies lie in one another: a node well inside of one is near to a node of the other.
+    /// Reports which bodies lie in one another: a node well inside of one is near to a node of the other.
     pub(crate) fn watch_overlaps(&mut self) {
         let bodies = || self.members.iter().map(|member| &member.body);
         let boxes: Vec<Bounds> = bodies()

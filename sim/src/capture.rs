@@ -33,7 +33,7 @@ impl World {
     /// Cuts every body between two steps by a blade of the program's own: its edge (m) lies here now, and what it
     /// swept since the call before is cut open. A stroke starts with [`StrokePhase::Start`], which cuts nothing,
     /// and ends with [`StrokePhase::End`]; a call every half node spacing follows a curved way. Whether a body
-    /// changed. The scene needs no cut for it, and its paths go on. [`World::state`] holds the cut,
+    /// changed. The scene needs no cut for it, and its paths continue. [`World::state`] holds the cut,
     /// [`World::record`] does not.
     ///
     /// # Errors

@@ -429,7 +429,7 @@ impl World {
     /// what is given for a step that is past is done at the next. A tool stays where it was driven last.
     ///
     /// # Errors
-    /// [`InputError`]; nothing is adopted then.
+    /// [`InputError`]; nothing is taken then.
     pub fn push(&mut self, inputs: Vec<Input>) -> Result<(), InputError> {
         self.input.push(&self.scene, inputs)
     }

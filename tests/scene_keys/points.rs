@@ -73,12 +73,7 @@ fn a_body_of_points_is_cut_and_written() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut short = scene(&text, Path::new(""));
     short.integration.duration = 0.011;
-    let options = RunOptions {
-        out: folder.path().to_owned(),
-        threads: Some(1),
-        quiet: true,
-        interrupt: None,
-    };
+    let options = RunOptions::quiet(folder.path(), 1);
     run(&short, &options).expect("it runs");
     let file = std::fs::read(folder.path().join("final-body.vtk")).expect("a file");
     let head = format!("POINTS {} double", world.members()[0].body.rest.len());

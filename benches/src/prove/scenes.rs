@@ -69,12 +69,7 @@ pub(super) fn energy_release_rate(proof: &mut Proof) {
 pub(super) fn check_accepts_what_runs(proof: &mut Proof) {
     const SCENES: u32 = 10;
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let options = RunOptions {
-        out: folder.path().to_owned(),
-        threads: Some(1),
-        quiet: true,
-        interrupt: None,
-    };
+    let options = RunOptions::quiet(folder.path(), 1);
     let one = pool(Some(1)).expect("a thread can be had");
     for Case { name, scene } in random::cases(45, SCENES).expect("valid") {
         let estimate = one.install(|| run_time(&scene));

@@ -43,12 +43,7 @@ fn serial(scene: &str, changes: &[&str], out: &Path) {
         .map(|c| Override::parse(c).unwrap())
         .collect();
     let scene = phyxel_scene::embedded(scene, &changes).unwrap();
-    let options = RunOptions {
-        out: out.to_owned(),
-        threads: Some(1),
-        quiet: true,
-        interrupt: None,
-    };
+    let options = RunOptions::quiet(out, 1);
     run(&scene, &options).unwrap();
 }
 
@@ -249,12 +244,7 @@ fn a_killed_job_is_gone_on_with() {
     same(&whole, &again, "begun by 3 ranks, ended by 4");
     let (scene, state): (Scene, RunState) = read_checkpoint(&kept, &[]).unwrap();
     let alone = folder.path().join("alone");
-    let options = RunOptions {
-        out: alone.clone(),
-        threads: Some(1),
-        quiet: true,
-        interrupt: None,
-    };
+    let options = RunOptions::quiet(&alone, 1);
     phyxel_cli::run::resume(&scene, state, &options).unwrap();
     same(&whole, &alone, "begun by 3 ranks, ended by one process");
 }

@@ -1,17 +1,20 @@
 //! The world with the hands in it, step by step.
 
+mod blade;
+
 use std::collections::VecDeque;
 
 use glam::DVec3;
-use phyxel_enrich::resampled;
-use phyxel_live::{BladeLead, Forces, Led, Placement, PoseLead, Ring, Score};
+use phyxel_live::{Forces, Placement, PoseLead, Ring, Score};
+
+use blade::Stroke;
 
 use super::setting::{PARKED, prepare};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::{Painter, PictureError, Surfaces};
 use crate::run::RunState;
 use phyxel::scene::{Pose, Scene, Settle};
-use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, extent};
+use phyxel::{Action, CutPiece, Input, InputError, World, WorldError, extent};
 use phyxel_scene::SceneError;
 
 /// Distance (node spacings) of a blade between two captures: half of a tetrahedron, as finely as a cut
@@ -20,9 +23,6 @@ const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
 /// several steps, and a hand is answered between two helpings.
 const HELPING: usize = 8;
-/// Strokes that may wait, the one on its way included: a user draws far faster than a blade may be driven.
-const MOST_STROKES: usize = 8;
-
 /// A session that cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -63,18 +63,6 @@ impl Checkpoint {
         let model: usize = parts.iter().map(|part| part.bytes).sum();
         model + self.surfaces.bytes()
     }
-}
-
-/// A stroke on its way, or one that waits for the one before.
-#[derive(Debug)]
-struct Stroke {
-    lead: BladeLead,
-    /// The first edge, until it is captured: a blade that never moves leaves nothing behind.
-    first: Option<Vec<DVec3>>,
-    /// The state before the stroke.
-    before: Option<Checkpoint>,
-    /// An edge that is to be captured in the next step.
-    due: Option<(StrokePhase, Vec<DVec3>)>,
 }
 
 /// The grip.
@@ -182,12 +170,6 @@ impl Session {
         (self.strokes, self.ring.len())
     }
 
-    /// The blade's edge as it is driven (m); empty without a stroke.
-    #[must_use]
-    pub fn blade(&self) -> &[DVec3] {
-        self.stroke.front().map_or(&[], |stroke| stroke.lead.edge())
-    }
-
     pub(super) fn score(&self) -> &Score {
         &self.score
     }
@@ -229,42 +211,6 @@ impl Session {
     pub fn lead_tool(&mut self, tool: usize, pose: Pose) {
         if let Some(lead) = self.leads.get_mut(tool) {
             lead.aim(placement(&pose));
-        }
-    }
-
-    /// Starts a stroke of the blade with an edge of two points or more, as soon as the one before is
-    /// done. The state before it is kept for [`Session::undo`]. `false`, and nothing done, where too many wait.
-    pub fn begin_stroke(&mut self, edge: Vec<DVec3>) -> bool {
-        self.end_stroke();
-        if self.stroke.len() == MOST_STROKES {
-            return false;
-        }
-        self.stroke.push_back(Stroke {
-            first: Some(edge.clone()),
-            lead: BladeLead::new(edge, self.capture()),
-            before: None,
-            due: None,
-        });
-        true
-    }
-
-    /// Leads the blade of the newest stroke on.
-    pub fn lead_stroke(&mut self, edge: &[DVec3]) {
-        if let Some(stroke) = self.stroke.back_mut() {
-            let count = stroke.lead.edge().len();
-            let edge = if edge.len() == count {
-                edge.to_vec()
-            } else {
-                resampled(edge, count)
-            };
-            stroke.lead.pass(edge);
-        }
-    }
-
-    /// Ends the newest stroke where its blade was driven last.
-    pub fn end_stroke(&mut self) {
-        if let Some(stroke) = self.stroke.back_mut() {
-            stroke.lead.end();
         }
     }
 
@@ -388,88 +334,6 @@ impl Session {
             }
         }
         actions
-    }
-
-    /// Leads the blade for a step (s); the edge that is to be captured in it, one at most.
-    fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
-        if self.stroke.front()?.before.is_none() {
-            let before = Some(self.checkpoint());
-            self.stroke.front_mut()?.before = before;
-        }
-        self.leave_air_out();
-        let stroke = self.stroke.front_mut()?;
-        if let Some(due) = stroke.due.take() {
-            if due.0 == StrokePhase::End {
-                self.stroke.pop_front();
-            }
-            return Some(due);
-        }
-        let before = stroke.lead.edge()[0];
-        let led = stroke.lead.lead(step);
-        self.moved[0] = stroke.lead.edge()[0].distance(before);
-        let due = match led {
-            Led::Nothing => return None,
-            Led::Capture(edge) => (StrokePhase::Update, edge),
-            Led::End(edge) => (StrokePhase::End, edge),
-        };
-        match stroke.first.take() {
-            Some(first) if due.0 == StrokePhase::End && first == due.1 => {
-                self.stroke.pop_front();
-                None
-            }
-            Some(first) => {
-                stroke.due = Some(due);
-                if let Some(before) = stroke.before.clone() {
-                    let bytes = before.bytes();
-                    self.ring.push(before, bytes);
-                }
-                self.strokes += 1;
-                Some((StrokePhase::Start, first))
-            }
-            None => {
-                if due.0 == StrokePhase::End {
-                    self.stroke.pop_front();
-                }
-                Some(due)
-            }
-        }
-    }
-
-    /// Leaves out what a stroke sweeps before it comes to a body and after it has left all: a blade that is driven
-    /// through air would hold the next stroke back.
-    fn leave_air_out(&mut self) {
-        let Some(stroke) = self.stroke.front() else {
-            return;
-        };
-        if stroke.due.is_some() || (stroke.first.is_none() && !stroke.lead.is_ending()) {
-            return;
-        }
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for member in self.world.members() {
-            let (margin, positions) = (member.body.spacing, member.body.motion.positions());
-            for &position in positions {
-                low = low.min(position - margin);
-                high = high.max(position + margin);
-            }
-        }
-        let edges: Vec<&[DVec3]> = stroke.lead.way().collect();
-        let meets = |pair: &[&[DVec3]]| {
-            let points = || pair.iter().copied().flatten().copied();
-            let first = points().fold(DVec3::INFINITY, DVec3::min);
-            let last = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-            first.cmple(high).all() && last.cmpge(low).all()
-        };
-        let air = edges.windows(2).take_while(|pair| !meets(pair)).count();
-        let edges = edges.len();
-        let Some(stroke) = self.stroke.front_mut().filter(|_| air > 0) else {
-            return;
-        };
-        if stroke.first.is_some() {
-            (0..air).for_each(|_| stroke.lead.skip());
-            stroke.first = Some(stroke.lead.edge().to_vec());
-        } else if air + 1 == edges {
-            stroke.lead.stop();
-        }
     }
 
     /// Ends settling when the bodies are at rest, as a run does.

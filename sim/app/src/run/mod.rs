@@ -48,6 +48,19 @@ pub struct RunOptions {
     pub interrupt: Option<Interrupt>,
 }
 
+impl RunOptions {
+    /// A run into a folder by so many threads that shows nothing and that nothing stops.
+    #[must_use]
+    pub fn quiet(out: impl Into<PathBuf>, threads: usize) -> Self {
+        Self {
+            out: out.into(),
+            threads: Some(threads),
+            quiet: true,
+            interrupt: None,
+        }
+    }
+}
+
 /// A run that did not end well.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

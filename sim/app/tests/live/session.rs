@@ -208,12 +208,7 @@ fn run_of_saved(session: &Session) -> (u64, [u64; 3]) {
     scene.pictures = None;
     let inputs = read_input(&folder.path().join("input.csv"), &scene).unwrap();
     assert_eq!(inputs, session.record());
-    let options = RunOptions {
-        out: folder.path().join("again"),
-        threads: Some(1),
-        quiet: true,
-        interrupt: None,
-    };
+    let options = RunOptions::quiet(folder.path().join("again"), 1);
     let summary = replay(&scene, inputs, &options).unwrap();
     let energy = &summary.bodies[0].energy;
     let energies = [energy.kinetic, energy.elastic, energy.dissipated];
