@@ -72,9 +72,9 @@ What goes beyond them is refused with the key and a remedy, before memory is tak
 |---|---|
 | numbers | up to 1e100 in size |
 | bodies | 32,767 |
-| nodes of a body | 4 to `sampling.limit`; about 20 kB of memory each |
+| nodes of a body | 4 to `sampling.limit`; about 6 kB of memory each |
 | `sampling.coarsest`, `.refine[].factor` | 1 to 32, 1/32 to 1 |
-| surfels of a body, and by `cut_density` on the area of its surface | 4,000,000; 0.5 kB each |
+| surfels of a body, and by `cut_density` on the area of its surface | 4,000,000; 1 kB each |
 | `surfels.nodes`, `.spacing` range | 1 to 64, 1 to 100 |
 | captures of a cut | 100,000 |
 | rows of `history.csv`, of `tools.csv` | 10,000,000 each |
