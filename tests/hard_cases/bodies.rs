@@ -296,7 +296,7 @@ fn flipped_parts_of_a_mesh_are_turned_and_weigh_as_much() {
 fn a_graded_body_is_cut_where_it_is_fine() {
     let graded = BLOCK.replace(
         "Nodes(500)",
-        "Spacing(0.008), coarsest: 2, refine: [(from: (-0.02, -0.02, 0), to: (-0.02, 0.02, 0), radius: 0.004, factor: 0.25)]",
+        "Spacing(0.01), coarsest: 2, refine: [(from: (-0.02, -0.02, 0), to: (-0.02, 0.02, 0), radius: 0.006, factor: 0.5)]",
     );
     let mut world = world(
         &graded,

@@ -208,7 +208,7 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
     };
     let scene = liver(400, 4_000);
     let live = Live::start(&scene);
-    let mut browser = Chromium::start(&program, [720, 480]);
+    let mut browser = Chromium::start(&program, [640, 400]);
     browser.go(&live.url);
     browser.wait("window.stage && stage.state && stage.panel.last && !stage.panel.last.settling");
     // The code has left the address; the context is real.
