@@ -336,6 +336,17 @@ fn start_vector(first: usize, n: usize) -> Vec<DVec3> {
     all.skip(first).collect()
 }
 
+/// A vector for [`largest_eigenvalue`] to begin with that turns with the body: the way of each node at `positions` (m)
+/// from their mean, times a pseudo-random number in [-0.5, 0.5) from the index alone.
+#[must_use]
+pub fn radial_start(positions: &[DVec3]) -> Vec<DVec3> {
+    #[allow(clippy::cast_precision_loss, reason = "a mean")]
+    let middle = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
+    let factors = start_vector(0, positions.len());
+    let ways = positions.iter().zip(factors);
+    ways.map(|(x, factor)| (*x - middle) * factor.x).collect()
+}
+
 /// Makes a vector one long, if it has a length.
 fn normalize(a: &mut [DVec3], dot: &mut impl FnMut(&[DVec3], &[DVec3]) -> f64) -> bool {
     let length = dot(a, a).sqrt();

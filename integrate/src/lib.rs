@@ -36,7 +36,7 @@ pub use contact::{
 };
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
-    largest_eigenvalue, largest_eigenvalue_of_share, largest_eigenvalue_within,
+    largest_eigenvalue, largest_eigenvalue_of_share, largest_eigenvalue_within, radial_start,
 };
 pub use equilibrium::{StaticLoad, StaticReport, solve_static};
 pub use error::{Cause, MotionError, StepError};

@@ -1,6 +1,6 @@
 //! Masses moved between neighbours, for longer explicit steps.
 
-use crate::eigenvalue::{EigenvalueError, EigenvalueSettings, largest_eigenvalue};
+use crate::eigenvalue::{EigenvalueError, EigenvalueSettings, largest_eigenvalue, radial_start};
 use crate::supports::BoundaryConditions;
 use glam::{DMat3, DVec3};
 
@@ -44,6 +44,8 @@ pub struct MassScaling {
 /// and what moved it off a group's centre of mass is undone by a factor linear in the position, so
 /// that weight acts where it did.
 ///
+/// A body that is turned or moved is scaled alike, to round-off.
+///
 /// * `masses` -- nodal masses (kg), shape `(n)`, positive; changed, sum and first moment of each group to
 ///   round-off not.
 /// * `positions` -- at rest (m), shape `(n)`.
@@ -73,7 +75,7 @@ pub fn scale_masses(
         groups.is_empty() || groups.len() == n,
         "one group per node, or none"
     );
-    let mut mode = Vec::new();
+    let mut mode = radial_start(positions);
     let mut find = |masses: &[f64], mode: &mut Vec<DVec3>, iterations: usize| {
         let settings = EigenvalueSettings {
             iterations,

@@ -8,7 +8,8 @@ use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
     BoundaryConditions, ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion,
-    MotionSettings, StepError, StiffnessTracker, critical_step, largest_eigenvalue, scale_masses,
+    MotionSettings, StepError, StiffnessTracker, critical_step, largest_eigenvalue, radial_start,
+    scale_masses,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
@@ -207,6 +208,7 @@ impl Body {
                 ..MotionSettings::default()
             },
         )?;
+        let eigenvector = radial_start(&rest);
         let spacing = mean_edge(&rest, &neighborhoods);
         let surface_triangles = if scene.tools.is_empty() {
             Vec::new()
@@ -235,7 +237,7 @@ impl Body {
             elastic,
             motion,
             stiffness: StiffnessTracker::default(),
-            eigenvector: Vec::new(),
+            eigenvector,
             smallest_ratio: 1.0,
             doubt: None,
             mass_scaling,

@@ -9,6 +9,10 @@ use crate::law::tensor::{double_dot, outer};
 /// e²⁰ is already 10⁸ times the initial stiffness, and a solver's wild trial step must stay finite.
 const LARGEST_EXPONENT: f64 = 20.0;
 
+/// Strain below 0 down to which the tangent is that of stretched fibres. At rest round-off of some 1e-16 would choose
+/// node by node between that and none, and steps were estimated from the choice; the strain of a load is far above.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Fibres that stiffen exponentially when stretched and carry nothing when slack:
 /// `W_f = k1/(2 k2) (exp(k2 <E>²) - 1)`, `E = kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1)`,
 /// `I4 = a·C a` (Holzapfel, Gasser and Ogden 2000; dispersion `kappa` of Gasser, Ogden and
@@ -52,10 +56,11 @@ impl Fiber {
         checks.require("fiber.dispersion", self.dispersion, holds, must, &[]);
     }
 
-    /// `psi`, `psi'`, `psi''` at `E`.
+    /// `psi`, `psi'`, `psi''` at `E`; the second derivative at 0, where it jumps, is that of stretched fibres.
     fn response(&self, e: f64) -> [f64; 3] {
         if e <= 0.0 {
-            return [0.0; 3];
+            let taut = e > -ROUND_OFF;
+            return [0.0, 0.0, if taut { self.stiffness } else { 0.0 }];
         }
         let (k1, k2) = (self.stiffness, self.exponent);
         let seam = (LARGEST_EXPONENT / k2).sqrt();

@@ -288,6 +288,21 @@ fn fibers_stiffen_their_direction_only() {
     assert!(stretch(a, 50.0).is_finite());
 }
 
+/// Round-off of a rotation does not choose between taut and slack.
+#[test]
+fn fibers_at_rest_resist_as_stretched_ones_in_every_frame() {
+    let plain = Material::neo_hookean(3.0, 0.4);
+    let fibrous = plain.with_fiber(fiber(0.0));
+    let a = DVec3::new(1.0, 2.0, 2.0) / 3.0;
+    let mut random = Random::new(41);
+    for _ in 0..100 {
+        let turn = DMat3::from_quat(DQuat::from_scaled_axis(random.vector(3.0)));
+        let along = turn * crate::law::tensor::outer(a, a);
+        let change = |m: &Material| double_dot(along, m.stress_change(turn, along));
+        assert_within("along", change(&fibrous) - change(&plain), 8.0, 1e-12);
+    }
+}
+
 /// Uniaxial stretch with free sides, Mooney-Rivlin near incompressibility: `P = 2 (l - l^-2)
 /// (c10 + c01 / l)` (Treloar's closed form) up to the compressibility.
 #[test]
