@@ -7,7 +7,7 @@ use crate::error::MotionError;
 use crate::law::ForceLaw;
 use crate::motion::Motion;
 use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
-use crate::pieces::RigidField;
+use crate::pieces::{RigidField, all};
 use crate::tool::RigidTool;
 use crate::vector::{add_scaled, dot};
 use glam::{DMat3, DVec3};
@@ -144,8 +144,11 @@ impl Implicit {
     /// Solves `M a + damping · M v = f + l + f_c(x1)` for the positions `x1` at the end of the step. With
     /// `d = x1 − x0`, backward Euler has `v1 = v = d/dt`, `a = (v1 − v0)/dt` and `f = f(x1)`. The
     /// energy–momentum method has `v = d/dt = (v0 + v1)/2`, `a = (v1 − v0)/dt` and `f = f(m) + α M d'` with
-    /// `m = (x0 + x1)/2`; `d'` is `d` without its rigid part (without its fixed part, where there are supports), and
+    /// `m = (x0 + x1)/2`; `d'` is `d` without what supports hold, and without the rigid part of each piece that none holds, and
     /// `α` makes `f·d = E0 − E1`. It is found in turns with the positions, as it is small against `2/dt²`.
+    ///
+    /// Where pieces are free ([`Motion::set_pieces`]), damping acts after that, relative to their rigid motion, as in
+    /// explicit steps.
     ///
     /// A part of the step that Newton does not solve, or that gains more than
     /// [`MotionSettings::warn_balance`](crate::MotionSettings::warn_balance) of the energy there is, is halved, down to
@@ -371,7 +374,7 @@ impl Implicit {
         }
         self.acting.clone_from(&self.loads);
         let rate = self.rate() / step;
-        let c = (rate + motion.settings.damping) / step;
+        let c = (rate + damping_within(motion)) / step;
         let state = &motion.state;
         self.start.clone_from(&state.positions);
         self.target.clone_from(&state.positions);
@@ -405,21 +408,30 @@ impl Implicit {
         pairs.map(|(x, start)| *x - *start).collect()
     }
 
-    /// Mass times the part of `moved` that the correction acts along: without what is held, or, where nothing
-    /// is, without the rigid motion about the middle, so that it has no force and no torque.
+    /// Mass times the part of `moved` that the correction acts along: without what is held, and in what nothing
+    /// holds without the rigid motion about the middle, so that it has no force and no torque there.
     fn deformation(&self, motion: &Motion, x: &[DVec3], moved: &[DVec3]) -> Vec<DVec3> {
         let (masses, supports) = (&motion.nodes.masses, &motion.nodes.supports);
         let weighted = |i: usize| moved[i] * masses[i];
         let mut direction: Vec<DVec3> = (0..moved.len()).map(weighted).collect();
-        if !supports.entries().is_empty() {
-            supports.project(&mut direction);
-            return direction;
-        }
+        supports.project(&mut direction);
         let pairs = x.iter().zip(&self.start);
         let middle: Vec<DVec3> = pairs.map(|(x, start)| x.midpoint(*start)).collect();
-        let rigid = RigidField::with_moments_of(0..moved.len(), masses, &middle, weighted);
-        for (i, direction) in direction.iter_mut().enumerate() {
-            *direction -= rigid.at(middle[i]) * masses[i];
+        let mut spare = |nodes: &[u32]| {
+            let rigid = RigidField::with_moments_of(all(nodes), masses, &middle, weighted);
+            for i in all(nodes) {
+                direction[i] -= rigid.at(middle[i]) * masses[i];
+            }
+        };
+        if motion.has_pieces() {
+            motion
+                .pieces
+                .free
+                .iter()
+                .for_each(|(_, nodes)| spare(nodes));
+        } else if supports.entries().is_empty() {
+            let nodes = 0..u32::try_from(moved.len()).expect("fewer than 2^32 nodes");
+            spare(&nodes.collect::<Vec<u32>>());
         }
         direction
     }
@@ -427,7 +439,7 @@ impl Implicit {
     /// Energies after the step.
     fn audit(&self, motion: &Motion, attempt: Attempt, solved: &Solved) -> Audit {
         let (state, supports) = (&motion.state, &motion.nodes.supports);
-        let damping = motion.settings.damping;
+        let damping = damping_within(motion);
         let euler = self.settings.scheme == ImplicitScheme::BackwardEuler;
         let moved = self.moved(&solved.x);
         let mut audit = Audit {
@@ -496,6 +508,18 @@ impl Implicit {
         (s.step, s.lag) = (0.0, 0.0);
         s.audit = audit;
         motion.state.audit.load_work = motion.state.load_origin - motion.load_potential();
+        if motion.has_free_pieces() {
+            motion.state.audit.dissipated += motion.damp_relative(attempt.step);
+        }
+    }
+}
+
+/// Damping (1/s) that is solved for; where pieces are free, it acts after the step, as in explicit ones.
+fn damping_within(motion: &Motion) -> f64 {
+    if motion.has_free_pieces() {
+        0.0
+    } else {
+        motion.settings.damping
     }
 }
 

@@ -78,6 +78,36 @@ fn free_pieces_keep_their_momenta_whatever_the_damping() {
     }
 }
 
+/// Implicit steps spare the same motion.
+#[test]
+fn implicit_steps_leave_free_pieces_their_momenta_too() {
+    use crate::implicit::{Implicit, ImplicitScheme, ImplicitSettings};
+    let settings = MotionSettings {
+        damping: 3.0,
+        ..MotionSettings::default()
+    };
+    let (mut motion, mut network) = spinning(settings, BoundaryConditions::free(20));
+    motion.set_pieces(&(0..20).map(|i| i / 10).collect::<Vec<u32>>());
+    let before = [momenta(&motion, 0..10), momenta(&motion, 10..20)];
+    let mut solver = Implicit::new(ImplicitSettings {
+        scheme: ImplicitScheme::EnergyMomentum,
+        ..ImplicitSettings::default()
+    });
+    let energy = motion.audit().kinetic;
+    for _ in 0..200 {
+        let solver = solver.as_mut().unwrap();
+        solver.step(&mut motion, 0.01, &mut network).unwrap();
+    }
+    for (nodes, (p0, l0)) in [0..10, 10..20].into_iter().zip(before) {
+        let (p, l) = momenta(&motion, nodes);
+        assert!((p - p0).length() < 1e-4 * p0.length(), "{p0} -> {p}");
+        assert!((l - l0).length() < 1e-4 * l0.length(), "{l0} -> {l}");
+    }
+    let audit = motion.audit();
+    assert!(audit.energy_error().abs() < 1e-3 * energy, "{audit:?}");
+    assert!(audit.dissipated > 5e-4 * energy, "{audit:?}");
+}
+
 #[test]
 fn held_pieces_are_damped_as_before() {
     let settings = MotionSettings {

@@ -211,6 +211,7 @@ impl Member {
         let found = {
             let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
             shares.set_model(self, &watched)?;
+            shares.set_vector(&self.body.eigenvector);
             shares.estimate(&first_estimate())?
         };
         self.body.take_first_eigenvalue(found, damping_ratio)?;
