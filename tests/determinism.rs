@@ -81,6 +81,7 @@ fn results(summary: &Summary, folder: &Path) -> Files {
         "final-block.ply",
         "states/block-00003.vtk",
         "states/block-00007.ply",
+        "states/block.vtk.series",
     ] {
         let content = std::fs::read(folder.join(name)).expect("the run wrote it");
         files.push((name.to_owned(), content));

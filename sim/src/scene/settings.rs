@@ -85,7 +85,8 @@ pub struct Observe {
     /// device would be sent them.
     pub force_rate: f64,
     /// States per simulated second (1/s) after settling in the folder `states`: nodes with stress as
-    /// VTK, surfels as PLY where the scene has pictures. The last state is always written.
+    /// VTK with a list of times (`.vtk.series`), surfels as PLY where the scene has pictures. The last state is
+    /// always written.
     pub state_rate: Option<f64>,
     /// Whether what tools and blades did is written down step by step, in `input.csv`; a run with
     /// `--replay` does it again.

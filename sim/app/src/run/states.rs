@@ -15,6 +15,8 @@ const FOLDER: &str = "states";
 const LAST: &str = "final-";
 /// Endings of the files.
 const ENDINGS: [&str; 2] = [".vtk", ".ply"];
+/// What the name of a list of states with their times ends with.
+const SERIES: &str = ".series";
 
 /// Removes the last states of an earlier run.
 pub(super) fn remove_last(folder: &OutputFolder) -> Result<(), OutputError> {
@@ -23,10 +25,11 @@ pub(super) fn remove_last(folder: &OutputFolder) -> Result<(), OutputError> {
         .try_for_each(|ending| folder.remove_named(LAST, ending, &[]))
 }
 
-/// Periodic states: how many are written, and which is due next.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+/// Periodic states: times of those that are written, and which is due next.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct States {
-    count: usize,
+    /// Simulated times (s), after settling.
+    times: Vec<f64>,
     /// Number, at the rate, of the one that is due next.
     next: f64,
 }
@@ -40,11 +43,12 @@ impl States {
         }
         for suffix in ENDINGS {
             let kept: Vec<String> = bodies(world)
-                .flat_map(|body| (0..self.count).map(|index| numbered(body, index)))
+                .flat_map(|body| (0..self.times.len()).map(|index| numbered(body, index)))
                 .map(|name| format!("{name}{suffix}"))
                 .collect();
             folder.fresh_subfolder(FOLDER, "", suffix, &kept)?;
         }
+        folder.fresh_subfolder(FOLDER, "", SERIES, &[])?;
         Ok(())
     }
 
@@ -72,13 +76,13 @@ impl States {
         }
         self.next = (time * rate).floor() + 1.0;
         let folder = OutputFolder::create(&folder.path().join(FOLDER))?;
-        let index = self.count;
+        let index = self.times.len();
         write(&folder, world, painter, |body| numbered(body, index))?;
-        self.count += 1;
+        self.times.push(time);
         Ok(())
     }
 
-    /// Writes the last state; the files' names.
+    /// Writes the last state and the periodic ones' times; the files' names.
     pub(super) fn write_last(
         &self,
         folder: &OutputFolder,
@@ -87,10 +91,26 @@ impl States {
     ) -> Result<Vec<String>, OutputError> {
         let name = |body: &Body| format!("{LAST}{}", file_name(&body.name));
         let mut names = write(folder, world, painter, name)?;
-        if self.count > 0 {
-            names.push(format!("{FOLDER}/ ({} of each body)", self.count));
+        if !self.times.is_empty() {
+            let folder = OutputFolder::create(&folder.path().join(FOLDER))?;
+            for body in bodies(world) {
+                let name = format!("{}.vtk{SERIES}", file_name(&body.name));
+                folder.write(&name, self.series(body).as_bytes())?;
+            }
+            names.push(format!("{FOLDER}/ ({} of each body)", self.times.len()));
         }
         Ok(names)
+    }
+
+    /// Times of a body's states as ParaView reads them: its `.pvd` has no place for legacy VTK files.
+    fn series(&self, body: &Body) -> String {
+        let line = |(index, time)| {
+            let name = numbered(body, index);
+            format!("  {{\"name\": \"{name}.vtk\", \"time\": {time}}}")
+        };
+        let lines: Vec<String> = self.times.iter().enumerate().map(line).collect();
+        let lines = lines.join(",\n");
+        format!("{{\"file-series-version\": \"1.0\", \"files\": [\n{lines}\n]}}\n")
     }
 }
 

@@ -27,7 +27,7 @@ const SCENE: &str = r#"(
     pictures: (width: 32, height: 32, rate: 200),
 )"#;
 
-const MAGIC: usize = b"phyxel checkpoint 4\n".len();
+const MAGIC: usize = b"phyxel checkpoint 5\n".len();
 
 /// A checkpoint to damage.
 pub(crate) struct Kept(Vec<u8>);
