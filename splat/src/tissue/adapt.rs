@@ -130,7 +130,7 @@ fn grade(spacings: &mut [f64], positions: &[DVec3], slope: f64) {
 }
 
 /// A permutation of 32-bit numbers that leaves no order.
-fn scatter(i: u32) -> u32 {
+pub(super) fn scatter(i: u32) -> u32 {
     let mut h = i.wrapping_mul(0x9e37_79b9);
     h ^= h >> 16;
     h = h.wrapping_mul(0x85eb_ca6b);

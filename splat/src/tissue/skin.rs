@@ -1,6 +1,7 @@
 //! Samples on a growing cut surface.
 
 use crate::cast::{real, whole};
+use crate::tissue::adapt::scatter;
 use crate::tissue::memory::map_bytes;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -30,7 +31,8 @@ const POOL: usize = 48;
 pub struct CutSampler {
     density: f64,
     carried: f64,
-    sequence: usize,
+    /// Starts of the sequence so far: like parts that arrive one by one would else sample it in step.
+    shift: u32,
     cells: HashMap<[i64; 3], Vec<DVec3>>,
     /// Candidates of earlier triangles in the largest holes, and how far other samples are.
     reserve: Vec<(Sample, f64)>,
@@ -49,6 +51,15 @@ pub(crate) struct Sample {
     pub(crate) triangle: u32,
 }
 
+/// The `i`th point of a sequence that starts at `shift`, folded into the triangle.
+fn draw(&[a, b, c]: &[DVec3; 3], shift: [f64; 2], i: f64) -> DVec3 {
+    let [mut u, mut v] = [0, 1].map(|k| (shift[k] + i * R2[k]).fract());
+    if u + v > 1.0 {
+        (u, v) = (1.0 - u, 1.0 - v);
+    }
+    a + (b - a) * u + (c - a) * v
+}
+
 impl CutSampler {
     /// Starts with nothing sampled; `density` in samples per m².
     ///
@@ -63,7 +74,7 @@ impl CutSampler {
         Self {
             density,
             carried: 0.0,
-            sequence: 0,
+            shift: 0,
             cells: HashMap::new(),
             reserve: Vec::new(),
         }
@@ -106,8 +117,11 @@ impl CutSampler {
                 left -= take;
                 owed += take;
                 let draws = whole((take * real(CANDIDATES)).ceil()).max(2);
-                for _ in 0..draws {
-                    let point = self.draw(triangle);
+                self.shift = self.shift.wrapping_add(1);
+                let shift = [0, 1]
+                    .map(|k| f64::from(scatter(self.shift.wrapping_mul(2) + k)) / 4_294_967_296.0);
+                for i in 1..=draws {
+                    let point = draw(triangle, shift, real(i));
                     let sample = Sample {
                         point,
                         normal,
@@ -123,17 +137,6 @@ impl CutSampler {
         self.choose(&mut owed, &mut candidates, &mut out);
         self.reserve = candidates;
         out
-    }
-
-    /// The next point of the sequence, folded into the triangle.
-    fn draw(&mut self, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
-        self.sequence += 1;
-        let i = real(self.sequence);
-        let (mut u, mut v) = ((i * R2[0]).fract(), (i * R2[1]).fract());
-        if u + v > 1.0 {
-            (u, v) = (1.0 - u, 1.0 - v);
-        }
-        a + (b - a) * u + (c - a) * v
     }
 
     fn cell(&self, p: DVec3) -> [i64; 3] {

@@ -162,7 +162,7 @@ fn faces_of_a_wound_are_whole_from_all_around() {
         }
     }
     assert!(skin > 30_000, "{skin} pixels of faces");
-    // 11 of 40,692, where the two sides meet at the bottom and one of them is seen along itself.
+    // 6 to 16 of 40,700 over eight samplings, where the two sides meet at the bottom and one of them is seen along itself.
     let shown = specks.len();
     assert!(shown * 2_000 < skin, "{shown} of {skin}: {specks:?}");
 }
@@ -215,6 +215,6 @@ fn skin_and_surface_stay_together_along_the_rim() {
         }
     }
     apart.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // 0.14; it was 0.97 where skin at the rim found no path around the cut's end.
-    assert!(apart.len() > 50 && apart[0].0 < 0.2, "{:?}", apart[0]);
+    // 0.11 to 0.37 over eight samplings; it was 0.97 where skin at the rim found no path around the cut's end.
+    assert!(apart.len() > 50 && apart[0].0 < 0.5, "{:?}", apart[0]);
 }
