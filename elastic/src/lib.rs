@@ -13,6 +13,7 @@ mod kernel;
 mod law;
 mod part;
 mod rows;
+mod smoothed;
 mod state;
 mod stiffness;
 

@@ -51,7 +51,7 @@ pub(crate) fn set_row(
 }
 
 /// `A⁻¹` (xx, yy, zz, yz, zx, xy); `None` unless `A` is safely positive definite.
-fn inverse_moment(a: DMat3) -> Option<[f64; 6]> {
+pub(crate) fn inverse_moment(a: DMat3) -> Option<[f64; 6]> {
     let floor = 1e-12 * (a.x_axis.x + a.y_axis.y + a.z_axis.z);
     let root = |pivot: f64| (pivot > floor && pivot > 0.0).then(|| pivot.sqrt());
     let l00 = root(a.x_axis.x)?;

@@ -10,6 +10,7 @@ mod machine;
 mod options;
 mod oracle;
 mod properties;
+mod smoothed;
 
 use super::*;
 use crate::law::fiber::Fiber;
