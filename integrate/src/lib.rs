@@ -3,6 +3,7 @@
 
 mod audit;
 mod contact;
+mod deformable;
 mod eigenvalue;
 mod equilibrium;
 mod error;
@@ -34,6 +35,8 @@ pub use contact::pressed::Pressed;
 pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, SurfaceError, penalty,
 };
+pub use deformable::disks::{ContactDisks, DiskSample};
+pub use deformable::{DeformableContact, DeformableForce, DeformableSettings, DeformableState};
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
     largest_eigenvalue, largest_eigenvalue_of_share, largest_eigenvalue_within, radial_start,

@@ -1,0 +1,248 @@
+//! Samples of deformable surfaces: points, and the affine disks around them.
+
+use glam::{DMat3, DVec3};
+use std::ops::Range;
+
+/// Pivot, relative to the weighted mean square, below which nodes do not determine a direction.
+const LEAST_PIVOT: f64 = 0.02;
+/// Radius of a disk over the distance of samples: every point has some eight disks opposite.
+pub(crate) const REACH: f64 = 1.6;
+
+/// One sample of a surface at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiskSample {
+    /// Position (m).
+    pub position: DVec3,
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// Area (m²).
+    pub area: f64,
+    /// Number of the body.
+    pub body: u32,
+    /// Young's modulus of the body over the spacing of its nodes (N/m³).
+    pub stiffness: f64,
+    /// Spacing of the body's nodes (m).
+    pub spacing: f64,
+}
+
+/// Samples of the surfaces of all bodies, bound to nodes.
+///
+/// A sample is a point `x = Σ W_b x_b` with an area, and the affine disk `y(ξ) = x + ξ₁ t₁ + ξ₂ t₂`, with
+/// `t = Σ S_b x_b`, around it. Weights and slopes are those of a linear fit by weighted least squares to the
+/// sample's nodes (Lancaster and Salkauskas 1981), so that both follow linear fields exactly.
+#[derive(Debug, Clone, Default)]
+pub struct ContactDisks {
+    pub(crate) samples: Vec<DiskSample>,
+    pub(crate) offsets: Vec<u32>,
+    pub(crate) nodes: Vec<u32>,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) slopes: Vec<[f64; 2]>,
+    /// Distance (m) of the surface outside the row's position, where the nodes do not determine it.
+    pub(crate) thickness: Vec<f64>,
+    /// Radius (m) of the disk; 0 for what is no disk.
+    pub(crate) reach: Vec<f64>,
+}
+
+/// A sample where its nodes are.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Placed {
+    pub(crate) x: DVec3,
+    pub(crate) t: [DVec3; 2],
+    pub(crate) n: DVec3,
+    /// `(TᵀT)⁻¹`: its entries 11, 12 and 22.
+    pub(crate) inverse: [f64; 3],
+}
+
+impl Placed {
+    /// `(TᵀT)⁻¹ v`.
+    pub(crate) fn solve(&self, v: [f64; 2]) -> [f64; 2] {
+        let [a, b, c] = self.inverse;
+        [a * v[0] + b * v[1], b * v[0] + c * v[1]]
+    }
+}
+
+impl ContactDisks {
+    /// Adds a sample on `nodes` of the body, among nodes at rest at `rest` (m). Nodes that occur twice count once.
+    ///
+    /// # Panics
+    /// If a node is not there, or there is none.
+    pub fn push(&mut self, sample: DiskSample, nodes: &[u32], rest: &[DVec3]) {
+        assert!(!nodes.is_empty(), "at least one node per sample");
+        if self.offsets.is_empty() {
+            self.offsets.push(0);
+        }
+        let begin = self.nodes.len();
+        for node in nodes {
+            if !self.nodes[begin..].contains(node) {
+                self.nodes.push(*node);
+            }
+        }
+        let (t, n) = (tangents(sample.normal), sample.normal);
+        let arms: Vec<DVec3> = self.nodes[begin..]
+            .iter()
+            .map(|&node| rest[node as usize] - sample.position)
+            .collect();
+        let farthest = arms.iter().map(|arm| arm.length()).fold(0.0, f64::max);
+        let scale = (1.1 * farthest).max(f64::MIN_POSITIVE);
+        let mut moment = [[0.0; 4]; 4];
+        let terms: Vec<([f64; 4], f64)> = arms
+            .iter()
+            .map(|arm| {
+                let arm = *arm / scale;
+                let weight = (1.0 - arm.length_squared()).max(0.0).powi(2);
+                ([1.0, arm.dot(t[0]), arm.dot(t[1]), arm.dot(n)], weight)
+            })
+            .collect();
+        for (r, weight) in &terms {
+            for i in 0..4 {
+                for j in 0..4 {
+                    moment[i][j] += weight * r[i] * r[j];
+                }
+            }
+        }
+        let (rows, found) = solve(moment);
+        let mut middle = DVec3::ZERO;
+        for ((r, weight), arm) in terms.iter().zip(&arms) {
+            let [w, s, u] = rows.map(|row| {
+                let sum: f64 = row.iter().zip(r).map(|(a, b)| a * b).sum();
+                weight * sum
+            });
+            self.weights.push(w);
+            self.slopes.push([s / scale, u / scale]);
+            middle += *arm * w;
+        }
+        self.thickness.push(-middle.dot(n));
+        let is_disk = found[1] && found[2];
+        self.reach.push(if is_disk {
+            REACH * sample.area.sqrt()
+        } else {
+            0.0
+        });
+        self.samples.push(sample);
+        self.offsets.push(index(self.nodes.len()));
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// Bytes of the arrays.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.samples)
+            + size_of_val(&*self.offsets)
+            + size_of_val(&*self.nodes)
+            + size_of_val(&*self.weights)
+            + size_of_val(&*self.slopes)
+            + size_of_val(&*self.thickness)
+            + size_of_val(&*self.reach)
+    }
+
+    pub(crate) fn row(&self, sample: usize) -> Range<usize> {
+        self.offsets[sample] as usize..self.offsets[sample + 1] as usize
+    }
+
+    /// Sum of the weights' amounts: how much farther than its nodes a sample may move.
+    pub(crate) fn amplification(&self, sample: usize) -> f64 {
+        self.weights[self.row(sample)].iter().map(|w| w.abs()).sum()
+    }
+
+    /// A vector field of the nodes at a sample, and its derivatives along the disk.
+    pub(crate) fn gather(&self, sample: usize, field: &[DVec3]) -> (DVec3, [DVec3; 2]) {
+        let (mut x, mut t) = (DVec3::ZERO, [DVec3::ZERO; 2]);
+        for entry in self.row(sample) {
+            let y = field[self.nodes[entry] as usize];
+            x += y * self.weights[entry];
+            let slope = self.slopes[entry];
+            t[0] += y * slope[0];
+            t[1] += y * slope[1];
+        }
+        (x, t)
+    }
+
+    pub(crate) fn place(&self, sample: usize, positions: &[DVec3]) -> Placed {
+        let (x, t) = self.gather(sample, positions);
+        if self.reach[sample] == 0.0 {
+            let n = self.samples[sample].normal;
+            return Placed {
+                x,
+                n,
+                ..Placed::default()
+            };
+        }
+        let (a, b, c) = (t[0].length_squared(), t[0].dot(t[1]), t[1].length_squared());
+        let determinant = (a * c - b * b).max(f64::MIN_POSITIVE);
+        Placed {
+            x,
+            t,
+            n: t[0].cross(t[1]).normalize_or_zero(),
+            inverse: [c / determinant, -b / determinant, a / determinant],
+        }
+    }
+
+    /// Adds a force (N) at a sample and those conjugate to its tangents to the nodes' forces.
+    pub(crate) fn scatter(&self, sample: usize, (f, m): (DVec3, [DVec3; 2]), forces: &mut [DVec3]) {
+        for entry in self.row(sample) {
+            let slope = self.slopes[entry];
+            forces[self.nodes[entry] as usize] +=
+                f * self.weights[entry] + m[0] * slope[0] + m[1] * slope[1];
+        }
+    }
+}
+
+/// Unit tangents with `t₁ × t₂` along the normal.
+fn tangents(normal: DVec3) -> [DVec3; 2] {
+    let (a, b) = normal.any_orthonormal_pair();
+    let turned = DMat3::from_cols(a, b, normal).determinant() < 0.0;
+    if turned { [b, a] } else { [a, b] }
+}
+
+/// Rows 0 to 2 of the inverse of a symmetric matrix, of which directions with too small a pivot are left out; which of
+/// them are there.
+fn solve(mut m: [[f64; 4]; 4]) -> ([[f64; 4]; 3], [bool; 4]) {
+    let mut inverse = [[0.0; 4]; 4];
+    let mut found = [false; 4];
+    let total = m[0][0];
+    let size = [1, 2, 3].map(|i| m[i][i]).iter().sum::<f64>() / 3.0;
+    for (i, row) in inverse.iter_mut().enumerate() {
+        row[i] = 1.0;
+    }
+    for k in 0..4 {
+        let least = if k == 0 { 0.0 } else { LEAST_PIVOT * size };
+        found[k] = m[k][k] > least && total > 0.0;
+        let pivot = m[k][k];
+        for i in 0..4 {
+            if !found[k] {
+                (m[k][i], m[i][k], inverse[k][i], inverse[i][k]) = (0.0, 0.0, 0.0, 0.0);
+                continue;
+            }
+            if i == k {
+                continue;
+            }
+            let factor = m[i][k] / pivot;
+            for j in 0..4 {
+                m[i][j] -= factor * m[k][j];
+                inverse[i][j] -= factor * inverse[k][j];
+            }
+        }
+        if found[k] {
+            for j in 0..4 {
+                m[k][j] /= pivot;
+                inverse[k][j] /= pivot;
+            }
+        }
+    }
+    ([inverse[0], inverse[1], inverse[2]], found)
+}
+
+pub(crate) fn index(count: usize) -> u32 {
+    u32::try_from(count).expect("fewer than 2^32 samples and weights")
+}

@@ -1,0 +1,413 @@
+use super::*;
+use crate::DiskSample;
+use crate::motion::{Motion, MotionSettings};
+use crate::supports::BoundaryConditions;
+use glam::{DMat3, DQuat};
+use proptest::prelude::*;
+use testkit::cloud::Random;
+use testkit::derivative::directional_error;
+
+/// Nodes along a side of a sheet, and layers of them.
+const SIDE: u32 = 5;
+const LAYERS: u32 = 3;
+
+/// Two sheets of nodes 1 m apart whose surfaces meet at `z = 0`, half a spacing from their outermost nodes, with four
+/// samples per node at positions that do not match: E/h = 1 N/m³.
+fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>) {
+    let mut random = Random::new(seed);
+    let mut rest = Vec::new();
+    for side in [-1.0, 1.0] {
+        for k in 0..LAYERS {
+            for j in 0..SIDE {
+                for i in 0..SIDE {
+                    let at = DVec3::new(i.into(), j.into(), side * (0.5 + f64::from(k)));
+                    rest.push(at + random.vector(0.05));
+                }
+            }
+        }
+    }
+    let mut disks = ContactDisks::default();
+    let half = SIDE * SIDE * LAYERS;
+    for (body, normal) in [(0, DVec3::Z), (1, DVec3::NEG_Z)] {
+        for j in 0..2 * SIDE {
+            for i in 0..2 * SIDE {
+                let at = DVec3::new(i.into(), j.into(), 0.0) * 0.5 - 0.25;
+                let at = at + random.vector(0.1);
+                let position = DVec3::new(at.x, at.y, 0.0);
+                let nodes = nearest(&rest, body * half..(body + 1) * half, position);
+                let sample = DiskSample {
+                    position,
+                    normal,
+                    area: 0.25,
+                    body,
+                    stiffness: 1.0,
+                    spacing: 1.0,
+                };
+                disks.push(sample, &nodes, &rest);
+            }
+        }
+    }
+    let settings = DeformableSettings {
+        friction,
+        ..DeformableSettings::default()
+    };
+    (DeformableContact::new(disks, settings, |a, b| a != b), rest)
+}
+
+fn nearest(rest: &[DVec3], of: std::ops::Range<u32>, x: DVec3) -> Vec<u32> {
+    let mut nodes: Vec<u32> = of.collect();
+    nodes.sort_by(|a, b| {
+        let far = |node: &u32| rest[*node as usize].distance_squared(x);
+        far(a).total_cmp(&far(b))
+    });
+    nodes.truncate(16);
+    nodes
+}
+
+fn is_upper(node: usize, all: usize) -> bool {
+    2 * node >= all
+}
+
+/// Sheets that are bent, pressed into each other and turned, with offsets that are learned.
+fn pressed(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>, Vec<DVec3>) {
+    let (mut contact, rest) = sheets(friction, seed);
+    contact.add_forces(
+        &rest,
+        &vec![DVec3::ZERO; rest.len()],
+        &mut vec![DVec3::ZERO; rest.len()],
+    );
+    let mut random = Random::new(seed + 1);
+    let turn = DQuat::from_axis_angle(random.vector(1.0).normalize(), random.range(0.0, 3.0));
+    let bent = |(node, x): (usize, &DVec3)| {
+        let down = if is_upper(node, rest.len()) { 0.2 } else { 0.0 };
+        let shifted = *x - DVec3::Z * down + DVec3::new(0.3, 0.1, 0.0) * down;
+        turn * (shifted + random.vector(0.06))
+    };
+    let x: Vec<DVec3> = rest.iter().enumerate().map(bent).collect();
+    for offset in &mut contact.state.offsets {
+        *offset = random.range(0.0, 0.1);
+    }
+    let moved = (0..x.len()).map(|_| random.vector(0.03)).collect();
+    (contact, x, moved)
+}
+
+fn zeros(x: &[DVec3]) -> Vec<DVec3> {
+    vec![DVec3::ZERO; x.len()]
+}
+
+#[test]
+fn nothing_pushes_at_rest_or_where_bodies_begin_within_each_other() {
+    for (down, seed) in [(0.0, 0), (0.1, 1)] {
+        let (mut contact, mut x) = sheets(0.3, seed);
+        let all = x.len();
+        for (node, x) in x.iter_mut().enumerate() {
+            if is_upper(node, all) {
+                x.z -= down;
+            }
+        }
+        let mut forces = zeros(&x);
+        let sum = contact.add_forces(&x, &zeros(&x), &mut forces);
+        assert!(sum.normal < 1e-14, "{sum:?}");
+        assert!(forces.iter().all(|f| f.length() < 1e-14), "no push");
+        assert!((sum.penetration - down).abs() < 1e-12, "{sum:?}");
+        assert!(contact.listed_pairs() > 400, "they are near");
+    }
+}
+
+/// Patch test: whatever the samples, uniform pressure passes, also through a field of linear displacements.
+#[test]
+fn rows_follow_linear_fields_exactly() {
+    let (contact, rest) = sheets(0.0, 7);
+    let matrix = DMat3::from_cols(
+        DVec3::new(1.1, 0.2, -0.1),
+        DVec3::new(0.0, 0.9, 0.3),
+        DVec3::new(-0.2, 0.1, 0.8),
+    );
+    let moved: Vec<DVec3> = rest.iter().map(|x| matrix * *x + DVec3::X).collect();
+    for sample in 0..contact.disks.len() {
+        let placed = contact.disks.place(sample, &moved);
+        let at = contact.disks.samples[sample];
+        assert!(
+            (placed.x - matrix * at.position - DVec3::X).length() < 1e-12,
+            "point"
+        );
+        let normal = (matrix.inverse().transpose() * at.normal).normalize();
+        assert!((placed.n - normal).length() < 1e-12, "normal");
+        assert!(
+            contact.disks.thickness[sample].abs() < 1e-12,
+            "nodes determine it"
+        );
+    }
+}
+
+/// A sheet of one layer of nodes does not determine its normal direction: the surface stays as far outside as at rest.
+#[test]
+fn a_membrane_has_a_thickness() {
+    let rest: Vec<DVec3> = (0..9_u32)
+        .map(|i| DVec3::new((i % 3).into(), (i / 3).into(), 0.0))
+        .collect();
+    let mut disks = ContactDisks::default();
+    let sample = DiskSample {
+        position: DVec3::new(1.2, 0.9, 0.4),
+        normal: DVec3::Z,
+        area: 1.0,
+        body: 0,
+        stiffness: 1.0,
+        spacing: 1.0,
+    };
+    disks.push(sample, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 0], &rest);
+    assert!((disks.thickness[0] - 0.4).abs() < 1e-12, "{disks:?}");
+    assert!(
+        (disks.place(0, &rest).x - DVec3::new(1.2, 0.9, 0.0)).length() < 1e-12,
+        "{disks:?}"
+    );
+    let alone = DiskSample { body: 1, ..sample };
+    disks.push(alone, &[4], &rest);
+    assert!(
+        disks.reach[1] < 1e-300,
+        "a single node makes a point without a disk"
+    );
+}
+
+/// A block pressed down by a gap carries `k A` per side, whatever the samples.
+#[test]
+fn pressure_is_that_of_the_penalty_and_the_offset_closes_the_gap() {
+    let (mut contact, mut x) = sheets(0.0, 3);
+    contact.add_forces(&x, &zeros(&x), &mut zeros(&x));
+    let all = x.len();
+    for (node, x) in x.iter_mut().enumerate() {
+        if is_upper(node, all) {
+            x.z -= 0.01;
+        }
+    }
+    let mut forces = zeros(&x);
+    contact.add_forces(&x, &zeros(&x), &mut forces);
+    let lower: DVec3 = forces[..all / 2].iter().sum();
+    // 25 m² less what lies beyond the jittered rims.
+    assert!(
+        (lower.z / (-2.0 * 25.0 * 0.01) - 1.0).abs() < 0.05,
+        "{lower}"
+    );
+    let steps = 100;
+    for _ in 0..steps {
+        contact.add_forces(&x, &zeros(&x), &mut zeros(&x));
+    }
+    let grown = contact.state.offsets.iter().copied().fold(0.0, f64::max);
+    assert!(
+        (grown - 0.03 * 0.01 * f64::from(steps)).abs() < 0.02,
+        "{grown}"
+    );
+    assert!(contact.state.offset_work > 0.0, "booked");
+}
+
+/// Points stick below the cone and slide above it, and friction never gives energy.
+#[test]
+fn friction_stays_within_its_cone() {
+    let (mut contact, mut x) = sheets(0.3, 4);
+    contact.settings.learning = 0.0;
+    contact.add_forces(&x, &zeros(&x), &mut zeros(&x));
+    let all = x.len();
+    let shift = |x: &mut Vec<DVec3>, by: DVec3| {
+        let moved: Vec<DVec3> = (0..all)
+            .map(|node| if is_upper(node, all) { by } else { DVec3::ZERO })
+            .collect();
+        for (x, moved) in x.iter_mut().zip(&moved) {
+            *x += *moved;
+        }
+        moved
+    };
+    let mut step = |x: &mut Vec<DVec3>, by: DVec3| {
+        let moved = shift(x, by);
+        let mut forces = zeros(x);
+        let before = contact.state.dissipated;
+        let sum = contact.add_forces(x, &moved, &mut forces);
+        assert!(contact.state.dissipated >= before, "never gives");
+        let lower: DVec3 = forces[..all / 2].iter().sum();
+        (lower, sum, contact.state.dissipated)
+    };
+    step(&mut x, DVec3::Z * -0.01);
+    // Slip at the cone: 0.3 · 0.01.
+    let (force, ..) = step(&mut x, DVec3::X * 0.95 * 0.003);
+    assert!(
+        (force.x / -force.z / 0.3 - 0.95).abs() < 1e-3,
+        "sticks: {force}"
+    );
+    let (force, sum, dissipated) = step(&mut x, DVec3::X * 0.1 * 0.003);
+    assert!(
+        (force.x / -force.z / 0.3 - 1.0).abs() < 1e-3,
+        "slides: {force}"
+    );
+    assert!(sum.friction <= 0.3 * sum.normal * (1.0 + 1e-12), "{sum:?}");
+    assert!(dissipated > 0.0, "slid");
+    let (force, ..) = step(&mut x, DVec3::Y * -0.3);
+    let along = DVec3::new(force.x, force.y, 0.0).length();
+    assert!(
+        (along / -force.z / 0.3 - 1.0).abs() < 1e-2,
+        "at the cone: {force}"
+    );
+    let (force, ..) = step(&mut x, DVec3::Z * 0.5);
+    assert_eq!(force, DVec3::ZERO, "nothing holds them together");
+}
+
+#[test]
+fn serial_and_parallel_are_the_same() {
+    let (contact, x, moved) = pressed(0.4, 11);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let (mut contact, mut forces) = (contact.clone(), zeros(&x));
+        let sum = pool.install(|| contact.add_forces(&x, &moved, &mut forces));
+        (forces, sum, contact.state)
+    };
+    assert_eq!(run(1), run(3));
+}
+
+/// Two sheets on their nodes alone collide and part: the audit of contact and motion closes.
+#[test]
+fn a_collision_keeps_momentum_and_the_books() {
+    let (mut contact, rest) = sheets(0.3, 5);
+    contact.settings.learning = 0.0;
+    let all = rest.len();
+    let x: Vec<DVec3> = (0..all)
+        .map(|node| {
+            rest[node]
+                + if is_upper(node, all) {
+                    DVec3::Z * 0.02
+                } else {
+                    DVec3::ZERO
+                }
+        })
+        .collect();
+    let supports = BoundaryConditions::free(all);
+    let mut motion = Motion::new(&x, &vec![1.0; all], supports, MotionSettings::default()).unwrap();
+    let v: Vec<DVec3> = (0..all)
+        .map(|node| {
+            if is_upper(node, all) {
+                DVec3::new(0.02, 0.0, -0.05)
+            } else {
+                DVec3::ZERO
+            }
+        })
+        .collect();
+    motion.set_velocities(&v).unwrap();
+    // Springs of a step's own reference hold each sheet together, so that it is moved, not torn.
+    let bound = {
+        contact.update_lists(&x);
+        contact.eigenvalue_bound(motion.masses())
+    };
+    let spring = |x: &[DVec3], forces: &mut [DVec3]| {
+        let mut energy = 0.0;
+        for half in [0..all / 2, all / 2..all] {
+            let count = f64::from(index(half.len()));
+            let middle = half.clone().map(|n| x[n] - rest[n]).sum::<DVec3>() / count;
+            for node in half {
+                let stretch = x[node] - rest[node] - middle;
+                forces[node] = -stretch;
+                energy += 0.5 * stretch.length_squared();
+            }
+        }
+        energy
+    };
+    let step = 0.5 * 2.0 / (bound + 1.0).sqrt();
+    let mut largest = 0.0_f64;
+    while motion.time() < 8.0 {
+        let contact = &mut contact;
+        let applied = &mut |view: &crate::view::StepView<'_>, forces: &mut [DVec3]| {
+            let moved: Vec<DVec3> = view.velocities.iter().map(|v| *v * view.step).collect();
+            contact.add_forces(view.positions, &moved, forces);
+        };
+        motion.step_with(step, spring, applied).unwrap();
+        let audit = motion.audit();
+        let state = &contact.state;
+        let off = audit.applied_work + state.energy + state.dissipated;
+        largest = largest.max(off.abs() / audit.initial);
+    }
+    let momentum: DVec3 = v.iter().sum();
+    assert!(
+        (motion.audit().momentum - momentum).length() < 1e-13,
+        "{:?}",
+        motion.audit()
+    );
+    assert!(
+        motion.velocities()[all / 2].z > -0.02,
+        "it was stopped: {}",
+        motion.velocities()[all / 2]
+    );
+    assert!(contact.state.dissipated > 0.0, "it slid");
+    assert!(largest < 0.02, "off by {largest} of the energy");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Forces are the derivative of the energy, weights of pairs included.
+    #[test]
+    fn forces_are_those_of_the_energy(seed in 0_u64..1000) {
+        let (mut contact, x, _) = pressed(0.0, seed);
+        let mut random = Random::new(seed + 2);
+        let direction: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
+        let mut forces = zeros(&x);
+        contact.evaluate(&x, &zeros(&x), &mut forces);
+        let slope: f64 = -forces.iter().zip(&direction).map(|(f, d)| f.dot(*d)).sum::<f64>();
+        let energy = |t: f64| {
+            let moved: Vec<DVec3> = x.iter().zip(&direction).map(|(x, d)| *x + *d * t).collect();
+            contact.evaluate(&moved, &zeros(&x), &mut zeros(&x)).1.energy
+        };
+        let error = directional_error(energy, slope, 1e-4, 1e-3);
+        prop_assert!(error < 1e-5, "{error}");
+    }
+
+    /// Friction included, pairs keep momentum and angular momentum; lists hold all pairs; turning changes nothing.
+    #[test]
+    fn pairs_are_balanced_and_lists_hold_them_all(seed in 0_u64..1000) {
+        let (mut contact, x, moved) = pressed(0.5, seed);
+        let mut brute = contact.clone();
+        brute.margin = 1e3;
+        brute.listed_at.clear();
+        let mut forces = zeros(&x);
+        let (sum, state) = contact.evaluate(&x, &moved, &mut forces);
+        prop_assert!(sum.normal > 0.1 && sum.friction > 0.0, "{sum:?}");
+        let total: DVec3 = forces.iter().sum();
+        let turn: DVec3 = forces.iter().zip(&x).map(|(f, x)| x.cross(*f)).sum();
+        prop_assert!(total.length() < 1e-12 && turn.length() < 1e-11, "{total} {turn}");
+        let mut all = zeros(&x);
+        let (brute_sum, brute_state) = brute.evaluate(&x, &moved, &mut all);
+        prop_assert!(brute.listed_pairs() > contact.listed_pairs());
+        prop_assert!(brute_sum == sum && all == forces);
+        // Points of which no list knows begin later.
+        prop_assert_eq!(brute_state.energy.to_bits(), state.energy.to_bits());
+        let rotation = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.3);
+        let turned = |list: &[DVec3]| list.iter().map(|v| rotation * *v).collect::<Vec<_>>();
+        let mut again = zeros(&x);
+        let (_, turned_state) = contact.evaluate(&turned(&x), &turned(&moved), &mut again);
+        prop_assert!((turned_state.energy - state.energy).abs() < 1e-12);
+        for (a, b) in again.iter().zip(turned(&forces)) {
+            prop_assert!((*a - b).length() < 1e-11, "{a} {b}");
+        }
+    }
+
+    /// The bound is above the largest eigenvalue, by powers of the stiffness.
+    #[test]
+    fn the_eigenvalue_bound_holds(seed in 0_u64..1000) {
+        let (mut contact, x, _) = pressed(0.0, seed);
+        contact.update_lists(&x);
+        let bound = contact.eigenvalue_bound(&vec![1.0; x.len()]);
+        let mut random = Random::new(seed + 3);
+        let mut v: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
+        let mut found = 0.0;
+        for _ in 0..30 {
+            let length = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+            let along = |t: f64| -> Vec<DVec3> {
+                let at: Vec<DVec3> = x.iter().zip(&v).map(|(x, v)| *x + *v * (t / length)).collect();
+                let mut forces = zeros(&x);
+                contact.clone().evaluate(&at, &zeros(&x), &mut forces);
+                forces
+            };
+            v = along(-1e-5).iter().zip(along(1e-5)).map(|(a, b)| (*a - b) * 5e4).collect();
+            found = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+        }
+        prop_assert!(found < bound && found > 0.1 * bound, "{found} of {bound}");
+    }
+}
