@@ -23,6 +23,7 @@ pub use pool::{PoolError, PoolOptions, Tally, run_cases};
 use case::CaseHashes;
 use design::cases;
 use phyxel_scene::{KeyPath, OverrideError, Place, SceneError, TextError};
+use rayon::prelude::*;
 
 use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::{RunError, RunOptions, run};
@@ -77,10 +78,13 @@ pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
 /// [`RefusedCase`] if a case has a value that the scene does not take.
 pub fn all_cases(plan: &Plan, base: &Scene) -> Result<Vec<Case>, RefusedCase> {
     let text = phyxel_scene::to_ron(base);
-    let mut hashes = CaseHashes::default();
-    let rows = cases(plan).into_iter().zip(1..);
-    rows.map(|(values, number)| Ok(case(plan, &text, number, values, &mut hashes)?.0))
-        .collect()
+    let hashes = CaseHashes::default();
+    let rows = cases(plan).into_par_iter().enumerate();
+    // All of them first: the one that is told is the first that is refused.
+    let all: Vec<_> = rows
+        .map(|(index, values)| Ok(case(plan, &text, index + 1, values, &hashes)?.0))
+        .collect();
+    all.into_iter().collect()
 }
 
 /// The case of a number alone with its scene, validated; nothing where the plan has fewer.
@@ -95,7 +99,7 @@ pub fn one_case(
     let index = number.checked_sub(1);
     let values = index.and_then(|index| cases(plan).into_iter().nth(index));
     let base = phyxel_scene::to_ron(base);
-    let case = values.map(|values| case(plan, &base, number, values, &mut CaseHashes::default()));
+    let case = values.map(|values| case(plan, &base, number, values, &CaseHashes::default()));
     case.transpose()
 }
 
@@ -104,7 +108,7 @@ fn case(
     base: &str,
     number: usize,
     values: Vec<String>,
-    hashes: &mut CaseHashes,
+    hashes: &CaseHashes,
 ) -> Result<(Case, Scene), RefusedCase> {
     let scene = scene(plan, base, number, &values)?;
     let text = phyxel_scene::to_ron(&scene);

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use crate::output::{OutputError, OutputFolder};
 use serde::{Deserialize, Serialize};
@@ -129,12 +130,12 @@ pub fn write_cases(plan: &Plan, cases: &[Case], folder: &OutputFolder) -> Result
 
 /// Hashes of what cases are run with; a file that many are run with is read once.
 #[derive(Debug, Default)]
-pub(super) struct CaseHashes(Vec<(PathBuf, u64)>);
+pub(super) struct CaseHashes(Mutex<Vec<(PathBuf, u64)>>);
 
 impl CaseHashes {
     /// The hash of a case: of the program's version, of all that the case says, and of the files that this names.
     pub(super) fn of<'a>(
-        &mut self,
+        &self,
         version: &str,
         text: &str,
         files: impl IntoIterator<Item = &'a Path>,
@@ -148,14 +149,15 @@ impl CaseHashes {
         format!("{:016x}", hash.0)
     }
 
-    fn of_file(&mut self, file: &Path) -> u64 {
-        if let Some((_, hash)) = self.0.iter().find(|(known, _)| known == file) {
+    fn of_file(&self, file: &Path) -> u64 {
+        let mut read = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, hash)) = read.iter().find(|(known, _)| known == file) {
             return *hash;
         }
         let mut hash = Fnv::default();
         // A file that cannot be read is an error of the run, not of its hash.
         let _ = hash.read(file);
-        self.0.push((file.to_owned(), hash.0));
+        read.push((file.to_owned(), hash.0));
         hash.0
     }
 }
