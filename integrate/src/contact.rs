@@ -116,6 +116,9 @@ pub struct Contact {
     pub(crate) limits: Vec<f64>,
     /// Points that have an anchor.
     pub(crate) sticking: Vec<u32>,
+    /// How far (m) the last step's forces moved each member by its middle: where the next solve begins; empty before a
+    /// contact.
+    pub(crate) pushed: Vec<DVec3>,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) active: Vec<ContactPoint>,
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -145,6 +148,7 @@ impl Contact {
             anchors,
             limits: Vec::new(),
             sticking: Vec::new(),
+            pushed: Vec::new(),
             active: Vec::new(),
             semi_implicit: SemiImplicit::default(),
         }
@@ -171,6 +175,8 @@ impl Contact {
                 .iter()
                 .flatten()
                 .all(|anchor| anchor.is_finite())
+            && (self.pushed.is_empty() || self.pushed.len() == self.surface.members.len())
+            && self.pushed.iter().all(|push| push.is_finite())
             && settings.penalty.is_finite()
             && settings.penalty > 0.0
             && settings.friction.is_finite()
@@ -196,6 +202,7 @@ impl Contact {
             + size_of_val(&*self.anchors)
             + size_of_val(&*self.limits)
             + size_of_val(&*self.sticking)
+            + size_of_val(&*self.pushed)
     }
 
     /// Points in contact at the last evaluation, in order.

@@ -69,11 +69,35 @@ impl SemiImplicit {
         }
     }
 
-    /// Keeps the groups with points in contact, in the order of their points: forces only push away.
-    pub(super) fn keep_touching(&mut self, groups: impl Iterator<Item = u32>) {
-        self.near.clear();
-        self.near.extend(groups);
-        self.near.dedup();
+    /// Keeps the groups with a point in contact.
+    pub(super) fn keep_touching(
+        &mut self,
+        surface: &ContactSurface,
+        shape: &RigidShape,
+        pose: &Pose,
+    ) {
+        let placed = shape.placed(pose);
+        let positions = &self.positions;
+        self.near.retain(|&group| {
+            surface.points(group).any(|point| {
+                let bound = surface.weights_of(group, point);
+                placed.value(bound.map(|(n, w)| positions[n] * w).sum()) < 0.0
+            })
+        });
+    }
+
+    /// Moves local members by what the contact added to their positions in the last step, and forgets that of all others.
+    pub(super) fn push(&mut self, pushed: &mut Vec<DVec3>) {
+        pushed.resize(self.positions.len(), DVec3::ZERO);
+        let mut local = self.local.iter().peekable();
+        for (member, push) in (0..).zip(pushed) {
+            if local.next_if(|next| **next == member).is_some() {
+                let i = member as usize;
+                self.positions[i] += self.free[i] * *push;
+            } else {
+                *push = DVec3::ZERO;
+            }
+        }
     }
 
     /// What it costs to leave the predicted positions (J).

@@ -58,10 +58,13 @@ impl Contact {
             view.positions[node] + moved * half
         });
         semi_implicit.choose_near(&self.surface, shape, pose);
+        // Forces only push away: what does not touch where it moves by itself never does.
+        semi_implicit.keep_touching(&self.surface, shape, pose);
         let mut sum = ContactForce::default();
         let mut at = *pose;
         if semi_implicit.near.is_empty() {
             self.active.clear();
+            self.pushed.clear();
         } else {
             semi_implicit.choose_local(&self.surface, view);
             let tool = mass.map(|mass| mass * 2.0 / (view.step * view.step));
@@ -76,7 +79,8 @@ impl Contact {
         sum
     }
 
-    /// Newton from the predicted positions; `tool` is its mass over `step²/2` (N/m).
+    /// Newton from the predicted positions and what the last step's contact added to them; `tool` is its mass over
+    /// `step²/2` (N/m).
     fn solve_semi_implicit(
         &mut self,
         shape: &RigidShape,
@@ -86,9 +90,9 @@ impl Contact {
     ) -> (ContactForce, Pose) {
         let mut shift = DVec3::ZERO;
         let mut at = *pose;
+        semi_implicit.push(&mut self.pushed);
         let mut sum = self.evaluate(shape, &at, semi_implicit, Some(Limit::Lagged));
-        let mut potential = sum.energy;
-        semi_implicit.keep_touching(self.active.iter().map(|active| active.group));
+        let mut potential = sum.energy + semi_implicit.inertial_energy(tool, shift);
         for _ in 0..NEWTON {
             for &i in &semi_implicit.local {
                 let i = i as usize;
@@ -129,6 +133,10 @@ impl Contact {
                 }
                 length *= 0.5;
             }
+        }
+        for &i in &semi_implicit.local {
+            let i = i as usize;
+            self.pushed[i] = semi_implicit.positions[i] - semi_implicit.predicted[i];
         }
         (sum, at)
     }

@@ -119,6 +119,15 @@ fn check_defining_equation(contact: &mut Contact, shape: &RigidShape, pose: &Pos
     }
     let total: DVec3 = f.iter().sum();
     assert!((total + sum.force).length() < 1e-11 * scale, "balance");
+    // From where this one ended the same is found, and what is left is forgotten.
+    if contact.settings.friction == 0.0 {
+        let again = contact.press_semi_implicit(shape, pose, None, &view, &mut f);
+        let change = (again.force - sum.force).length();
+        assert!(change < 2e-3 * scale, "{again:?} {sum:?}");
+    }
+    let away = Pose::at(DVec3::Z * 100.0);
+    contact.press_semi_implicit(shape, &away, None, &view, &mut f);
+    assert!(contact.pushed.is_empty(), "nothing touches");
 }
 
 proptest! {
