@@ -193,6 +193,19 @@ impl BoundaryConditions {
         }
     }
 
+    /// Gives the fixed part of each of `positions` (m) the value that it has in `kept` (m).
+    ///
+    /// # Panics
+    /// If a slice is not as long as there are nodes.
+    pub fn keep(&self, kept: &[DVec3], positions: &mut [DVec3]) {
+        assert_eq!(kept.len(), self.entry.len(), "one kept position per node");
+        assert_eq!(positions.len(), self.entry.len(), "one position per node");
+        for support in &self.supports {
+            let node = support.node as usize;
+            positions[node] = kept[node] + support.free * (positions[node] - kept[node]);
+        }
+    }
+
     /// Moves driven nodes to where their paths are at `time` (s).
     ///
     /// # Panics
@@ -262,6 +275,10 @@ mod tests {
         supports.fix_axes(2, [true, false, true]);
         supports.project(&mut v);
         assert_eq!(v[2], DVec3::Y, "exact for axes");
+        let mut read = [DVec3::splat(7.0); 3];
+        supports.keep(&v, &mut read);
+        assert_eq!(read[0], DVec3::splat(7.0), "free node");
+        assert_eq!(read[2], DVec3::new(v[2].x, 7.0, v[2].z), "exact for axes");
         supports.fix(1);
         supports.project(&mut v);
         assert_eq!(v[1], DVec3::ZERO, "fixed");

@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     world.play(0.4, |_| ())?;
     let body = &world.members()[0].body;
     let foot = |x: &DVec3| x.z < -0.499 * length;
-    let sunk: Vec<f64> = std::iter::zip(&body.rest, body.motion.positions())
+    let sunk: Vec<f64> = std::iter::zip(&body.rest, world.positions(0))
         .filter(|(rest, _)| foot(rest))
         .map(|(rest, now)| rest.z - now.z)
         .collect();

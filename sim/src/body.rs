@@ -261,6 +261,17 @@ impl Body {
         })
     }
 
+    /// Positions (m) of the nodes as they are read: on the field whose gradient the deformation gradients are
+    /// ([`Elastic::smoothed_positions`]), while [`Motion::positions`] are its coefficients, which contact, loads and
+    /// steps use. Directions that supports hold or drive keep their values. Computed at each call.
+    #[must_use]
+    pub fn smoothed_positions(&self) -> Vec<DVec3> {
+        let nodes = self.motion.positions();
+        let mut smoothed = self.elastic.smoothed_positions(nodes);
+        self.motion.supports().keep(nodes, &mut smoothed);
+        smoothed
+    }
+
     /// Largest eigenvalue (1/s²) as last estimated, never below the uncut body's at rest.
     #[must_use]
     pub fn current_eigenvalue(&self) -> f64 {

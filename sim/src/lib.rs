@@ -216,14 +216,14 @@ impl World {
         &self.members
     }
 
-    /// Positions (m) of a body's nodes, as [`World::members`] counts bodies. A shared body's are those of the last
-    /// [`World::fetch`].
+    /// Positions (m) of a body's nodes, as [`World::members`] counts bodies, to be drawn, written and measured: see
+    /// [`Body::smoothed_positions`]. A shared body's are those of the last [`World::fetch`].
     ///
     /// # Panics
     /// If there is no such body.
     #[must_use]
-    pub fn positions(&self, body: usize) -> &[DVec3] {
-        self.members[body].body.motion.positions()
+    pub fn positions(&self, body: usize) -> Vec<DVec3> {
+        self.members[body].body.smoothed_positions()
     }
 
     /// Time (s) since the first step, settling included.

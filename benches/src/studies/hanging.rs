@@ -166,7 +166,7 @@ fn measured(
         nodes: body.rest.len(),
         neighbors,
         severed: cutting.map_or(0, Cutting::severed_pairs),
-        drop: lowest(&body.rest) - lowest(body.motion.positions()),
+        drop: lowest(&body.rest) - lowest(&body.smoothed_positions()),
         step: world.step_size(),
         seconds: middle(&mut steps),
         drawing: middle(&mut drawing),

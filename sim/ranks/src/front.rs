@@ -184,9 +184,11 @@ impl Front {
         for rank in 1..ranks() {
             send(rank, name.as_bytes());
         }
-        let written = self.mine.as_ref().map(|mine| write_nodes(mine, folder));
+        let (mine, wire) = self.mine();
+        mine.evaluate_if_due(wire);
+        let written = write_nodes(mine, folder);
         gather(&[0.0], &vec![1; ranks()]);
-        written.unwrap_or(Ok(()))?;
+        written?;
         crate::vtu::write_index(folder, ranks())
     }
 

@@ -115,6 +115,16 @@ impl Share {
         self.motion.begin_pass(pass);
     }
 
+    /// Positions (m) of own nodes as they are read, where the forces were evaluated last: those of
+    /// [`phyxel::Body::smoothed_positions`].
+    pub(crate) fn smoothed_positions(&self) -> Vec<DVec3> {
+        let own = self.own.clone();
+        let mut smoothed = self.elastic.smoothed_positions(&self.places)[own.clone()].to_vec();
+        let supports = self.motion.supports();
+        supports.keep(&self.places[own], &mut smoothed);
+        smoothed
+    }
+
     /// Exchanges positions with the neighbours and evaluates the forces.
     pub(crate) fn evaluate(&mut self, wire: &mut Wire) {
         let Self {

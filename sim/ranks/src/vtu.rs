@@ -73,7 +73,7 @@ pub(crate) fn write_piece(share: &Share, folder: &Path, rank: usize) -> io::Resu
         &mut text,
         "position_m",
         3,
-        numbers(motion.positions()).into_iter(),
+        numbers(&share.smoothed_positions()).into_iter(),
     );
     text.push_str("</Points>\n<Cells>\n");
     integers(&mut text, "Int64", "connectivity", 0..n);

@@ -243,6 +243,7 @@ fn obey(
         Command::Write => {
             let name = receive(FRONT);
             let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
+            share.evaluate_if_due(wire);
             if let Err(error) = write_nodes(share, &folder) {
                 eprintln!("rank {}: {}: {error}", rank(), folder.display());
             }

@@ -211,7 +211,7 @@ fn by_curvature(painter: &Painter, world: &World, share: f64) -> Frame {
     let body = &world.members()[0].body;
     let mut splats = Splats::default();
     let gradients = body.elastic.deformation_gradients();
-    tissue.carry_into(body.motion.positions(), &gradients, &mut splats);
+    tissue.carry_into(&body.smoothed_positions(), &gradients, &mut splats);
     let values = measures(&splats.positions, Measure::Curvature, NEIGHBORS as usize);
     let scale = middle(&values);
     let colors = scale.colors(&values);

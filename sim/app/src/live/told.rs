@@ -28,7 +28,7 @@ pub(super) fn bodies_of(world: &World) -> Vec<Moved> {
     let bodies = world.members().iter().map(|member| {
         let gradients = member.body.elastic.deformation_gradients();
         Moved {
-            positions: super::skin::plain(member.body.motion.positions()),
+            positions: super::skin::plain(&member.body.smoothed_positions()),
             gradients: gradients.iter().map(glam::DMat3::to_cols_array).collect(),
         }
     });

@@ -301,7 +301,7 @@ impl Painter {
     pub fn carry(&mut self, world: &World) {
         for (skin, Member { body, .. }) in self.skins.iter_mut().zip(world.members()) {
             skin.carry(
-                body.motion.positions(),
+                &body.smoothed_positions(),
                 &body.elastic.deformation_gradients(),
             );
             if let Some((scale, _)) = coloring::legend(self.coloring) {

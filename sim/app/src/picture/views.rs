@@ -19,12 +19,11 @@ pub(super) fn has_surface(show: Show) -> bool {
 /// Meshes of what is to be shown of a body.
 pub(super) fn meshes(show: Show, member: &Member, skin: &DrawnTissue) -> Vec<DrawnMesh> {
     let body = &member.body;
-    let nodes = body.motion.positions();
     match show {
         Show::Surface | Show::BladePath => Vec::new(),
         Show::Neighbors { node } => {
             let graph = PairGraph {
-                nodes,
+                nodes: &body.smoothed_positions(),
                 offsets: body.neighborhoods.offsets(),
                 neighbors: body.neighborhoods.indices(),
                 weights: &body.stencils.weights,
@@ -39,7 +38,8 @@ pub(super) fn meshes(show: Show, member: &Member, skin: &DrawnTissue) -> Vec<Dra
             let Some(&place) = skin.splats().positions.get(surfel) else {
                 return Vec::new();
             };
-            drawn_binding(skin.tissue.binding(), surfel, place, nodes, body.spacing)
+            let nodes = body.smoothed_positions();
+            drawn_binding(skin.tissue.binding(), surfel, place, &nodes, body.spacing)
         }
     }
 }

@@ -162,7 +162,7 @@ fn vtk(body: &Body) -> Vec<u8> {
         ("volume_m3", Field::Scalars(&body.volumes)),
         ("von_mises_stress_Pa", Field::Scalars(&stress)),
     ];
-    let positions = body.motion.positions();
+    let positions = &body.smoothed_positions();
     if body.tetrahedra.is_empty() {
         vtk_points(positions, &fields)
     } else {
