@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
+use phyxel_discretize::{Primitive, SampleSettings, Solid as Shape, sample_tetrahedra};
 use phyxel_integrate::{
     BoundaryConditions, Contact, ContactPoint, ContactSettings, ContactSurface, ForceLaw,
     NewtonSettings, Pose, Pressed, RigidShape, StaticLoad, StaticReport, penalty, solve_static,
@@ -74,6 +75,15 @@ impl Press {
         let supports = BoundaryConditions::fixed_where(&body.rest, held);
         let top = body.faces(on_top);
         Self::on(body, supports, &top, spacing)
+    }
+
+    /// Positions (m) as they are read, where the last sphere left the body: see
+    /// [`phyxel_elastic::Elastic::smoothed_positions`].
+    #[must_use]
+    pub fn smoothed(&self) -> Vec<DVec3> {
+        let mut smoothed = self.body.elastic.smoothed_positions(&self.positions);
+        self.supports.keep(&self.positions, &mut smoothed);
+        smoothed
     }
 
     /// A quarter of a block between two symmetry planes, far sides and bottom fixed: `lines` (m), ascending
@@ -287,6 +297,18 @@ pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
         let across = |s: f64| grade(2.0 * s - 1.0);
         DVec3::new(across(s.x), across(s.y), -2.0 * grade(1.0 - s.z))
     })
+}
+
+/// Nodes and tetrahedra of the 2 m cube as scenes sample it, about `count` nodes.
+///
+/// # Errors
+/// [`StudyError`] if they are too few.
+pub fn cube_sampled(count: usize) -> Result<(Vec<DVec3>, Vec<[u32; 4]>), StudyError> {
+    let half_extents = DVec3::ONE;
+    let cube = Shape::from(Primitive::Box { half_extents });
+    let found = sample_tetrahedra(&cube, &SampleSettings::nodes(count))?;
+    let nodes = found.positions.iter().map(|x| *x - DVec3::Z).collect();
+    Ok((nodes, found.tetrahedra))
 }
 
 /// Whether a point of the cube is on a held side.

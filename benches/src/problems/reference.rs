@@ -85,6 +85,23 @@ impl Reference {
         mirrored(&self.fine.body, &self.moved, at)
     }
 
+    /// Norm of the error of nodes' displacements under the last sphere over the norm of the reference's there
+    /// (Aras 2014, fig. 71).
+    ///
+    /// # Panics
+    /// If there is not one position per node.
+    #[must_use]
+    pub fn norm(&self, rest: &[DVec3], positions: &[DVec3]) -> f64 {
+        assert_eq!(rest.len(), positions.len(), "one position per node");
+        let (mut error, mut size) = (0.0, 0.0);
+        for (x, rest) in positions.iter().zip(rest) {
+            let known = self.displacement(*rest);
+            error += known.distance_squared(*x - *rest);
+            size += known.length_squared();
+        }
+        f64::sqrt(error / size)
+    }
+
     /// Displacements (m) of the finer lattice with the sides and the bottom fixed and a field given on the
     /// top, even in x and y; the answer is read at points of the whole cube.
     ///

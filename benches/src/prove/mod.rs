@@ -60,6 +60,11 @@ pub const CLAIMS: &[Claim] = &[
         run: studies::hertz_study_meets_the_block_and_the_half_space,
     },
     Claim {
+        name: "field",
+        about: "the study field: displacements are read nearer to finite elements than nodes have them",
+        run: studies::field_study_reads_nearer_than_nodes_are,
+    },
+    Claim {
         name: "real-meshes",
         about: "real organ meshes are sampled well at four sizes",
         run: real_meshes::real_meshes_sample_well,

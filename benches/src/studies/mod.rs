@@ -7,6 +7,7 @@ mod beam;
 mod chapter6;
 mod crack;
 mod cut;
+mod field;
 mod figures;
 mod gradient;
 mod hanging;
@@ -71,6 +72,12 @@ pub const STUDIES: &[Study] = &[
         title: "A sphere pressed into a block",
         question: "how far off is the force of a tool, against half-space theory and finite elements?",
         run: hertz::run,
+    },
+    Study {
+        name: "field",
+        title: "Displacements under a sphere, as nodal values and as read",
+        question: "how far are nodes' displacements off, and how far those that are drawn and written?",
+        run: field::run,
     },
     Study {
         name: "crack",

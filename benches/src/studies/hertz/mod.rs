@@ -24,7 +24,7 @@ use crate::{Effort, StudyError};
 /// Young's modulus (Pa) of the tables; everything is proportional to it.
 const MODULUS: f64 = 1.0e4;
 /// Unbalanced forces relative to the tool's at which the body counts as at rest.
-const TOLERANCE: f64 = 1e-7;
+pub(super) const TOLERANCE: f64 = 1e-7;
 /// Evaluations of the forces that are timed.
 const EVALUATIONS: usize = 9;
 
@@ -123,12 +123,7 @@ fn measured<B: ForceLaw>(
     let small = press(body, radius, depth)?;
     let (radius, depth) = SPHERES[1];
     let deep = press(body, radius, depth)?;
-    let (mut error, mut size) = (0.0, 0.0);
-    for (x, rest) in body.positions.iter().zip(&body.rest) {
-        let known = reference.displacement(*rest);
-        error += known.distance_squared(*x - *rest);
-        size += known.length_squared();
-    }
+    let norm = reference.norm(&body.rest, &body.positions);
     let rest = body.rest.clone();
     let mut forces = vec![DVec3::ZERO; rest.len()];
     let law = &mut body.body;
@@ -137,17 +132,17 @@ fn measured<B: ForceLaw>(
         nodes: rest.len(),
         deep,
         small,
-        norm: f64::sqrt(error / size),
+        norm,
         evaluation,
     })
 }
 
-fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
+pub(super) fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
     let column = |&(name, unit)| Column { name, unit };
     names.iter().map(column).collect()
 }
 
-fn log(label: &str) -> Axis {
+pub(super) fn log(label: &str) -> Axis {
     Axis {
         label: label.to_owned(),
         scale: Scale::Logarithmic,
@@ -161,7 +156,7 @@ fn linear(label: &str) -> Axis {
     }
 }
 
-fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
+pub(super) fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
     Series {
         dots: false,
         name: name.to_owned(),
