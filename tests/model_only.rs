@@ -82,6 +82,7 @@ fn each_part_adds_its_own_memory_and_no_other() {
     for (part, more, calls) in [
         ("supports", held.to_owned(), (0, 0)),
         ("contact", tool.to_owned(), (60, 0)),
+        ("contact", "contact: (),".to_owned(), (60, 0)),
         ("cuts", cut(1e-3), (0, 2)),
         ("", cut(3.0), (0, 0)),
         ("", pictures, (0, 0)),

@@ -87,7 +87,7 @@ impl World {
             }
         }
         let how = format!(
-            ", seen {:.4} s after the first step: there is no contact between bodies",
+            ", seen {:.4} s after the first step: bodies touch each other in scenes with the key `contact`",
             self.time()
         );
         for what in found {

@@ -7,9 +7,9 @@ use phyxel_discretize::{MeshReport, Solid};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
-    BoundaryConditions, ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling, Motion,
-    MotionSettings, StepError, StiffnessTracker, critical_step, largest_eigenvalue, radial_start,
-    scale_masses,
+    Applied, BoundaryConditions, ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling,
+    Motion, MotionSettings, StepError, StiffnessTracker, critical_step, largest_eigenvalue,
+    radial_start, scale_masses,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
@@ -96,6 +96,8 @@ pub struct Body {
     pub(crate) surface_triangles: Vec<[u32; 3]>,
     /// What tools touch where there are no tetrahedra, in a scene with tools.
     pub(crate) surface_nodes: Option<SurfaceNodes>,
+    /// What contact between bodies adds to the largest eigenvalue (1/s²) at most.
+    pub(crate) contact_eigenvalue: f64,
     /// The patch that a hand holds.
     pub(crate) grip: Option<Grip>,
     /// What takes the steps.
@@ -255,6 +257,7 @@ impl Body {
             cut_rule: description.cut_rule,
             surface_triangles,
             surface_nodes,
+            contact_eigenvalue: 0.0,
             grip: None,
             stepper: Stepper::new(scene.integration.scheme)?,
             shared: None,
@@ -291,26 +294,29 @@ impl Body {
         if let Some(step) = self.stepper.step() {
             return step;
         }
-        self.step_factor
-            * critical_step(self.current_eigenvalue(), self.motion.settings().viscosity)
+        self.step_factor * self.current_critical_step()
     }
 
-    /// Takes one step (s) with the tools that may touch the body; the times in the force law and in
-    /// contact are added to `in_forces` and `in_contact`.
+    fn current_critical_step(&self) -> f64 {
+        let eigenvalue = self.current_eigenvalue() + self.contact_eigenvalue;
+        critical_step(eigenvalue, self.motion.settings().viscosity)
+    }
+
+    /// Takes one step (s) with the tools that may touch the body, and what else acts on it; the times in the force law
+    /// and in contact with tools are added to `in_forces` and `in_contact`.
     pub(crate) fn advance(
         &mut self,
         step: f64,
-        contacts: &mut [ToolContact],
+        (contacts, others): (&mut [ToolContact], Option<&mut Applied<'_>>),
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
         if self.is_explicit() {
-            let viscosity = self.motion.settings().viscosity;
-            let critical = critical_step(self.current_eigenvalue(), viscosity);
+            let critical = self.current_critical_step();
             self.motion.set_critical_step(critical);
         }
         let shares = self.shares();
-        let acting = (contacts, self.grip.as_mut());
+        let acting = (contacts, self.grip.as_mut(), others);
         match shares {
             None => self.stepper.step_with(
                 step,
@@ -339,6 +345,19 @@ impl Body {
         self.elastic.set_held(&held_nodes(&supports));
         self.motion.set_supports(supports);
         self.rebuilt_here();
+    }
+
+    /// Adds a velocity (m/s) to that of all its nodes.
+    pub(crate) fn begin_with(&mut self, velocity: DVec3) -> Result<(), WorldError> {
+        let velocities = self.motion.velocities().iter().map(|v| *v + velocity);
+        let velocities: Vec<DVec3> = velocities.collect();
+        let set = self.motion.set_velocities(&velocities);
+        set.map_err(|problem| BodyProblem::from(problem).of(self))?;
+        let elastic = &mut self.elastic;
+        let evaluated = self.motion.refresh(|x, f| elastic.forces_into(x, f));
+        evaluated.map_err(|problem| BodyProblem::from(problem).of(self))?;
+        self.moved_here();
+        Ok(())
     }
 
     /// Moves the nodes to where they are in equilibrium with constant `loads` (N), viscosity at rest.

@@ -96,6 +96,7 @@ impl World {
                 phase,
                 sweep,
             }));
+            self.grow_contact(place, &update.triangles)?;
             take_note(
                 &mut self.cut_through,
                 &mut self.new_pieces,
@@ -110,6 +111,19 @@ impl World {
             self.forget_kept();
         }
         Ok(changed)
+    }
+
+    /// Lets contact between bodies follow a cut that a body has taken.
+    pub(crate) fn grow_contact(
+        &mut self,
+        place: usize,
+        triangles: &[[DVec3; 3]],
+    ) -> Result<(), WorldError> {
+        let Some(contact) = &mut self.deformable else {
+            return Ok(());
+        };
+        let grown = contact.grow(&self.members, place, triangles);
+        grown.map_err(|problem| problem.of(&self.members[place].body))
     }
 
     /// How many edges of a cut the scene's path captures.

@@ -54,6 +54,9 @@ pub enum BodyProblem {
     /// The surface cannot be touched.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// The surface cannot be sampled for contact with other bodies, or does not follow a cut.
+    #[error(transparent)]
+    Samples(#[from] phyxel_splat::SurfelError),
     /// The spacing asks for more nodes than the scene allows.
     #[error(
         "a spacing of {spacing} m would make about {estimate:.0} nodes, more than the limit of \

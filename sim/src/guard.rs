@@ -5,16 +5,18 @@
 //! over which energy appears or is lost, is rolled back to it and retried in halves, quarters, eighths.
 //! Only if that fails too the run ends.
 
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use phyxel_discretize::Bounds;
-use phyxel_integrate::{RigidEnergies, StepControl};
+use phyxel_integrate::{Applied, DeformableState, RigidEnergies, StepControl, StepView};
 
 use crate::body::Body;
 use crate::body_state::BodyState;
+use crate::deformable::DeformableBodies;
 use crate::error::{BodyProblem, WorldError};
-use crate::phases::Phase;
+use crate::phases::{Phase, Phases};
 use crate::scene::Pose;
 use crate::{Member, World};
 
@@ -36,6 +38,8 @@ pub(crate) struct Kept {
     bodies: Vec<BodyState>,
     /// Energies of their pieces' rigid motions.
     rigid: Vec<RigidEnergies>,
+    /// Contact between them.
+    pub(crate) contact: Option<DeformableState>,
     gravity: Option<DVec3>,
     /// Where the tools were.
     poses: Vec<Pose>,
@@ -177,6 +181,7 @@ impl World {
         self.kept = Some(Kept {
             rigid: self.members.iter_mut().map(rigid).collect(),
             bodies: self.members.iter_mut().map(Member::keep).collect(),
+            contact: (self.deformable.as_ref()).map(|contact| contact.state().clone()),
             gravity: self.gravity,
             poses: self.input.poses().to_vec(),
             taken: Vec::new(),
@@ -222,6 +227,7 @@ impl World {
         for (member, state) in self.members.iter_mut().zip(&kept.bodies) {
             member.set_state(state.clone());
         }
+        self.set_contact(kept.contact.clone());
         self.estimate_eigenvalues(RETAKE_PRODUCTS)?;
         let mut from = kept.poses.clone();
         for (step, to) in &kept.taken {
@@ -310,37 +316,18 @@ impl World {
     /// Takes one step (s) with tools that move between two positions.
     fn advance(&mut self, step: f64, from: &[Pose], to: &[Pose]) -> Result<(), WorldError> {
         self.load_gravity(step)?;
-        let time = self.time();
+        let moves = Moves {
+            step,
+            time: self.time(),
+            from,
+            to,
+        };
+        if let Some(contact) = &mut self.deformable {
+            contact.begin(&self.members);
+            return moves.advance_together(&mut self.members, 0, contact, &mut self.phases);
+        }
         for member in &mut self.members {
-            let handed = member.hand_over();
-            handed.map_err(|problem| problem.of(&member.body))?;
-            let Member {
-                body,
-                cutting,
-                contacts,
-            } = member;
-            for contact in contacts.iter_mut() {
-                let tool = contact.tool;
-                contact.rigid.lead(&from[tool], &to[tool], time, step);
-            }
-            if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
-                grip.lead(from.position, to.position, step);
-            }
-            let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
-            let start = Instant::now();
-            let decay = body.decay(step, &mut in_forces);
-            let decay = decay.map_err(|problem| problem.of(body))?;
-            let result = body.advance(step, contacts, &mut in_forces, &mut in_contact);
-            if let (Some(cutting), Some(half)) = (cutting, decay) {
-                cutting.add_decay(body.book_decay(half));
-            }
-            let rest = start.elapsed().saturating_sub(in_forces + in_contact);
-            self.phases.add(Phase::Forces, in_forces);
-            self.phases.add(Phase::Integration, rest);
-            if !contacts.is_empty() {
-                self.phases.add(Phase::Contact, in_contact);
-            }
-            result.map_err(|problem| problem.of(body))?;
+            moves.advance(member, None, &mut self.phases)?;
         }
         Ok(())
     }
@@ -356,6 +343,14 @@ impl World {
     fn raise_alarms(&mut self) -> Result<(), WorldError> {
         let start = Instant::now();
         let mut any = false;
+        if let Some(contact) = &mut self.deformable
+            && let Some(bound) = contact.new_bound(&self.members)
+        {
+            any = true;
+            for Member { body, .. } in &mut self.members {
+                body.contact_eigenvalue = bound;
+            }
+        }
         for Member { body, .. } in &mut self.members {
             let followed = body.follow_stiffness();
             any |= followed.map_err(|problem| problem.of(body))?;
@@ -405,6 +400,90 @@ impl World {
             }
         }
         Ok(())
+    }
+}
+
+/// One step of all bodies: its length and its begin (s), and where tools are at its begin and end.
+#[derive(Clone, Copy)]
+struct Moves<'a> {
+    step: f64,
+    time: f64,
+    from: &'a [Pose],
+    to: &'a [Pose],
+}
+
+impl Moves<'_> {
+    /// Takes the step with one body, on which others may act.
+    fn advance(
+        &self,
+        member: &mut Member,
+        others: Option<(&mut Applied<'_>, &Cell<Duration>)>,
+        phases: &mut Phases,
+    ) -> Result<(), WorldError> {
+        let Self {
+            step,
+            time,
+            from,
+            to,
+        } = *self;
+        let handed = member.hand_over();
+        handed.map_err(|problem| problem.of(&member.body))?;
+        let Member {
+            body,
+            cutting,
+            contacts,
+        } = member;
+        for contact in contacts.iter_mut() {
+            let tool = contact.tool;
+            contact.rigid.lead(&from[tool], &to[tool], time, step);
+        }
+        if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
+            grip.lead(from.position, to.position, step);
+        }
+        let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
+        let start = Instant::now();
+        let decay = body.decay(step, &mut in_forces);
+        let decay = decay.map_err(|problem| problem.of(body))?;
+        let (others, in_others) = others.unzip();
+        let acting = (&mut contacts[..], others);
+        let result = body.advance(step, acting, &mut in_forces, &mut in_contact);
+        if let (Some(cutting), Some(half)) = (cutting, decay) {
+            cutting.add_decay(body.book_decay(half));
+        }
+        let in_others = in_others.map_or(Duration::ZERO, Cell::get);
+        let rest = (start.elapsed()).saturating_sub(in_forces + in_contact + in_others);
+        phases.add(Phase::Forces, in_forces);
+        phases.add(Phase::Integration, rest);
+        if !contacts.is_empty() {
+            phases.add(Phase::Contact, in_contact);
+        }
+        result.map_err(|problem| problem.of(body))
+    }
+
+    /// Takes the step with all bodies from `first` on that touch each other: each is moved, then the next, and when the
+    /// last is, their contact is computed and each gets its forces.
+    fn advance_together(
+        &self,
+        members: &mut [Member],
+        first: usize,
+        contact: &mut DeformableBodies,
+        phases: &mut Phases,
+    ) -> Result<(), WorldError> {
+        let Some((member, others)) = members.split_first_mut() else {
+            phases.time(Phase::Contact, || contact.press());
+            return Ok(());
+        };
+        let (mut result, spent, mut inner) = (Ok(()), Cell::default(), Phases::default());
+        let hook = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
+            let start = Instant::now();
+            contact.take(first, view);
+            result = self.advance_together(others, first + 1, contact, &mut inner);
+            contact.give(first, forces);
+            spent.set(start.elapsed());
+        };
+        let own = self.advance(member, Some((hook, &spent)), phases);
+        phases.join(&inner);
+        result.and(own)
     }
 }
 

@@ -12,6 +12,7 @@ mod capture;
 mod contact_surface;
 mod cutting;
 mod decay;
+mod deformable;
 mod energy;
 mod error;
 mod grip;
@@ -63,10 +64,11 @@ pub use state::WorldState;
 pub use stencils::elastic_stencils;
 pub use tool::ToolForce;
 
+use deformable::DeformableBodies;
 use grip::Adjusted;
 use guard::Kept;
 use input::InputSource;
-use phyxel_integrate::StepControl;
+use phyxel_integrate::{DeformableForce, DeformableState, StepControl};
 use scene::{Rest, Scene};
 
 /// Products with the stiffness for the step where an equilibrium was found.
@@ -89,6 +91,8 @@ pub struct CutPiece {
 pub struct World {
     scene: Scene,
     members: Vec<Member>,
+    /// Contact between bodies, if the scene asks for it.
+    deformable: Option<Box<DeformableBodies>>,
     step: f64,
     first_step: f64,
     /// Motion time at which scene time is 0; `None` while settling.
@@ -142,10 +146,16 @@ impl World {
         builders: &rayon::ThreadPool,
     ) -> Result<Self, WorldError> {
         let alone = scene.bodies.len() == 1;
+        let touches = scene.contact.is_some();
         Self::with(scene, |scene, description| {
             let named = |problem: BodyProblem| problem.named(&description.name);
             if !alone {
                 return Err(named(BodyProblem::NotShared("one of several bodies")));
+            }
+            if touches {
+                return Err(named(BodyProblem::NotShared(
+                    "contact between bodies (contact)",
+                )));
             }
             let mut member = builders.install(|| {
                 let body = Body::build(scene, description).map_err(named)?;
@@ -171,6 +181,7 @@ impl World {
             let members = bodies.map(|description| member(&scene, description));
             members.collect::<Result<Vec<_>, WorldError>>()
         })?;
+        let deformable = phases.time(Phase::Setup, || DeformableBodies::new(&scene, &members))?;
         let captures = scene.cuts.iter().map(|cut| capture_times(cut, &members));
         let captures = captures.collect::<Result<_, _>>()?;
         let mut world = Self {
@@ -180,6 +191,7 @@ impl World {
             cut_through: vec![false; scene.cuts.len() + 1],
             scene,
             members,
+            deformable: deformable.map(Box::new),
             step: 0.0,
             first_step: 0.0,
             origin: None,
@@ -409,6 +421,9 @@ impl World {
             if let Some(supports) = driven {
                 body.set_supports(supports);
             }
+            if description.velocity != DVec3::ZERO {
+                body.begin_with(description.velocity)?;
+            }
             if body.motion.supports().entries().is_empty() && !body.motion.has_pieces() {
                 // Nothing holds it: from here on it falls and turns freely.
                 body.motion.set_pieces(&vec![0; body.rest.len()]);
@@ -455,6 +470,14 @@ impl World {
         forces.collect()
     }
 
+    /// Contact of the bodies with each other and of their flanks at the end of the last step, and its sums of energy;
+    /// `None` unless the scene asks for it.
+    #[must_use]
+    pub fn body_contact(&self) -> Option<(&DeformableForce, &DeformableState)> {
+        let contact = self.deformable.as_ref();
+        contact.map(|contact| (contact.last(), contact.state()))
+    }
+
     /// Takes one step: blades first, then motion with the tools.
     ///
     /// # Errors
@@ -468,7 +491,10 @@ impl World {
             return Err(WorldError::NeverStarted { limit });
         }
         let number = self.steps();
-        if self.members.len() > 1 && number.is_multiple_of(StepControl::STEPS) {
+        if self.members.len() > 1
+            && self.deformable.is_none()
+            && number.is_multiple_of(StepControl::STEPS)
+        {
             self.watch_overlaps();
         }
         self.capture_blades(number)?;

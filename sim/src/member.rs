@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use glam::DVec3;
 use phyxel_enrich::{Pieces, Sweep, connected_pieces};
+use phyxel_splat::triangle_near_box;
 
 use crate::body::Body;
 use crate::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
@@ -73,6 +74,23 @@ impl Member {
             }
         }
         connected_pieces(offsets, indices, &links)
+    }
+
+    /// What lies in or near the body of new triangles of its cut (m, at rest): a blade reaches far out of it.
+    #[must_use]
+    pub fn triangles_near(&self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 3]> {
+        let body = &self.body;
+        let bounds = body.solid.bounds();
+        let near = triangles.iter().filter(|[a, b, c]| {
+            let middle = (*a + *b + *c) / 3.0;
+            let size = a
+                .distance(middle)
+                .max(b.distance(middle))
+                .max(c.distance(middle));
+            body.solid.signed_distance(middle) < size + 2.0 * body.spacing
+        });
+        near.flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
+            .collect()
     }
 
     /// Heap bytes of the contacts of tools.

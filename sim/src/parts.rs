@@ -80,6 +80,9 @@ impl World {
                 sum.bytes += part.bytes;
             }
         }
+        let contact = self.deformable.as_ref().map_or(0, |all| all.bytes());
+        let own = all.iter_mut().find(|part| part.name == "contact");
+        own.into_iter().for_each(|part| part.bytes += contact);
         all
     }
 }

@@ -83,6 +83,14 @@ impl Phases {
         spent.calls += 1;
     }
 
+    /// Adds the times of others.
+    pub(crate) fn join(&mut self, others: &Self) {
+        for (spent, more) in self.spent.iter_mut().zip(&others.spent) {
+            spent.seconds += more.seconds;
+            spent.calls += more.calls;
+        }
+    }
+
     /// Time spent in a phase so far.
     #[must_use]
     pub fn of(&self, phase: Phase) -> Spent {

@@ -2,6 +2,7 @@
 
 mod body;
 mod check;
+mod contact;
 mod event;
 mod material;
 mod method;
@@ -18,6 +19,7 @@ pub use body::{
     Body, Form, ImageFile, PointFile, Sampling, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
 };
 pub use check::{DidYouMean, Fault, nearest};
+pub use contact::{Between, BodyContact};
 pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
 pub use material::Inclusion;
 pub use method::Method;
@@ -60,6 +62,9 @@ pub struct Scene {
     /// Rigid tools.
     #[serde(default)]
     pub tools: Vec<Tool>,
+    /// Contact of the bodies with each other and of the flanks of their cuts; without it all pass through each other.
+    #[serde(default)]
+    pub contact: Option<BodyContact>,
     /// Strokes of blades.
     #[serde(default)]
     pub cuts: Vec<Cut>,
@@ -86,6 +91,7 @@ impl Scene {
             supports: Vec::new(),
             gravity: Self::default_gravity(),
             tools: Vec::new(),
+            contact: None,
             cuts: Vec::new(),
             integration: Integration::default(),
             observe: Observe::default(),

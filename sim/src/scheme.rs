@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel_elastic::Elastic;
 use phyxel_integrate::{
-    BoundaryConditions, ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings, StaticLoad,
-    StepView, solve_static,
+    Applied, BoundaryConditions, ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings,
+    StaticLoad, StepView, solve_static,
 };
 
 use crate::error::BodyProblem;
@@ -19,6 +19,13 @@ use crate::tool::ToolContact;
 const AT_REST: f64 = 1e-6;
 /// Load steps to begin with; those that fail are halved.
 const LOAD_STEPS: u32 = 4;
+
+/// What acts on a body from outside: tools, a hand, and whatever comes after them.
+pub(crate) type Acting<'a, 'b> = (
+    &'a mut [ToolContact],
+    Option<&'a mut Grip>,
+    Option<&'a mut Applied<'b>>,
+);
 
 /// What takes a body's steps.
 #[derive(Debug, Clone)]
@@ -52,7 +59,7 @@ impl Stepper {
         step: f64,
         motion: &mut Motion,
         elastic: &mut Elastic,
-        (contacts, mut grip): (&mut [ToolContact], Option<&mut Grip>),
+        (contacts, mut grip, mut others): Acting<'_, '_>,
         in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
@@ -65,7 +72,7 @@ impl Stepper {
                     .collect();
                 solver.step_with(motion, step, &mut law, &mut tools)?;
             }
-            Self::Explicit if contacts.is_empty() && grip.is_none() => {
+            Self::Explicit if contacts.is_empty() && grip.is_none() && others.is_none() => {
                 motion.step(step, |x, f| law.forces_into(x, f))?;
             }
             Self::Explicit => {
@@ -75,6 +82,9 @@ impl Stepper {
                     }
                     if let Some(grip) = &mut grip {
                         grip.pull(view, forces);
+                    }
+                    if let Some(others) = &mut others {
+                        others(view, forces);
                     }
                 })?;
             }
@@ -88,11 +98,11 @@ pub(crate) fn step_shared(
     step: f64,
     motion: &mut Motion,
     shares: &Mutex<dyn BodyShares>,
-    (contacts, mut grip): (&mut [ToolContact], Option<&mut Grip>),
+    (contacts, mut grip, mut others): Acting<'_, '_>,
     in_contact: &mut Duration,
 ) -> Result<(), BodyProblem> {
     let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
-    if contacts.is_empty() && grip.is_none() {
+    if contacts.is_empty() && grip.is_none() && others.is_none() {
         motion.step_shared(step, &mut *shares, None)?;
         return Ok(());
     }
@@ -102,6 +112,9 @@ pub(crate) fn step_shared(
         }
         if let Some(grip) = &mut grip {
             grip.pull(view, forces);
+        }
+        if let Some(others) = &mut others {
+            others(view, forces);
         }
     };
     motion.step_shared(step, &mut *shares, Some(press))?;

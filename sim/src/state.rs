@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use phyxel_integrate::StepControl;
+use phyxel_integrate::{DeformableState, StepControl};
 use serde::{Deserialize, Serialize};
 
 use crate::body_state::BodyState;
@@ -26,6 +26,7 @@ pub struct WorldState {
     gravity: Option<DVec3>,
     input: InputSourceState,
     bodies: Vec<BodyState>,
+    contact: Option<DeformableState>,
     captured: Vec<Arc<CapturedEdge>>,
     kept: Option<Kept>,
     control: StepControl,
@@ -34,6 +35,16 @@ pub struct WorldState {
     adjusted: Adjusted,
     alarms: Vec<String>,
     short_since: Option<u64>,
+}
+
+#[cfg(test)]
+impl WorldState {
+    /// Puts a number into the state of contact between bodies that it cannot have.
+    pub(crate) fn break_contact(&mut self) {
+        if let Some(contact) = &mut self.contact {
+            contact.energy = f64::NAN;
+        }
+    }
 }
 
 impl World {
@@ -46,6 +57,7 @@ impl World {
             gravity: self.gravity,
             input: self.input.state(),
             bodies: self.members.iter().map(Member::state).collect(),
+            contact: (self.deformable.as_ref()).map(|contact| contact.state().clone()),
             kept: self.kept.clone(),
             control: self.control,
             step: self.step,
@@ -89,6 +101,7 @@ impl World {
         for (member, kept) in self.members.iter_mut().zip(state.bodies) {
             member.set_state(kept);
         }
+        self.set_contact(state.contact);
         self.kept = state.kept;
         self.control = state.control;
         self.retaken = state.retaken;
@@ -162,7 +175,16 @@ impl World {
         }
         let tools = self.input.poses().len();
         let kept = state.kept.as_ref();
-        if kept.is_some_and(|kept| !kept.is_sound(&self.members, tools)) {
+        let touches = |contact: Option<&DeformableState>| match (&self.deformable, contact) {
+            (Some(built), Some(contact)) => built.fits(contact),
+            (built, contact) => built.is_none() && contact.is_none(),
+        };
+        if !touches(state.contact.as_ref()) {
+            return Err(self.damaged(0, "numbers of contact between bodies"));
+        }
+        let sound =
+            |kept: &Kept| kept.is_sound(&self.members, tools) && touches(kept.contact.as_ref());
+        if !kept.is_none_or(sound) {
             return Err(self.damaged(0, "numbers of the state to return to"));
         }
         Ok(())
@@ -176,6 +198,17 @@ impl World {
         }
     }
 
+    /// Restores a snapshot of contact between bodies.
+    pub(crate) fn set_contact(&mut self, state: Option<DeformableState>) {
+        let (Some(contact), Some(state)) = (&mut self.deformable, state) else {
+            return;
+        };
+        let bound = contact.restore(state);
+        for Member { body, .. } in &mut self.members {
+            body.contact_eigenvalue = bound;
+        }
+    }
+
     fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {
         let cut = self.scene.cuts.get(edge.cut);
         let Some(member) = self.members.get_mut(edge.member) else {
@@ -183,6 +216,7 @@ impl World {
         };
         let update = member.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
         let update = update.map_err(|problem| problem.of(&member.body))?;
+        self.grow_contact(edge.member, &update.triangles)?;
         take_note(
             &mut self.cut_through,
             &mut self.new_pieces,

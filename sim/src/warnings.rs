@@ -170,6 +170,9 @@ pub(crate) fn triple(p: DVec3) -> String {
 
 /// Diagonal of the box around a path's keys.
 fn way(path: &[Key]) -> f64 {
+    if path.is_empty() {
+        return 0.0;
+    }
     Bounds::of(path.iter().map(|key| key.position)).diagonal()
 }
 

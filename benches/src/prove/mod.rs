@@ -65,6 +65,11 @@ pub const CLAIMS: &[Claim] = &[
         run: studies::field_study_reads_nearer_than_nodes_are,
     },
     Claim {
+        name: "contact",
+        about: "the study contact: flanks, spheres, bars, sliding",
+        run: studies::contact_study_meets_closed_forms,
+    },
+    Claim {
         name: "real-meshes",
         about: "real organ meshes are sampled well at four sizes",
         run: real_meshes::real_meshes_sample_well,

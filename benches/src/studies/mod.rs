@@ -5,6 +5,7 @@
 
 mod beam;
 mod chapter6;
+mod contact;
 mod crack;
 mod cut;
 mod field;
@@ -78,6 +79,12 @@ pub const STUDIES: &[Study] = &[
         title: "Displacements under a sphere, as nodal values and as read",
         question: "how far are nodes' displacements off, and how far those that are drawn and written?",
         run: field::run,
+    },
+    Study {
+        name: "contact",
+        title: "Bodies and flanks that touch",
+        question: "how far off are forces, times and distances of deformable bodies in contact?",
+        run: contact::run,
     },
     Study {
         name: "crack",

@@ -5,6 +5,8 @@ use std::ops::Range;
 
 /// Pivot, relative to the weighted mean square, below which nodes do not determine a direction.
 const LEAST_PIVOT: f64 = 0.02;
+/// Most nodes of a sample.
+const MOST_NODES: usize = 16;
 /// Radius of a disk over the distance of samples: every point has some eight disks opposite.
 pub(crate) const REACH: f64 = 1.6;
 
@@ -15,7 +17,7 @@ pub struct DiskSample {
     pub position: DVec3,
     /// Outward unit normal.
     pub normal: DVec3,
-    /// Area (m²).
+    /// Area (m²); 0 for a sample that is in contact with nothing.
     pub area: f64,
     /// Number of the body.
     pub body: u32,
@@ -33,7 +35,8 @@ pub struct DiskSample {
 #[derive(Debug, Clone, Default)]
 pub struct ContactDisks {
     pub(crate) samples: Vec<DiskSample>,
-    pub(crate) offsets: Vec<u32>,
+    /// Nodes of each sample, of the [`MOST_NODES`] entries that it has in the lists below.
+    counts: Vec<u32>,
     pub(crate) nodes: Vec<u32>,
     pub(crate) weights: Vec<f64>,
     pub(crate) slopes: Vec<[f64; 2]>,
@@ -62,64 +65,75 @@ impl Placed {
 }
 
 impl ContactDisks {
-    /// Adds a sample on `nodes` of the body, among nodes at rest at `rest` (m). Nodes that occur twice count once.
+    /// Adds a sample on the first 16 of `nodes` of the body, among nodes at rest at `rest` (m). Nodes that occur twice
+    /// count once.
     ///
     /// # Panics
     /// If a node is not there, or there is none.
     pub fn push(&mut self, sample: DiskSample, nodes: &[u32], rest: &[DVec3]) {
+        self.samples.push(sample);
+        self.counts.push(0);
+        self.thickness.push(0.0);
+        self.reach.push(0.0);
+        let room = self.samples.len() * MOST_NODES;
+        self.nodes.resize(room, 0);
+        self.weights.resize(room, 0.0);
+        self.slopes.resize(room, [0.0; 2]);
+        self.set(self.samples.len() - 1, sample, nodes, rest);
+    }
+
+    /// Replaces the sample `at`, as [`ContactDisks::push`] adds one.
+    ///
+    /// # Panics
+    /// If a node or the sample is not there, or there is no node.
+    pub fn set(&mut self, at: usize, sample: DiskSample, nodes: &[u32], rest: &[DVec3]) {
         assert!(!nodes.is_empty(), "at least one node per sample");
-        if self.offsets.is_empty() {
-            self.offsets.push(0);
-        }
-        let begin = self.nodes.len();
+        let mut own: Vec<u32> = Vec::with_capacity(MOST_NODES);
         for node in nodes {
-            if !self.nodes[begin..].contains(node) {
-                self.nodes.push(*node);
+            if own.len() < MOST_NODES && !own.contains(node) {
+                own.push(*node);
             }
         }
         let (t, n) = (tangents(sample.normal), sample.normal);
-        let arms: Vec<DVec3> = self.nodes[begin..]
+        let arm = |node: &u32| rest[*node as usize] - sample.position;
+        let farthest = own
             .iter()
-            .map(|&node| rest[node as usize] - sample.position)
-            .collect();
-        let farthest = arms.iter().map(|arm| arm.length()).fold(0.0, f64::max);
+            .map(|node| arm(node).length())
+            .fold(0.0, f64::max);
         let scale = (1.1 * farthest).max(f64::MIN_POSITIVE);
+        let term = |node: &u32| {
+            let arm = arm(node) / scale;
+            let weight = (1.0 - arm.length_squared()).max(0.0).powi(2);
+            ([1.0, arm.dot(t[0]), arm.dot(t[1]), arm.dot(n)], weight)
+        };
         let mut moment = [[0.0; 4]; 4];
-        let terms: Vec<([f64; 4], f64)> = arms
-            .iter()
-            .map(|arm| {
-                let arm = *arm / scale;
-                let weight = (1.0 - arm.length_squared()).max(0.0).powi(2);
-                ([1.0, arm.dot(t[0]), arm.dot(t[1]), arm.dot(n)], weight)
-            })
-            .collect();
-        for (r, weight) in &terms {
-            for i in 0..4 {
-                for j in 0..4 {
-                    moment[i][j] += weight * r[i] * r[j];
+        for (r, weight) in own.iter().map(term) {
+            for (row, a) in moment.iter_mut().zip(r) {
+                for (entry, b) in row.iter_mut().zip(r) {
+                    *entry += weight * a * b;
                 }
             }
         }
         let (rows, found) = solve(moment);
+        let begin = at * MOST_NODES;
         let mut middle = DVec3::ZERO;
-        for ((r, weight), arm) in terms.iter().zip(&arms) {
-            let [w, s, u] = rows.map(|row| {
-                let sum: f64 = row.iter().zip(r).map(|(a, b)| a * b).sum();
-                weight * sum
-            });
-            self.weights.push(w);
-            self.slopes.push([s / scale, u / scale]);
-            middle += *arm * w;
+        for (node, entry) in own.iter().zip(begin..) {
+            let (r, weight) = term(node);
+            let [w, s, u] = rows.map(|row| weight * dot(row, r));
+            self.nodes[entry] = *node;
+            self.weights[entry] = w;
+            self.slopes[entry] = [s / scale, u / scale];
+            middle += arm(node) * w;
         }
-        self.thickness.push(-middle.dot(n));
+        self.counts[at] = index(own.len());
+        self.thickness[at] = -middle.dot(n);
         let is_disk = found[1] && found[2];
-        self.reach.push(if is_disk {
+        self.reach[at] = if is_disk {
             REACH * sample.area.sqrt()
         } else {
             0.0
-        });
-        self.samples.push(sample);
-        self.offsets.push(index(self.nodes.len()));
+        };
+        self.samples[at] = sample;
     }
 
     /// Number of samples.
@@ -138,7 +152,7 @@ impl ContactDisks {
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.samples)
-            + size_of_val(&*self.offsets)
+            + size_of_val(&*self.counts)
             + size_of_val(&*self.nodes)
             + size_of_val(&*self.weights)
             + size_of_val(&*self.slopes)
@@ -147,7 +161,8 @@ impl ContactDisks {
     }
 
     pub(crate) fn row(&self, sample: usize) -> Range<usize> {
-        self.offsets[sample] as usize..self.offsets[sample + 1] as usize
+        let begin = sample * MOST_NODES;
+        begin..begin + self.counts[sample] as usize
     }
 
     /// Sum of the weights' amounts: how much farther than its nodes a sample may move.
@@ -196,6 +211,10 @@ impl ContactDisks {
                 f * self.weights[entry] + m[0] * slope[0] + m[1] * slope[1];
         }
     }
+}
+
+fn dot(a: [f64; 4], b: [f64; 4]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Unit tangents with `t₁ × t₂` along the normal.

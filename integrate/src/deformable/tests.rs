@@ -51,7 +51,10 @@ fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>) {
         friction,
         ..DeformableSettings::default()
     };
-    (DeformableContact::new(disks, settings, |a, b| a != b), rest)
+    (
+        DeformableContact::new(disks, settings, 2, |a, b| a != b),
+        rest,
+    )
 }
 
 fn nearest(rest: &[DVec3], of: std::ops::Range<u32>, x: DVec3) -> Vec<u32> {
@@ -89,6 +92,17 @@ fn pressed(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>, Vec<DVec
     }
     let moved = (0..x.len()).map(|_| random.vector(0.03)).collect();
     (contact, x, moved)
+}
+
+/// Sums, forces and the new state of a copy.
+fn evaluate(
+    contact: &DeformableContact,
+    x: &[DVec3],
+    moved: &[DVec3],
+) -> (DeformableForce, Vec<DVec3>, DeformableState) {
+    let (mut contact, mut forces) = (contact.clone(), zeros(x));
+    let sum = contact.add_forces(x, moved, &mut forces);
+    (sum, forces, contact.state)
 }
 
 fn zeros(x: &[DVec3]) -> Vec<DVec3> {
@@ -188,13 +202,12 @@ fn pressure_is_that_of_the_penalty_and_the_offset_closes_the_gap() {
         (lower.z / (-2.0 * 25.0 * 0.01) - 1.0).abs() < 0.05,
         "{lower}"
     );
-    let steps = 100;
-    for _ in 0..steps {
+    for _ in 0..99 {
         contact.add_forces(&x, &zeros(&x), &mut zeros(&x));
     }
     let grown = contact.state.offsets.iter().copied().fold(0.0, f64::max);
     assert!(
-        (grown - 0.03 * 0.01 * f64::from(steps)).abs() < 0.02,
+        (grown / (0.002 * 0.01 * 100.0) - 1.0).abs() < 1e-6,
         "{grown}"
     );
     assert!(contact.state.offset_work > 0.0, "booked");
@@ -295,7 +308,7 @@ fn a_collision_keeps_momentum_and_the_books() {
     // Springs of a step's own reference hold each sheet together, so that it is moved, not torn.
     let bound = {
         contact.update_lists(&x);
-        contact.eigenvalue_bound(motion.masses())
+        contact.largest_eigenvalue(motion.masses())
     };
     let spring = |x: &[DVec3], forces: &mut [DVec3]| {
         let mut energy = 0.0;
@@ -345,15 +358,14 @@ proptest! {
     /// Forces are the derivative of the energy, weights of pairs included.
     #[test]
     fn forces_are_those_of_the_energy(seed in 0_u64..1000) {
-        let (mut contact, x, _) = pressed(0.0, seed);
+        let (contact, x, _) = pressed(0.0, seed);
         let mut random = Random::new(seed + 2);
         let direction: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
-        let mut forces = zeros(&x);
-        contact.evaluate(&x, &zeros(&x), &mut forces);
+        let (_, forces, _) = evaluate(&contact, &x, &zeros(&x));
         let slope: f64 = -forces.iter().zip(&direction).map(|(f, d)| f.dot(*d)).sum::<f64>();
         let energy = |t: f64| {
             let moved: Vec<DVec3> = x.iter().zip(&direction).map(|(x, d)| *x + *d * t).collect();
-            contact.evaluate(&moved, &zeros(&x), &mut zeros(&x)).1.energy
+            evaluate(&contact, &moved, &zeros(&x)).2.energy
         };
         let error = directional_error(energy, slope, 1e-4, 1e-3);
         prop_assert!(error < 1e-5, "{error}");
@@ -365,35 +377,34 @@ proptest! {
         let (mut contact, x, moved) = pressed(0.5, seed);
         let mut brute = contact.clone();
         brute.margin = 1e3;
-        brute.listed_at.clear();
-        let mut forces = zeros(&x);
-        let (sum, state) = contact.evaluate(&x, &moved, &mut forces);
+        contact.update_lists(&x);
+        brute.state.listed_at.clear();
+        brute.update_lists(&x);
+        let (sum, forces, state) = evaluate(&contact, &x, &moved);
         prop_assert!(sum.normal > 0.1 && sum.friction > 0.0, "{sum:?}");
         let total: DVec3 = forces.iter().sum();
         let turn: DVec3 = forces.iter().zip(&x).map(|(f, x)| x.cross(*f)).sum();
         prop_assert!(total.length() < 1e-12 && turn.length() < 1e-11, "{total} {turn}");
-        let mut all = zeros(&x);
-        let (brute_sum, brute_state) = brute.evaluate(&x, &moved, &mut all);
+        let (brute_sum, all, brute_state) = evaluate(&brute, &x, &moved);
         prop_assert!(brute.listed_pairs() > contact.listed_pairs());
         prop_assert!(brute_sum == sum && all == forces);
         // Points of which no list knows begin later.
         prop_assert_eq!(brute_state.energy.to_bits(), state.energy.to_bits());
         let rotation = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.3);
         let turned = |list: &[DVec3]| list.iter().map(|v| rotation * *v).collect::<Vec<_>>();
-        let mut again = zeros(&x);
-        let (_, turned_state) = contact.evaluate(&turned(&x), &turned(&moved), &mut again);
+        let (_, again, turned_state) = evaluate(&contact, &turned(&x), &turned(&moved));
         prop_assert!((turned_state.energy - state.energy).abs() < 1e-12);
         for (a, b) in again.iter().zip(turned(&forces)) {
             prop_assert!((*a - b).length() < 1e-11, "{a} {b}");
         }
     }
 
-    /// The bound is above the largest eigenvalue, by powers of the stiffness.
+    /// The estimate is above the largest eigenvalue of the pairs as they are, by powers of the stiffness.
     #[test]
-    fn the_eigenvalue_bound_holds(seed in 0_u64..1000) {
+    fn the_eigenvalue_estimate_holds(seed in 0_u64..1000) {
         let (mut contact, x, _) = pressed(0.0, seed);
         contact.update_lists(&x);
-        let bound = contact.eigenvalue_bound(&vec![1.0; x.len()]);
+        let bound = contact.largest_eigenvalue(&vec![1.0; x.len()]);
         let mut random = Random::new(seed + 3);
         let mut v: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
         let mut found = 0.0;
@@ -401,13 +412,11 @@ proptest! {
             let length = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
             let along = |t: f64| -> Vec<DVec3> {
                 let at: Vec<DVec3> = x.iter().zip(&v).map(|(x, v)| *x + *v * (t / length)).collect();
-                let mut forces = zeros(&x);
-                contact.clone().evaluate(&at, &zeros(&x), &mut forces);
-                forces
+                evaluate(&contact, &at, &zeros(&x)).1
             };
             v = along(-1e-5).iter().zip(along(1e-5)).map(|(a, b)| (*a - b) * 5e4).collect();
             found = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
         }
-        prop_assert!(found < bound && found > 0.1 * bound, "{found} of {bound}");
+        prop_assert!(found < bound && found > 0.3 * bound, "{found} of {bound}");
     }
 }

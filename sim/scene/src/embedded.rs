@@ -50,6 +50,11 @@ pub const EMBEDDED: &[Embedded] = &[
         text: include_str!("../scenes/press.ron"),
     },
     Embedded {
+        name: "stack",
+        summary: "two soft pads fall onto a tray, one onto the other, and stay there",
+        text: include_str!("../scenes/stack.ron"),
+    },
+    Embedded {
         name: "minimal",
         summary: "the least that shows something: a beam bends by its weight; start your own from it",
         text: include_str!("../scenes/minimal.ron"),

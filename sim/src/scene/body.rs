@@ -35,6 +35,10 @@ pub struct Body {
     /// Size of the body over that which its shape says; applied before rotation and translation.
     #[serde(default = "Body::default_scale")]
     pub scale: f64,
+    /// Velocity (m/s) with which its nodes begin at scene time 0.
+    #[serde(default)]
+    #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
+    pub velocity: DVec3,
     /// How finely the body is filled with nodes.
     #[serde(default)]
     pub sampling: Sampling,
@@ -77,6 +81,7 @@ impl Body {
             position: DVec3::ZERO,
             rotation: DVec3::ZERO,
             scale: 1.0,
+            velocity: DVec3::ZERO,
             sampling: Sampling::default(),
             material: MaterialSettings::default(),
             inclusions: Vec::new(),

@@ -20,9 +20,9 @@ mod shapes;
 mod suggest;
 
 use super::settings::{Coloring, Integration, Pictures, Rest, Show};
-use super::{Scene, Scheme, VERSION, View};
+use super::{Between, Scene, Scheme, VERSION, View};
 use body::body;
-use event::{cut, support, tool};
+use event::{body_name, cut, support, tool};
 pub use faults::Fault;
 use faults::{Checks, triple};
 use rigid::rigid;
@@ -54,6 +54,7 @@ impl Scene {
         for (index, item) in scene.tools.iter().enumerate() {
             tool(checks, &format!("tools[{index}]"), item, &scene.bodies);
         }
+        contact(checks, scene);
         let names = scene.tools.iter().map(|tool| tool.name.as_str());
         unique(checks, "tools", names);
         for (index, item) in scene.cuts.iter().enumerate() {
@@ -197,6 +198,28 @@ fn integration(checks: &mut Checks, settings: &Integration) {
         checks.positive("integration.settle.limit", settle.limit, " (s)");
         checks.not_negative("integration.settle.damping", settle.damping, " (1/s)");
     }
+}
+
+/// How bodies touch each other.
+fn contact(checks: &mut Checks, scene: &Scene) {
+    let Some(contact) = &scene.contact else {
+        return;
+    };
+    checks.not_negative("contact.friction", contact.friction, "");
+    if let Between::Pairs(pairs) = &contact.between {
+        for (index, (first, second)) in pairs.iter().enumerate() {
+            for name in [first, second] {
+                let path = format!("contact.between[{index}]");
+                body_name(checks, &path, Some(name), &scene.bodies);
+            }
+        }
+    }
+    checks.require(
+        scene.integration.scheme.step().is_none(),
+        "contact",
+        "given",
+        "implicit schemes have no contact between bodies; take an explicit integration.scheme, or leave it out",
+    );
 }
 
 /// What the scheme and the method of coming to rest ask of the rest of the scene.

@@ -24,7 +24,6 @@ use glam::{DVec3, Vec3};
 use phyxel_splat::{
     Camera, DrawMode, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay,
     RenderSettings, Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
-    triangle_near_box,
 };
 
 use phyxel_scene::read_file;
@@ -269,23 +268,11 @@ impl Painter {
     ) -> Result<Vec<Vec<u32>>, PictureError> {
         let mut changed = vec![Vec::new(); self.skins.len()];
         for piece in pieces {
-            let Member { body, cutting, .. } = &world.members()[piece.member];
+            let member = &world.members()[piece.member];
+            let Member { body, cutting, .. } = member;
             let Some(cutting) = cutting else { continue };
-            let (cuts, bounds) = (cutting.cuts(), body.solid.bounds());
-            // A blade reaches far out of the body; skin grows where it is inside or near.
-            let near: Vec<_> = piece
-                .triangles
-                .iter()
-                .filter(|[a, b, c]| {
-                    let middle = (*a + *b + *c) / 3.0;
-                    let size = a
-                        .distance(middle)
-                        .max(b.distance(middle))
-                        .max(c.distance(middle));
-                    body.solid.signed_distance(middle) < size + 2.0 * body.spacing
-                })
-                .flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
-                .collect();
+            let cuts = cutting.cuts();
+            let near = member.triangles_near(&piece.triangles);
             let change = self.skins[piece.member]
                 .tissue
                 .cut(&near, &|point| body.solid.contains(point), &|a, b| {

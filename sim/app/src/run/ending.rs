@@ -3,8 +3,8 @@
 use super::history::Extremes;
 use super::kept::Course;
 use super::summary::{
-    BodySummary, CutSummary, EnergySummary, PictureSummary, SteppingSummary, StrokeSummary,
-    Summary, Timings, ToolSummary,
+    BodySummary, ContactSummary, CutSummary, EnergySummary, PictureSummary, SteppingSummary,
+    StrokeSummary, Summary, Timings, ToolSummary,
 };
 use super::{Begun, Records};
 use crate::picture::Painter;
@@ -43,6 +43,14 @@ pub(super) fn of(
         tools: tool_summaries(world, records),
         warnings: warnings(world, records),
         cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
+        contact: world.body_contact().map(|(sum, state)| ContactSummary {
+            force: sum.normal,
+            area: sum.area,
+            penetration: sum.penetration,
+            energy: state.energy,
+            dissipated: state.dissipated,
+            offset_work: state.offset_work,
+        }),
         pictures: painter.zip(scene.pictures.as_ref()).map(|(painter, spec)| {
             let (surfels, skin_surfels) = painter.surfel_counts();
             PictureSummary {

@@ -200,6 +200,21 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             ),
         )?;
     }
+    if let Some(contact) = &summary.contact {
+        row(
+            text,
+            "contact",
+            format_args!(
+                "{:.3} N on {:.3} cm² and {:.3} mm deep at the end; {:.3e} J stored, friction took {:.3e} J, offsets did {:.1e} J",
+                contact.force,
+                1e4 * contact.area,
+                1e3 * contact.penetration,
+                contact.energy,
+                contact.dissipated,
+                contact.offset_work
+            ),
+        )?;
+    }
     if let Some(pictures) = &summary.pictures {
         row(
             text,

@@ -23,6 +23,9 @@ pub struct Summary {
     /// One entry per tool; absent if the scene has none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<ToolSummary>,
+    /// Contact of bodies with each other and of flanks; absent if the scene asks for none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactSummary>,
     /// Pictures; absent if the scene draws none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureSummary>,
@@ -113,6 +116,23 @@ pub struct EnergySummary {
     /// Whether anything moved: whether the largest of the terms is more than round-off of the positions
     /// makes of the stiffest mode.
     pub moved: bool,
+}
+
+/// Contact of bodies with each other and of flanks, at the end and over the run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ContactSummary {
+    /// Sum of the normal forces' amounts at the end (N).
+    pub force: f64,
+    /// Area under pressure at the end, at rest (m²).
+    pub area: f64,
+    /// Deepest penetration at the end (m).
+    pub penetration: f64,
+    /// Energy of the springs at the end (J).
+    pub energy: f64,
+    /// Lost to friction over the run (J).
+    pub dissipated: f64,
+    /// Work of the learned offsets over the run (J).
+    pub offset_work: f64,
 }
 
 /// How time was stepped.

@@ -34,6 +34,7 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
         body.moved_mass,
         "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third",
     );
+    checks.finite(format_args!("{path}.velocity"), body.velocity);
     checks.not_negative(format_args!("{path}.damping"), body.damping, " (1/s)");
     surfels(
         checks,

@@ -1,0 +1,337 @@
+//! Contact of deformable bodies against closed forms, and of a cut's flanks against the uncut body.
+
+use glam::DVec3;
+use phyxel::scene::Scene;
+use phyxel::{Member, World};
+
+use super::cut::columns;
+use crate::report::{Cell, Report, Table};
+use crate::{Effort, StudyError};
+
+/// One figure beside the one it is compared with.
+struct Row {
+    case: &'static str,
+    figure: &'static str,
+    found: f64,
+    expected: f64,
+}
+
+pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
+    let size = if effort == Effort::Full { 3 } else { 1 };
+    let mut rows = Vec::new();
+    for case in [press, patch, spheres, bars, slide] {
+        case(size, &mut rows)?;
+    }
+    let columns = columns(&[
+        ("case", ""),
+        ("figure", ""),
+        ("found", ""),
+        ("expected", ""),
+        ("error", "%"),
+    ]);
+    let rows = rows.iter().map(|row| {
+        let error = if row.expected == 0.0 {
+            Cell::Nothing
+        } else {
+            Cell::Number(1e2 * (row.found / row.expected - 1.0))
+        };
+        vec![
+            Cell::Word(row.case.to_owned()),
+            Cell::Word(row.figure.to_owned()),
+            Cell::Number(row.found),
+            Cell::Number(row.expected),
+            error,
+        ]
+    });
+    Ok(Report {
+        pictures: Vec::new(),
+        words: vec![
+            "Flanks: a block is cut through, then pressed by 5 % or drawn by 5 %; its force stands beside the uncut \
+             block's. Patch: two blocks whose nodes do not match, pressed by 1 %, Poisson's ratio 0: the force of one \
+             block, and strain that differs from 1 %. Spheres: two equal ones, beside one against a rigid plane at half \
+             the approach (the same by symmetry) and beside Hertz (1882). Bars: two that collide; contact lasts 2L/c. \
+             Sliding: a block comes to rest after v²/2μg."
+                .to_owned(),
+        ],
+        tables: vec![Table {
+            name: "contact",
+            title: "Contact of deformable bodies".to_owned(),
+            columns,
+            rows: rows.collect(),
+        }],
+        plots: Vec::new(),
+    })
+}
+
+fn scene(text: &str) -> Result<Scene, StudyError> {
+    let text = format!("(version: 1, {text})");
+    Ok(phyxel_scene::from_text(
+        &text,
+        "contact",
+        std::path::Path::new(""),
+        &[],
+    )?)
+}
+
+/// The world at the end of a scene.
+fn play(text: &str) -> Result<World, StudyError> {
+    let scene = scene(text)?;
+    let end = scene.integration.duration;
+    let mut world = World::new(scene)?;
+    world.play(end, |_| ())?;
+    Ok(world)
+}
+
+/// Vertical force (N) of the supports on nodes of a body that are above a height (m).
+fn reaction(member: &Member, above: f64) -> f64 {
+    let body = &member.body;
+    let entries = body.motion.reactions();
+    let upper = entries
+        .iter()
+        .filter(|(node, _)| body.rest[*node as usize].z > above);
+    upper.map(|(_, force)| force.z).sum()
+}
+
+fn press(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+    let block = |by: f64, cut: bool| {
+        let cuts = if cut {
+            "contact: (), cuts: [(edge: [(0, -0.05, 0.0003), (0, 0.05, 0.0003)], path: [
+                (time: 0, position: (-0.05, 0, 0)), (time: 0.2, position: (0.05, 0, 0))])],"
+        } else {
+            ""
+        };
+        let world = play(&format!(
+            "bodies: [(shape: Box(size: (0.06, 0.06, 0.08)), sampling: (target: Nodes({})), damping: 30,
+                material: (youngs_modulus: 5e3, poissons_ratio: 0.4, density: 1000))],
+            supports: [(region: HalfSpace(point: (0, 0, -0.0399), normal: (0, 0, -1))),
+                (region: HalfSpace(point: (0, 0, 0.0399), normal: (0, 0, 1)), motion: Driven(path: [
+                    (time: 0.3), (time: 0.9, position: (0, 0, {})) ]))],
+            {cuts} gravity: None, integration: (duration: 1.8, settle: None),",
+            1000 * size,
+            by * 0.08
+        ))?;
+        Ok::<_, StudyError>(-reaction(&world.members()[0], 0.0))
+    };
+    for (figure, by) in [("force (N), pressed", -0.05), ("force (N), drawn", 0.05)] {
+        let uncut = block(by, false)?;
+        let found = block(by, true)?;
+        let (expected, figure) = if by < 0.0 {
+            (uncut, figure)
+        } else {
+            (0.0, figure)
+        };
+        rows.push(Row {
+            case: "flanks",
+            figure,
+            found,
+            expected,
+        });
+        if by > 0.0 {
+            rows.push(Row {
+                case: "flanks",
+                figure: "the same over the uncut",
+                found: found / uncut,
+                expected: 0.0,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn patch(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+    let blocks = |bodies: &str| {
+        play(&format!(
+            "bodies: [{bodies}],
+            supports: [(region: HalfSpace(point: (0, 0, -0.0399), normal: (0, 0, -1))),
+                (region: HalfSpace(point: (0, 0, 0.0399), normal: (0, 0, 1)), motion: Driven(path: [
+                    (time: 0), (time: 0.4, position: (0, 0, -0.0008)) ]))],
+            contact: (), gravity: None, integration: (duration: 1.2, settle: None),",
+        ))
+    };
+    let material = "damping: 30, material: (youngs_modulus: 5e3, poissons_ratio: 0, density: 1000)";
+    let one = blocks(&format!(
+        "(shape: Box(size: (0.06, 0.06, 0.08)), sampling: (target: Nodes({})), {material})",
+        1000 * size
+    ))?;
+    let half = |name: &str, z: f64, nodes: u32| {
+        format!(
+            "(name: \"{name}\", shape: Box(size: (0.06, 0.06, 0.04)), position: (0, 0, {z}),
+            sampling: (target: Nodes({nodes})), {material})"
+        )
+    };
+    let two = format!(
+        "{}, {}",
+        half("a", -0.02, 450 * size),
+        half("b", 0.02, 700 * size)
+    );
+    let two = blocks(&two)?;
+    rows.push(Row {
+        case: "patch",
+        figure: "force (N)",
+        found: -reaction(&two.members()[1], 0.0),
+        expected: -reaction(&one.members()[0], 0.0),
+    });
+    let (mut sum, mut volume, mut most) = (0.0, 0.0, 0.0_f64);
+    for Member { body, .. } in two.members() {
+        let gradients = body.elastic.deformation_gradients();
+        for (f, v) in gradients.iter().zip(&body.volumes) {
+            let off = (1.0 - f.z_axis.z) / 0.01 - 1.0;
+            sum += v * off * off;
+            volume += v;
+            most = most.max(off.abs());
+        }
+    }
+    for (figure, found) in [
+        ("strain off 1 %, rms", (sum / volume).sqrt()),
+        ("strain off 1 %, largest", most),
+    ] {
+        rows.push(Row {
+            case: "patch",
+            figure,
+            found,
+            expected: 0.0,
+        });
+    }
+    Ok(())
+}
+
+fn spheres(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+    let (radius, push, modulus, ratio) = (0.02, 0.001, 5e3, 0.3);
+    let sphere = |name: &str, z: f64| {
+        format!(
+            "(name: \"{name}\", shape: Ellipsoid(radii: ({radius}, {radius}, {radius})), position: (0, 0, {z}),
+            sampling: (target: Nodes({})), damping: 30,
+            material: (youngs_modulus: {modulus}, poissons_ratio: {ratio}, density: 1000))",
+            2000 * size
+        )
+    };
+    let held = "(body: \"a\", region: HalfSpace(point: (0, 0, -0.02), normal: (0, 0, -1)))";
+    let rest = "gravity: None, integration: (duration: 1.0, settle: None),";
+    let two = play(&format!(
+        "bodies: [{}, {}], supports: [{held}, (body: \"b\", region: HalfSpace(point: (0, 0, 0.02), normal: (0, 0, 1)),
+            motion: Driven(path: [(time: 0), (time: 0.4, position: (0, 0, {}))]))], contact: (), {rest}",
+        sphere("a", -radius),
+        sphere("b", radius),
+        -2.0 * push
+    ))?;
+    let found = -reaction(&two.members()[1], 0.0);
+    let plane = play(&format!(
+        "bodies: [{}], supports: [{held}], tools: [(shape: Plane(normal: (0, 0, -1)), path: [
+            (time: 0), (time: 0.4, position: (0, 0, {}))])], {rest}",
+        sphere("a", -radius),
+        -push
+    ))?;
+    let pushed = plane.tool_forces()[0].force.z;
+    let stiffness = modulus / (2.0 * (1.0 - ratio * ratio));
+    let hertz = 4.0 / 3.0 * stiffness * (0.5_f64 * radius).sqrt() * (2.0_f64 * push).powf(1.5);
+    for (figure, expected) in [
+        ("force (N), a rigid plane", pushed),
+        ("force (N), Hertz", hertz),
+    ] {
+        rows.push(Row {
+            case: "spheres",
+            figure,
+            found,
+            expected,
+        });
+    }
+    Ok(())
+}
+
+fn bars(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+    let bar = |name: &str, x: f64, v: f64| {
+        format!(
+            "(name: \"{name}\", shape: Box(size: (0.1, 0.02, 0.02)), position: ({x}, 0, 0), velocity: ({v}, 0, 0),
+            sampling: (target: Nodes({})), damping: 0,
+            material: (youngs_modulus: 1e5, poissons_ratio: 0, density: 1000))",
+            700 * size
+        )
+    };
+    let scene = scene(&format!(
+        "bodies: [{}, {}], contact: (), gravity: None, integration: (duration: 0.04, settle: None),",
+        bar("a", -0.0502, 0.05),
+        bar("b", 0.0502, -0.04)
+    ))?;
+    let mut world = World::new(scene)?;
+    let total = |world: &World| {
+        let audits = world
+            .members()
+            .iter()
+            .map(|member| member.body.motion.audit());
+        let springs = world.body_contact().map_or(0.0, |(_, state)| state.energy);
+        let stored: f64 = audits
+            .clone()
+            .map(|audit| audit.kinetic + audit.elastic)
+            .sum();
+        (
+            stored + springs,
+            audits.map(|audit| audit.momentum).sum::<DVec3>(),
+        )
+    };
+    world.settle()?;
+    let (energy, momentum) = total(&world);
+    let (mut first, mut last) = (f64::INFINITY, 0.0_f64);
+    // A hundredth of ρ c v A.
+    let least = 0.01 * 1000.0 * 10.0 * 0.045 * 4e-4;
+    world.play(0.04, |world| {
+        let pressed = world
+            .body_contact()
+            .is_some_and(|(sum, _)| sum.normal > least);
+        if pressed {
+            first = first.min(world.time());
+            last = last.max(world.time());
+        }
+    })?;
+    let (after, kept) = total(&world);
+    let mut row = |figure, found, expected| {
+        rows.push(Row {
+            case: "bars",
+            figure,
+            found,
+            expected,
+        });
+    };
+    row("time in contact (s)", last - first, 0.02);
+    row("energy (J)", after, energy);
+    row(
+        "momentum lost over momentum",
+        (kept - momentum).length() / momentum.length(),
+        0.0,
+    );
+    Ok(())
+}
+
+fn slide(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+    let world = play(&format!(
+        "bodies: [(name: \"plate\", shape: Box(size: (0.2, 0.06, 0.01)), position: (0.03, 0, -0.005),
+            sampling: (target: Nodes({})), material: (youngs_modulus: 3e4, poissons_ratio: 0.3)),
+          (name: \"block\", shape: Box(size: (0.04, 0.04, 0.02)), position: (0, 0, 0.01), velocity: (0.4, 0, 0),
+            sampling: (target: Nodes({})), damping: 5, material: (youngs_modulus: 3e4, poissons_ratio: 0.3))],
+        supports: [(body: \"plate\", region: HalfSpace(point: (0, 0, -0.004), normal: (0, 0, -1)))],
+        contact: (friction: 0.3), gravity: (acceleration: (0, 0, -9.81), ramp: 0.1),
+        integration: (duration: 0.4, settle: (limit: 0.5)),",
+        1500 * size,
+        500 * size
+    ))?;
+    let body = &world.members()[1].body;
+    let moved = body.rest.iter().zip(body.motion.positions());
+    let moved: f64 = moved
+        .zip(&body.masses)
+        .map(|((a, b), m)| m * (b.x - a.x))
+        .sum();
+    let found = moved / body.masses.iter().sum::<f64>();
+    let expected = 0.4 * 0.4 / (2.0 * 0.3 * 9.81);
+    rows.push(Row {
+        case: "sliding",
+        figure: "distance (m)",
+        found,
+        expected,
+    });
+    rows.push(Row {
+        case: "sliding",
+        figure: "speed at the end (m/s)",
+        found: world.speed(),
+        expected: 0.0,
+    });
+    Ok(())
+}

@@ -1,0 +1,416 @@
+//! Contact of bodies with each other and of the flanks of their cuts: surface samples that follow cuts.
+
+use std::collections::HashMap;
+
+use glam::{DMat3, DVec3};
+use phyxel_discretize::{sample_surfels, surface_mesh};
+use phyxel_integrate::{
+    ContactDisks, DeformableContact, DeformableForce, DeformableSettings, DeformableState,
+    DiskSample, StepView,
+};
+use phyxel_splat::{BindSettings, Tissue, TissueSettings};
+
+use crate::Member;
+use crate::contact_surface::surface_triangles_of;
+use crate::cutting::graph_of;
+use crate::error::{BodyProblem, WorldError};
+use crate::scene::{self, Between, Scene};
+
+/// Samples per squared spacing of nodes.
+const DENSITY: f64 = 4.0;
+/// How far a sample may lie off its triangle, over the triangle's size.
+const OFF_TRIANGLE: f64 = 0.3;
+/// Nodes of a sample: enough for a linear fit on one side of a cut.
+const NODES: usize = 16;
+
+/// All bodies as their surfaces touch.
+#[derive(Debug, Clone)]
+pub(crate) struct DeformableBodies {
+    contact: DeformableContact,
+    tissues: Vec<Tissue>,
+    /// Sample of each surfel, body by body.
+    samples: Vec<Vec<u32>>,
+    /// Samples at the front of a cut, which touch nothing, body by body, of the surfels that cuts made.
+    at_front: Vec<Vec<bool>>,
+    /// Triangles of each body's outside at each of their corners; none where nodes are mere points.
+    outside: Vec<HashMap<u32, Vec<[u32; 3]>>>,
+    /// Where each body's nodes begin among those of all.
+    first: Vec<usize>,
+    stiffness: Vec<(f64, f64)>,
+    rest: Vec<DVec3>,
+    masses: Vec<f64>,
+    positions: Vec<DVec3>,
+    moved: Vec<DVec3>,
+    forces: Vec<DVec3>,
+    last: DeformableForce,
+    /// Whether each body touches itself once it is cut.
+    touch_themselves: Vec<bool>,
+    /// How often pairs had been listed when the eigenvalue was bounded.
+    bounded: u64,
+}
+
+impl DeformableBodies {
+    /// The uncut bodies of a scene; `None` if it asks for no contact between them.
+    pub(crate) fn new(scene: &Scene, members: &[Member]) -> Result<Option<Self>, WorldError> {
+        let Some(contact) = &scene.contact else {
+            return Ok(None);
+        };
+        let tissues = members.iter().map(|member| {
+            let problem = |problem: BodyProblem| problem.of(&member.body);
+            tissue_of(member).map_err(problem)
+        });
+        let tissues = tissues.collect::<Result<Vec<_>, _>>()?;
+        let bodies = members.iter().zip(&scene.bodies);
+        let stiffness = bodies.map(|(member, description)| {
+            let spacing = member.body.spacing;
+            (description.material.youngs_modulus / spacing, spacing)
+        });
+        let (mut first, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
+        for Member { body, .. } in members {
+            first.push(rest.len());
+            rest.extend_from_slice(&body.rest);
+            masses.extend_from_slice(&body.masses);
+        }
+        let settings = DeformableSettings {
+            friction: contact.friction,
+            ..DeformableSettings::default()
+        };
+        let name = |body: u32| scene.bodies[body as usize].name.as_str();
+        // A body may touch itself from its first cut on.
+        let allowed = |a: u32, b: u32| a != b && touch(contact, name(a), name(b));
+        let mut all = Self {
+            contact: DeformableContact::new(
+                ContactDisks::default(),
+                settings,
+                index(members.len()),
+                allowed,
+            ),
+            samples: vec![Vec::new(); members.len()],
+            at_front: vec![Vec::new(); members.len()],
+            tissues,
+            outside: members.iter().map(outside_of).collect(),
+            first,
+            stiffness: stiffness.collect(),
+            positions: rest.clone(),
+            moved: vec![DVec3::ZERO; rest.len()],
+            forces: vec![DVec3::ZERO; rest.len()],
+            rest,
+            masses,
+            last: DeformableForce::default(),
+            touch_themselves: (0..index(members.len()))
+                .map(|body| touch(contact, name(body), name(body)))
+                .collect(),
+            bounded: 0,
+        };
+        let mut disks = ContactDisks::default();
+        for body in 0..members.len() {
+            all.take_new(body, &mut disks);
+        }
+        all.contact.set_disks(disks);
+        Ok(Some(all))
+    }
+
+    /// Adds samples for the surfels of a body that have none.
+    fn take_new(&mut self, body: usize, disks: &mut ContactDisks) {
+        for surfel in self.samples[body].len()..self.tissues[body].surfels().len() {
+            let (sample, nodes) = self.sample(body, surfel);
+            self.samples[body].push(index(disks.len()));
+            disks.push(sample, &nodes, &self.rest);
+        }
+    }
+
+    fn sample(&self, body: usize, surfel: usize) -> (DiskSample, Vec<u32>) {
+        let tissue = &self.tissues[body];
+        let surfels = tissue.surfels();
+        let outer = tissue.outer_count();
+        let cut = surfel.checked_sub(outer);
+        let at_front = cut.and_then(|k| self.at_front[body].get(k)).copied();
+        let area = if at_front == Some(true) {
+            0.0
+        } else {
+            surfels.areas[surfel]
+        };
+        let first = index(self.first[body]);
+        let (row, _) = tissue.binding().row(surfel);
+        // Linear interpolation on a triangle gives its corners what their share of the surface bears; rows of flanks
+        // and of what a cut hides are fitted.
+        let position = surfels.positions[surfel];
+        let triangle = cut.is_none().then(|| self.triangle(body, position, row));
+        let triangle = triangle.flatten();
+        let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
+        let (stiffness, spacing) = self.stiffness[body];
+        let sample = DiskSample {
+            position,
+            normal: surfels.normals[surfel],
+            area,
+            body: index(body),
+            stiffness,
+            spacing,
+        };
+        (sample, nodes.iter().map(|node| first + node).collect())
+    }
+
+    /// The triangle of a body's outside on which a point lies, all of whose corners are among `seen`.
+    fn triangle(&self, body: usize, x: DVec3, seen: &[u32]) -> Option<[u32; 3]> {
+        let rest = &self.rest[self.first[body]..];
+        let outside = &self.outside[body];
+        let around = seen.iter().filter_map(|node| outside.get(node)).flatten();
+        let seen = around.filter(|corners| corners.iter().all(|corner| seen.contains(corner)));
+        let inside = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|node| rest[node as usize]);
+            let normal = (b - a).cross(c - a);
+            let least = [(a, b), (b, c), (c, a)]
+                .map(|(a, b)| (b - a).cross(x - a).dot(normal) / normal.length_squared())
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
+            let height = (x - a).dot(normal.normalize_or_zero()).abs();
+            least - height / normal.length().sqrt()
+        };
+        let best = seen.max_by(|a, b| inside(a).total_cmp(&inside(b)))?;
+        (inside(best) > -OFF_TRIANGLE).then_some(*best)
+    }
+
+    /// Follows a cut that a body has taken: new flanks, surfels that see other nodes, the front where it is now.
+    pub(crate) fn grow(
+        &mut self,
+        members: &[Member],
+        body: usize,
+        triangles: &[[DVec3; 3]],
+    ) -> Result<(), BodyProblem> {
+        let member = &members[body];
+        let Some(cutting) = &member.cutting else {
+            return Ok(());
+        };
+        let near = member.triangles_near(triangles);
+        let (solid, cuts) = (&member.body.solid, cutting.cuts());
+        let tissue = &mut self.tissues[body];
+        let change = tissue.cut(&near, &|point| solid.contains(point), &|a, b| {
+            cuts.crosses(a, b)
+        })?;
+        let (outer, all) = (tissue.outer_count(), tissue.surfels().len());
+        let graph = graph_of(&member.body);
+        let ends_at = |surfel: usize| {
+            let (nodes, _) = tissue.binding().row(surfel);
+            let ends = |&node: &u32| cutting.factors().front_matrix(&graph, node as usize);
+            nodes.first().is_some_and(|node| ends(node) != DMat3::ZERO)
+        };
+        let at_front: Vec<bool> = (outer..all).map(ends_at).collect();
+        let before = std::mem::replace(&mut self.at_front[body], at_front);
+        let known = self.samples[body].len();
+        let turned = before.iter().zip(&self.at_front[body]).enumerate();
+        let turned = turned.filter(|(_, (a, b))| a != b).map(|(k, _)| k + outer);
+        let changed = change.surfels.iter().map(|&surfel| surfel as usize);
+        let mut changed: Vec<usize> = changed.chain(turned).filter(|&s| s < known).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        if self.touch_themselves[body] {
+            self.contact.allow(index(body), index(body));
+        }
+        let mut disks = self.contact.take_disks();
+        for surfel in changed {
+            let (sample, nodes) = self.sample(body, surfel);
+            let at = self.samples[body][surfel] as usize;
+            disks.set(at, sample, &nodes, &self.rest);
+        }
+        self.take_new(body, &mut disks);
+        self.contact.set_disks(disks);
+        Ok(())
+    }
+
+    /// Remembers where a body's nodes are at the begin of a step.
+    pub(crate) fn begin(&mut self, members: &[Member]) {
+        for (Member { body, .. }, &first) in members.iter().zip(&self.first) {
+            let x = body.motion.positions();
+            self.positions[first..first + x.len()].copy_from_slice(x);
+        }
+    }
+
+    /// Takes where a body's nodes are at the end of a step.
+    pub(crate) fn take(&mut self, body: usize, view: &StepView<'_>) {
+        let range = self.first[body]..self.first[body] + view.positions.len();
+        let (before, moved) = (&mut self.positions[range.clone()], &mut self.moved[range]);
+        for ((moved, before), now) in moved.iter_mut().zip(before).zip(view.positions) {
+            *moved = *now - *before;
+            *before = *now;
+        }
+    }
+
+    /// Computes the forces once all bodies' nodes are known.
+    pub(crate) fn press(&mut self) {
+        self.forces.fill(DVec3::ZERO);
+        let (x, moved) = (&self.positions, &self.moved);
+        self.last = self.contact.add_forces(x, moved, &mut self.forces);
+    }
+
+    /// Adds the forces on a body's nodes.
+    pub(crate) fn give(&self, body: usize, forces: &mut [DVec3]) {
+        let own = &self.forces[self.first[body]..];
+        for (sum, force) in forces.iter_mut().zip(own) {
+            *sum += *force;
+        }
+    }
+
+    /// The bound of what contact adds to the largest eigenvalue where bodies are now, if it is another than before.
+    pub(crate) fn new_bound(&mut self, members: &[Member]) -> Option<f64> {
+        self.begin(members);
+        self.contact.update_lists(&self.positions);
+        let rebuilds = self.contact.rebuilds();
+        (std::mem::replace(&mut self.bounded, rebuilds) != rebuilds)
+            .then(|| self.contact.largest_eigenvalue(&self.masses))
+    }
+
+    pub(crate) fn state(&self) -> &DeformableState {
+        self.contact.state()
+    }
+
+    pub(crate) fn last(&self) -> &DeformableForce {
+        &self.last
+    }
+
+    pub(crate) fn fits(&self, state: &DeformableState) -> bool {
+        self.contact.fits(state, self.rest.len())
+    }
+
+    /// Goes back to a snapshot; the bound there.
+    pub(crate) fn restore(&mut self, state: DeformableState) -> f64 {
+        self.contact.restore(state);
+        self.bounded = self.contact.rebuilds();
+        self.contact.largest_eigenvalue(&self.masses)
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        let vectors = [&self.rest, &self.positions, &self.moved, &self.forces];
+        let vectors: usize = vectors.iter().map(|list| size_of_val(&***list)).sum();
+        let tissues: usize = self.tissues.iter().map(Tissue::bytes).sum();
+        self.contact.bytes() + vectors + tissues
+    }
+}
+
+/// Samples of a body's surface at rest.
+fn tissue_of(member: &Member) -> Result<Tissue, BodyProblem> {
+    let body = &member.body;
+    let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
+    let density = DENSITY / (body.spacing * body.spacing);
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a positive number, and as many samples as there is memory for"
+    )]
+    let count = (density * surface.area()).round().max(1.0) as usize;
+    let samples = sample_surfels(&surface, count, Some(&body.solid));
+    let settings = TissueSettings {
+        bind: BindSettings {
+            neighbors: NODES,
+            ..BindSettings::default()
+        },
+        skin_density: Some(density),
+        ..TissueSettings::default()
+    };
+    let (positions, normals) = (&samples.positions, &samples.normals);
+    let tissue = Tissue::new(positions, normals, &samples.areas, &body.rest, &settings)?;
+    Ok(tissue)
+}
+
+/// Triangles of a body's outside at each of their corners.
+fn outside_of(member: &Member) -> HashMap<u32, Vec<[u32; 3]>> {
+    let mut outside: HashMap<u32, Vec<[u32; 3]>> = HashMap::new();
+    for triangle in surface_triangles_of(&member.body.tetrahedra) {
+        for corner in triangle {
+            outside.entry(corner).or_default().push(triangle);
+        }
+    }
+    outside
+}
+
+/// Whether two bodies touch.
+fn touch(contact: &scene::BodyContact, a: &str, b: &str) -> bool {
+    match &contact.between {
+        Between::All => true,
+        Between::Pairs(pairs) => pairs
+            .iter()
+            .any(|(first, second)| [(a, b), (b, a)].contains(&(first.as_str(), second.as_str()))),
+    }
+}
+
+fn index(count: usize) -> u32 {
+    u32::try_from(count).expect("fewer than 2^32 samples")
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::World;
+    use crate::scene::{BodyContact, Target, embedded};
+
+    fn bytes(world: &World) -> Vec<u8> {
+        postcard::to_stdvec(&world.state()).unwrap()
+    }
+
+    /// A block that is cut through touches itself along its flanks, and continues bitwise from a state.
+    #[test]
+    fn flanks_that_touch_are_part_of_the_state() {
+        let mut scene = embedded("block");
+        scene.bodies[0].sampling.target = Target::Nodes(300);
+        scene.integration.settle = None;
+        scene.pictures = None;
+        scene.contact = Some(BodyContact {
+            friction: 0.3,
+            ..BodyContact::default()
+        });
+        for key in scene.cuts.iter_mut().flat_map(|cut| &mut cut.path) {
+            key.time *= 0.05;
+        }
+        let mut world = World::new(scene.clone()).unwrap();
+        let outer = world.deformable.as_ref().unwrap().tissues[0].outer_count();
+        let mut pressed = 0.0_f64;
+        for _ in 0..120 {
+            world.step().unwrap();
+            pressed = pressed.max(world.body_contact().unwrap().0.normal);
+        }
+        let contact = world.deformable.as_ref().unwrap();
+        assert!(contact.samples[0].len() > outer + 20, "flanks have samples");
+        assert!(pressed > 0.0, "they are pressed");
+        let mut again = World::new(scene).unwrap();
+        again.restore(world.state(), |_, _| ()).unwrap();
+        for _ in 0..60 {
+            world.step().unwrap();
+            again.step().unwrap();
+        }
+        assert_eq!(bytes(&world), bytes(&again));
+        let mut broken = world.state();
+        broken.break_contact();
+        let refused = again.restore(broken, |_, _| ()).unwrap_err();
+        assert!(refused.to_string().contains("contact"), "{refused}");
+    }
+
+    /// Two pads come to lie on each other and on a tray: nothing passes through, the books close.
+    #[test]
+    fn a_body_rests_on_another() {
+        let mut scene = embedded("stack");
+        for body in &mut scene.bodies {
+            body.sampling.target = Target::Nodes(200);
+        }
+        scene.pictures = None;
+        scene.integration.duration = 0.3;
+        let mut world = World::new(scene).unwrap();
+        let (mut deepest, mut push, mut time) = (0.0_f64, 0.0, 0.0);
+        world
+            .play(0.3, |world| {
+                let sum = world.body_contact().unwrap().0;
+                deepest = deepest.max(sum.penetration);
+                if world.time() > 0.1 {
+                    push += sum.normal * world.step_size();
+                    time += world.step_size();
+                }
+            })
+            .unwrap();
+        let spacing = world.members[0].body.spacing;
+        assert!(deepest < 0.25 * spacing, "{deepest} m of {spacing} m");
+        let weight = world.members[1].body.initial.mass * 9.81;
+        let mean = push / time / weight;
+        assert!((mean - 1.0).abs() < 0.2, "it bears {mean} of its weight");
+        let (_, state) = world.body_contact().unwrap();
+        assert!(state.dissipated >= 0.0 && state.energy > 0.0, "{state:?}");
+        assert!(world.retaken().unbalanced == 0, "{:?}", world.retaken());
+        assert!(world.alarms().is_empty(), "{:?}", world.alarms());
+    }
+}
