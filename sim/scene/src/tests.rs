@@ -384,7 +384,7 @@ fn a_scene_in_json_is_that_in_ron() {
     std::fs::write(&file, text.replace("\"density\"", "\"mass\"")).expect("it is written");
     let error = load(&file, &[]).expect_err("an unknown key").to_string();
     assert!(
-        error.contains("scene.JSON:38:9: unknown key 'mass' in bodies[0].material; keys are"),
+        error.contains("scene.JSON:43:9: unknown key 'mass' in bodies[0].material; keys are"),
         "{error}"
     );
     std::fs::write(&file, text.replacen(',', ";", 1)).expect("it is written");
