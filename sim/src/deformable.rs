@@ -20,6 +20,10 @@ use crate::scene::{self, Between, Scene};
 const DENSITY: f64 = 4.0;
 /// How far a sample may lie off its triangle, over the triangle's size.
 const OFF_TRIANGLE: f64 = 0.3;
+/// Rate at which offsets learn, over the least damping of the bodies, and the largest fraction that they learn in a
+/// step.
+const LEARNING: f64 = 0.5;
+const MOST_LEARNING: f64 = 0.03;
 /// Nodes of a sample: enough for a linear fit on one side of a cut.
 const NODES: usize = 16;
 
@@ -217,8 +221,19 @@ impl DeformableBodies {
         Ok(())
     }
 
+    /// Begins a step (s). Offsets learn at half the rate of the least damping, so that they feed no motion.
+    pub(crate) fn begin_step(&mut self, members: &[Member], step: f64) {
+        let damping = members
+            .iter()
+            .map(|member| member.body.motion.settings().damping);
+        let least = damping.fold(f64::INFINITY, f64::min);
+        self.contact
+            .set_learning((LEARNING * least * step).min(MOST_LEARNING));
+        self.begin(members);
+    }
+
     /// Remembers where a body's nodes are at the begin of a step.
-    pub(crate) fn begin(&mut self, members: &[Member]) {
+    fn begin(&mut self, members: &[Member]) {
         for (Member { body, .. }, &first) in members.iter().zip(&self.first) {
             let x = body.motion.positions();
             self.positions[first..first + x.len()].copy_from_slice(x);

@@ -323,7 +323,7 @@ impl World {
             to,
         };
         if let Some(contact) = &mut self.deformable {
-            contact.begin(&self.members);
+            contact.begin_step(&self.members, step);
             return moves.advance_together(&mut self.members, 0, contact, &mut self.phases);
         }
         for member in &mut self.members {

@@ -207,7 +207,7 @@ fn pressure_is_that_of_the_penalty_and_the_offset_closes_the_gap() {
     }
     let grown = contact.state.offsets.iter().copied().fold(0.0, f64::max);
     assert!(
-        (grown / (0.002 * 0.01 * 100.0) - 1.0).abs() < 1e-6,
+        (grown / (2e-4 * 0.01 * 100.0) - 1.0).abs() < 1e-6,
         "{grown}"
     );
     assert!(contact.state.offset_work > 0.0, "booked");
