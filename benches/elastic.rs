@@ -94,7 +94,7 @@ fn laws(c: &mut Criterion) {
         ..plain
     };
     let free = Settings {
-        zero_energy_control: 0.0,
+        stabilization: 0.0,
         ..plain
     };
     let kirchhoff = Material::saint_venant_kirchhoff(1e4, 0.4);

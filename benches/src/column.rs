@@ -65,7 +65,7 @@ fn scene(nodes: u32) -> Result<Scene, StudyError> {
     Ok(phyxel_scene::from_text(
         &phyxel_scene::to_ron(&scene),
         "column",
-        "".as_ref(),
+        "",
         &[],
     )?)
 }

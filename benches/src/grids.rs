@@ -90,7 +90,7 @@ mod tests {
         let cases = cases().unwrap();
         for case in &cases {
             let text = phyxel_scene::to_ron(&case.scene);
-            let read = phyxel_scene::from_text(&text, &case.name, "".as_ref(), &[]);
+            let read = phyxel_scene::from_text(&text, &case.name, "", &[]);
             assert!(read.is_ok(), "{}: {:?}", case.name, read.err());
             assert!(!case.scene.cuts.is_empty(), "{}", case.name);
         }

@@ -127,7 +127,7 @@ pub fn scene(spacings: f64) -> Result<Scene, StudyError> {
     Ok(phyxel_scene::from_text(
         &phyxel_scene::to_ron(&scene),
         "griffith",
-        "".as_ref(),
+        "",
         &[],
     )?)
 }

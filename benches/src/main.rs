@@ -365,7 +365,7 @@ fn run_griffith(one: &One) -> Result<bool, StudyError> {
         let finding = griffith::measure(spacings)?;
         writeln!(
             io::stdout(),
-            "{:4} across an arm: stored before the cut {:.3} of the closed form; set free per area \
+            "{:4} across an arm: stored before the cut {:.3} of the closed form; released per area \
              {:.3} G by the load, {:.3} by the closed form, {:.3} of it by updates; worst update {:+.1e} of what is stored",
             spacings,
             finding.stored,

@@ -41,8 +41,7 @@ pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, StudyError> {
             let mut scene = scene(&mut random);
             scene.name.clone_from(&name);
             // Read back, so that what is run is valid.
-            let scene =
-                phyxel_scene::from_text(&phyxel_scene::to_ron(&scene), &name, "".as_ref(), &[])?;
+            let scene = phyxel_scene::from_text(&phyxel_scene::to_ron(&scene), &name, "", &[])?;
             Ok(Case { name, scene })
         })
         .collect()

@@ -73,7 +73,7 @@ fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
     Ok(phyxel_scene::from_text(
         &phyxel_scene::to_ron(&scene),
         "spin",
-        "".as_ref(),
+        "",
         &[],
     )?)
 }

@@ -53,7 +53,7 @@ pub enum ElasticError {
     /// Pair (i, j) has no (j, i), or its weight differs: hourglass stabilization needs symmetric pairs.
     #[error(
         "pair ({node}, {neighbor}) has no equal weight the other way round; make graph and weights \
-         symmetric, or both ends touched, or set zero_energy_control to 0"
+         symmetric, or both ends touched, or set stabilization to 0"
     )]
     AsymmetricPair {
         /// First node.

@@ -83,7 +83,7 @@ pub enum Materials<'a> {
 pub struct Settings {
     /// `alpha` of the hourglass stabilization, in units of the shear modulus; 0 turns it
     /// off. 0.1 serves beams, contact and cracks alike; 0.3 is visibly stiff, 0.05 soft.
-    pub zero_energy_control: f64,
+    pub stabilization: f64,
     /// Where volume changes are resisted.
     pub dilatation: Dilatation,
 }
@@ -106,7 +106,7 @@ pub enum Dilatation {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            zero_energy_control: 0.1,
+            stabilization: 0.1,
             dilatation: Dilatation::Local,
         }
     }

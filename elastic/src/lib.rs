@@ -21,7 +21,9 @@ pub use apply::{CutEnergy, CutInput, CutPolicy};
 pub use cut::Works;
 pub use error::ElasticError;
 pub use glam;
-pub use input::{Dilatation, Frame, Materials, Nodes, Settings, Stencils};
+#[doc(hidden)]
+pub use input::Frame;
+pub use input::{Dilatation, Materials, Nodes, Settings, Stencils};
 pub use law::checks::BadSetting;
 pub use law::fiber::Fiber;
 pub use law::material::{Law, Material};
@@ -32,4 +34,6 @@ pub use model::{Bytes, Elastic};
 pub use part::Part;
 pub use rows::Rows;
 pub use state::State;
-pub use stiffness::{StiffNode, WATCHED_NODES};
+pub use stiffness::StiffNode;
+#[doc(hidden)]
+pub use stiffness::WATCHED_NODES;

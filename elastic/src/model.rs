@@ -115,6 +115,7 @@ impl Elastic {
     ///
     /// # Errors
     /// As [`Elastic::new`].
+    #[doc(hidden)]
     pub fn in_frame(
         frame: &Frame,
         stencils: &Stencils<'_>,
@@ -126,6 +127,7 @@ impl Elastic {
     }
 
     /// What stored coordinates are counted from, for [`Elastic::in_frame`].
+    #[doc(hidden)]
     #[must_use]
     pub fn frame(&self) -> Frame {
         self.tables.frame()
@@ -153,7 +155,7 @@ impl Elastic {
         }
         let materials = checked_materials(materials, node_count)?;
         let (controlled, mean) = (
-            settings.zero_energy_control > 0.0,
+            settings.stabilization > 0.0,
             settings.dilatation == Dilatation::Mean,
         );
         let pairs = Pairs::new(stencils, controlled || mean, controlled)?;
@@ -206,6 +208,7 @@ impl Elastic {
 
     /// Energies (J) of the runs of [`crate::WATCHED_NODES`] nodes at the state last evaluated, bonds aside: summed in
     /// order, and the bonds' after them, they are what [`Elastic::forces_into`] returns.
+    #[doc(hidden)]
     #[must_use]
     pub fn run_energies(&self) -> &[f64] {
         &self.scratch.partial

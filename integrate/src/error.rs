@@ -84,6 +84,16 @@ pub enum StepError {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
+    /// A list has another length than the positions.
+    #[error("{count} {quantity} for {nodes} nodes; give one per node")]
+    Lengths {
+        /// Which list.
+        quantity: &'static str,
+        /// Its length.
+        count: usize,
+        /// Number of positions.
+        nodes: usize,
+    },
     /// A mass is not positive and finite.
     #[error("node {node} has mass {mass} kg, which must be positive and finite")]
     BadMass {

@@ -71,6 +71,7 @@ impl Motion {
     ///
     /// # Panics
     /// If forces were never evaluated: see [`Motion::refresh`].
+    #[doc(hidden)]
     pub fn step_shared(
         &mut self,
         step: f64,

@@ -435,3 +435,16 @@ fn a_written_state_continues_to_the_same_bits() {
     other.advance_to(1.0, 0.013, &mut law).unwrap();
     assert_eq!(other.state(), motion.state(), "continued");
 }
+
+#[test]
+fn lists_of_another_length_are_refused() {
+    let settings = MotionSettings::default();
+    let built = |masses: &[f64], supports| {
+        let motion = Motion::new(&[DVec3::ZERO; 2], masses, supports, settings);
+        motion.unwrap_err().to_string()
+    };
+    let said = built(&[1.0], BoundaryConditions::free(2));
+    assert_eq!(said, "1 masses for 2 nodes; give one per node");
+    let said = built(&[1.0; 2], BoundaryConditions::free(3));
+    assert_eq!(said, "3 supports for 2 nodes; give one per node");
+}

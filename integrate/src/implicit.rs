@@ -66,6 +66,31 @@ const ENERGY_ERROR: f64 = 1e-10;
 /// Implicit solver with its work arrays; moves a [`Motion`], so that explicit and implicit steps can
 /// follow each other. Viscosity and forces applied from outside are for the explicit schemes; tools
 /// press through [`Implicit::step_with`].
+///
+/// # Examples
+/// ```
+/// use phyxel_integrate::{BoundaryConditions, ClosureLaw, Implicit, ImplicitSettings, Motion, MotionSettings};
+/// use phyxel_integrate::glam::DVec3;
+///
+/// // 2 kg on a spring of 50 N/m, in steps of a twelfth of the period.
+/// let mut stiffness = 50.0;
+/// let mut spring = ClosureLaw::of(
+///     &mut stiffness,
+///     |k, x, f| {
+///         f[0] = -x[0] * *k;
+///         0.5 * *k * x[0].length_squared()
+///     },
+///     |k, v, out| out[0] = v[0] * *k,
+/// );
+/// let free = BoundaryConditions::free(1);
+/// let mut motion = Motion::new(&[DVec3::X * 0.1], &[2.0], free, MotionSettings::default())?;
+/// let mut implicit = Implicit::new(ImplicitSettings::default())?;
+/// for _ in 0..100 {
+///     implicit.step(&mut motion, 0.1, &mut spring)?;
+/// }
+/// assert!(motion.audit().energy_error().abs() < 1e-6 * motion.audit().initial);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Implicit {
     settings: ImplicitSettings,

@@ -38,9 +38,11 @@ pub use contact::{
 pub use deformable::disks::{ContactDisks, DiskSample};
 pub use deformable::{DeformableContact, DeformableForce, DeformableSettings, DeformableState};
 pub use eigenvalue::{
-    Eigenvalue, EigenvalueError, EigenvalueSettings, EigenvalueShare, critical_step,
-    largest_eigenvalue, largest_eigenvalue_of_share, largest_eigenvalue_within, radial_start,
+    Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
+    largest_eigenvalue_within, radial_start,
 };
+#[doc(hidden)]
+pub use eigenvalue::{EigenvalueShare, largest_eigenvalue_of_share};
 pub use equilibrium::{StaticLoad, StaticReport, solve_static};
 pub use error::{Cause, MotionError, StepError};
 pub use explicit::Applied;
@@ -52,6 +54,7 @@ pub use mass_scaling::{MassScaling, scale_masses};
 pub use motion::{ExplicitScheme, Motion, MotionBytes, MotionSettings, State};
 pub use newton::{NewtonReport, NewtonSettings, SolveError};
 pub use shape::{Distance, Pose, RigidShape};
+#[doc(hidden)]
 pub use shares::{Pass, PassSums, SHARED_NODES, Shares};
 pub use supports::{BoundaryConditions, NodeSupport};
 pub use tool::{Drive, RigidTool};

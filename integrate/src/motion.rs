@@ -165,10 +165,8 @@ impl Motion {
     /// Nodes at rest at `positions` (m), time 0.
     ///
     /// # Errors
-    /// [`MotionError`] if a mass is not positive, a position not finite, or a setting negative.
-    ///
-    /// # Panics
-    /// If `positions` (m), `masses` (kg) and `supports` are not for the same number of nodes.
+    /// [`MotionError`] if `positions` (m), `masses` (kg) and `supports` are not for the same number of nodes, a mass
+    /// is not positive, a position not finite, or a setting negative.
     pub fn new(
         positions: &[DVec3],
         masses: &[f64],
@@ -176,8 +174,19 @@ impl Motion {
         settings: MotionSettings,
     ) -> Result<Self, MotionError> {
         let n = positions.len();
-        assert_eq!(masses.len(), n, "one mass per node");
-        assert_eq!(supports.node_count(), n, "supports for every node");
+        let lists = [
+            ("masses", masses.len()),
+            ("supports", supports.node_count()),
+        ];
+        for (quantity, count) in lists {
+            if count != n {
+                return Err(MotionError::Lengths {
+                    quantity,
+                    count,
+                    nodes: n,
+                });
+            }
+        }
         for (node, &mass) in masses.iter().enumerate() {
             if !(mass.is_finite() && mass > 0.0) {
                 return Err(MotionError::BadMass { node, mass });

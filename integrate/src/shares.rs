@@ -105,6 +105,7 @@ pub trait Shares {
     fn store(&mut self, state: &State);
 }
 
+#[doc(hidden)]
 impl Motion {
     /// Takes the first pass of a step over a share's nodes, see [`Shares::begin`].
     pub fn begin_pass(&mut self, pass: &Pass) {

@@ -32,6 +32,34 @@ pub enum Drive {
 /// A rigid tool and its contact with one body. Clone it to save its state.
 ///
 /// After each step `load` holds the force and torque on it; keep them over time for a record.
+///
+/// # Examples
+/// A mass falls on a floor, in explicit steps:
+/// ```
+/// use phyxel_integrate::{BoundaryConditions, Contact, ContactSettings, ContactSurface, Motion, MotionSettings};
+/// use phyxel_integrate::{Pose, RigidShape, RigidTool, glam::DVec3};
+///
+/// let settings = MotionSettings { gravity: DVec3::Z * -9.81, ..MotionSettings::default() };
+/// let mut motion = Motion::new(&[DVec3::Z * 0.02], &[0.01], BoundaryConditions::free(1), settings)?;
+/// // Node 0 stands for 1 cm² of surface.
+/// let surface = ContactSurface::from_nodes(&[0], &[1e-4], 1)?;
+/// let contact = Contact::new(surface, ContactSettings::new(1e7));
+/// let floor = RigidShape::Plane { normal: DVec3::Z };
+/// let mut floor = RigidTool::standing(floor, Pose::IDENTITY, contact);
+/// let free = |_: &[DVec3], forces: &mut [DVec3]| {
+///     forces.fill(DVec3::ZERO);
+///     0.0
+/// };
+/// let mut lowest = 0.0_f64;
+/// for k in 1..=100 {
+///     let end = 1e-3 * f64::from(k);
+///     motion.advance_with(end, 1e-4, free, &mut |view, forces| floor.press(view, forces))?;
+///     lowest = lowest.min(motion.positions()[0].z);
+/// }
+/// assert!(lowest < 0.0 && lowest > -0.01); // m
+/// assert!(motion.positions()[0].z < 0.02);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RigidTool {

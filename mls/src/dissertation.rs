@@ -11,6 +11,7 @@ use crate::weights::kernel_weights;
 
 /// A cloud as Aras 2014, 2.3 and 2.4, discretises it: for comparison.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct DissertationCloud {
     /// Who is a neighbour of whom or has it as a neighbour: every pair both ways, so that cuts find it.
     pub neighborhoods: Neighborhoods,
@@ -31,10 +32,7 @@ pub struct DissertationCloud {
 /// * `rank_tolerance` -- as [`GradientStencils::plain`] has it.
 ///
 /// # Errors
-/// [`StencilError`] for points that are not finite.
-///
-/// # Panics
-/// If `near` is not of these points.
+/// [`StencilError`] for points that are not finite, or where `near` is of another number of points.
 ///
 /// # Examples
 /// ```
@@ -64,6 +62,7 @@ pub fn dissertation_cloud(
         support_radii,
         mean_distances,
     } = near;
+    one_way.check_nodes("positions", points.len())?;
     let neighborhoods = one_way.symmetrized()?;
     let mut weights = kernel_weights(Kernel::Polynomial, points, support_radii, &neighborhoods);
     for node in 0..points.len() {

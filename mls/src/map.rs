@@ -25,6 +25,25 @@ const ENLARGED: f64 = 1.5;
 ///
 /// Only nodes that the start node reaches without leaving the neighbourhood and over pairs that are
 /// not severed take part in an answer, so the two flanks of an open cut do not mix.
+///
+/// # Examples
+/// ```
+/// use phyxel_mls::glam::{DMat3, DVec3};
+/// use phyxel_mls::{MaterialMap, within_radius};
+///
+/// // A lattice of nodes, stretched twofold along x.
+/// let at = |k: u32| DVec3::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16));
+/// let rest: Vec<DVec3> = (0..64).map(at).collect();
+/// let map = MaterialMap::new(&rest, &[2.0; 64], &within_radius(&rest, 1.5)?)?;
+/// let stretch = DMat3::from_diagonal(DVec3::new(2.0, 1.0, 1.0));
+/// let world: Vec<DVec3> = rest.iter().map(|x| stretch * *x).collect();
+/// let gradients = [stretch; 64];
+/// let frame = map.frame(&world, &gradients)?;
+/// let found = frame.preimage(DVec3::new(2.2, 1.3, 0.6), 0.1, &|_, _| true);
+/// assert!(found.is_some_and(|found| (found.position - DVec3::new(1.1, 1.3, 0.6)).length() < 1e-9));
+/// assert!(frame.preimage(DVec3::splat(9.0), 0.1, &|_, _| true).is_none()); // no tissue
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct MaterialMap {
     rest_positions: Vec<DVec3>,

@@ -349,6 +349,16 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
 
 /// Neighbourhoods of all nodes with `|X_j − X_i| ≤ radius`; symmetric.
 ///
+/// # Examples
+/// ```
+/// use phyxel_mls::{glam::DVec3, within_radius};
+///
+/// let line: Vec<DVec3> = (0..5).map(|k| DVec3::X * f64::from(k)).collect();
+/// let near = within_radius(&line, 1.5)?;
+/// assert_eq!((near.row(0), near.row(2)), (&[1][..], &[1, 3][..]));
+/// # Ok::<(), phyxel_mls::CloudError>(())
+/// ```
+///
 /// # Errors
 /// [`CloudError`] for points that are not finite, too many points or pairs, or a radius that is not
 /// positive.

@@ -125,6 +125,9 @@ impl World {
     /// Builds the bodies of a scene and chooses the step. The scene settles first unless it says
     /// otherwise: [`World::play`] does all of it.
     ///
+    /// Set-up and steps take the threads of the current `rayon` pool; `ThreadPool::install` chooses another. Set-up cannot be
+    /// cancelled and takes most of a minute for 1e6 nodes, so a program that must answer gives it a thread of its own.
+    ///
     /// # Errors
     /// [`WorldError`] with the value of the scene or the body at fault.
     pub fn new(scene: Scene) -> Result<Self, WorldError> {

@@ -89,7 +89,7 @@ pub(crate) fn build(
         },
         &materials,
         &Settings {
-            zero_energy_control: spec.material.stabilization,
+            stabilization: spec.material.stabilization,
             dilatation: spec.material.dilatation,
         },
     )?;

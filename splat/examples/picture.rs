@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (points, normals, colors) = knot(270, 36);
 
     let surfels = Surfels::covering(&points, &normals)?;
-    let (width, height) = (350, 250);
+    let (width, height) = (336, 240);
     let aspect = f64::from(width) / f64::from(height);
     let camera = Camera::around(&points, DVec3::new(0.25, 0.55, -1.0), aspect);
     let settings = RenderSettings {

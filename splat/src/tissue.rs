@@ -92,6 +92,7 @@ const BEHIND: f64 = 0.02;
 
 /// What one piece of a cut changed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CutChange {
     /// All surfels whose disk, clip or nodes may be other than before, new ones included, ascending.
     pub surfels: Vec<u32>,

@@ -122,7 +122,7 @@ impl Specimen {
     /// [`StudyError`] if the scene does not run, or no blade cuts.
     pub(super) fn new(plate: &Plate, blades: &[Cut], fronts: Fronts) -> Result<Self, StudyError> {
         let text = phyxel_scene::to_ron(&plate.scene(blades));
-        let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "".as_ref(), &[])?)?;
+        let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "", &[])?)?;
         world.play(STROKE, |_| {})?;
         let member = &world.members()[0];
         let cutting = member.cutting.as_ref().ok_or(StudyError::Uncut)?;

@@ -123,7 +123,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
                 ),
                 ("Mooney-Rivlin", Material::mooney_rivlin(1.0, NU, 0.3)),
             ] {
-                for (stabilisation, zero_energy_control, dilatation) in [
+                for (label, stabilization, dilatation) in [
                     ("none", 0.0, Dilatation::Local),
                     ("control", 0.1, Dilatation::Local),
                     ("control + mean", 0.1, Dilatation::Mean),
@@ -132,15 +132,15 @@ fn study(folder: &Path) -> Result<(), StudyError> {
                         continue; // has no volumetric part to average
                     }
                     let settings = Settings {
-                        zero_energy_control,
+                        stabilization,
                         dilatation,
                     };
                     let mut body = beam::on_graph(&block, graph, material, &settings);
                     let outcome = measure(&block, &block.volumes, &mut beam::ask(&mut body));
-                    if *rule == "edges" && stabilisation == "control" {
+                    if *rule == "edges" && label == "control" {
                         default_error = default_error.min(outcome.error.abs());
                     }
-                    note(format!("{rule}, {stabilisation}"), &outcome);
+                    note(format!("{rule}, {label}"), &outcome);
                 }
             }
         }

@@ -60,7 +60,7 @@ impl ElasticBody {
     pub fn on(block: Block, solid: Solid, control: f64) -> Result<Self, StudyError> {
         let material = Material::neo_hookean(solid.youngs_modulus, solid.poissons_ratio);
         let settings = Settings {
-            zero_energy_control: control,
+            stabilization: control,
             ..Settings::default()
         };
         let elastic = block.elastic(&block.stencils, material, &settings)?;
@@ -177,6 +177,7 @@ pub fn dissertation(
         neighborhoods: graph,
         stencils: rows,
         masses,
+        ..
     } = dissertation_cloud(rest, &near, density, 1e-3)?;
     let stencils = Stencils {
         offsets: graph.offsets(),
@@ -191,7 +192,7 @@ pub fn dissertation(
         volumes: &masses.volumes,
     };
     let settings = Settings {
-        zero_energy_control: 0.0,
+        stabilization: 0.0,
         ..Settings::default()
     };
     let elastic = Elastic::new(&stencils, &nodes, &Materials::Uniform(material), &settings)?;

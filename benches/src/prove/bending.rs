@@ -142,7 +142,7 @@ pub(super) fn cantilever_against_the_control_coefficient(proof: &mut Proof) {
     let mut before = f64::INFINITY;
     for alpha in [0.02, 0.05, 0.1, 0.2, 0.5] {
         let settings = Settings {
-            zero_energy_control: alpha,
+            stabilization: alpha,
             ..Settings::default()
         };
         let mut elastic = body(&block, Material::neo_hookean(1.0, 0.3), &settings);

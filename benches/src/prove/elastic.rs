@@ -249,7 +249,7 @@ pub(super) fn a_free_body_has_six_soft_modes_and_no_more(proof: &mut Proof) {
         }
         let soft = |alpha: f64| {
             let settings = Settings {
-                zero_energy_control: alpha,
+                stabilization: alpha,
                 ..Settings::default()
             };
             let mut elastic = body(&block, material, &settings);

@@ -86,7 +86,7 @@ pub const CLAIMS: &[Claim] = &[
     },
     Claim {
         name: "griffith",
-        about: "a cut sets the energy release rate free, and no update adds energy",
+        about: "a cut releases the energy release rate, and no update adds energy",
         run: scenes::energy_release_rate,
     },
     Claim {

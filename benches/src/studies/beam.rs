@@ -158,7 +158,7 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
     Ok(phyxel_scene::from_text(
         &phyxel_scene::to_ron(&scene),
         "beam study",
-        "".as_ref(),
+        "",
         &[],
     )?)
 }

@@ -183,7 +183,7 @@ fn words() -> String {
          8 x 8 x 22 nodes 10 mm apart, one of 436 nodes that are vertices of tetrahedra, and a liver of \
          181 (the program's own) hang, are cut half through and then through, by the default model and by the \
          dissertation's: Saint Venant-Kirchhoff, plain moving least squares of 16 neighbours at most in the first \
-         block (neighbours without a limit in the other bodies, as there), nothing against zero-energy modes, the \
+         block (neighbours without a limit in the other bodies, as there), nothing against hourglass modes, the \
          enrichment grid. Drop is how far the lowest node is below the lowest place at rest at the end of a \
          state, in motion. The dissertation ran {block}, {hierarchical} and {liver} frames a second, one step of 1 ms each, in \
          2014; frames per second here are of one step and one picture each, drawn by the processor, steps \

@@ -27,9 +27,6 @@ const SAME_FACE: f64 = 0.5;
 ///
 /// # Errors
 /// As [`surface_mesh`].
-///
-/// # Panics
-/// If the spacing is not positive.
 pub fn nodal_surface_areas(
     solid: &Solid,
     nodes: &[DVec3],

@@ -113,7 +113,7 @@ impl Model {
     }
 
     pub(crate) fn controlled(&self) -> bool {
-        self.settings.zero_energy_control > 0.0
+        self.settings.stabilization > 0.0
     }
 
     #[inline]

@@ -84,7 +84,7 @@ pub(crate) fn refresh_control(model: &Model, tables: &mut Tables, nodes: &[usize
 pub(crate) fn set_control(model: &Model, tables: &mut Tables, node: usize, spread: f64) {
     if model.controlled() {
         let factor = model.control_scales.get(node).copied().unwrap_or(1.0);
-        let alpha = model.settings.zero_energy_control * factor;
+        let alpha = model.settings.stabilization * factor;
         let stiffness = alpha * model.material(node).lame_mu() * model.elastic_volumes[node];
         let full = model.ranks[node] == 3 && spread > 0.0;
         tables.set_control(node, if full { stiffness / spread } else { 0.0 });

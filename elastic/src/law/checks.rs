@@ -7,6 +7,7 @@ use glam::DVec3;
 /// A field of settings that is not as it must be.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{field} is {found}; {must}")]
+#[non_exhaustive]
 pub struct BadSetting {
     /// Path of the field from its settings on, such as `fiber.exponent`.
     pub field: String,

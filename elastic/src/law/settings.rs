@@ -178,6 +178,7 @@ pub enum Model {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum Preset {
     /// 5.49 kPa (± 1.59, transient elastography of 429 people: Roulot 2008), 1060 kg/m^3.
     Liver,

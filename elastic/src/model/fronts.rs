@@ -9,7 +9,7 @@ impl Elastic {
     /// Sets the matrices `M_i` of the control of a cut's front at `nodes`; zero takes the control away. `M_i` is symmetric, its eigenvalues 0 to 1: the mean of `ν νᵀ` over the directions `ν`, in the rest
     /// state, in which the cut ends beside the node.
     ///
-    /// Without hourglass stabilization ([`crate::Settings::zero_energy_control`] 0) it does nothing. A node without strain
+    /// Without hourglass stabilization ([`crate::Settings::stabilization`] 0) it does nothing. A node without strain
     /// energy, or whose row is not full, has none. What it takes follows the number of such nodes.
     ///
     /// # Panics

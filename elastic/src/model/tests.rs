@@ -39,7 +39,7 @@ fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
         volumes: &block.volumes,
     };
     let settings = Settings {
-        zero_energy_control: alpha,
+        stabilization: alpha,
         ..Settings::default()
     };
     Elastic::new(
@@ -74,7 +74,7 @@ fn mean() -> Settings {
 
 fn bare() -> Settings {
     Settings {
-        zero_energy_control: 0.0,
+        stabilization: 0.0,
         ..Settings::default()
     }
 }

@@ -24,6 +24,9 @@ pub enum SurfaceError {
         /// Its area (m²).
         area: f64,
     },
+    /// Triangles are divided by 0.
+    #[error("triangles divided by 0 have no points; divide by 1 at least")]
+    NoDivisions,
     /// There is not one area per node.
     #[error("{areas} areas for {nodes} nodes; give one per node")]
     Areas {
@@ -61,16 +64,15 @@ impl ContactSurface {
     /// reference values.
     ///
     /// # Errors
-    /// [`SurfaceError`] if a node is missing or a triangle has no area.
-    ///
-    /// # Panics
-    /// If `divisions` is 0.
+    /// [`SurfaceError`] if a node is missing, a triangle has no area, or `divisions` is 0.
     pub fn from_triangles(
         triangles: &[[u32; 3]],
         rest_positions: &[DVec3],
         divisions: u32,
     ) -> Result<Self, SurfaceError> {
-        assert!(divisions > 0, "at least one point per triangle");
+        if divisions == 0 {
+            return Err(SurfaceError::NoDivisions);
+        }
         let mut points = Vec::new();
         let n = f64::from(divisions);
         for i in 0..divisions {
@@ -103,9 +105,6 @@ impl ContactSurface {
     ///
     /// # Errors
     /// As [`ContactSurface::from_triangles`].
-    ///
-    /// # Panics
-    /// If `divisions` is 0, or a torn triangle names a node that is not there.
     pub fn from_torn_triangles(
         triangles: &[[u32; 3]],
         rest_positions: &[DVec3],
@@ -120,7 +119,8 @@ impl ContactSurface {
             return Ok(surface);
         }
         let mut areas = vec![0.0; rest_positions.len()];
-        for triangle in &torn {
+        for (item, triangle) in torn.iter().enumerate() {
+            check_nodes(item, triangle, rest_positions.len())?;
             let [a, b, c] = triangle.map(|node| rest_positions[node as usize]);
             for &node in triangle {
                 areas[node as usize] += (b - a).cross(c - a).length() / 6.0;
@@ -407,6 +407,13 @@ mod tests {
         let SurfaceError::NoSuchNode { node: 3, .. } = error else {
             panic!("{error}");
         };
+        let error = ContactSurface::from_triangles(&[[0, 1, 2]], &x, 0).unwrap_err();
+        assert_eq!(error, SurfaceError::NoDivisions);
+        let torn = ContactSurface::from_torn_triangles(&[[0, 1, 9]], &x, 2, |_, _| false);
+        assert!(matches!(
+            torn,
+            Err(SurfaceError::NoSuchNode { node: 9, .. })
+        ));
         let error = ContactSurface::from_nodes(&[0], &[], 3).unwrap_err();
         assert_eq!(error, SurfaceError::Areas { areas: 0, nodes: 1 });
         let error = ContactSurface::from_nodes(&[0], &[f64::NAN], 3).unwrap_err();

@@ -25,10 +25,11 @@ use crate::read::{from_text, to_ron};
 /// # Panics
 /// If the box is empty or not finite; the caller has read the mesh.
 pub fn for_mesh(
-    file: &Path,
+    file: impl AsRef<Path>,
     solid: &Solid,
     overrides: &[Override],
 ) -> Result<(Scene, UnitGuess), SceneError> {
+    let file = file.as_ref();
     let extent = solid.bounds();
     let size = extent.size();
     assert!(

@@ -55,7 +55,8 @@ pub fn parse<T: DeserializeOwned>(
 /// # Errors
 /// A [`SceneError`] that names the position: the file cannot be read, is not RON, has an unknown key or a value out of
 /// range, or an override does not fit.
-pub fn load(file: &Path, overrides: &[Override]) -> Result<Scene, SceneError> {
+pub fn load(file: impl AsRef<Path>, overrides: &[Override]) -> Result<Scene, SceneError> {
+    let file = file.as_ref();
     let text = read_settings(file, WHOLE)?;
     let folder = file.parent().map(Path::to_owned).unwrap_or_default();
     let origin = file.display().to_string();
@@ -73,7 +74,7 @@ pub fn embedded(name: &str, overrides: &[Override]) -> Result<Scene, SceneError>
         embedded: EMBEDDED.iter().map(|scene| scene.name).collect(),
     })?;
     let origin = format!("scene '{}'", scene.name);
-    from_text(scene.text, &origin, Path::new(""), overrides)
+    from_text(scene.text, &origin, "", overrides)
 }
 
 /// Reads a scene in RON, applies `overrides` in order and validates the result.
@@ -85,10 +86,10 @@ pub fn embedded(name: &str, overrides: &[Override]) -> Result<Scene, SceneError>
 pub fn from_text(
     text: &str,
     origin: &str,
-    folder: &Path,
+    folder: impl AsRef<Path>,
     overrides: &[Override],
 ) -> Result<Scene, SceneError> {
-    finished(text, Syntax::Ron, origin, folder, overrides)
+    finished(text, Syntax::Ron, origin, folder.as_ref(), overrides)
 }
 
 /// Reads a text, applies overrides to it, resolves its paths and validates it.

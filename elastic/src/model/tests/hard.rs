@@ -202,7 +202,7 @@ fn one_way_pairs_work_without_control() {
     };
     let material = Material::saint_venant_kirchhoff(1000.0, 0.3);
     let settings = Settings {
-        zero_energy_control: 0.0,
+        stabilization: 0.0,
         ..Settings::default()
     };
     let mut body = Elastic::new(

@@ -59,7 +59,7 @@ fn the_processor_does_not_change_the_bits() {
     plain.use_plain_gradients();
     let x = shaken(&corrected, 0.005, 1);
     let v = shaken(&corrected, 0.5, 2);
-    for (block, zero_energy_control, dilatation) in [
+    for (block, stabilization, dilatation) in [
         (&corrected, 0.1, Dilatation::Local),
         (&corrected, 0.0, Dilatation::Mean),
         (&plain, 0.1, Dilatation::Local),
@@ -67,7 +67,7 @@ fn the_processor_does_not_change_the_bits() {
     ] {
         let run = |arch: Option<pulp::Arch>| {
             let settings = Settings {
-                zero_energy_control,
+                stabilization,
                 dilatation,
             };
             let mut body = built(block, Material::neo_hookean(1.0, 0.4), &settings);

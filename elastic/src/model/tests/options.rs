@@ -153,7 +153,7 @@ fn products_within_a_part_are_those_of_the_whole() {
         (0.1, Dilatation::Mean),
     ] {
         let settings = Settings {
-            zero_energy_control: alpha,
+            stabilization: alpha,
             dilatation,
         };
         let material = fibrous(Material::neo_hookean(1e4, 0.4));

@@ -100,7 +100,7 @@ proptest! {
         let scale = g.iter().map(|g| g.length()).fold(0.0, f64::max);
 
             let settings = Settings {
-                zero_energy_control: alpha,
+                stabilization: alpha,
                 ..Settings::default()
             };
             let mut body = built(&block, material, &settings);

@@ -203,7 +203,7 @@ fn run_of_saved(session: &Session) -> (u64, [u64; 3]) {
     let output = OutputFolder::create(folder.path()).unwrap();
     let files = session.save(&output).unwrap();
     assert!(files.iter().all(|name| folder.path().join(name).exists()));
-    let mut scene = phyxel_scene::load(&folder.path().join("scene.ron"), &[]).unwrap();
+    let mut scene = phyxel_scene::load(folder.path().join("scene.ron"), &[]).unwrap();
     // Pictures have no part in the motion.
     scene.pictures = None;
     let inputs = read_input(&folder.path().join("input.csv"), &scene).unwrap();
