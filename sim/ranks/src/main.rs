@@ -162,7 +162,7 @@ fn run(
             (None, name) => {
                 let name = name.as_deref().unwrap_or_default();
                 let scene = if name.ends_with(".ron") {
-                    phyxel_scene::load(name.as_ref(), &overrides)?
+                    phyxel_scene::load(name, &overrides)?
                 } else {
                     phyxel_scene::embedded(name, &overrides)?
                 };
