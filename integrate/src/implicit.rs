@@ -313,7 +313,6 @@ impl Implicit {
         let (supports, masses) = (&motion.nodes.supports, &motion.nodes.masses);
         let before = motion.state.audit;
         let mut x = self.start.clone();
-        let mut alpha = 0.0;
         let mut all = NewtonReport::default();
         let mut corrections = 0;
         loop {
@@ -360,12 +359,13 @@ impl Implicit {
                 self.internal.clone_from(&self.end);
                 return Ok(solved(x, all));
             }
-            // What the forces of the middle miss of the energy, and what a unit of the correction gives.
+            // What the forces of the middle miss of the energy, what is left with the correction that acted, which was
+            // made where the nodes were then, and what a unit of the next gives.
             let moved = self.moved(&x);
             let gap = before.elastic - energy - dot(&self.internal, &moved);
+            let missed = gap + dot(&self.loads, &moved) - dot(&self.acting, &moved);
             let direction = self.deformation(motion, &x, &moved);
             let unit = dot(&direction, &moved);
-            let missed = gap - alpha * unit;
             let there = before.kinetic + before.elastic.abs() + energy.abs();
             let enough = missed.abs() <= ENERGY_ERROR * there || unit <= 0.0;
             // Energy that is lost is accepted at last, energy that is gained is not.
@@ -381,10 +381,9 @@ impl Implicit {
                 let (relative, node) = (missed.abs() / there, 0);
                 return Err(SolveError::NoDescent { relative, node });
             }
-            alpha = next;
             corrections += 1;
             self.acting.clone_from(&self.loads);
-            add_scaled(&mut self.acting, alpha, &direction);
+            add_scaled(&mut self.acting, next, &direction);
         }
     }
 
