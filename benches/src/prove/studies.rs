@@ -75,8 +75,8 @@ pub(super) fn contact_study_meets_closed_forms(proof: &mut Proof) {
         // Coarse bodies: see ACCURACY.md for finer ones, and for what is asked of them.
         ("flanks", "pressed", 15.0),
         ("patch", "force", 1.0),
-        ("spheres", "rigid plane", 20.0),
-        ("spheres", "Hertz", 22.0),
+        ("spheres", "rigid plane", 3.0),
+        ("spheres", "Hertz", 5.0),
         ("bars", "time", 6.0),
         ("bars", "energy", 1.0),
         ("sliding", "distance", 3.0),

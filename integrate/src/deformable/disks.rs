@@ -66,7 +66,8 @@ impl Placed {
 
 impl ContactDisks {
     /// Adds a sample on the first 16 of `nodes` of the body, among nodes at rest at `rest` (m). Nodes that occur twice
-    /// count once.
+    /// count once. On three nodes it lies in their triangle, wherever the curved surface is: displacements are linear
+    /// there, and points in front of the triangle would push its corners farther in than the surface goes.
     ///
     /// # Panics
     /// If a node is not there, or there is none.
@@ -126,7 +127,7 @@ impl ContactDisks {
             middle += arm(node) * w;
         }
         self.counts[at] = index(own.len());
-        self.thickness[at] = -middle.dot(n);
+        self.thickness[at] = if own.len() == 3 { 0.0 } else { -middle.dot(n) };
         let is_disk = found[1] && found[2];
         self.reach[at] = if is_disk {
             REACH * sample.area.sqrt()

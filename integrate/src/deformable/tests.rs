@@ -313,7 +313,7 @@ fn a_collision_keeps_momentum_and_the_books() {
     let spring = |x: &[DVec3], forces: &mut [DVec3]| {
         let mut energy = 0.0;
         for half in [0..all / 2, all / 2..all] {
-            let count = f64::from(index(half.len()));
+            let count = f64::from(disks::index(half.len()));
             let middle = half.clone().map(|n| x[n] - rest[n]).sum::<DVec3>() / count;
             for node in half {
                 let stretch = x[node] - rest[node] - middle;

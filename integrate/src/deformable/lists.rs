@@ -1,0 +1,182 @@
+//! Lists of pairs that may meet, by a grid of cells.
+
+use super::disks::{DiskSample, index};
+use super::{DEEPEST, DeformableContact, FACING};
+use glam::DVec3;
+
+/// Samples of one body that are closer than this at rest (spacings) and do not face each other across a gap are
+/// neighbours in the tissue and never in contact.
+const NEIGHBORS: f64 = 3.0;
+
+/// Cells along an axis at most.
+const MOST_CELLS: f64 = 64.0;
+
+/// Points with others that they meet, as ranges of the second list; both ascending.
+///
+/// # Arguments
+/// * `open` -- whether a point may meet others at all.
+/// * `far` -- distance (m) beyond which nothing meets.
+/// * `meets` -- whether a point meets another.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "from 0 to MOST_CELLS"
+)]
+pub(super) fn candidates(
+    points: &[DVec3],
+    open: &[bool],
+    far: f64,
+    meets: impl Fn(u32, u32) -> bool,
+) -> (Vec<(u32, [u32; 2])>, Vec<u32>) {
+    let all = || {
+        (0_u32..)
+            .zip(points)
+            .zip(open)
+            .filter(|(_, open)| **open)
+            .map(|(point, _)| point)
+    };
+    let low = all().map(|(_, x)| *x).fold(DVec3::INFINITY, DVec3::min);
+    let high = all().map(|(_, x)| *x).fold(DVec3::NEG_INFINITY, DVec3::max);
+    let (mut found, mut lists) = (Vec::new(), Vec::new());
+    if !(low.is_finite() && high.is_finite()) {
+        return (found, lists);
+    }
+    let side = far
+        .max((high - low).max_element() / MOST_CELLS)
+        .max(f64::MIN_POSITIVE);
+    let cell = |x: DVec3| ((x - low) / side).floor().to_array().map(|c| c as usize);
+    let [nx, ny, nz] = cell(high).map(|last| last + 1);
+    let mut starts = vec![0_usize; nx * ny * nz + 1];
+    let number = |[i, j, k]: [usize; 3]| (k * ny + j) * nx + i;
+    for (_, x) in all() {
+        starts[number(cell(*x)) + 1] += 1;
+    }
+    for c in 1..starts.len() {
+        starts[c] += starts[c - 1];
+    }
+    let (mut next, mut members) = (starts.clone(), vec![0_u32; points.len()]);
+    for (point, x) in all() {
+        let at = &mut next[number(cell(*x))];
+        members[*at] = point;
+        *at += 1;
+    }
+    for (point, x) in all() {
+        let begin = lists.len();
+        let [i, j, k] = cell(*x);
+        let around = |c: usize, n: usize| c.saturating_sub(1)..=(c + 1).min(n - 1);
+        for c in around(k, nz) {
+            for b in around(j, ny) {
+                for a in around(i, nx) {
+                    let cell = number([a, b, c]);
+                    let others = &members[starts[cell]..starts[cell + 1]];
+                    lists.extend(
+                        others
+                            .iter()
+                            .filter(|&&other| other != point && meets(point, other)),
+                    );
+                }
+            }
+        }
+        if lists.len() > begin {
+            lists[begin..].sort_unstable();
+            found.push((point, [index(begin), index(lists.len())]));
+        }
+    }
+    (found, lists)
+}
+
+impl DeformableContact {
+    /// Makes lists of pairs again if nodes have moved too far since the last; whether it did. [`Self::add_forces`] does
+    /// so by itself.
+    pub fn update_lists(&mut self, positions: &[DVec3]) -> bool {
+        let room = 0.5 * self.margin() / self.amplification;
+        let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
+        let same = self.state.listed_at.len() == positions.len();
+        if same && positions.iter().zip(&self.state.listed_at).all(stays) {
+            return false;
+        }
+        self.state.listed_at.clear();
+        self.state.listed_at.extend_from_slice(positions);
+        self.rebuilds += 1;
+        self.list_pairs();
+        true
+    }
+
+    fn widest(&self) -> f64 {
+        let samples = self.disks.samples.iter();
+        samples.map(|sample| sample.spacing).fold(0.0, f64::max)
+    }
+
+    fn margin(&self) -> f64 {
+        self.margin * self.widest()
+    }
+
+    /// Lists pairs as nodes were at [`DeformableState::listed_at`].
+    pub(super) fn list_pairs(&mut self) {
+        let positions = &self.state.listed_at;
+        let all = 0..if positions.is_empty() {
+            0
+        } else {
+            self.disks.len()
+        };
+        let places: Vec<DVec3> = all.map(|s| self.disks.gather(s, positions).0).collect();
+        let samples = &self.disks.samples;
+        let (bodies, margin) = (self.allowed.len().isqrt(), self.margin());
+        let reach = self.disks.reach.iter().copied().fold(0.0, f64::max);
+        let far = reach.hypot(DEEPEST * self.widest()) + margin;
+        let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bodies];
+        for (sample, place) in samples.iter().zip(&places) {
+            let (low, high) = &mut boxes[sample.body as usize];
+            (*low, *high) = (low.min(*place), high.max(*place));
+        }
+        let allowed = |a: u32, b: u32| self.allowed[a as usize * bodies + b as usize];
+        // Samples that lie near to another body, or touch their own.
+        let is_open = |(sample, place): (&DiskSample, &DVec3)| {
+            let mut others = (0_u32..).zip(&boxes);
+            sample.area > 0.0
+                && others.any(|(body, (low, high))| {
+                    allowed(sample.body, body)
+                        && (body == sample.body
+                            || place.cmpge(*low - far).all() && place.cmple(*high + far).all())
+                })
+        };
+        let open: Vec<bool> = samples.iter().zip(&places).map(is_open).collect();
+        let meets = |p: u32, q: u32| {
+            let arm = places[p as usize] - places[q as usize];
+            let (a, b) = (&samples[p as usize], &samples[q as usize]);
+            let reach = self.disks.reach[q as usize];
+            let spacing = a.spacing.max(b.spacing);
+            let far = reach.hypot(DEEPEST * spacing) + margin;
+            arm.length_squared() < far * far
+                && reach > 0.0
+                && allowed(a.body, b.body)
+                && (a.body != b.body || !are_neighbors(a, b))
+        };
+        (self.points, self.lists) = candidates(&places, &open, far, meets);
+        let is_near = |&sample: &u32| sample != u32::MAX;
+        self.slots.clear();
+        self.slots.resize(samples.len(), u32::MAX);
+        for &sample in self
+            .points
+            .iter()
+            .map(|(point, _)| point)
+            .chain(&self.lists)
+        {
+            self.slots[sample as usize] = sample;
+        }
+        self.near = self.slots.iter().copied().filter(is_near).collect();
+        for (slot, &sample) in self.near.iter().enumerate() {
+            self.slots[sample as usize] = index(slot);
+        }
+    }
+}
+
+/// Whether two samples of a body are joined by tissue at rest: they are near, and do not face each other across a gap.
+fn are_neighbors(a: &DiskSample, b: &DiskSample) -> bool {
+    let arm = a.position - b.position;
+    let near = NEIGHBORS * a.spacing.max(b.spacing);
+    let faces = a.normal.dot(b.normal) < FACING;
+    // Behind the other: back to back, with tissue between.
+    let behind = b.normal.dot(arm) < -0.05 * b.spacing;
+    arm.length_squared() < near * near && (!faces || behind)
+}

@@ -1,0 +1,230 @@
+//! Forces of one point and the disks opposite of it.
+
+use super::disks::{Placed, REACH};
+use super::{DEEPEST, DeformableContact, DeformableForce, FACING};
+use glam::DVec3;
+
+/// Gap (spacings) above which a pair plays no part.
+const NEAR: f64 = 0.5;
+/// Largest learned offset (spacings).
+const LARGEST_OFFSET: f64 = 0.25;
+/// Sum of the disks' weights, over that amid an unbounded sheet, from which they are normalised. Half of it is opposite
+/// a straight rim.
+const FULL: f64 = 0.5;
+
+/// What a disk gets of a point: the force and those conjugate to its tangents.
+pub(super) struct Touch {
+    pub(super) slot: u32,
+    pub(super) load: (DVec3, [DVec3; 2]),
+}
+
+#[derive(Default)]
+pub(super) struct Chunk {
+    pub(super) touches: Vec<Touch>,
+    pub(super) points: Vec<Pressed>,
+}
+
+/// What became of a point.
+pub(super) struct Pressed {
+    pub(super) point: u32,
+    pub(super) slot: u32,
+    pub(super) force: DVec3,
+    pub(super) offset: f64,
+    pub(super) slip: [f64; 2],
+    pub(super) energy: f64,
+    pub(super) dissipated: f64,
+    pub(super) offset_work: f64,
+    pub(super) sum: DeformableForce,
+}
+
+/// A pair in reach.
+pub(super) struct Pair {
+    pub(super) slot: u32,
+    pub(super) stiffness: f64,
+    pub(super) xi: [f64; 2],
+    /// Between the rows' positions, and between the surfaces (m).
+    pub(super) raw: f64,
+    pub(super) gap: f64,
+    pub(super) phi: f64,
+}
+
+impl DeformableContact {
+    /// Disks that a point is opposite of.
+    pub(super) fn find_pairs(
+        &self,
+        point: u32,
+        list: &[u32],
+        placed: &[Placed],
+        pairs: &mut Vec<Pair>,
+    ) {
+        pairs.clear();
+        let p = &placed[self.slots[point as usize] as usize];
+        let at = &self.disks.samples[point as usize];
+        let thickness = self.disks.thickness[point as usize];
+        for &other in list {
+            let slot = self.slots[other as usize];
+            let (q, on) = (&placed[slot as usize], &self.disks.samples[other as usize]);
+            let arm = p.x - q.x;
+            let raw = q.n.dot(arm);
+            let gap = raw - thickness - self.disks.thickness[other as usize];
+            let spacing = at.spacing.min(on.spacing);
+            if gap > NEAR * spacing || gap < -DEEPEST * spacing || p.n.dot(q.n) > FACING {
+                continue;
+            }
+            let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
+            let reach = self.disks.reach[other as usize];
+            let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (reach * reach);
+            if inside > 0.0 {
+                let (phi, stiffness) = (inside * inside, self.stiffness(point, other));
+                pairs.push(Pair {
+                    slot,
+                    stiffness,
+                    xi,
+                    raw,
+                    gap,
+                    phi,
+                });
+            }
+        }
+    }
+
+    /// Forces of a point's pairs, and what it learns.
+    pub(super) fn press(
+        &self,
+        point: u32,
+        pairs: &[Pair],
+        placed: &[Placed],
+        motions: &[(DVec3, [DVec3; 2])],
+        chunk: &mut Chunk,
+    ) {
+        let at = &self.disks.samples[point as usize];
+        let slot = self.slots[point as usize];
+        let mut offset = self.state.offsets[point as usize];
+        if offset.is_nan() {
+            // No push before anything moves.
+            offset = pairs.iter().map(|pair| pair.gap).fold(0.0, f64::min);
+        }
+        let largest = LARGEST_OFFSET * at.spacing;
+        // Offsets of points that nothing is opposite of are forgotten, as if it were far.
+        let mut pressed = Pressed {
+            point,
+            slot,
+            force: DVec3::ZERO,
+            offset: (offset - self.settings.learning * largest).max(0.0),
+            slip: [0.0; 2],
+            energy: 0.0,
+            dissipated: 0.0,
+            offset_work: 0.0,
+            sum: DeformableForce::default(),
+        };
+        if pairs.is_empty() {
+            chunk.points.push(pressed);
+            return;
+        }
+        let depth = |pair: &Pair, offset: f64| (offset - pair.gap).max(0.0);
+        // Half: the other side has points, too.
+        let spring = |pair: &Pair| 0.5 * at.area * pair.stiffness;
+        let energy = |pair: &Pair, s: f64| 0.5 * spring(pair) * depth(pair, s).powi(2);
+        let reach = |pair: &Pair| self.disks.reach[self.near[pair.slot as usize] as usize];
+        let sum: f64 = pairs.iter().map(|pair| pair.phi).sum();
+        let least = FULL * std::f64::consts::PI * REACH * REACH / 3.0;
+        let norm = sum.max(least);
+        let mean = pairs
+            .iter()
+            .map(|pair| pair.phi * energy(pair, offset))
+            .sum::<f64>()
+            / norm;
+        let gap = pairs.iter().map(|pair| pair.phi * pair.gap).sum::<f64>() / sum;
+        // The largest offset that learns nothing but to close.
+        let learned = (offset - self.settings.learning * gap).min(largest);
+        pressed.offset = if gap > 0.0 { learned.max(0.0) } else { learned };
+        let normal: f64 = pairs
+            .iter()
+            .map(|pair| spring(pair) * pair.phi * depth(pair, offset))
+            .sum();
+        let normal = normal / norm;
+        let stiffness = pairs
+            .iter()
+            .map(|pair| spring(pair) * pair.phi)
+            .sum::<f64>()
+            / norm;
+        let traction = self.rub(
+            &mut pressed,
+            (normal, stiffness, sum),
+            pairs,
+            placed,
+            motions,
+        );
+        for pair in pairs {
+            let q = &placed[pair.slot as usize];
+            let share = pair.phi / norm;
+            let deep = depth(pair, offset);
+            let stored = energy(pair, offset);
+            pressed.energy += share * stored;
+            pressed.offset_work += share * (energy(pair, pressed.offset) - stored);
+            pressed.sum.penetration = pressed.sum.penetration.max(-pair.gap);
+            if deep > 0.0 {
+                pressed.sum.area += 0.5 * at.area * share;
+            }
+            // −∂E/∂ξ: of the weight alone, as gaps do not depend on where the foot is.
+            let per_weight = (stored - if sum > least { mean } else { 0.0 }) / norm;
+            let slope = 4.0 * pair.phi.sqrt() / reach(pair).powi(2) * per_weight;
+            let tangential = pair.phi / sum;
+            let along = [0, 1].map(|k| slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
+            let normal_force = spring(pair) * share * deep;
+            if normal_force == 0.0 && along[0] == 0.0 && along[1] == 0.0 {
+                continue;
+            }
+            let [a, b] = q.solve(along);
+            let force = q.n * normal_force + q.t[0] * a + q.t[1] * b;
+            pressed.force += force;
+            let turn = q.n * pair.raw;
+            let moments = [turn * a - force * pair.xi[0], turn * b - force * pair.xi[1]];
+            chunk.touches.push(Touch {
+                slot: pair.slot,
+                load: (-force, moments),
+            });
+        }
+        pressed.sum.normal = normal;
+        chunk.points.push(pressed);
+    }
+
+    /// Frictional force (N) on a point that is pressed by `normal` (N), by return mapping.
+    fn rub(
+        &self,
+        pressed: &mut Pressed,
+        (normal, stiffness, sum): (f64, f64, f64),
+        pairs: &[Pair],
+        placed: &[Placed],
+        motions: &[(DVec3, [DVec3; 2])],
+    ) -> DVec3 {
+        if motions.is_empty() || normal <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let (p, (moves, _)) = (
+            &placed[pressed.slot as usize],
+            motions[pressed.slot as usize],
+        );
+        let mut moved = DVec3::ZERO;
+        for pair in pairs {
+            let (q, (dx, dt)) = (&placed[pair.slot as usize], motions[pair.slot as usize]);
+            let along = moves - dx - dt[0] * pair.xi[0] - dt[1] * pair.xi[1];
+            let rate = [0, 1].map(|k| q.t[k].dot(along) + pair.raw * dt[k].dot(q.n));
+            let [a, b] = q.solve(rate);
+            moved += (q.t[0] * a + q.t[1] * b) * (pair.phi / sum);
+        }
+        let first = p.t[0].normalize_or_zero();
+        let second = p.n.cross(first);
+        let before = self.state.slips[pressed.point as usize];
+        let slip = [before[0] + first.dot(moved), before[1] + second.dot(moved)];
+        let length = slip[0].hypot(slip[1]);
+        let limit = self.settings.friction * normal;
+        let held = (limit / stiffness).min(length);
+        let share = if length > 0.0 { held / length } else { 0.0 };
+        pressed.slip = slip.map(|x| x * share);
+        pressed.energy += 0.5 * stiffness * held * held;
+        pressed.dissipated += limit * (length - held);
+        pressed.sum.friction = stiffness * held;
+        (first * pressed.slip[0] + second * pressed.slip[1]) * -stiffness
+    }
+}
