@@ -166,12 +166,19 @@ impl Motion {
         round_off: f64,
     ) -> Option<f64> {
         let state = &self.state;
-        let allowed = if state.is_pressed() || before.is_pressed() {
+        let pressed = [before, state].map(State::is_pressed);
+        let allowed = if pressed[0] || pressed[1] {
             LARGEST_IMBALANCE_IN_CONTACT
         } else {
             LARGEST_IMBALANCE
         };
-        let imbalance = (state.audit).imbalance(&before.audit, rigid, state.lag, round_off);
+        // A force that sets in with the last step kicks before it works.
+        let lag = if pressed == [false, true] {
+            0.0
+        } else {
+            state.lag
+        };
+        let imbalance = (state.audit).imbalance(&before.audit, rigid, lag, round_off);
         (imbalance > allowed).then_some(imbalance)
     }
 
@@ -254,6 +261,45 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{BoundaryConditions, MotionSettings, StepView};
+    use glam::DVec3;
+
+    /// A chain that flies, and whose end meets a spring with the last step of the stretch: the force has not worked yet.
+    /// That steps beyond the limit gain energy is seen.
+    #[test]
+    fn a_force_that_sets_in_with_the_last_step_is_no_gain() {
+        let rest = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|x| DVec3::X * x);
+        let supports = BoundaryConditions::free(8);
+        let mut motion =
+            Motion::new(&rest, &[0.1; 8], supports, MotionSettings::default()).unwrap();
+        motion.set_pieces(&[0; 8]);
+        motion.set_velocities(&[DVec3::X; 8]).unwrap();
+        let forces = |x: &[DVec3], f: &mut [DVec3]| {
+            f.fill(DVec3::ZERO);
+            let mut energy = 0.0;
+            for i in 0..7 {
+                let stretch = x[i + 1] - x[i] - DVec3::X;
+                f[i] += stretch * 10.0;
+                f[i + 1] -= stretch * 10.0;
+                energy += 5.0 * stretch.length_squared();
+            }
+            energy
+        };
+        let wall = &mut |view: &StepView<'_>, f: &mut [DVec3]| {
+            f[7].x -= 100.0 * (view.positions[7].x - 7.0799).max(0.0);
+        };
+        let mut stretch = |step: f64| {
+            let (before, rigid) = (motion.state().clone(), motion.rigid_energies());
+            for _ in 0..8 {
+                motion.step_with(step, forces, wall).unwrap();
+            }
+            let gained = motion.gained_since(&before, [rigid, motion.rigid_energies()], 0.0);
+            (motion.state().is_pressed(), gained.is_some())
+        };
+        assert_eq!(stretch(0.01), (true, false));
+        assert_eq!(stretch(0.001), (true, false));
+        assert!(stretch(0.2).1);
+    }
 
     #[test]
     fn steps_shorten_at_once_and_recover_slowly() {
