@@ -194,6 +194,17 @@ pub fn largest_eigenvalue_of_share(
     warm: &mut Vec<DVec3>,
     settings: &EigenvalueSettings,
 ) -> Result<Eigenvalue, EigenvalueError> {
+    iterate(share, &mut stiffness, &mut sum, warm, settings)
+}
+
+/// [`largest_eigenvalue_of_share`], compiled once for all callers.
+fn iterate(
+    share: &EigenvalueShare<'_>,
+    stiffness: &mut dyn FnMut(&[DVec3], &mut [DVec3]),
+    sum: &mut dyn FnMut(&[f64]) -> f64,
+    warm: &mut Vec<DVec3>,
+    settings: &EigenvalueSettings,
+) -> Result<Eigenvalue, EigenvalueError> {
     let EigenvalueShare {
         first,
         masses,

@@ -86,32 +86,30 @@ pub(crate) fn norm(a: &[DVec3]) -> f64 {
 
 /// `a[i] = f(i, a[i])`.
 pub(crate) fn update(a: &mut [DVec3], f: impl Fn(usize, &mut DVec3) + Sync) {
-    if a.len() >= PARALLEL_FROM {
-        a.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, a)| {
-            for (k, a) in a.iter_mut().enumerate() {
-                f(chunk * CHUNK + k, a);
-            }
-        });
-    } else {
-        for (i, a) in a.iter_mut().enumerate() {
+    by_chunks(a, &|first, a| {
+        for (i, a) in (first..).zip(a) {
             f(i, a);
         }
-    }
+    });
 }
 
 /// `a = f(a, b)`, number by number.
 pub(crate) fn combine(a: &mut [DVec3], b: &[DVec3], f: impl Fn(f64, f64) -> f64 + Sync) {
-    let part = |(a, b): (&mut [DVec3], &[DVec3])| {
-        let (a, b): (&mut [f64], &[f64]) = (cast_slice_mut(a), cast_slice(b));
+    by_chunks(a, &|first, a| {
+        let (a, b): (&mut [f64], &[f64]) = (cast_slice_mut(a), cast_slice(&b[first..]));
         for (a, b) in a.iter_mut().zip(b) {
             *a = f(*a, *b);
         }
-    };
+    });
+}
+
+/// Calls `f` with chunks and the number of their first node. It is compiled once for all functions.
+fn by_chunks(a: &mut [DVec3], f: &(dyn Fn(usize, &mut [DVec3]) + Sync)) {
     if a.len() >= PARALLEL_FROM {
-        let chunks = a.par_chunks_mut(CHUNK).zip(b.par_chunks(CHUNK));
-        chunks.for_each(part);
+        let chunks = a.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, a)| f(chunk * CHUNK, a));
     } else {
-        part((a, b));
+        f(0, a);
     }
 }
 

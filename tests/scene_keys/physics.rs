@@ -311,12 +311,12 @@ fn a_kept_state_of_any_model_goes_on_to_the_bit() {
         // With the blade in the tissue.
         play(&mut whole, 0.05);
         let kept = whole.state();
-        play(&mut whole, 0.1);
+        play(&mut whole, 0.07);
         second
             .restore(kept, |_, _| ())
             .expect("it is the same body");
         assert!(second.time() > 0.0495 && second.time() < 0.06);
-        play(&mut second, 0.1);
+        play(&mut second, 0.07);
         let [a, b] = [&whole, &second].map(|world| &world.members()[0].body);
         assert_eq!(a.motion.positions(), b.motion.positions(), "{scheme}");
         assert_eq!(a.relaxed.to_bits(), b.relaxed.to_bits(), "{scheme}");

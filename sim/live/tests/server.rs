@@ -298,7 +298,7 @@ fn slow_half_open_and_flooding_strangers_do_not_keep_others_out() {
     }
     // The oldest give way: who asks is answered at once.
     assert_eq!(status(&get(&server, "/", "")), "200");
-    // One that sends a byte at a time is cut off after five seconds all the same.
+    // One that sends a byte at a time is cut off after two seconds all the same.
     let begun = Instant::now();
     let mut slow = silent.pop().unwrap();
     slow.set_read_timeout(Some(Duration::from_millis(200)))

@@ -335,7 +335,7 @@ fn anew(browser: &mut Chromium, action: &str) {
 }
 
 /// A small liver without load on a page whose time stands, where there is a browser.
-fn unloaded_and_paused() -> Option<(Live, Chromium)> {
+fn unloaded_and_paused(size: [u32; 2]) -> Option<(Live, Chromium)> {
     let Some(program) = find() else {
         eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
         return None;
@@ -344,7 +344,7 @@ fn unloaded_and_paused() -> Option<(Live, Chromium)> {
     scene.integration.settle = None;
     scene.gravity = None;
     let live = Live::start(&scene);
-    let mut browser = Chromium::start(&program, [720, 480]);
+    let mut browser = Chromium::start(&program, size);
     browser.go(&live.url);
     browser.wait("window.stage && stage.state && stage.panel.last");
     browser.evaluate(
@@ -357,7 +357,7 @@ fn unloaded_and_paused() -> Option<(Live, Chromium)> {
 
 #[test]
 fn a_line_across_the_picture_slices_through() {
-    let Some((_live, mut browser)) = unloaded_and_paused() else {
+    let Some((_live, mut browser)) = unloaded_and_paused([720, 480]) else {
         return;
     };
     let [x, _] = middle(&mut browser);
@@ -384,7 +384,7 @@ fn asked(browser: &mut Chromium, action: &str) -> serde_json::Value {
 
 #[test]
 fn the_link_heals_and_nothing_is_lost_unasked() {
-    let Some((live, mut browser)) = unloaded_and_paused() else {
+    let Some((live, mut browser)) = unloaded_and_paused([480, 320]) else {
         return;
     };
     let key = |key: &str, repeat: bool| {
@@ -465,7 +465,7 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
 
 #[test]
 fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
-    let Some((live, mut browser)) = unloaded_and_paused() else {
+    let Some((live, mut browser)) = unloaded_and_paused([480, 320]) else {
         return;
     };
     let [x, y] = middle(&mut browser);

@@ -125,6 +125,11 @@ fn every_broken_value_has_its_message() {
 fn damaged_text_gives_lines_with_places() {
     let read = |text: &str| read(text);
     assert!(failures(LIVER, &['(', '\u{e9}'], read) > LIVER.len());
+}
+
+/// The same of JSON.
+#[test]
+fn damaged_json_gives_lines_with_places() {
     let scene = embedded("minimal", &[]).expect("it is valid");
     let text = serde_json::to_string_pretty(&scene).expect("JSON says it");
     let read = |text: &str| {
