@@ -254,13 +254,11 @@ fn each_key_has_an_effect_and_each_default_has_none() {
     // Threads that take the next: in a pool, a run that waits for its own tasks would begin others within itself.
     let (next, found) = (Mutex::new(asked.into_iter()), Mutex::new(BTreeMap::new()));
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let take = || next.lock().expect("no run panics").next();
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
-                while let Some(changes) = {
-                    let mut next = next.lock().expect("no run panics");
-                    next.next()
-                } {
+                while let Some(changes) = take() {
                     let files = results(&changes, shelf.path());
                     found.lock().expect("no run panics").insert(changes, files);
                 }

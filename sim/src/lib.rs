@@ -21,10 +21,12 @@ mod input;
 mod member;
 mod memory;
 mod model;
+mod moves;
 mod parts;
 mod phases;
 pub mod scene;
 mod scheme;
+mod settling;
 mod shape;
 mod shares;
 mod state;
@@ -69,10 +71,7 @@ use grip::Adjusted;
 use guard::Kept;
 use input::InputSource;
 use phyxel_integrate::{DeformableForce, DeformableState, StepControl};
-use scene::{Rest, Scene};
-
-/// Products with the stiffness for the step where an equilibrium was found.
-const EQUILIBRIUM_PRODUCTS: usize = 16;
+use scene::Scene;
 
 /// New pieces of a cut in one body, for drawing and recording them.
 #[derive(Debug, Clone)]
@@ -298,60 +297,6 @@ impl World {
         !self.new_pieces.is_empty()
     }
 
-    /// Root of the mean squared speed of all mass (m/s).
-    #[must_use]
-    pub fn speed(&self) -> f64 {
-        let (mut kinetic, mut mass) = (0.0, 0.0);
-        for Member { body, .. } in &self.members {
-            kinetic += body.motion.audit().kinetic;
-            mass += body.masses.iter().sum::<f64>();
-        }
-        (2.0 * kinetic / mass).sqrt()
-    }
-
-    /// Whether gravity has reached its full size.
-    #[must_use]
-    pub fn gravity_is_full(&self) -> bool {
-        let full = self.scene.gravity.map(|gravity| gravity.acceleration);
-        self.gravity == full || self.adjusted.gravity.is_some()
-    }
-
-    /// Whether the bodies are at rest under all of gravity, as the scene's settling asks.
-    #[must_use]
-    pub fn is_at_rest(&self) -> bool {
-        let settle = self.scene.integration.settle;
-        self.gravity_is_full() && settle.is_none_or(|settle| self.speed() < settle.speed)
-    }
-
-    /// Lets the bodies come to rest as the scene's `integration.settle` says, and starts the scene;
-    /// nothing once it has started. Whether they came to rest within the time given for it.
-    ///
-    /// # Errors
-    /// As [`World::step`] and [`World::rest_in_equilibrium`].
-    pub fn settle(&mut self) -> Result<bool, WorldError> {
-        let (None, Some(settle)) = (self.origin, self.scene.integration.settle) else {
-            return Ok(true);
-        };
-        let mut rested = settle.rest == Rest::Equilibrium;
-        if rested {
-            self.rest_in_equilibrium()?;
-        }
-        while !rested && !self.has_settled() {
-            self.step()?;
-            rested = self.is_at_rest();
-        }
-        self.start_scene()?;
-        Ok(rested)
-    }
-
-    /// Whether the bodies have settled for as long as they may and the scene has not started:
-    /// [`World::start_scene`] follows.
-    #[must_use]
-    pub fn has_settled(&self) -> bool {
-        let settle = self.scene.integration.settle;
-        self.origin.is_none() && settle.is_some_and(|settle| self.time() >= settle.limit)
-    }
-
     /// Settles, unless the scene has started, and plays it until scene time `until` (s); `each` sees
     /// the world after every step of the scene.
     ///
@@ -382,62 +327,6 @@ impl World {
         while self.scene_time().is_some_and(|time| time < until) {
             self.step()?;
             each(self);
-        }
-        Ok(())
-    }
-
-    /// Puts every body where it is in equilibrium with all of gravity, instead of settling by motion;
-    /// tools have no part in it. [`World::start_scene`] follows.
-    ///
-    /// # Errors
-    /// [`WorldError`] if a body has no equilibrium or none is found.
-    pub fn rest_in_equilibrium(&mut self) -> Result<(), WorldError> {
-        let start = Instant::now();
-        let gravity = self.scene.gravity.map(|gravity| gravity.acceleration);
-        self.set_gravity(gravity)?;
-        let now = gravity.unwrap_or(DVec3::ZERO);
-        for Member { body, .. } in &mut self.members {
-            let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
-            body.come_to_rest(&loads)
-                .map_err(|problem| problem.named(&body.name))?;
-        }
-        self.phases.add(Phase::Setup, start.elapsed());
-        self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
-    }
-
-    /// Ends settling: scene time is 0 from here.
-    ///
-    /// # Errors
-    /// [`WorldError`] if a motion refuses its damping.
-    pub fn start_scene(&mut self) -> Result<(), WorldError> {
-        self.start_scene_at(self.time())
-    }
-
-    fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {
-        self.origin = Some(start);
-        self.forget_kept();
-        self.set_damping(None)?;
-        for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
-            let body = &mut member.body;
-            body.fetch();
-            let driven = support::driven_supports_of(&self.scene, description, &body.rest, start);
-            if let Some(supports) = driven {
-                body.set_supports(supports);
-            }
-            if description.velocity != DVec3::ZERO {
-                body.begin_with(description.velocity)?;
-            }
-            if body.motion.supports().entries().is_empty() && !body.motion.has_pieces() {
-                // Nothing holds it: from here on it falls and turns freely.
-                body.motion.set_pieces(&vec![0; body.rest.len()]);
-            }
-            let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
-            for contact in &mut member.contacts {
-                if let Some(release) = &self.scene.tools[contact.tool].release {
-                    let force = release.force + gravity * release.mass;
-                    contact.rigid.release(release.mass, force, release.damping);
-                }
-            }
         }
         Ok(())
     }
@@ -556,53 +445,5 @@ impl World {
     fn smallest_step_size(&self) -> f64 {
         let steps = self.members.iter().map(|member| member.body.step_size());
         steps.fold(f64::INFINITY, f64::min) / self.control.divisor
-    }
-
-    fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
-        for Member { body, .. } in &mut self.members {
-            let value = damping.or(self.adjusted.damping);
-            let value = value.unwrap_or(body.damping);
-            body.motion
-                .set_damping(value)
-                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
-        }
-        Ok(())
-    }
-
-    /// Sets the weights at the end of a step (s) while gravity grows.
-    fn load_gravity(&mut self, step: f64) -> Result<(), WorldError> {
-        let (Some(gravity), Some(present)) = (self.scene.gravity, self.gravity) else {
-            return Ok(());
-        };
-        if present == gravity.acceleration || self.adjusted.gravity.is_some() {
-            return Ok(());
-        }
-        let reached = if gravity.ramp > 0.0 {
-            ((self.time() + step) / gravity.ramp).min(1.0)
-        } else {
-            1.0
-        };
-        let now = if reached < 1.0 {
-            gravity.acceleration * reached
-        } else {
-            gravity.acceleration
-        };
-        self.set_gravity(Some(now))
-    }
-
-    fn set_gravity(&mut self, gravity: Option<DVec3>) -> Result<(), WorldError> {
-        self.gravity = gravity;
-        let Some(now) = gravity else {
-            return Ok(());
-        };
-        for Member { body, .. } in &mut self.members {
-            body.fetch();
-            let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
-            body.motion
-                .set_loads(&loads)
-                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
-            body.moved_here();
-        }
-        Ok(())
     }
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// Most bytes of a request's head.
 const MOST_HEAD: usize = 8 << 10;
-/// Time in which a head must have come, all of it.
+/// Time in which a head must have come, all of it: from the same machine it comes at once.
 pub(crate) const HEAD_TIME: Duration = Duration::from_secs(2);
 
 /// A request's head.
