@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::cloud::Random;
+use crate::kuhn;
 
 /// A box-shaped body ready for nodal mechanics.
 #[derive(Debug, Clone)]
@@ -56,57 +56,27 @@ impl Block {
     /// by up to `jitter` cell sizes per axis, boundary nodes within their faces and edges.
     #[must_use]
     pub fn new(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Self {
-        let positions = jittered_lattice(cells, size, jitter, seed);
-        let tetrahedra = mirrored_tetrahedra(cells);
-        Self::from_tetrahedra(positions, tetrahedra)
+        Self::of(kuhn::mirrored_block(cells, size, jitter, seed))
     }
 
     /// A body of any tetrahedra, with stencils solved to round-off.
     #[must_use]
-    pub fn from_tetrahedra(positions: Vec<DVec3>, mut tetrahedra: Vec<[u32; 4]>) -> Self {
-        let n = positions.len();
-        let mut volumes = vec![0.0; n];
-        for t in &mut tetrahedra {
-            let [a, b, c, d] = t.map(|v| positions[v as usize]);
-            let mut six = (b - a).cross(c - a).dot(d - a);
-            if six < 0.0 {
-                t.swap(2, 3);
-                six = -six;
-            }
-            assert!(six > 0.0, "flat tetrahedron {t:?}");
-            for &v in t.iter() {
-                volumes[v as usize] += six / 24.0;
-            }
-        }
-        let triangles = boundary_triangles(&tetrahedra);
-        let mut boundary_vectors = vec![DVec3::ZERO; n];
-        for t in &triangles {
-            let [a, b, c] = t.map(|v| positions[v as usize]);
-            let area = (b - a).cross(c - a) / 6.0;
-            for &v in t {
-                boundary_vectors[v as usize] += area;
-            }
-        }
-        let (offsets, indices) = edge_graph(n, &tetrahedra);
-        let mut body = Self {
-            positions,
-            volumes,
-            boundary_vectors,
-            tetrahedra,
-            triangles,
-            offsets,
-            indices,
-            weights: Vec::new(),
-            matrices: Vec::new(),
-            scales: Vec::new(),
-            multipliers: Vec::new(),
-            gradients: Vec::new(),
-            self_gradients: Vec::new(),
-            residual: 0.0,
-        };
-        body.set_weights();
-        body.solve_stencils();
-        body
+    pub fn from_tetrahedra(positions: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Self {
+        Self::of(kuhn::from_tetrahedra(positions, tetrahedra))
+    }
+
+    fn of(body: kuhn::Block) -> Self {
+        let mut solved = Self::weighted(
+            body.positions,
+            body.volumes,
+            body.boundary_vectors,
+            body.offsets,
+            body.indices,
+        );
+        solved.tetrahedra = body.tetrahedra;
+        solved.triangles = body.surface;
+        solved.solve_stencils();
+        solved
     }
 
     /// Lattice of `n` nodes per axis along a Morton curve, each joined to the 18 nodes up to
@@ -400,107 +370,6 @@ fn morton(at: [usize; 3]) -> usize {
             code | ((at[axis] >> bit & 1) << (3 * bit + axis))
         })
     })
-}
-
-/// Lattice of `cells + 1` nodes per axis, `jitter` in cell sizes, faces kept flat.
-#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
-fn jittered_lattice(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Vec<DVec3> {
-    let mut random = Random::new(seed);
-    let step = DVec3::new(
-        size.x / cells[0] as f64,
-        size.y / cells[1] as f64,
-        size.z / cells[2] as f64,
-    );
-    let mut positions = Vec::new();
-    for k in 0..=cells[2] {
-        for j in 0..=cells[1] {
-            for i in 0..=cells[0] {
-                let mut at = DVec3::new(i as f64, j as f64, k as f64);
-                let shift = random.vector(jitter);
-                for (axis, index) in [i, j, k].into_iter().enumerate() {
-                    if index > 0 && index < cells[axis] {
-                        at[axis] += shift[axis];
-                    }
-                }
-                positions.push(at * step);
-            }
-        }
-    }
-    positions
-}
-
-/// Six tetrahedra per cell around a diagonal that is mirrored from cell to cell.
-fn mirrored_tetrahedra(cells: [usize; 3]) -> Vec<[u32; 4]> {
-    let mut tetrahedra = Vec::new();
-    let orders = [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ];
-    let node = |at: [usize; 3]| id(at[0] + (cells[0] + 1) * (at[1] + (cells[1] + 1) * at[2]));
-    for k in 0..cells[2] {
-        for j in 0..cells[1] {
-            for i in 0..cells[0] {
-                let cell = [i, j, k];
-                let low = cell.map(|c| c + c % 2);
-                let high = cell.map(|c| c + 1 - c % 2);
-                for order in orders {
-                    let mut at = low;
-                    let mut t = [node(at); 4];
-                    for (corner, axis) in order.into_iter().enumerate() {
-                        at[axis] = high[axis];
-                        t[corner + 1] = node(at);
-                    }
-                    tetrahedra.push(t);
-                }
-            }
-        }
-    }
-    tetrahedra
-}
-
-/// Faces that belong to one tetrahedron only, outward.
-fn boundary_triangles(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
-    let mut faces = Vec::new();
-    for &[a, b, c, d] in tetrahedra {
-        for face in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]] {
-            let mut key = face;
-            key.sort_unstable();
-            faces.push((key, face));
-        }
-    }
-    faces.sort_unstable();
-    let alone = |k: usize| {
-        (k == 0 || faces[k - 1].0 != faces[k].0)
-            && (k + 1 == faces.len() || faces[k + 1].0 != faces[k].0)
-    };
-    (0..faces.len())
-        .filter(|&k| alone(k))
-        .map(|k| faces[k].1)
-        .collect()
-}
-
-/// Symmetric graph of the tetrahedra's edges.
-fn edge_graph(node_count: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
-    let mut edges = Vec::new();
-    for t in tetrahedra {
-        for &a in t {
-            edges.extend(t.iter().filter(|&&b| b != a).map(|&b| (a, b)));
-        }
-    }
-    edges.sort_unstable();
-    edges.dedup();
-    let mut offsets = vec![0_u32; node_count + 1];
-    for &(a, _) in &edges {
-        offsets[a as usize + 1] += 1;
-    }
-    for i in 0..node_count {
-        offsets[i + 1] += offsets[i];
-    }
-    (offsets, edges.into_iter().map(|(_, b)| b).collect())
 }
 
 #[cfg(test)]

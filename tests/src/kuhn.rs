@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::cloud;
+use crate::cloud::{self, Random};
 
 /// A box cut into six tetrahedra per cell (Kuhn), with nodal volumes, boundary vectors and edges.
 #[derive(Debug, Clone)]
@@ -24,117 +24,52 @@ pub struct Block {
 }
 
 /// Box of `cells[k]` cells per axis, `spacing` apart, from the origin; nodes inside are moved by up
-/// to `jitter · spacing` per axis, nodes on a face stay on it.
+/// to `jitter · spacing` per axis, nodes on a face stay on it. All cells have the same diagonal.
 #[must_use]
-#[allow(clippy::cast_possible_truncation, reason = "counts of tests are small")]
 pub fn kuhn_block(cells: [usize; 3], spacing: f64, jitter: f64, seed: u64) -> Block {
-    let n = [cells[0] + 1, cells[1] + 1, cells[2] + 1];
+    let n = cells.map(|c| c + 1);
     let mut positions = cloud::lattice(n, spacing, 0.0, 0);
     let moved = cloud::lattice(n, spacing, jitter, seed);
-    let id = |i: usize, j: usize, k: usize| i + n[0] * (j + n[1] * k);
-    for k in 0..n[2] {
-        for j in 0..n[1] {
-            for i in 0..n[0] {
-                let node = id(i, j, k);
-                let free = |at: usize, axis: usize| at > 0 && at < cells[axis];
-                if free(i, 0) {
-                    positions[node].x = moved[node].x;
-                }
-                if free(j, 1) {
-                    positions[node].y = moved[node].y;
-                }
-                if free(k, 2) {
-                    positions[node].z = moved[node].z;
-                }
+    for (node, (x, moved)) in positions.iter_mut().zip(moved).enumerate() {
+        let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
+        for axis in 0..3 {
+            if at[axis] > 0 && at[axis] < cells[axis] {
+                x[axis] = moved[axis];
             }
         }
     }
-    let mut tetrahedra = Vec::new();
-    for k in 0..cells[2] {
-        for j in 0..cells[1] {
-            for i in 0..cells[0] {
-                for order in [
-                    [0, 1, 2],
-                    [1, 2, 0],
-                    [2, 0, 1],
-                    [0, 2, 1],
-                    [2, 1, 0],
-                    [1, 0, 2],
-                ] {
-                    let mut at = [i, j, k];
-                    let mut corners = [id(i, j, k) as u32; 4];
-                    for (corner, axis) in corners[1..].iter_mut().zip(order) {
-                        at[axis] += 1;
-                        *corner = id(at[0], at[1], at[2]) as u32;
-                    }
-                    let even = [[0, 1, 2], [1, 2, 0], [2, 0, 1]].contains(&order);
-                    if !even {
-                        corners.swap(2, 3);
-                    }
-                    tetrahedra.push(corners);
-                }
-            }
-        }
-    }
-    from_tetrahedra(positions, tetrahedra)
+    from_tetrahedra(positions, six_tetrahedra(cells, false))
+}
+
+/// Box `[0, size]` of `cells` in the same way, with diagonals that are mirrored from cell to cell.
+#[must_use]
+pub fn mirrored_block(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Block {
+    let positions = jittered_lattice(cells, size, jitter, seed);
+    from_tetrahedra(positions, six_tetrahedra(cells, true))
 }
 
 /// Volumes, boundary vectors, surface and edges of positively oriented tetrahedra.
 #[must_use]
-#[allow(clippy::cast_possible_truncation, reason = "counts of tests are small")]
 pub fn from_tetrahedra(positions: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Block {
-    let count = positions.len();
-    let mut volumes = vec![0.0; count];
-    let mut faces = Vec::new();
-    let mut edges = Vec::new();
+    let n = positions.len();
+    let mut volumes = vec![0.0; n];
     for t in &tetrahedra {
-        let p = t.map(|v| positions[v as usize]);
-        let volume = (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) / 6.0;
+        let [a, b, c, d] = t.map(|v| positions[v as usize]);
+        let volume = (b - a).cross(c - a).dot(d - a) / 24.0;
         for &v in t {
-            volumes[v as usize] += volume / 4.0;
-            edges.extend(
-                t.iter()
-                    .filter(|&&other| other != v)
-                    .map(|&other| (v, other)),
-            );
-        }
-        for face in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
-            let face = face.map(|k: usize| t[k]);
-            let mut key = face;
-            key.sort_unstable();
-            faces.push((key, face));
+            volumes[v as usize] += volume;
         }
     }
-    faces.sort_unstable();
-    let mut boundary_vectors = vec![DVec3::ZERO; count];
-    let mut surface = Vec::new();
-    for (place, &(key, face)) in faces.iter().enumerate() {
-        let twin = |other: Option<&([u32; 3], [u32; 3])>| other.is_some_and(|o| o.0 == key);
-        let before = if place > 0 {
-            faces.get(place - 1)
-        } else {
-            None
-        };
-        if twin(before) || twin(faces.get(place + 1)) {
-            continue;
+    let surface = boundary_triangles(&tetrahedra);
+    let mut boundary_vectors = vec![DVec3::ZERO; n];
+    for t in &surface {
+        let [a, b, c] = t.map(|v| positions[v as usize]);
+        let area = (b - a).cross(c - a) / 6.0;
+        for &v in t {
+            boundary_vectors[v as usize] += area;
         }
-        let p = face.map(|v| positions[v as usize]);
-        let area = (p[1] - p[0]).cross(p[2] - p[0]) / 2.0;
-        for v in face {
-            boundary_vectors[v as usize] += area / 3.0;
-        }
-        surface.push(face);
     }
-    edges.sort_unstable();
-    edges.dedup();
-    let mut offsets = vec![0_u32; count + 1];
-    for &(from, _) in &edges {
-        offsets[from as usize + 1] += 1;
-    }
-    for node in 0..count {
-        offsets[node + 1] += offsets[node];
-    }
-    let indices = edges.into_iter().map(|(_, to)| to).collect();
+    let (offsets, indices) = edge_graph(n, &tetrahedra);
     Block {
         positions,
         tetrahedra,
@@ -180,4 +115,112 @@ pub fn organ(cells: [usize; 3], seed: u64) -> Block {
             0.6 * ball.z,
         )
     })
+}
+
+/// Lattice of `cells + 1` nodes per axis, `jitter` in cell sizes, faces kept flat.
+#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
+fn jittered_lattice(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = Random::new(seed);
+    let step = DVec3::new(
+        size.x / cells[0] as f64,
+        size.y / cells[1] as f64,
+        size.z / cells[2] as f64,
+    );
+    let mut positions = Vec::new();
+    for k in 0..=cells[2] {
+        for j in 0..=cells[1] {
+            for i in 0..=cells[0] {
+                let mut at = DVec3::new(i as f64, j as f64, k as f64);
+                let shift = random.vector(jitter);
+                for (axis, index) in [i, j, k].into_iter().enumerate() {
+                    if index > 0 && index < cells[axis] {
+                        at[axis] += shift[axis];
+                    }
+                }
+                positions.push(at * step);
+            }
+        }
+    }
+    positions
+}
+
+/// Six tetrahedra per cell around a diagonal, mirrored from cell to cell or not.
+fn six_tetrahedra(cells: [usize; 3], mirrored: bool) -> Vec<[u32; 4]> {
+    let mut tetrahedra = Vec::new();
+    let orders = [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    let id = |value: usize| u32::try_from(value).expect("test bodies are small");
+    let node = |at: [usize; 3]| id(at[0] + (cells[0] + 1) * (at[1] + (cells[1] + 1) * at[2]));
+    for k in 0..cells[2] {
+        for j in 0..cells[1] {
+            for i in 0..cells[0] {
+                let cell = [i, j, k];
+                let turned = cell.map(|c| if mirrored { c % 2 } else { 0 });
+                let low = [0, 1, 2].map(|axis| cell[axis] + turned[axis]);
+                let high = [0, 1, 2].map(|axis| cell[axis] + 1 - turned[axis]);
+                for order in orders {
+                    let mut at = low;
+                    let mut t = [node(at); 4];
+                    for (corner, axis) in order.into_iter().enumerate() {
+                        at[axis] = high[axis];
+                        t[corner + 1] = node(at);
+                    }
+                    // Odd orders and every mirrored axis turn it over.
+                    let odd = usize::from(order[1] != (order[0] + 1) % 3);
+                    if (odd + turned.iter().sum::<usize>()) % 2 == 1 {
+                        t.swap(2, 3);
+                    }
+                    tetrahedra.push(t);
+                }
+            }
+        }
+    }
+    tetrahedra
+}
+
+/// Faces that belong to one tetrahedron only, outward.
+fn boundary_triangles(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let mut faces = Vec::new();
+    for &[a, b, c, d] in tetrahedra {
+        for face in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]] {
+            let mut key = face;
+            key.sort_unstable();
+            faces.push((key, face));
+        }
+    }
+    faces.sort_unstable();
+    let alone = |k: usize| {
+        (k == 0 || faces[k - 1].0 != faces[k].0)
+            && (k + 1 == faces.len() || faces[k + 1].0 != faces[k].0)
+    };
+    (0..faces.len())
+        .filter(|&k| alone(k))
+        .map(|k| faces[k].1)
+        .collect()
+}
+
+/// Symmetric graph of the tetrahedra's edges.
+fn edge_graph(node_count: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
+    let mut edges = Vec::new();
+    for t in tetrahedra {
+        for &a in t {
+            edges.extend(t.iter().filter(|&&b| b != a).map(|&b| (a, b)));
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    let mut offsets = vec![0_u32; node_count + 1];
+    for &(a, _) in &edges {
+        offsets[a as usize + 1] += 1;
+    }
+    for i in 0..node_count {
+        offsets[i + 1] += offsets[i];
+    }
+    (offsets, edges.into_iter().map(|(_, b)| b).collect())
 }

@@ -10,6 +10,5 @@ pub mod cloud;
 pub mod derivative;
 pub mod kuhn;
 mod octree;
-pub mod statics;
 pub mod strategies;
 pub mod tol;

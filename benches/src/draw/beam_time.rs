@@ -9,13 +9,14 @@ use std::time::Instant;
 
 use crate::StudyError;
 use crate::problems::cantilever as beam;
+use crate::problems::model::Law;
 use crate::report::{Plot, Scale, Series};
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Material, Settings};
+use phyxel_integrate::ForceLaw;
 use phyxel_mls::{NearestSettings, Neighborhoods, k_nearest, within_radius};
 use testkit::block::Block;
 use testkit::cloud::Random;
-use testkit::statics::Request;
 
 const NU: f64 = 0.3;
 
@@ -33,13 +34,13 @@ struct Outcome {
 }
 
 /// Tip error (%), ms for a period.
-fn measure(block: &Block, masses: &[f64], answer: &mut dyn FnMut(Request<'_>) -> f64) -> Outcome {
+fn measure(block: &Block, masses: &[f64], law: &mut dyn ForceLaw) -> Outcome {
     let n = masses.len();
-    let error = beam::tip_error(block, NU, 1e-4, answer);
+    let error = beam::tip_error(block, NU, 1e-4, law);
     // Largest eigenvalue of the fixed beam by power iteration at rest, 5 % added.
     let mut random = Random::new(1);
     let mut f = vec![DVec3::ZERO; n];
-    answer(Request::Forces(&block.positions, &mut f));
+    law.forces_into(&block.positions, &mut f);
     let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
     let mut kv = v.clone();
     let mut eigenvalue = 0.0;
@@ -48,7 +49,7 @@ fn measure(block: &Block, masses: &[f64], answer: &mut dyn FnMut(Request<'_>) ->
         for (v, x) in v.iter_mut().zip(&block.positions) {
             *v = if x.x > 1e-9 { *v / size } else { DVec3::ZERO };
         }
-        answer(Request::Product(&v, &mut kv));
+        law.tangent_product_into(&v, &mut kv);
         for ((v, kv), mass) in v.iter_mut().zip(&kv).zip(masses) {
             *v = *kv / *mass;
         }
@@ -63,7 +64,7 @@ fn measure(block: &Block, masses: &[f64], answer: &mut dyn FnMut(Request<'_>) ->
     let mut best = f64::INFINITY;
     for _ in 0..200 {
         let start = Instant::now();
-        answer(Request::Forces(&bent, &mut f));
+        law.forces_into(&bent, &mut f);
         best = best.min(start.elapsed().as_secs_f64());
     }
     let steps = period() / (0.9 * critical);
@@ -136,7 +137,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
                         dilatation,
                     };
                     let mut body = beam::on_graph(&block, graph, material, &settings);
-                    let outcome = measure(&block, &block.volumes, &mut beam::ask(&mut body));
+                    let outcome = measure(&block, &block.volumes, &mut Law(&mut body));
                     if *rule == "edges" && label == "control" {
                         default_error = default_error.min(outcome.error.abs());
                     }
@@ -147,7 +148,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
         let svk = Material::saint_venant_kirchhoff(1.0, NU);
         let mut paper = beam::dissertation(&block, svk);
         let masses = paper.volumes().to_vec();
-        let outcome = measure(&block, &masses, &mut beam::ask(&mut paper));
+        let outcome = measure(&block, &masses, &mut Law(&mut paper));
         paper_error = f64::max(paper_error, outcome.error.abs());
         note("dissertation".into(), &outcome);
         let mut tetrahedra = beam::Tetrahedra::new(
@@ -155,9 +156,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
             &block.tetrahedra,
             Material::neo_hookean(1.0, NU),
         );
-        let outcome = measure(&block, &block.volumes, &mut |request| {
-            tetrahedra.answer(request)
-        });
+        let outcome = measure(&block, &block.volumes, &mut tetrahedra);
         note("linear tetrahedra".into(), &outcome);
     }
     assert!(

@@ -39,65 +39,6 @@ pub(super) fn tada_paris_irwin_edge_crack(proof: &mut Proof) {
     proof.above("mouth by visibility alone", seen.second, 1.1);
 }
 
-pub(super) fn tada_paris_irwin_centre_crack(proof: &mut Proof) {
-    let found = cracks::centre_crack(30, [0.25, 0.2], DIFFRACTION)
-        .unwrap()
-        .unwrap();
-    proof.within("K_I", found.first, 1.0, 0.02);
-    proof.within("opening", found.second, 1.0, 0.03);
-}
-
-pub(super) fn inclined_crack(proof: &mut Proof) {
-    let found = cracks::inclined_crack(50, 0.0, DIFFRACTION)
-        .unwrap()
-        .unwrap();
-    proof.within("K_I", found.first, 1.0, 0.07);
-    proof.within("K_II", found.second, 1.0, 0.07);
-}
-
-pub(super) fn sneddon_1946_penny_crack_in_a_cube(proof: &mut Proof) {
-    // At a = 3.5 spacings, eight positions of the disc relative to the nodes of two bodies.
-    let shifts = [
-        [0.0, 0.0, 0.0],
-        [0.3, 0.2, 0.25],
-        [0.5, 0.0, 0.0],
-        [0.5, 0.5, -0.25],
-    ];
-    let mut runs = Vec::new();
-    for jitter in [0.0, 0.2] {
-        for shift in shifts.map(DVec3::from) {
-            runs.push(
-                cracks::penny(20, jitter, shift, DIFFRACTION)
-                    .unwrap()
-                    .unwrap(),
-            );
-        }
-    }
-    // The mean over the positions, whatever the radius over which the field is read: 1.035, 1.001, 0.958 for
-    // the face and 0.982, 0.959, 0.942 for the middle. The largest radius is nearly that of the crack,
-    // and a linear reading over it flattens the middle by up to 0.075 at a single position.
-    for (reading, at_one_place) in [0.06, 0.06, 0.08].into_iter().enumerate() {
-        let faces: Vec<Ratios> = runs.iter().map(|run| run.faces[reading]).collect();
-        proof.within("mean opening", mean(&faces, |r| r.first), 1.0, 0.06);
-        proof.within("middle", mean(&faces, |r| r.second), 1.0, 0.06);
-        for face in &faces {
-            proof.within("mean opening at one place", face.first, 1.0, at_one_place);
-            proof.within("middle at one place", face.second, 1.0, at_one_place);
-        }
-    }
-    // Two other readings: what the cut adds to the work of the loads is too little, as nodes beside the
-    // edge are let go only in part, and those within a spacing of it move too far.
-    let others: Vec<Ratios> = runs.iter().map(|run| run.others).collect();
-    proof.within("volume by the work", mean(&others, |r| r.first), 1.0, 0.12);
-    proof.within("mean at nodes", mean(&others, |r| r.second), 1.0, 0.16);
-}
-
-pub(super) fn beam_with_a_slit_under_its_weight(proof: &mut Proof) {
-    let found = cracks::gravity_slit(64, DIFFRACTION).unwrap().unwrap();
-    proof.within("growth of the sag", found.first, 1.0, 0.01);
-    proof.within("mouth", found.second, 1.0, 0.03);
-}
-
 pub(super) fn a_set_up_after_the_cut_opens_it_and_the_trap_glues_it(proof: &mut Proof) {
     let [run, resumed, trap] = traps::mouths();
     proof.holds(

@@ -1,16 +1,12 @@
-//! `phyxel-integrate` moving `phyxel-elastic` bodies: waves in a bar, energy over many steps, the limit
-//! of the explicit step, a dropped sphere, implicit against explicit.
+//! `phyxel-integrate` moving `phyxel-elastic` bodies: waves in a bar, energy over many steps, a dropped sphere.
 use super::Proof;
-use crate::problems::block::lattice;
 use crate::problems::model::ElasticBody as Body;
 use crate::problems::solid::Solid;
 use glam::DVec3;
 use phyxel_integrate::{
-    BoundaryConditions, Cause, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings,
-    ExplicitScheme, ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings,
-    NewtonSettings, Pose, RigidShape, RigidTool, StepError, StepView, penalty,
+    BoundaryConditions, Contact, ContactSettings, ContactSurface, Drive, EigenvalueSettings,
+    ForceLaw, Motion, MotionSettings, Pose, RigidShape, RigidTool, StepView, penalty,
 };
-use testkit::cloud::uniform;
 use testkit::derivative::observed_order;
 
 const SOFT: Solid = Solid {
@@ -43,32 +39,15 @@ fn plucked(body: &Body, amplitude: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Fraction of the wave's shape in the displacement after `time`, over the amplitude.
-fn wave_after(body: &mut Body, supports: &BoundaryConditions, time: f64, step: Stepping) -> f64 {
+/// Fraction of the wave's shape in the displacement after `time` (s) and 400 steps, over the amplitude.
+fn wave_after(body: &mut Body, supports: &BoundaryConditions, time: f64) -> f64 {
     let amplitude = 1e-4;
-    let settings = MotionSettings {
-        scheme: step.explicit.unwrap_or_default(),
-        ..MotionSettings::default()
-    };
+    let settings = MotionSettings::default();
     let mut motion = Motion::new(&body.rest, &body.masses, supports.clone(), settings).unwrap();
     motion.set_positions(&plucked(body, amplitude)).unwrap();
-    if let Some(scheme) = step.implicit {
-        let newton = NewtonSettings {
-            tolerance: 1e-9,
-            ..NewtonSettings::default()
-        };
-        let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
-        for _ in 0..step.count {
-            solver
-                .step(&mut motion, time / f64::from(step.count), body)
-                .unwrap();
-        }
-    } else {
-        let largest = time / f64::from(step.count);
-        motion
-            .advance_to(time, largest, |x, f| body.forces_into(x, f))
-            .unwrap();
-    }
+    motion
+        .advance_to(time, time / 400.0, |x, f| body.forces_into(x, f))
+        .unwrap();
     let (mut sum, mut norm) = (0.0, 0.0);
     for ((x, rest), mass) in motion.positions().iter().zip(&body.rest).zip(&body.masses) {
         let shape = (0.5 * std::f64::consts::PI * rest.x).sin();
@@ -78,63 +57,18 @@ fn wave_after(body: &mut Body, supports: &BoundaryConditions, time: f64, step: S
     sum / (norm * amplitude)
 }
 
-#[derive(Clone, Copy)]
-struct Stepping {
-    explicit: Option<ExplicitScheme>,
-    implicit: Option<ImplicitScheme>,
-    count: u32,
-}
-
 pub(super) fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed(proof: &mut Proof) {
     // u(L) = A cos(omega t); a phase error d omega shows as its sine at a quarter period.
     let mut errors = Vec::new();
     for cells in [6, 12, 24] {
         let (mut body, supports, omega) = bar(cells);
         let quarter = 0.5 * std::f64::consts::PI / omega;
-        let step = Stepping {
-            explicit: Some(ExplicitScheme::VelocityVerlet),
-            implicit: None,
-            count: 400,
-        };
-        let error = wave_after(&mut body, &supports, quarter, step).abs();
+        let error = wave_after(&mut body, &supports, quarter).abs();
         errors.push(error);
     }
     proof.below("phase error, 24 cells", errors[2], 2e-3);
     let order = observed_order(errors[0], errors[2], 4.0);
     proof.above("order in space", order, 1.7);
-}
-
-pub(super) fn schemes_converge_in_time_on_the_bar(proof: &mut Proof) {
-    let (mut body, supports, omega) = bar(10);
-    let time = 0.4 * std::f64::consts::PI / omega;
-    let run = |body: &mut Body, explicit, implicit, count| {
-        wave_after(
-            body,
-            &supports,
-            time,
-            Stepping {
-                explicit,
-                implicit,
-                count,
-            },
-        )
-    };
-    let exact = run(&mut body, Some(ExplicitScheme::VelocityVerlet), None, 6400);
-    let cases = [
-        (Some(ExplicitScheme::VelocityVerlet), None, 2.0, 50),
-        (Some(ExplicitScheme::SymplecticEuler), None, 1.0, 50),
-        (None, Some(ImplicitScheme::EnergyMomentum), 2.0, 40),
-        (None, Some(ImplicitScheme::BackwardEuler), 1.0, 600),
-    ];
-    for (explicit, implicit, order, count) in cases {
-        let errors =
-            [1, 2, 4].map(|k| (run(&mut body, explicit, implicit, k * count) - exact).abs());
-        for pair in errors.windows(2) {
-            let seen = observed_order(pair[0], pair[1], 2.0);
-            let what = format!("order in time {explicit:?} {implicit:?}");
-            proof.within(what, seen, order, 0.25);
-        }
-    }
 }
 
 fn small_beam() -> (Body, BoundaryConditions) {
@@ -181,72 +115,6 @@ pub(super) fn energy_of_a_bending_beam_stays_over_1e5_steps(proof: &mut Proof) {
     proof.below("its slope over the run", slope.abs(), 1e-4);
 }
 
-fn block_of(cells: [u32; 3], solid: Solid, jitter: f64, seed: u64) -> Body {
-    let (mut nodes, tetrahedra) = lattice(cells, |s| s * DVec3::new(0.3, 0.2, 0.2));
-    let moves = uniform(nodes.len(), 1.0, seed);
-    for (x, d) in nodes.iter_mut().zip(moves) {
-        let inside =
-            x.cmpgt(DVec3::splat(1e-9)).all() && x.cmplt(DVec3::new(0.3, 0.2, 0.2) - 1e-9).all();
-        if inside {
-            *x += d * jitter;
-        }
-    }
-    Body::new(&nodes, &tetrahedra, solid, 0.1).unwrap()
-}
-
-pub(super) fn blow_up_lies_between_0_98_and_1_05_of_the_critical_step(proof: &mut Proof) {
-    let solids = [0.0, 0.3, 0.45].map(|poissons_ratio| Solid {
-        poissons_ratio,
-        ..SOFT
-    });
-    let bodies = [
-        (block_of([4, 3, 3], solids[1], 0.0, 1), true),
-        (block_of([4, 3, 3], solids[1], 0.012, 2), true),
-        (block_of([6, 4, 3], solids[2], 0.008, 3), true),
-        (block_of([5, 5, 5], solids[0], 0.008, 4), false),
-        (block_of([3, 6, 4], solids[2], 0.0, 5), false),
-        (block_of([8, 2, 2], solids[1], 0.01, 6), true),
-    ];
-    for (index, (mut body, held)) in bodies.into_iter().enumerate() {
-        let nodes = if held {
-            body.nodes(|x| x.x < 1e-9)
-        } else {
-            Vec::new()
-        };
-        let supports = BoundaryConditions::fixed(body.rest.len(), &nodes);
-        let found = body
-            .eigenvalue(&supports, &EigenvalueSettings::default())
-            .unwrap();
-        let mut run = |share: f64| {
-            let settings = MotionSettings::default();
-            let mut motion =
-                Motion::new(&body.rest, &body.masses, supports.clone(), settings).unwrap();
-            motion.set_critical_step(found.critical_step);
-            motion
-                .set_velocities(&uniform(body.rest.len(), 1e-6, 9))
-                .unwrap();
-            for _ in 0..4000 {
-                motion.step(share * found.critical_step, |x, f| body.forces_into(x, f))?;
-            }
-            Ok::<(), StepError>(())
-        };
-        proof.holds(
-            format!("body {index} stays bounded at 0.98"),
-            run(0.98) == Ok(()),
-        );
-        let error = run(1.05).unwrap_err();
-        let StepError::Diverged {
-            cause: Cause::StepTooLarge { .. },
-            kinetic,
-            ..
-        } = error
-        else {
-            panic!("body {index}: {error}");
-        };
-        proof.holds(format!("body {index} caught at 1.05"), kinetic.is_finite());
-    }
-}
-
 pub(super) fn a_dropped_sphere_bounces_with_a_closed_audit(proof: &mut Proof) {
     let low = DVec3::new(-0.1, -0.1, -0.1);
     let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1).unwrap();
@@ -291,47 +159,4 @@ pub(super) fn a_dropped_sphere_bounces_with_a_closed_audit(proof: &mut Proof) {
     proof.below("lowest place", lowest, 0.035);
     proof.above("it came back", tool.pose.position.z, lowest + 0.003);
     proof.below("audit off", worst, 0.01 * given);
-}
-
-pub(super) fn implicit_steps_agree_with_explicit_ones_on_a_sagging_beam(proof: &mut Proof) {
-    let (mut body, supports) = small_beam();
-    let found = body
-        .eigenvalue(&supports, &EigenvalueSettings::default())
-        .unwrap();
-    let settings = MotionSettings {
-        gravity: DVec3::new(0.0, 0.0, -2.0),
-        damping: 2.0,
-        ..MotionSettings::default()
-    };
-    let begin = Motion::new(&body.rest, &body.masses, supports, settings).unwrap();
-    let mut explicit = begin.clone();
-    let largest = 0.5 * found.critical_step;
-    explicit
-        .advance_to(0.5, largest, |x, f| body.forces_into(x, f))
-        .unwrap();
-    let deepest = explicit
-        .positions()
-        .iter()
-        .zip(&body.rest)
-        .map(|(x, rest)| (*x - *rest).length())
-        .fold(0.0, f64::max);
-    proof.above("sag", deepest, 0.01);
-    let newton = NewtonSettings {
-        tolerance: 1e-6,
-        ..NewtonSettings::default()
-    };
-    let scheme = ImplicitScheme::EnergyMomentum;
-    let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
-    let mut errors = Vec::new();
-    for steps in [50_u32, 100] {
-        let mut motion = begin.clone();
-        for _ in 0..steps {
-            solver
-                .step(&mut motion, 0.5 / f64::from(steps), &mut body)
-                .unwrap();
-        }
-        let pairs = motion.positions().iter().zip(explicit.positions());
-        errors.push(pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max) / deepest);
-    }
-    proof.below("implicit against explicit", errors[1], errors[0].min(1e-3));
 }

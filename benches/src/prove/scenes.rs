@@ -28,16 +28,16 @@ pub(super) fn matrix(proof: &mut Proof) {
     proof.none("all together", &matrix::breaches(&rows));
 }
 
-pub(super) fn slit_by_a_blade(proof: &mut Proof) {
-    let mut families = cracks::FAMILIES.iter();
-    let (_, slit) = families.find(|family| family.0 == "slit").expect("one");
-    let findings = slit(cracks::Fronts::OfScenes).expect("it is a scene");
-    assert_eq!(findings.len(), 2, "sag and mouth");
-    for finding in &findings {
-        let what = format!("{}, {}", finding.case, finding.quantity);
-        proof.within(what, finding.ratio, 1.0, finding.bar);
+/// Those families of the study `cracks` that keep their limits in all.
+pub(super) fn cracks_by_a_blade(proof: &mut Proof) {
+    for (name, family) in cracks::FAMILIES {
+        if ["slit", "penny", "modes 8"].contains(&name) {
+            for finding in family(cracks::Fronts::OfScenes).expect("it is a scene") {
+                let what = format!("{}, {}", finding.case, finding.quantity);
+                proof.within(what, finding.ratio, 1.0, finding.bar);
+            }
+        }
     }
-    proof.none("both", &cracks::breaches(&findings));
 }
 
 pub(super) fn step_below_its_limit(proof: &mut Proof) {

@@ -293,16 +293,10 @@ pub(super) fn chapter_6_cuts_three_bodies_twice(proof: &mut Proof) {
     }
 }
 
-pub(super) fn cut_study_updates_and_slits(proof: &mut Proof) {
+pub(super) fn cut_study_updates_blocks(proof: &mut Proof) {
     let findings = study("cut");
     for (_, triangles) in entries(&findings, "updates", "triangles") {
         proof.above("triangles", triangles, 20.0);
-    }
-    for (_, sag) in entries(&findings, "slit", "growth of the sag") {
-        proof.below("growth of the sag, %", sag.abs(), 3.0);
-    }
-    for (_, mouth) in entries(&findings, "slit", "mouth") {
-        proof.below("mouth, %", mouth.abs(), 3.0);
     }
 }
 

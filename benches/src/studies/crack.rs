@@ -1,10 +1,6 @@
-//! What a cut does to the mechanics: stress intensities and openings of cracks with a known answer.
+//! What rules for weakening pairs do to the mechanics: stress intensity and mouth of an edge crack.
 
-use glam::DVec3;
-
-use crate::problems::cracks::{
-    Form, PLACES, READINGS, Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, penny,
-};
+use crate::problems::cracks::{Form, PLACES, Ratios, edge_crack};
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
 
@@ -90,7 +86,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             }
         }
     }
-    let mut tables = vec![Table {
+    let tables = vec![Table {
         name: "edge",
         title: "Edge crack under tension: errors against Tada, Paris and Irwin, cost of the cut"
             .to_owned(),
@@ -109,10 +105,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         ]),
         rows,
     }];
-    if effort == Effort::Full {
-        tables.push(others()?);
-        tables.push(readings()?);
-    }
     let log = |label: &str| Axis {
         label: label.to_owned(),
         scale: Scale::Logarithmic,
@@ -179,44 +171,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     })
 }
 
-/// What the penny's opening owes to the way it is read, by the default.
-fn readings() -> Result<Table, StudyError> {
-    let mut rows = Vec::new();
-    for (cells, jitter) in [(20, 0.0), (20, 0.2), (21, 0.0), (31, 0.0)] {
-        let Some(found) = penny(cells, jitter, DVec3::ZERO, Form::DIFFRACTION)? else {
-            continue;
-        };
-        for (reading, face) in READINGS.into_iter().zip(&found.faces) {
-            rows.push(vec![
-                Cell::Number(0.35 / 2.0 * f64::from(cells)),
-                Cell::Number(jitter),
-                Cell::Number(reading),
-                Cell::Number(100.0 * (face.first - 1.0)),
-                Cell::Number(100.0 * (face.second - 1.0)),
-                Cell::Number(100.0 * (found.others.first - 1.0)),
-                Cell::Number(100.0 * (found.others.second - 1.0)),
-            ]);
-        }
-    }
-    Ok(Table {
-        name: "readings",
-        title:
-            "Penny-shaped crack by diffraction: errors of the opening by the radius over which the \
-                displacement field is read; by the work of the loads; and at the nodes"
-                .to_owned(),
-        columns: columns(&[
-            ("radius of the crack", "spacings"),
-            ("jitter", "spacings"),
-            ("radius of the reading", "spacings"),
-            ("mean of the face", "%"),
-            ("middle", "%"),
-            ("volume by the work", "%"),
-            ("mean at the nodes", "%"),
-        ]),
-        rows,
-    })
-}
-
 /// Root of the mean square error of a ratio.
 fn root(runs: &[Ratios], of: impl Fn(&Ratios) -> f64) -> f64 {
     spread(runs, |run| (of(run) - 1.0).powi(2)).0.sqrt()
@@ -230,69 +184,4 @@ fn off(runs: &[Ratios]) -> f64 {
 fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
     let column = |&(name, unit)| Column { name, unit };
     names.iter().map(column).collect()
-}
-
-/// The other cracks, each with two quantities.
-fn others() -> Result<Table, StudyError> {
-    type Problem = fn(Form) -> Result<Option<Ratios>, StudyError>;
-    let problems: [(&str, Problem); 7] = [
-        ("edge, jittered, 8: K_I and mouth", |form| {
-            edge_crack(20, 0.2, PLACES[1], form)
-        }),
-        ("centre, 6: K_I and opening", |form| {
-            centre_crack(30, [0.25, 0.2], form)
-        }),
-        ("centre, 12: K_I and opening", |form| {
-            centre_crack(60, [0.25, 0.2], form)
-        }),
-        ("inclined, 5: K_I and K_II", |form| {
-            inclined_crack(50, 0.0, form)
-        }),
-        ("slit beam, 16 cells: sag and mouth", |form| {
-            gravity_slit(64, form)
-        }),
-        ("penny, 3.7: mean and middle", |form| {
-            Ok(penny(21, 0.0, DVec3::ZERO, form)?.map(|penny| penny.faces[0]))
-        }),
-        ("penny, 5.4: mean and middle", |form| {
-            Ok(penny(31, 0.0, DVec3::ZERO, form)?.map(|penny| penny.faces[0]))
-        }),
-    ];
-    let mut rows = Vec::new();
-    for (problem, solve) in problems {
-        for form in Form::ALL {
-            let mut row = vec![
-                Cell::Word(problem.to_owned()),
-                Cell::Word(form.name().to_owned()),
-            ];
-            match solve(form)? {
-                Some(found) => row.extend([
-                    Cell::Count(found.nodes),
-                    Cell::Number(100.0 * (found.first - 1.0)),
-                    Cell::Number(100.0 * (found.second - 1.0)),
-                    Cell::Number(1e3 * (found.seconds[1] + found.seconds[2])),
-                ]),
-                None => row.extend([
-                    Cell::Word("refused".to_owned()),
-                    Cell::Nothing,
-                    Cell::Nothing,
-                    Cell::Nothing,
-                ]),
-            }
-            rows.push(row);
-        }
-    }
-    Ok(Table {
-        name: "others",
-        title: "Other cracks (length in spacings): errors of two quantities".to_owned(),
-        columns: columns(&[
-            ("crack", ""),
-            ("form", ""),
-            ("nodes", "1"),
-            ("first", "%"),
-            ("second", "%"),
-            ("factors and rows", "ms"),
-        ]),
-        rows,
-    })
 }

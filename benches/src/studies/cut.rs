@@ -1,6 +1,5 @@
-//! Cutting: what an update costs, and how far a slit body is off.
+//! Cutting: what a blade update costs.
 
-use crate::problems::cracks::{Form, gravity_slit};
 use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
@@ -12,7 +11,6 @@ const PASSING: f64 = 0.02;
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (updates, by_triangles, by_nodes) = updates(effort)?;
-    let (slits, slit_errors) = slits(effort)?;
     let plot = |name, title: &str, x: &str, y: &str, series| Plot {
         name,
         title: title.to_owned(),
@@ -35,13 +33,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             "time of an update (ms)",
             by_nodes,
         ),
-        plot(
-            "slit",
-            "Slit beam under its weight: error against nodes",
-            "nodes",
-            "error (%)",
-            slit_errors,
-        ),
     ];
     Ok(Report {
         pictures: Vec::new(),
@@ -51,11 +42,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
              the crossed pairs, rebuilds rows of stencils and stiffness and the stable step. The \
              latency is from the update's begin to the end of the step after it."
                 .to_owned(),
-            "Slit beam: clamped ends, slit from below to half its height, plane strain, against finite \
-             elements with a real slit."
-                .to_owned(),
         ],
-        tables: vec![updates, slits],
+        tables: vec![updates],
         plots,
     })
 }
@@ -207,52 +195,4 @@ fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
 pub(crate) fn middle(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// The slit beam by the default rule.
-fn slits(effort: Effort) -> Result<(Table, Vec<Series>), StudyError> {
-    let cells: &[u32] = match effort {
-        Effort::Full => &[16, 32, 64, 128],
-        Effort::Quick => &[16, 32],
-    };
-    let mut rows = Vec::new();
-    let (mut sags, mut mouths) = (Vec::new(), Vec::new());
-    for &cells in cells {
-        let Some(found) = gravity_slit(cells, Form::DIFFRACTION)? else {
-            continue;
-        };
-        let [sag, mouth] = [found.first, found.second].map(|ratio| 100.0 * (ratio - 1.0));
-        rows.push(vec![
-            Cell::Count(found.nodes),
-            Cell::Number(0.25 * f64::from(cells) / 2.0),
-            Cell::Number(sag),
-            Cell::Number(mouth),
-            Cell::Number(1e3 * (found.seconds[1] + found.seconds[2])),
-        ]);
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let nodes = found.nodes as f64;
-        sags.push((nodes, sag.abs()));
-        mouths.push((nodes, mouth.abs()));
-    }
-    let series = |name: &str, points| Series {
-        dots: false,
-        name: name.to_owned(),
-        points,
-    };
-    let table = Table {
-        name: "slit",
-        title: "Slit beam under its weight, against finite elements".to_owned(),
-        columns: columns(&[
-            ("nodes", "1"),
-            ("slit", "spacings"),
-            ("growth of the sag", "%"),
-            ("mouth", "%"),
-            ("factors and rows", "ms"),
-        ]),
-        rows,
-    };
-    Ok((
-        table,
-        vec![series("growth of the sag", sags), series("mouth", mouths)],
-    ))
 }

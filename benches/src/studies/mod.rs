@@ -95,7 +95,7 @@ pub const STUDIES: &[Study] = &[
     Study {
         name: "cut",
         title: "Cutting",
-        question: "what does a blade update cost, and how far is a slit body off?",
+        question: "what does a blade update cost?",
         run: cut::run,
     },
     Study {

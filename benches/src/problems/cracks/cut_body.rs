@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::{DMat3, DMat4, DVec3, DVec4};
+use glam::{DMat3, DVec3};
 use phyxel_elastic::{Elastic, Material, Settings};
 use phyxel_enrich::{
     Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
@@ -243,45 +243,6 @@ impl<'a> CutBody<'a> {
             }
             let value = u[nearest] + gradients[nearest] * (at - x[nearest]);
             value.dot(normal)
-        };
-        side(1.0) - side(-1.0)
-    }
-
-    /// Opening (m) of the cut along `normal` at a point of its face, of the displacement as a field:
-    /// linear moving least squares on either side over the nodes within a number of spacings that the
-    /// cut does not hide. Not a number where too few nodes see the point.
-    #[must_use]
-    pub fn field_opening(
-        &self,
-        cuts: &Cuts,
-        u: &[DVec3],
-        at: DVec3,
-        normal: DVec3,
-        spacings: f64,
-    ) -> f64 {
-        let (dx, radius) = (self.body.spacing, spacings * self.body.spacing);
-        let side = |sign: f64| -> f64 {
-            let from = at + sign * 1e-6 * dx * normal;
-            let (mut moment, mut sum) = (DMat4::ZERO, DVec4::ZERO);
-            for (x, u) in self.body.block.rest.iter().zip(u) {
-                let q = x.distance(from) / radius;
-                if q < 1.0 && !cuts.crosses(from, *x) {
-                    let basis = ((*x - at) / dx).extend(1.0);
-                    let weighted = (1.0 - q * q).powi(3) * basis;
-                    moment += DMat4::from_cols(
-                        weighted * basis.x,
-                        weighted * basis.y,
-                        weighted * basis.z,
-                        weighted * basis.w,
-                    );
-                    sum += weighted * u.dot(normal);
-                }
-            }
-            if moment.determinant() > 1e-6 {
-                (moment.inverse() * sum).w
-            } else {
-                f64::NAN
-            }
         };
         side(1.0) - side(-1.0)
     }

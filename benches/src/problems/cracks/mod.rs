@@ -3,16 +3,14 @@
 mod cut_body;
 mod field;
 mod intrinsic;
-mod penny;
 mod plate;
 mod problems;
 
 use glam::DMat3;
 
 pub use cut_body::{CutBody, Form};
-pub use penny::{Penny, READINGS, penny};
 pub use plate::Plate;
-pub use problems::{Ratios, centre_crack, edge_crack, gravity_slit, inclined_crack, upright};
+pub use problems::{Ratios, edge_crack, upright};
 
 /// Young's modulus (Pa) and Poisson's ratio of all cracks.
 pub const YOUNG: f64 = 1000.0;
