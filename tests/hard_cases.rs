@@ -13,7 +13,6 @@
 //! | stiffness ratio 1e6 between two bodies | the stiff one sets the step; both audits close |
 //! | single-node debris | the node falls with gravity, as far as a point mass does |
 //! | ten nodes | refused with the least number, 30; with those it hangs, moves and keeps its mass |
-//! | scale 1e-6 and 1e6 | the same motion in units of the body's size |
 //! | step at the stability limit | 1 of the critical step stays bounded; 1.2 is refused with the limit |
 //! | tool pushed through the body | it comes out on the other side, the body lives or the error names it |
 //! | blade faster than the body | one strip from start to end, as deep as a slow one |
@@ -21,11 +20,8 @@
 //! | zero gravity | a cut body at rest stays at rest to round-off |
 //! | graded nodes, cut where they are fine | two pieces, the audit closes |
 //! | mesh with flipped parts | turned, reported, and as heavy as one without |
-//! | duplicated nodes | rank 3 and forces as of any cloud; all at one position: rank 0 and no force |
-//! | coplanar cloud, collinear cloud, one node | rank 2, 1, 0; no force under rigid motion |
 
 mod blades;
 mod bodies;
-mod clouds;
 mod cuts;
 mod stage;

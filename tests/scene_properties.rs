@@ -211,7 +211,7 @@ proptest! {
         drawn in drawn(&EXPLICIT),
         angles in vector(3.0),
         shift in vector(0.5),
-        exponent in -3.0..3.0_f64,
+        exponent in -6.0..6.0_f64,
     ) {
         let scale = 10.0_f64.powf(exponent);
         let place = Place { angles, shift: shift * scale, scale };

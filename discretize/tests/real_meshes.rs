@@ -1,8 +1,6 @@
 //! Real meshes against their published figures.
 
-use crate::common::{
-    check_count, check_graded, check_octree, check_sums, folder_of_meshes, refined, sample,
-};
+use crate::common::{check_graded, check_octree, check_sums, folder_of_meshes, refined, sample};
 use phyxel_discretize::{Octree, RepairSettings, Solid, read_mesh, read_point_cloud, repair};
 use testkit::tol::assert_relative;
 
@@ -133,23 +131,6 @@ fn an_xml_file_of_tetrahedra_has_its_published_figures() {
     let s = sample(&Solid::from_mesh(mesh), 6000).unwrap();
     check_sums("raptorTetra", &s);
     assert!(s.report.quality.smallest_dihedral > 8.0, "{}", s.report);
-}
-
-#[test]
-fn real_meshes_sample_well() {
-    let Some(folder) = folder_of_meshes() else {
-        return;
-    };
-    for (name, ..) in FIGURES {
-        let file = read_mesh(folder.join(name)).expect(name);
-        let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
-        let solid = Solid::from_mesh(mesh);
-        let s = sample(&solid, 1000).expect(name);
-        let q = s.report.quality;
-        assert!(q.smallest_dihedral > 8.0, "{name}: {}", s.report);
-        check_count(name, s.positions.len(), 1000);
-        check_sums(name, &s);
-    }
 }
 
 /// Octrees with cells up to four times wider inside, and finer around a vertex.

@@ -3,8 +3,8 @@
 use crate::common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, Primitive, RepairError, RepairSettings, SampleError, SampleSettings, SampleTarget, Solid,
-    repair, sample_tetrahedra, surface_mesh,
+    Mesh, Primitive, RepairSettings, SampleError, SampleSettings, SampleTarget, Solid, repair,
+    sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_relative;
 
@@ -33,7 +33,7 @@ fn repair_turns_welds_drops_and_closes() {
     );
     assert_eq!((report.welded_vertices, fixed.vertices.len()), (28, 8));
     assert_eq!(report.genus, Some(0));
-    // A small hole in a fine sphere is closed, a missing side of a cube is not.
+    // A small hole in a fine sphere is closed.
     let ball = Primitive::Ellipsoid {
         semi_axes: DVec3::ONE,
     };
@@ -43,17 +43,6 @@ fn repair_turns_welds_drops_and_closes() {
     let (fixed, report) = repair(&sphere, &settings).unwrap();
     assert!(report.closed_holes > 0 && report.largest_hole > 0.0);
     assert_relative("volume", fixed.volume(), whole, 0.0, 1e-2);
-    let mut open = cube(DVec3::ZERO);
-    open.triangles.truncate(10);
-    match repair(&open, &settings) {
-        Err(RepairError::Open {
-            holes, perimeter, ..
-        }) => {
-            assert_eq!(holes, 1);
-            assert_relative("perimeter", perimeter, 4.0, 0.0, 1e-12);
-        }
-        other => panic!("{other:?}"),
-    }
 }
 
 /// A ball in a hollow ball in a cube: winding numbers and parts.
@@ -112,12 +101,4 @@ fn thin_and_lost_parts_are_refused_or_told() {
         Err(SampleError::LostParts { parts, of, .. }) => assert_eq!((parts, of), (1, 2)),
         other => panic!("{other:?}"),
     }
-    let bad = sample_tetrahedra(&solid, &at(-1.0));
-    assert!(matches!(bad, Err(SampleError::Spacing { .. })));
-    let fine = sample_tetrahedra(&solid, &at(1e-9));
-    assert!(matches!(fine, Err(SampleError::TooFine { .. })));
-    assert!(matches!(
-        crate::common::sample(&solid, 3),
-        Err(SampleError::TooFewNodes { .. })
-    ));
 }

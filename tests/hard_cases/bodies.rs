@@ -135,65 +135,6 @@ fn ten_nodes_are_too_few_and_some_thirty_hang() {
     assert!(imbalance(body) < 0.01, "audit off by {}", imbalance(body));
 }
 
-/// Lengths by `s`, stiffness by `s` and times by its root leave the motion as it is.
-#[test]
-fn motion_does_not_depend_on_the_unit_of_length() {
-    let run = |s: f64| {
-        let t = s.sqrt();
-        let body = format!(
-            "(shape: Box(size: ({}, {}, {})), sampling: (target: Nodes(300)),
-              material: (youngs_modulus: {}, poissons_ratio: 0.4, density: 1000), damping: {})",
-            0.04 * s,
-            0.04 * s,
-            0.06 * s,
-            2e4 * s,
-            4.0 / t
-        );
-        let cut = stroke(
-            "cut",
-            DVec3::Y * (0.05 * s),
-            DVec3::new(-0.04, 0.0, 0.001) * s,
-            DVec3::new(0.01, 0.0, 0.001) * s,
-            [0.02 * t, 0.1 * t],
-        )
-        .replace("Distance(0.01)", &format!("Distance({})", 0.01 * s));
-        let held = format!(
-            "supports: [(region: HalfSpace(point: (0, 0, {}), normal: (0, 0, 1)))],",
-            0.0299 * s
-        );
-        let duration = format!(
-            "integration: (settle: None, duration: {}),",
-            4.0 * t.max(1.0)
-        );
-        let rest = format!(
-            "cuts: [{cut}], {held} {duration} observe: (history_rate: {}),
-            gravity: (acceleration: (0, 0, -9.81), ramp: 0),",
-            // Steps longer than the time between rows would end at the rows.
-            100.0 / t
-        );
-        let mut world = world(&body, &rest);
-        play(&mut world, 0.15 * t).expect("it runs");
-        assert!(severed(&world) > 20, "scale {s}");
-        let body = &world.members()[0].body;
-        body.motion
-            .positions()
-            .iter()
-            .map(|x| *x / s)
-            .collect::<Vec<DVec3>>()
-    };
-    let one = run(1.0);
-    for s in [1e-6, 1e6] {
-        let other = run(s);
-        assert_eq!(one.len(), other.len(), "scale {s}");
-        let apart = one
-            .iter()
-            .zip(&other)
-            .map(|(a, b)| a.distance(*b))
-            .fold(0.0, f64::max);
-        assert!(apart < 1e-7, "scale {s}: {apart} m apart");
-    }
-}
-
 #[test]
 fn steps_at_the_limit_stay_bounded_and_longer_ones_are_refused() {
     let free = BLOCK.replace("damping: 4", "damping: 0");
