@@ -156,6 +156,18 @@ impl<'a> Filler<'a> {
         Ok(stuffed)
     }
 
+    /// Finds a cell size that gives the wanted number of nodes. The number that an error advises is tried first; where
+    /// it has no sampling either, the error is that of the advice.
+    pub(crate) fn search(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
+        match self.search_once(wanted) {
+            Err(SampleError::NodeCount { wanted, reached }) => {
+                self.search_once(reached)?;
+                Err(SampleError::NodeCount { wanted, reached })
+            }
+            found => found,
+        }
+    }
+
     /// Finds a cell size that gives the wanted number of nodes.
     ///
     /// Model: `n = r (2 V / a^3 + s A / a^2)`, solved for a; r from the last round, then bisection
@@ -167,7 +179,7 @@ impl<'a> Filler<'a> {
         clippy::cast_sign_loss,
         reason = "counts"
     )]
-    pub(crate) fn search(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
+    fn search_once(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
         if wanted < LEAST_NODES {
             return Err(SampleError::TooFewNodes {
                 nodes: wanted,

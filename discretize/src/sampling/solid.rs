@@ -380,11 +380,12 @@ impl Solid {
         }
     }
 
-    /// Volume and area by a grid's points in the box, computed once: it takes 1e5 looks at the body.
+    /// Volume and area by a grid's points in the box, computed once.
     pub(crate) fn grid_measures(&self) -> Measures {
-        *self
-            .grid_measures
-            .get_or_init(|| measures_by_grid(self.bounds, |p| self.contains(p)))
+        // A look at a mesh of parts that overlap sums them all: 1e5 looks at 8,000 triangles take 15 s, these take 2.
+        let grid = if self.mesh().is_some() { 24 } else { 48 };
+        let measure = || measures_by_grid(self.bounds, grid, |p| self.contains(p));
+        *self.grid_measures.get_or_init(measure)
     }
 
     /// Whether `p` is inside.

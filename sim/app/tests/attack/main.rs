@@ -41,6 +41,12 @@ use std::path::Path;
 
 use random::Random;
 
+/// Cases that found something once: kind, seed and number.
+const KNOWN: [(&str, u64, u64); 1] = [
+    // 592 nodes were advised, of which there was no sampling.
+    ("meshes", 990_102, 2832),
+];
+
 /// Runs as many cases of a kind as its variable says, else a few; fails if any finds something.
 ///
 /// A case is given a folder of its own and its random numbers, and returns what it found.
@@ -62,7 +68,10 @@ fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<Stri
     let mut found = String::new();
     let mut count = 0;
     let mut tried = 0;
-    for at in (from..cases).filter(|at| only.as_ref().is_none_or(|only| only.contains(at))) {
+    let asked = (from..cases).filter(|at| only.as_ref().is_none_or(|only| only.contains(at)));
+    let known = KNOWN.iter().filter(|known| known.0 == kind);
+    let known = known.map(|&(_, seed, at)| (seed, at));
+    for (seed, at) in known.chain(asked.map(|at| (seed, at))) {
         tried += 1;
         let folder = tempfile::tempdir().unwrap();
         let mut random = Random::new(seed, kind, at);
