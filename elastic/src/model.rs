@@ -392,14 +392,18 @@ impl Elastic {
     fn pass_one_of(&mut self, x: &[DVec3], forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
         let model = &self.model;
         let CutState { bonds, fronts, .. } = &mut self.cut;
-        let beside = || {
+        let mut beside = || {
             fronts.evaluate(&model.rest, x);
             bonds.evaluate(x)
         };
         let parts = (model, &mut self.state, &mut self.scratch);
         match self.tables.split() {
-            Either::Plain(table) => forces::pass_one(parts, table, (x, forces), chosen, beside),
-            Either::Corrected(table) => forces::pass_one(parts, table, (x, forces), chosen, beside),
+            Either::Plain(table) => {
+                forces::pass_one(parts, table, (x, forces), chosen, &mut beside)
+            }
+            Either::Corrected(table) => {
+                forces::pass_one(parts, table, (x, forces), chosen, &mut beside)
+            }
         }
     }
 
@@ -408,8 +412,8 @@ impl Elastic {
         let beside = |deformation: &mut [_]| bonds.set_gradients(deformation);
         let parts = (&self.model, &mut self.scratch);
         match self.tables.split() {
-            Either::Plain(table) => forces::pass_two(parts, table, forces, chosen, beside),
-            Either::Corrected(table) => forces::pass_two(parts, table, forces, chosen, beside),
+            Either::Plain(table) => forces::pass_two(parts, table, forces, chosen, &beside),
+            Either::Corrected(table) => forces::pass_two(parts, table, forces, chosen, &beside),
         }
         fronts.add_forces(forces, (&mut self.scratch.partial, CHUNK));
         bonds.add_forces(forces);

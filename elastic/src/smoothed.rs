@@ -1,10 +1,9 @@
 //! Displacements as they are read: the field whose gradient the stencils' gradient is.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::kernel::row::inverse_moment;
-use crate::kernel::storage::{CHUNK, parallel};
+use crate::kernel::storage::{CHUNK, parallel, share_out};
 use crate::law::tensor::outer;
 use crate::model::Elastic;
 
@@ -38,16 +37,11 @@ impl Elastic {
         let n = self.node_count();
         assert_eq!(positions.len(), n, "one position per node");
         let mut smoothed = positions.to_vec();
-        let smooth = |(chunk, nodes): (usize, &mut [DVec3])| {
+        share_out(parallel(n), smoothed.chunks_mut(CHUNK), |chunk, nodes| {
             for (node, x) in (chunk * CHUNK..).zip(nodes) {
                 *x += self.leftover(node, positions);
             }
-        };
-        if parallel(n) {
-            smoothed.par_chunks_mut(CHUNK).enumerate().for_each(smooth);
-        } else {
-            smoothed.chunks_mut(CHUNK).enumerate().for_each(smooth);
-        }
+        });
         smoothed
     }
 

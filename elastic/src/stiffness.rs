@@ -1,17 +1,16 @@
 //! The stiffest nodes of a body, as they were in the last evaluation.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::kernel::stale::Stale;
-use crate::kernel::storage::PARALLEL_NODES;
+use crate::kernel::storage::{CHUNK, parallel, share_out};
 use crate::kernel::watch::gradient_square;
 use crate::kernel::worst::Watch;
 use crate::law::tensor::cofactor;
 use crate::model::Elastic;
 
 /// Nodes of a run of which the largest indicator is reported.
-pub const WATCHED_NODES: usize = crate::kernel::storage::CHUNK;
+pub const WATCHED_NODES: usize = CHUNK;
 
 /// By what fraction of it `r_i` may differ as seen in an evaluation and as computed from a stored `F_i`: single precision
 /// rounds that to 6e-8, and `c(F_i)` multiplies it by some `1/J` where tissue is pressed to `J`.
@@ -125,14 +124,18 @@ impl Elastic {
             let f = self.deformation_gradient(node);
             let bound = model.law(node).tangent_bound(f);
             let gain = self.state.prestrain.gain(node);
-            (model.elastic_volumes[node] * bound * square * gain, node)
+            model.elastic_volumes[node] * bound * square * gain
         };
-        let nodes: Vec<usize> = nodes.into_iter().collect();
-        let mut nodes: Vec<(f64, usize)> = if nodes.len() >= PARALLEL_NODES {
-            nodes.into_par_iter().map(indicator).collect()
-        } else {
-            nodes.into_iter().map(indicator).collect()
-        };
+        let mut nodes: Vec<(f64, usize)> = nodes.into_iter().map(|node| (0.0, node)).collect();
+        share_out(
+            parallel(nodes.len()),
+            nodes.chunks_mut(CHUNK),
+            |_, nodes| {
+                for (value, node) in nodes {
+                    *value = indicator(*node);
+                }
+            },
+        );
         let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
         let count = count.min(nodes.len());
         if count < nodes.len() && count > 0 {

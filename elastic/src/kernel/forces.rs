@@ -1,7 +1,6 @@
 //! Forces and energy, in parallel over fixed chunks of nodes.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::kernel::collect::gather;
 use crate::kernel::fixed::{Fixed, Table};
@@ -16,7 +15,7 @@ use crate::kernel::stale::Stale;
 use crate::kernel::storage::Move;
 use crate::kernel::storage::Planes;
 use crate::kernel::storage::{BLOCK, Sixteen, at};
-use crate::kernel::storage::{CHUNK, chunks, moved, parallel, set_moves};
+use crate::kernel::storage::{CHUNK, both, chunks, moved, parallel, set_moves, share_out};
 use crate::kernel::watch::Watching;
 use crate::kernel::watch::watch_node;
 use crate::kernel::worst::Watch;
@@ -38,7 +37,7 @@ pub(crate) fn pass_one<const L: usize>(
     mut table: Table<'_, L>,
     (positions, forces): (&[DVec3], &mut [DVec3]),
     chosen: Chosen<'_>,
-    beside: impl FnOnce() -> f64 + Send,
+    beside: &mut (dyn FnMut() -> f64 + Send),
 ) -> f64 {
     let parallel = parallel(model.node_count());
     set_moves(parallel, &mut scratch.moves, |first, moves| {
@@ -60,72 +59,52 @@ pub(crate) fn pass_one<const L: usize>(
         watches,
         ..
     } = &mut *state;
-    let result;
     if model.means.is_some() {
-        result = beside();
+        let result = beside();
         mean::stresses((model, state, scratch), &mut table, forces);
-    } else {
-        let moves = &scratch.moves[..];
-        let rest = Rest {
-            viscosity: viscosity.as_ref(),
-            prestrain,
-        };
-        let fixed = table.fixed;
-        let work = |(chunk, (((records, deformation), forces), ((sum, watch), asleep))): (
-            usize,
-            Slots<'_, L>,
-        )| {
-            if skips(chosen, chunk) {
-                return;
-            }
-            model.arch.dispatch(Stresses {
-                model,
-                rest,
-                fixed,
-                moves,
-                first: chunk * CHUNK,
-                outputs: (records, deformation, forces),
-                sum,
-                watch,
-                asleep,
-            });
-        };
-        if parallel {
-            let outputs = table
-                .records
-                .par_chunks_mut(CHUNK / BLOCK)
-                .zip(table.deformation.par_chunks_mut(CHUNK / BLOCK))
-                .zip(forces.par_chunks_mut(CHUNK))
-                .zip(
-                    scratch
-                        .partial
-                        .par_iter_mut()
-                        .zip(watches)
-                        .zip(&mut scratch.asleep),
-                )
-                .enumerate()
-                .with_max_len(1);
-            // What threads share out is all that there is in a step between two of the caller's passes: one that waits
-            // for longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
-            (result, ()) = rayon::join(beside, || outputs.for_each(work));
-        } else {
-            result = beside();
-            let outputs = table
-                .records
-                .chunks_mut(CHUNK / BLOCK)
-                .zip(table.deformation.chunks_mut(CHUNK / BLOCK))
-                .zip(forces.chunks_mut(CHUNK))
-                .zip(
-                    scratch
-                        .partial
-                        .iter_mut()
-                        .zip(watches)
-                        .zip(&mut scratch.asleep),
-                )
-                .enumerate();
-            outputs.for_each(work);
-        }
+        return result;
     }
+    let moves = &scratch.moves[..];
+    let rest = Rest {
+        viscosity: viscosity.as_ref(),
+        prestrain,
+    };
+    let fixed = table.fixed;
+    let work = |chunk: usize, (outputs, seen): (Slots<'_, L>, Seen<'_>)| {
+        if skips(chosen, chunk) {
+            return;
+        }
+        let ((records, deformation), forces) = outputs;
+        let ((sum, watch), asleep) = seen;
+        model.arch.dispatch(Stresses {
+            model,
+            rest,
+            fixed,
+            moves,
+            first: chunk * CHUNK,
+            outputs: (records, deformation, forces),
+            sum,
+            watch,
+            asleep,
+        });
+    };
+    let mut pass = || {
+        let outputs = table
+            .records
+            .chunks_mut(CHUNK / BLOCK)
+            .zip(table.deformation.chunks_mut(CHUNK / BLOCK))
+            .zip(forces.chunks_mut(CHUNK));
+        let seen = scratch
+            .partial
+            .iter_mut()
+            .zip(&mut *watches)
+            .zip(&mut scratch.asleep);
+        share_out(parallel, outputs.zip(seen), work);
+    };
+    // What threads share out is all that there is in a step between two of the caller's passes: one that waits for
+    // longer than some 10 µs goes to sleep, and takes longer than a pass to wake.
+    let mut result = 0.0;
+    both(parallel, &mut || result = beside(), &mut pass);
     result
 }
 
@@ -135,55 +114,42 @@ pub(crate) fn pass_two<const L: usize>(
     table: Table<'_, L>,
     forces: &mut [DVec3],
     chosen: Chosen<'_>,
-    beside: impl FnOnce(&mut [Planes]) + Send,
+    beside: &(dyn Fn(&mut [Planes]) + Sync),
 ) {
     let parallel = parallel(model.node_count());
     let moves = &scratch.moves[..];
-    let receive = |forces: &mut [DVec3], partial: &mut [f64], (fixed, records): (_, &[_])| {
-        chunks(
-            parallel,
-            (forces, CHUNK),
-            (partial, 1),
-            |chunk, forces, sum| {
-                if skips(chosen, chunk) {
-                    return;
-                }
-                model.arch.dispatch(Received {
-                    model,
-                    fixed,
-                    records,
-                    moves,
-                    first: chunk * CHUNK,
-                    forces,
-                    sum: &mut sum[0],
-                    sign: 1.0,
-                });
-            },
-        );
+    let (fixed, records) = (table.fixed, &table.records[..]);
+    let mut receive = || {
+        let (forces, partial) = ((&mut *forces, CHUNK), (&mut scratch.partial[..], 1));
+        chunks(parallel, forces, partial, |chunk, forces, sum| {
+            if skips(chosen, chunk) {
+                return;
+            }
+            model.arch.dispatch(Received {
+                model,
+                fixed,
+                records,
+                moves,
+                first: chunk * CHUNK,
+                forces,
+                sum: &mut sum[0],
+                sign: 1.0,
+            });
+        });
     };
-    let read = (table.fixed, &table.records[..]);
     let deformation = &mut table.deformation[..];
-    if parallel {
-        rayon::join(
-            || beside(deformation),
-            || receive(forces, &mut scratch.partial, read),
-        );
-    } else {
-        beside(deformation);
-        receive(forces, &mut scratch.partial, read);
-    }
+    both(parallel, &mut || beside(deformation), &mut receive);
     scratch.stale = Stale::default();
 }
 
-/// Records, deformation gradients and forces of a chunk, its part of the energy, what is seen of it, and what
-/// of it sleeps.
+/// Records, deformation gradients and forces of a chunk.
 type Slots<'a, const L: usize> = (
-    (
-        (&'a mut [Sixteen<Record<L>>], &'a mut [Planes]),
-        &'a mut [DVec3],
-    ),
-    ((&'a mut f64, &'a mut Watch), &'a mut Asleep),
+    (&'a mut [Sixteen<Record<L>>], &'a mut [Planes]),
+    &'a mut [DVec3],
 );
+
+/// A chunk's part of the energy, what is seen of it, and what of it sleeps.
+type Seen<'a> = ((&'a mut f64, &'a mut Watch), &'a mut Asleep);
 
 /// What stresses follow from besides deformation gradients.
 #[derive(Clone, Copy)]

@@ -13,7 +13,7 @@ use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::Move;
 use crate::kernel::storage::{BLOCK, Sixteen};
-use crate::kernel::storage::{CHUNK, chunks, parallel};
+use crate::kernel::storage::{CHUNK, chunks, parallel, share_out};
 use crate::kernel::storage::{gradient, set_gradient};
 use crate::kernel::watch::watch_node;
 use crate::kernel::worst::Watch;
@@ -76,13 +76,12 @@ pub(crate) fn stresses<const L: usize>(
     );
     let (pressures, viscosity) = (&*pressures, state.viscosity.as_ref());
     let energies = &mut scratch.partial[..];
-    let outputs: Vec<_> = table
+    let outputs = table
         .records
         .chunks_mut(CHUNK / BLOCK)
         .zip(forces.chunks_mut(CHUNK))
-        .zip(energies)
-        .collect();
-    let run = |(chunk, ((records, forces), sum)): (usize, ((&mut [_], &mut [DVec3]), &mut f64))| {
+        .zip(energies);
+    share_out(parallel, outputs, |chunk, ((records, forces), sum)| {
         let stress = |node: usize, h: DMat3| {
             let f = deformation(model, prestrain, node, h);
             let volume = model.elastic_volumes[node];
@@ -100,8 +99,7 @@ pub(crate) fn stresses<const L: usize>(
             (stress, volume * energy - 0.5 * double_dot(stress, h))
         };
         *sum += work.records(chunk * CHUNK, records, forces, stress);
-    };
-    run_all(parallel, outputs, run);
+    });
     for (chunk, watch) in state.watches.iter_mut().enumerate() {
         let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(model.node_count());
         *watch = nodes.fold(Watch::NOTHING, |worst, node| {
@@ -162,12 +160,8 @@ pub(crate) fn changes<const L: usize>(
     );
     let slopes = &slopes[..];
     let viscosity = state.viscosity.as_ref();
-    let outputs: Vec<_> = table
-        .records
-        .chunks_mut(CHUNK / BLOCK)
-        .zip(own.chunks_mut(CHUNK))
-        .collect();
-    let run = |(chunk, (records, own)): (usize, (&mut [_], &mut [DVec3]))| {
+    let outputs = (&mut *table.records, CHUNK / BLOCK);
+    chunks(parallel, outputs, (own, CHUNK), |chunk, records, own| {
         let change = |node: usize, dh: DMat3| {
             let f = gradient(deformation, node);
             let factor = prestrain.factor(node);
@@ -191,24 +185,13 @@ pub(crate) fn changes<const L: usize>(
             (change, 0.0)
         };
         work.records(chunk * CHUNK, records, own, change);
-    };
-    run_all(parallel, outputs, run);
+    });
 }
 
 /// `F` of a node from its displacement gradient, with what has been retained from before a cut.
 fn deformation(model: &Model, prestrain: &Prestrain, node: usize, h: DMat3) -> DMat3 {
     let f = model.deformation_gradient(node, h);
     prestrain.factor(node).map_or(f, |factor| f * factor)
-}
-
-/// Runs `work` on numbered outputs, on the pool or in place.
-fn run_all<T: Send>(parallel: bool, outputs: Vec<T>, work: impl Fn((usize, T)) + Sync + Send) {
-    use rayon::prelude::*;
-    if parallel {
-        outputs.into_par_iter().enumerate().for_each(work);
-    } else {
-        outputs.into_iter().enumerate().for_each(work);
-    }
 }
 
 /// What all stages read.

@@ -20,7 +20,7 @@ pub(crate) struct Prestrain {
 }
 
 /// `V`, `P` and `F(u)` of a node: what the change of its offset works against.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Pull {
     pub(crate) volume: f64,
     pub(crate) stress: DMat3,

@@ -1,5 +1,7 @@
 //! How what belongs to nodes is laid out, and shared out among threads.
 
+use std::sync::{Mutex, PoisonError};
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -50,7 +52,7 @@ pub(crate) const PARALLEL_NODES: usize = 1024;
 
 /// Copies those of all nodes.
 pub(crate) fn copy_gradients(parallel: bool, stored: &[Planes], to: &mut [DMat3]) {
-    let copy = |(chunk, to): (usize, &mut [DMat3])| {
+    share_out(parallel, to.chunks_mut(COPY_CHUNK), |chunk, to| {
         let blocks = to.chunks_mut(BLOCK);
         for (planes, nodes) in stored[chunk * (COPY_CHUNK / BLOCK)..].iter().zip(blocks) {
             for (lane, f) in nodes.iter_mut().enumerate() {
@@ -58,21 +60,60 @@ pub(crate) fn copy_gradients(parallel: bool, stored: &[Planes], to: &mut [DMat3]
                 *f = DMat3::from_cols(row(0), row(1), row(2)).transpose();
             }
         }
-    };
-    if parallel {
-        to.par_chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
-    } else {
-        to.chunks_mut(COPY_CHUNK).enumerate().for_each(copy);
-    }
+    });
 }
 
 pub(crate) fn parallel(node_count: usize) -> bool {
     node_count >= PARALLEL_NODES && rayon::current_num_threads() > 1
 }
 
-/// Runs `work` on the numbered chunks of two slices, on the pool or in place.
+/// Hands the numbered parts of something to the threads of the pool, or to this one. Each takes the next part when it has
+/// done one, every other thread from behind: two threads meet the same parts in every pass.
 ///
-/// Chunks are fixed and disjoint: the result does not depend on the number of threads.
+/// Parts are fixed and disjoint: the result does not depend on the number of threads. What rayon makes of an iterator is
+/// some 3,000 lines of code for the compiler, so it is made once, for the threads.
+pub(crate) fn share_out<T>(
+    parallel: bool,
+    parts: impl DoubleEndedIterator<Item = T> + ExactSizeIterator + Send,
+    work: impl Fn(usize, T) + Sync,
+) {
+    let mut parts = parts.enumerate();
+    if !parallel {
+        return parts.for_each(|(number, part)| work(number, part));
+    }
+    let parts = Mutex::new(&mut parts);
+    on_each_thread(&|| {
+        let behind = rayon::current_thread_index().is_some_and(|thread| thread % 2 == 1);
+        loop {
+            let mut left = parts.lock().unwrap_or_else(PoisonError::into_inner);
+            let next = if behind {
+                left.next_back()
+            } else {
+                left.next()
+            };
+            drop(left);
+            let Some((number, part)) = next else { break };
+            work(number, part);
+        }
+    });
+}
+
+fn on_each_thread(run: &(dyn Fn() + Sync)) {
+    let threads = (0..rayon::current_num_threads()).into_par_iter();
+    threads.with_max_len(1).for_each(|_| run());
+}
+
+/// Runs both, at the same time if `parallel`.
+pub(crate) fn both(parallel: bool, a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
+    if parallel {
+        rayon::join(a, b);
+    } else {
+        a();
+        b();
+    }
+}
+
+/// Runs `work` on the numbered chunks of two slices.
 pub(crate) fn chunks<A: Send, B: Send>(
     parallel: bool,
     (a, a_size): (&mut [A], usize),
@@ -84,18 +125,8 @@ pub(crate) fn chunks<A: Send, B: Send>(
         b.len().div_ceil(b_size),
         "chunks of the same nodes"
     );
-    if parallel {
-        a.par_chunks_mut(a_size)
-            .zip(b.par_chunks_mut(b_size))
-            .enumerate()
-            .with_max_len(1)
-            .for_each(|(chunk, (a, b))| work(chunk, a, b));
-    } else {
-        let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
-        for (chunk, (a, b)) in both.enumerate() {
-            work(chunk, a, b);
-        }
-    }
+    let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
+    share_out(parallel, both, |chunk, (a, b)| work(chunk, a, b));
 }
 
 /// Sets displacements (or any vectors): `fill` is given the number of the first of some of them.
@@ -104,13 +135,8 @@ pub(crate) fn set_moves(
     moves: &mut [Move],
     fill: impl Fn(usize, &mut [Move]) + Sync,
 ) {
-    let set = |(chunk, moves): (usize, &mut [Move])| fill(chunk * COPY_CHUNK, moves);
-    if parallel {
-        let chunks = moves.par_chunks_mut(COPY_CHUNK).enumerate();
-        chunks.with_max_len(1).for_each(set);
-    } else {
-        moves.chunks_mut(COPY_CHUNK).enumerate().for_each(set);
-    }
+    let set = |chunk, moves: &mut [Move]| fill(chunk * COPY_CHUNK, moves);
+    share_out(parallel, moves.chunks_mut(COPY_CHUNK), set);
 }
 
 /// Displacement (m) as passes read it.

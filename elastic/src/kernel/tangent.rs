@@ -1,7 +1,6 @@
 //! Products with the tangent stiffness, of the whole body and within a part.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::kernel::collect::gather;
 use crate::kernel::fixed::{Fixed, Lane, Table};
@@ -15,7 +14,7 @@ use crate::kernel::storage::Move;
 use crate::kernel::storage::Planes;
 use crate::kernel::storage::gradient;
 use crate::kernel::storage::{BLOCK, Sixteen};
-use crate::kernel::storage::{CHUNK, parallel, set_moves};
+use crate::kernel::storage::{CHUNK, chunks, parallel, set_moves, share_out};
 use crate::kernel::subset::Subset;
 use crate::law::arithmetic::Arithmetic;
 
@@ -52,10 +51,10 @@ pub(crate) fn product<const L: usize>(
             });
         };
         let (records, own) = (&mut table.records[..], &mut *product);
-        crate::kernel::storage::chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
+        chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
     }
     let (fixed, records) = (table.fixed, &table.records[..]);
-    let work = |(chunk, forces): (usize, &mut [DVec3])| {
+    share_out(parallel, product.chunks_mut(CHUNK), |chunk, forces| {
         model.arch.dispatch(Received {
             model,
             fixed,
@@ -66,13 +65,7 @@ pub(crate) fn product<const L: usize>(
             sum: &mut 0.0,
             sign: -1.0,
         });
-    };
-    if parallel {
-        let chunks = product.par_chunks_mut(CHUNK).enumerate();
-        chunks.with_max_len(1).for_each(work);
-    } else {
-        product.chunks_mut(CHUNK).enumerate().for_each(work);
-    }
+    });
 }
 
 /// Pass one of a product for a chunk.

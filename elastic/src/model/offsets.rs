@@ -1,7 +1,6 @@
 //! Retained gradients of a model.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::Elastic;
 use crate::cut::offset::{
@@ -9,7 +8,7 @@ use crate::cut::offset::{
 };
 use crate::kernel::prestrain::{Prestrain, Pull};
 use crate::kernel::stale::Stale;
-use crate::kernel::storage::parallel;
+use crate::kernel::storage::{parallel, share_out};
 
 impl Elastic {
     /// Keeps the deformation gradients that `nodes` had before [`Elastic::update_rows`] rebuilt their rows:
@@ -121,24 +120,24 @@ impl Elastic {
 
     /// What changes of the offsets of nodes work against, at the state last evaluated.
     fn pulls_into(&self, nodes: &[u32], pulls: &mut Vec<(u32, Pull)>) {
-        let pull = |&node: &u32| {
+        let pull = |node: u32| {
             let at = node as usize;
             let factor = self.state.prestrain.factor(at);
             let f = self.deformation_gradient(at);
-            let pull = Pull {
+            Pull {
                 volume: self.model.elastic_volumes[at],
                 stress: self.first_piola_kirchhoff(at),
                 own: factor.map_or(f, |factor| f * factor.inverse()),
-            };
-            (node, pull)
+            }
         };
-        if parallel(self.model.node_count()) {
-            let nodes = nodes.par_iter().with_min_len(NODES_PER_TASK);
-            nodes.map(pull).collect_into_vec(pulls);
-        } else {
-            pulls.clear();
-            pulls.extend(nodes.iter().map(pull));
-        }
+        pulls.clear();
+        pulls.extend(nodes.iter().map(|&node| (node, Pull::default())));
+        let parallel = nodes.len() > NODES_PER_TASK && parallel(self.model.node_count());
+        share_out(parallel, pulls.chunks_mut(NODES_PER_TASK), |_, pulls| {
+            for (node, value) in pulls {
+                *value = pull(*node);
+            }
+        });
     }
 
     /// Offsets by columns of nodes that have one, ascending.
