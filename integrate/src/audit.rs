@@ -1,5 +1,7 @@
 //! Where the energy is, and where it came from.
 
+use std::fmt;
+
 use crate::error::Cause;
 use glam::DVec3;
 
@@ -132,6 +134,18 @@ pub struct Warning {
     pub relative: f64,
     /// Likely cause.
     pub cause: Cause,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = 1e2 * self.relative;
+        let (time, node) = (self.time, self.node);
+        write!(
+            f,
+            "at {time:.4e} s the energy is {percent:+.1} % off; most kinetic energy is at node {node}: {}",
+            self.cause
+        )
+    }
 }
 
 #[cfg(test)]

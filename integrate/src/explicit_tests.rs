@@ -212,6 +212,8 @@ fn warning_names_the_node_once() {
         warning.relative.abs() > 1e-9 && warning.time > 0.0,
         "{warning:?}"
     );
+    let text = warning.to_string();
+    assert!(text.contains("is at node 0: "), "{text}");
 }
 
 #[test]
