@@ -13,7 +13,6 @@ mod design;
 mod plan;
 mod pool;
 mod statistics;
-mod tables;
 
 pub use case::{Case, Outcome, write_cases};
 pub use collect::{CollectError, Collected, collect};
