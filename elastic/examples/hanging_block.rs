@@ -6,11 +6,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_elastic::Elastic;
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use testkit::block::Block;
 use testkit::cloud::Random;
-
-mod body;
 
 const DENSITY: f64 = 1000.0;
 
@@ -24,8 +22,26 @@ fn main() {
     pool.expect("one thread").install(|| run(&block));
 }
 
+/// A neo-Hookean block, E 10 kPa, nu 0.4, with the default control.
+fn body(block: &Block) -> Elastic {
+    let stencils = Stencils {
+        offsets: &block.offsets,
+        indices: &block.indices,
+        weights: &block.weights,
+        matrices: &block.matrices,
+        scales: &block.scales,
+        multipliers: &block.multipliers,
+    };
+    let nodes = Nodes {
+        rest_positions: &block.positions,
+        volumes: &block.volumes,
+    };
+    let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
+    Elastic::new(&stencils, &nodes, &material, &Settings::default()).expect("valid")
+}
+
 fn run(block: &Block) {
-    let mut body = body::body(block);
+    let mut body = body(block);
     let masses: Vec<f64> = block.volumes.iter().map(|v| DENSITY * v).collect();
     let free: Vec<bool> = block.positions.iter().map(|x| x.z < 0.2099).collect();
     let eigenvalue = largest_eigenvalue(&mut body, &masses, &free);
