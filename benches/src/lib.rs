@@ -5,7 +5,6 @@
 //! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
 
 pub mod batch;
-pub mod column;
 pub mod cook;
 pub mod cracks;
 pub mod draw;
@@ -15,7 +14,6 @@ pub mod grids;
 pub mod griffith;
 pub mod incision;
 pub mod matrix;
-mod motion;
 pub mod organs;
 pub mod problems;
 #[allow(
@@ -31,6 +29,7 @@ pub mod random;
 pub mod report;
 mod row;
 pub mod spin;
+#[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 pub mod studies;
 mod watch;
 

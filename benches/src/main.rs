@@ -15,8 +15,8 @@ use benches::cracks::Fronts;
 use benches::draw::Drawing;
 use benches::studies::{STUDIES, write_page};
 use benches::{
-    Effort, Options, Row, Study, StudyError, column, cook, cracks, grids, griffith, incision,
-    matrix, organs, prove, random, spin,
+    Effort, Options, Row, Study, StudyError, cook, cracks, grids, griffith, incision, matrix,
+    organs, prove, random, spin,
 };
 use clap::{Args, Command, FromArgMatches, Subcommand};
 use phyxel_cli::output::OutputFolder;
@@ -57,8 +57,6 @@ enum Verdict {
     },
     /// A free block that spins while it is cut keeps its momenta.
     Spin(One),
-    /// A column that is thrown into a twist keeps its energy.
-    Column(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
     /// The plots of the READMEs.
@@ -205,7 +203,6 @@ fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
         Verdict::Griffith(one) => run_griffith(one),
         Verdict::Incision { filter, one } => run_incision(filter.as_deref(), one),
         Verdict::Spin(one) => run_spin(one),
-        Verdict::Column(one) => run_column(one),
         Verdict::Cook(one) => run_cook(one),
         Verdict::Draw { drawing, out } => drawing.draw(out).map(|()| true),
         Verdict::Prove { name, list, jobs } => run_prove(name.as_deref(), *list, *jobs),
@@ -474,29 +471,6 @@ fn run_spin(one: &One) -> Result<bool, StudyError> {
         )?;
         sheet.add(&finding)?;
         found.extend(spin::breaches(&finding));
-    }
-    verdict(&found)
-}
-
-fn run_column(one: &One) -> Result<bool, StudyError> {
-    let mut sheet = Sheet::create(&one.out, "column.csv")?;
-    let mut found = Vec::new();
-    for nodes in [500, 1500, 5000]
-        .into_iter()
-        .take(if one.quick { 1 } else { 3 })
-    {
-        let finding = column::measure(nodes)?;
-        writeln!(
-            io::stdout(),
-            "{:5} nodes: twists by {:.1} degrees at {:.4} s; smallest det F {:.3}, energy-balance error {:.1e}",
-            finding.nodes,
-            finding.twist,
-            finding.at,
-            finding.smallest_determinant,
-            finding.imbalance
-        )?;
-        sheet.add(&finding)?;
-        found.extend(column::breaches(&finding));
     }
     verdict(&found)
 }

@@ -1,12 +1,12 @@
 //! A free block that spins while it is cut: what nothing from outside acts on keeps its momenta.
 
 use glam::DVec3;
-use phyxel::World;
 use phyxel::scene::{Body, Capture, Cut, Key, Sampling, Scene, Shape, Target};
+use phyxel::{World, WorldState};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::error::StudyError;
-use crate::motion::with_velocities;
 
 /// Full edge lengths (m).
 const SIZE: DVec3 = DVec3::new(0.04, 0.05, 0.08);
@@ -103,6 +103,36 @@ pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> 
         linear,
         severed: cutting.map_or(0, phyxel::Cutting::severed_pairs),
     })
+}
+
+/// Gives the first body of a new world velocities (m/s) by position (m), through its snapshot; takes one
+/// step at rest before, after which all of that is finite and can be written.
+fn with_velocities(world: &mut World, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), StudyError> {
+    world.step()?;
+    let motion = &world.members()[0].body.motion;
+    let supports = motion.supports();
+    let mut velocities: Vec<DVec3> = motion.positions().iter().map(|&x| velocity(x)).collect();
+    supports.project(&mut velocities);
+    let nodes = motion.masses().iter().zip(&velocities);
+    let kinetic: f64 = nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum();
+    let mut kept = serde_json::to_value(world.state()).map_err(StudyError::State)?;
+    // A step that is rolled back must not end at rest.
+    if let Some(whole) = kept.as_object_mut() {
+        whole.insert("kept".to_owned(), Value::Null);
+    }
+    let motion = kept
+        .pointer_mut("/bodies/0/motion")
+        .and_then(Value::as_object_mut);
+    if let Some(motion) = motion {
+        motion.insert("velocities".to_owned(), json!(velocities));
+        if let Some(audit) = motion.get_mut("audit").and_then(Value::as_object_mut) {
+            audit.insert("kinetic".to_owned(), json!(kinetic));
+            audit.insert("initial".to_owned(), json!(kinetic));
+        }
+    }
+    let state: WorldState = serde_json::from_value(kept).map_err(StudyError::State)?;
+    world.restore(state, |_, _| ())?;
+    Ok(())
 }
 
 /// Linear momentum (kg m/s).

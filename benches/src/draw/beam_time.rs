@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::StudyError;
 use crate::problems::cantilever as beam;
 use crate::problems::model::Law;
-use crate::report::{Plot, Scale, Series};
+use crate::report::{Plot, Series, log};
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Material, Settings};
 use phyxel_integrate::ForceLaw;
@@ -169,11 +169,8 @@ fn study(folder: &Path) -> Result<(), StudyError> {
     Plot::new(
         "elastic_error_solution",
         "Tip of a cantilever, 525 nodes, nu 0.3, one thread",
-        [
-            "one period of bending, explicit (ms)",
-            "|error| of the tip (%)",
-        ],
-        [Scale::Logarithmic; 2],
+        log("one period of bending, explicit (ms)"),
+        log("|error| of the tip (%)"),
         lines.collect(),
     )
     .write(folder)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::StudyError;
-use crate::report::{Plot, Scale, Series};
+use crate::report::{Plot, Series, log};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::{Random, lattice};
@@ -94,8 +94,8 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
     Plot::new(
         "convergence",
         "Error against spacing",
-        ["h", "rms error"],
-        [Scale::Logarithmic; 2],
+        log("h"),
+        log("rms error"),
         lines,
     )
     .write(folder)

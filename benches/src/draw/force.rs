@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::StudyError;
 use crate::problems::indentation::{SMALL, cube, graded};
 use crate::problems::reference::Reference;
-use crate::report::{Plot, Scale, Series};
+use crate::report::{Plot, Series, linear};
 
 /// Force over indentation of the 2 m cube, small strain, beside Hertz and finite elements.
 pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
@@ -36,12 +36,11 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
         curves.push(Series::line(name, points));
     }
     let title = "Sphere of 1 m in a 2 m cube, sides and bottom fixed";
-    let (x, y) = ("indentation (m)", "force over Young's modulus (m²)");
     Plot::new(
         "force_indentation",
         title,
-        [x, y],
-        [Scale::Linear; 2],
+        linear("indentation (m)"),
+        linear("force over Young's modulus (m²)"),
         curves,
     )
     .write(folder)

@@ -6,10 +6,7 @@ use phyxel_discretize::{
     space_filling_order, tetrahedra_edges,
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
-use phyxel_mls::{
-    ConservativeSettings, GradientStencils, NearestSettings, Neighborhoods, inverse_square_weights,
-    k_nearest,
-};
+use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 
 use super::solid::Solid;
 use crate::StudyError;
@@ -86,23 +83,6 @@ impl Block {
         }
         let tetrahedra = tetrahedra.iter().map(|t| t.map(|v| place[v as usize]));
         Self::new(order.apply(nodes), tetrahedra.collect())
-    }
-
-    /// The same nodes, each coupled with its `k` nearest, in both directions.
-    ///
-    /// # Errors
-    /// As [`Block::new`].
-    pub fn with_nearest(mut self, k: usize) -> Result<Self, StudyError> {
-        let settings = NearestSettings {
-            nearest: k,
-            limit: Some(k),
-            ..NearestSettings::default()
-        };
-        self.graph = k_nearest(&self.rest, &settings)?
-            .neighborhoods
-            .symmetrized()?;
-        self.stencils = conservative(&self.rest, &self.volumes, &self.boundary, &self.graph)?;
-        Ok(self)
     }
 
     /// Nodes that pass a test of their place at rest.
@@ -193,23 +173,6 @@ fn conservative(
         }),
         _ => Ok(made),
     }
-}
-
-/// Conservative stencils of a jittered block on a graph, with inverse square weights.
-///
-/// # Errors
-/// [`StudyError`] if there are none.
-pub fn jittered_stencils(
-    block: &testkit::kuhn::Block,
-    graph: &Neighborhoods,
-    settings: &ConservativeSettings,
-) -> Result<GradientStencils, StudyError> {
-    let weights = inverse_square_weights(&block.positions, graph);
-    let (positions, volumes) = (&block.positions, &block.volumes);
-    let boundary = &block.boundary_vectors;
-    let made =
-        GradientStencils::conservative(positions, volumes, boundary, graph, weights, settings)?;
-    Ok(made)
 }
 
 /// Rows on a graph as the elastic model reads them.

@@ -305,7 +305,7 @@ pub(super) fn figures_study_draws_each_and_table_1_has_its_pattern(proof: &mut P
     for picture in &findings.report.pictures {
         let (first, frame) = (picture.frame.pixels[0], &picture.frame);
         proof.holds(
-            picture.name,
+            &picture.name,
             frame.pixels.iter().any(|pixel| *pixel != first),
         );
     }

@@ -34,7 +34,7 @@ pub struct Report {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Picture {
     /// Part of the file name.
-    pub name: &'static str,
+    pub name: String,
     /// What it shows.
     pub title: String,
     /// Its pixels.
@@ -228,6 +228,12 @@ impl fmt::Display for Table {
     }
 }
 
+/// Columns by their names and units.
+pub(crate) fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
+    let column = |&(name, unit)| Column { name, unit };
+    names.iter().map(column).collect()
+}
+
 /// A plot of lines.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plot {
@@ -252,6 +258,18 @@ pub struct Axis {
     pub scale: Scale,
 }
 
+/// An axis that is divided by powers of ten.
+pub(crate) fn log(label: &str) -> Axis {
+    let (label, scale) = (label.to_owned(), Scale::Logarithmic);
+    Axis { label, scale }
+}
+
+/// An axis that is divided evenly.
+pub(crate) fn linear(label: &str) -> Axis {
+    let (label, scale) = (label.to_owned(), Scale::Linear);
+    Axis { label, scale }
+}
+
 /// How an axis is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Scale {
@@ -274,24 +292,15 @@ pub struct Series {
 }
 
 impl Plot {
-    /// A plot of lines; `axes` and `scales` of the horizontal and of the vertical axis.
+    /// A plot of lines over a horizontal and a vertical axis.
     #[must_use]
-    pub fn new(
-        name: &'static str,
-        title: &str,
-        axes: [&str; 2],
-        scales: [Scale; 2],
-        series: Vec<Series>,
-    ) -> Self {
-        let axis = |k: usize| Axis {
-            label: axes[k].to_owned(),
-            scale: scales[k],
-        };
+    pub fn new(name: &'static str, title: &str, x: Axis, y: Axis, series: Vec<Series>) -> Self {
+        let title = title.to_owned();
         Self {
             name,
-            title: title.to_owned(),
-            x: axis(0),
-            y: axis(1),
+            title,
+            x,
+            y,
             series,
         }
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 
 use crate::problems::model::Law;
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
 use crate::{Effort, StudyError};
 use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
 use phyxel::{Body, World};
@@ -65,28 +65,17 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             errors.push((measured.spacing, 100.0 * measured.error.abs()));
             costs.push((cost, 100.0 * measured.error.abs()));
         }
-        by_spacing.push(Series {
-            dots: false,
-            name: name.clone(),
-            points: errors,
-        });
-        by_cost.push(Series {
-            dots: false,
-            name,
-            points: costs,
-        });
+        by_spacing.push(Series::line(name.clone(), errors));
+        by_cost.push(Series::line(name, costs));
     }
-    let column = |name, unit| Column { name, unit };
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Logarithmic,
-    };
-    let plot = |name, title: &str, x: &str, series| Plot {
-        name,
-        title: title.to_owned(),
-        x: axis(x),
-        y: axis("error of the deflection (%)"),
-        series,
+    let plot = |name, title: &str, x: &str, series| {
+        Plot::new(
+            name,
+            title,
+            log(x),
+            log("error of the deflection (%)"),
+            series,
+        )
     };
     Ok(Report {
         pictures: Vec::new(),
@@ -102,16 +91,16 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         tables: vec![Table {
             name: "deflection",
             title: "Error of the deflection and cost of the motion".to_owned(),
-            columns: vec![
-                column("Poisson's ratio", "1"),
-                column("kind of nodes", ""),
-                column("nodes", "1"),
-                column("spacing", "m"),
-                column("error", "%"),
-                column("step", "ms simulated"),
-                column("time of a step", "ms"),
-                column("speed", "simulated s per s"),
-            ],
+            columns: columns(&[
+                ("Poisson's ratio", "1"),
+                ("kind of nodes", ""),
+                ("nodes", "1"),
+                ("spacing", "m"),
+                ("error", "%"),
+                ("step", "ms simulated"),
+                ("time of a step", "ms"),
+                ("speed", "simulated s per s"),
+            ]),
             rows,
         }],
         plots: vec![

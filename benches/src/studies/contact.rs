@@ -4,8 +4,7 @@ use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::{Member, World};
 
-use super::cut::columns;
-use crate::report::{Cell, Report, Table};
+use crate::report::{Cell, Report, Table, columns};
 use crate::{Effort, StudyError};
 
 /// One figure beside the one it is compared with.

@@ -1,12 +1,11 @@
 //! What rules for weakening pairs do to the mechanics: stress intensity and mouth of an edge crack.
 
 use crate::problems::cracks::{Form, PLACES, Ratios, edge_crack};
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
 use crate::{Effort, StudyError};
 
 /// Mean and standard deviation.
 fn spread(runs: &[Ratios], of: impl Fn(&Ratios) -> f64) -> (f64, f64) {
-    #[allow(clippy::cast_precision_loss, reason = "a few runs")]
     let n = runs.len() as f64;
     let mean = runs.iter().map(&of).sum::<f64>() / n;
     let square = runs.iter().map(|run| (of(run) - mean).powi(2)).sum::<f64>();
@@ -65,11 +64,10 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             // The product over pieces is three times the reference and would flatten the others.
             if cells == 20 && form != Form::Pieces {
                 let places = places.iter().zip(&runs).filter(|(place, _)| place[1] < 0.3);
-                by_place.push(Series {
-                    dots: false,
-                    name: name.clone(),
-                    points: places.map(|(place, run)| (place[0], run.first)).collect(),
-                });
+                by_place.push(Series::line(
+                    name.clone(),
+                    places.map(|(place, run)| (place[0], run.first)).collect(),
+                ));
             }
         }
         for (plot, points) in [
@@ -78,11 +76,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             (&mut by_time, costs),
         ] {
             if !points.is_empty() {
-                plot.push(Series {
-                    dots: false,
-                    name: name.clone(),
-                    points,
-                });
+                plot.push(Series::line(name.clone(), points));
             }
         }
     }
@@ -105,17 +99,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         ]),
         rows,
     }];
-    let log = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Logarithmic,
-    };
-    let plot = |name, title: &str, x, y, series| Plot {
-        name,
-        title: title.to_owned(),
-        x,
-        y,
-        series,
-    };
+    let plot = Plot::new;
     let mut plots = vec![
         plot(
             "intensity",
@@ -140,10 +124,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         ),
     ];
     if effort == Effort::Full {
-        let linear = |label: &str| Axis {
-            label: label.to_owned(),
-            scale: Scale::Linear,
-        };
         plots.push(plot(
             "place",
             "Edge crack of 8 spacings by the tip's place between nodes (without product over pieces)",
@@ -179,9 +159,4 @@ fn root(runs: &[Ratios], of: impl Fn(&Ratios) -> f64) -> f64 {
 /// Root of the mean square error of both ratios.
 fn off(runs: &[Ratios]) -> f64 {
     (0.5 * (root(runs, |run| run.first).powi(2) + root(runs, |run| run.second).powi(2))).sqrt()
-}
-
-fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
-    let column = |&(name, unit)| Column { name, unit };
-    names.iter().map(column).collect()
 }

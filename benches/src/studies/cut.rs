@@ -1,6 +1,6 @@
 //! Cutting: what a blade update costs.
 
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
 use phyxel::World;
@@ -11,12 +11,8 @@ const PASSING: f64 = 0.02;
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (updates, by_triangles, by_nodes) = updates(effort)?;
-    let plot = |name, title: &str, x: &str, y: &str, series| Plot {
-        name,
-        title: title.to_owned(),
-        x: log(x),
-        y: log(y),
-        series,
+    let plot = |name, title: &str, x: &str, y: &str, series| {
+        Plot::new(name, title, log(x), log(y), series)
     };
     let plots = vec![
         plot(
@@ -46,18 +42,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         tables: vec![updates],
         plots,
     })
-}
-
-fn log(label: &str) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale: Scale::Logarithmic,
-    }
-}
-
-pub(crate) fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
-    let column = |&(name, unit)| Column { name, unit };
-    names.iter().map(column).collect()
 }
 
 /// What the updates of one cut cost (ms).
@@ -97,7 +81,6 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
                 Cell::Number(found.worst),
                 Cell::Number(found.latency),
             ]);
-            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
             let (nodes, triangles) = (found.nodes as f64, found.triangles as f64);
             points.push((triangles, found.median));
             if index == captures_shown(effort) {
@@ -105,23 +88,11 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
                 latencies.push((nodes, found.latency));
             }
         }
-        by_triangles.push(Series {
-            dots: false,
-            name: format!("{nodes} nodes"),
-            points,
-        });
+        by_triangles.push(Series::line(format!("{nodes} nodes"), points));
     }
     let by_nodes = vec![
-        Series {
-            dots: false,
-            name: "update, median".to_owned(),
-            points: medians,
-        },
-        Series {
-            dots: false,
-            name: "update and the step after it, median".to_owned(),
-            points: latencies,
-        },
+        Series::line("update, median", medians),
+        Series::line("update and the step after it, median", latencies),
     ];
     let table = Table {
         name: "updates",

@@ -3,14 +3,14 @@
 use glam::DVec3;
 use phyxel_splat::{Splats, Tissue, TissueSettings};
 
-use super::hertz::{TOLERANCE, columns, log, series};
+use super::hertz::TOLERANCE;
 use crate::problems::elements::Order;
 use crate::problems::indentation::{
     Press, SMALL, SOFT, SPHERES, cube_lattice, cube_sampled, graded_lattice, on_top,
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Plot, Report, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
 use crate::{Effort, StudyError};
 
 /// Method and nodes of a row.
@@ -168,14 +168,13 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 skin(0),
                 skin(1),
             ]);
-            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
             let nodes = found.nodes as f64;
             by_nodes.push((nodes, 100.0 * found.as_nodes));
             by_reading.extend(found.as_read.map(|read| (nodes, 100.0 * read)));
         }
-        curves.push(series(&format!("{name}, nodal values"), by_nodes));
+        curves.push(Series::line(&format!("{name}, nodal values"), by_nodes));
         if !by_reading.is_empty() {
-            curves.push(series(&format!("{name}, as read"), by_reading));
+            curves.push(Series::line(&format!("{name}, as read"), by_reading));
         }
     }
     Ok(Report {
@@ -200,13 +199,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             ]),
             rows,
         }],
-        plots: vec![Plot {
-            name: "field",
-            title: "Norm of the displacements' error".to_owned(),
-            x: log("nodes"),
-            y: log("error over displacements (%)"),
-            series: curves,
-        }],
+        plots: vec![Plot::new("field", "Norm of the displacements' error", log("nodes"), log("error over displacements (%)"), curves)],
         pictures: Vec::new(),
     })
 }

@@ -8,8 +8,7 @@ use phyxel_mls::{
 };
 
 use crate::problems::noise::noise;
-use crate::report::median_time;
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, log, median_time};
 use crate::{Effort, StudyError};
 
 /// Runs of which the median time is taken.
@@ -81,7 +80,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             let order = errors.last().map(|&(spacing, error): &(f64, f64)| {
                 (error / measured.error).ln() / (spacing / cloud.spacing).ln()
             });
-            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
             let (nodes_f, pairs_f) = (nodes as f64, measured.pairs as f64);
             let setup = 1e6 * measured.setup / nodes_f;
             rows.push(vec![
@@ -98,14 +96,10 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             errors.push((cloud.spacing, measured.error));
             costs.push((measured.setup, measured.error));
         }
-        by_spacing.push(series(method, errors));
-        by_time.push(series(method, costs));
+        by_spacing.push(Series::line(method.name(), errors));
+        by_time.push(Series::line(method.name(), costs));
     }
-    let column = |name, unit| Column { name, unit };
-    let error_axis = || Axis {
-        label: "gradient error, relative RMS (1)".to_owned(),
-        scale: Scale::Logarithmic,
-    };
+    let error_axis = || log("gradient error, relative RMS (1)");
     Ok(Report {
         pictures: Vec::new(),
         words: vec![
@@ -123,50 +117,24 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         tables: vec![Table {
             name: "methods",
             title: "Gradient error and cost".to_owned(),
-            columns: vec![
-                column("method", ""),
-                column("nodes", "1"),
-                column("spacing", "m"),
-                column("neighbours", "1"),
-                column("error", "1"),
-                column("order", "1"),
-                column("conservation", "1"),
-                column("set-up", "us/node"),
-                column("evaluation", "ns/pair"),
-            ],
+            columns: columns(&[
+                ("method", ""),
+                ("nodes", "1"),
+                ("spacing", "m"),
+                ("neighbours", "1"),
+                ("error", "1"),
+                ("order", "1"),
+                ("conservation", "1"),
+                ("set-up", "us/node"),
+                ("evaluation", "ns/pair"),
+            ]),
             rows,
         }],
         plots: vec![
-            Plot {
-                name: "error",
-                title: "Error of the gradient against spacing".to_owned(),
-                x: Axis {
-                    label: "spacing (m)".to_owned(),
-                    scale: Scale::Logarithmic,
-                },
-                y: error_axis(),
-                series: by_spacing,
-            },
-            Plot {
-                name: "time",
-                title: "Error of the gradient against set-up time".to_owned(),
-                x: Axis {
-                    label: "set-up, or first evaluation without one (s)".to_owned(),
-                    scale: Scale::Logarithmic,
-                },
-                y: error_axis(),
-                series: by_time,
-            },
+            Plot::new("error", "Error of the gradient against spacing", log("spacing (m)"), error_axis(), by_spacing),
+            Plot::new("time", "Error of the gradient against set-up time", log("set-up, or first evaluation without one (s)"), error_axis(), by_time),
         ],
     })
-}
-
-fn series(method: Method, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        dots: false,
-        name: method.name().to_owned(),
-        points,
-    }
 }
 
 fn field(x: DVec3) -> f64 {

@@ -6,9 +6,9 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::chapter6::{BODIES, MODELS, STATES, overrides};
-use super::cut::{columns, middle};
+use super::cut::middle;
 use super::sag::{self, Sag};
-use crate::report::{Axis, Cell, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
 use crate::{Effort, StudyError};
 use phyxel::scene::Scene;
 use phyxel::{Cutting, World};
@@ -111,7 +111,6 @@ fn hang(scene: Scene, care: Care) -> Result<Vec<Found>, StudyError> {
     let mut painter = Painter::new(&world, &pictures)?;
     let body = &world.members()[0].body;
     let seen = body.stencils.weights.iter().filter(|w| **w > 0.0).count();
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let neighbors = seen as f64 / body.rest.len() as f64;
     let mut found: Vec<Found> = Vec::new();
     let mut ended: Option<String> = world.settle().err().map(|error| error.to_string());
@@ -273,31 +272,20 @@ fn plot(states: &[State]) -> Plot {
         let name = format!("{}, {}", state.body, state.model);
         match series.last_mut() {
             Some(last) if last.name == name => last.points.push(point),
-            _ => series.push(Series {
-                dots: false,
-                name,
-                points: vec![point],
-            }),
+            _ => series.push(Series::line(name, vec![point])),
         }
     }
     for (name, then) in BODIES {
-        series.push(Series {
-            dots: false,
-            name: format!("2014: {name}"),
-            points: vec![(1.0, then), (3.0, then)],
-        });
+        series.push(Series::line(
+            format!("2014: {name}"),
+            vec![(1.0, then), (3.0, then)],
+        ));
     }
-    Plot {
-        name: "chapter6",
-        title: "Frames per second, drawn: hanging (1), cut once (2), cut through (3)".to_owned(),
-        x: Axis {
-            label: "state of the body".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "frames per second (1/s)".to_owned(),
-            scale: Scale::Logarithmic,
-        },
+    Plot::new(
+        "chapter6",
+        "Frames per second, drawn: hanging (1), cut once (2), cut through (3)",
+        linear("state of the body"),
+        log("frames per second (1/s)"),
         series,
-    }
+    )
 }

@@ -11,7 +11,7 @@ use crate::problems::cantilever::Tetrahedra;
 use crate::problems::elements::{Elements, Order};
 use crate::problems::model::{Law, small_displacements};
 use crate::problems::solid::Solid;
-use crate::report::{Cell, Table};
+use crate::report::{Cell, Table, columns};
 use crate::{Effort, StudyError};
 
 /// The material of chapter 6's scenes; forces scale with the modulus (Pa).
@@ -270,7 +270,7 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
     let table = Table {
         name: "sag",
         title: "Hanging at small strain: mean sag against finite elements".to_owned(),
-        columns: super::cut::columns(&[
+        columns: columns(&[
             ("body", ""),
             ("model", ""),
             ("nodes", "1"),

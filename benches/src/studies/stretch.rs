@@ -11,7 +11,7 @@ use phyxel_integrate::{
 use crate::problems::block::{Block, lattice};
 use crate::problems::model::{Law, dissertation};
 use crate::problems::noise::noisy;
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
 use crate::{Effort, StudyError};
 
 /// Load steps to a stretch.
@@ -232,7 +232,6 @@ fn stretch(
     let mut forces = vec![DVec3::ZERO; x.len()];
     Law(&mut elastic).forces_into(&x, &mut forces);
     let sides = block.nodes(|x| x.y > 1.0 - edge);
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let count = sides.len() as f64;
     Ok(Stretched {
         stress: -far.iter().map(|&node| forces[node as usize].x).sum::<f64>(),
@@ -240,11 +239,6 @@ fn stretch(
         seconds,
         products: report.steps.iter().map(|step| step.linear_iterations).sum(),
     })
-}
-
-fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
-    let column = |&(name, unit)| Column { name, unit };
-    names.iter().map(column).collect()
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
@@ -304,11 +298,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                                     Some(last) if last.name == named => {
                                         last.points.push((l, found.stress));
                                     }
-                                    _ => stresses.push(Series {
-                                        dots: false,
-                                        name: named.to_owned(),
-                                        points: vec![(l, found.stress)],
-                                    }),
+                                    _ => {
+                                        stresses.push(Series::line(named, vec![(l, found.stress)]))
+                                    }
                                 }
                             }
                         }
@@ -325,17 +317,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                     errors.push((nu, worst));
                 }
             }
-            by_ratio.push(Series {
-                dots: false,
-                name,
-                points: errors,
-            });
+            by_ratio.push(Series::line(name, errors));
         }
     }
-    let axis = |label: &str, scale| Axis {
-        label: label.to_owned(),
-        scale,
-    };
     Ok(Report {
         pictures: Vec::new(),
         words: vec![
@@ -368,20 +352,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             rows,
         }],
         plots: vec![
-            Plot {
-                name: "stress",
-                title: format!("Nominal stress over stretch, nu {}", ratios[0]),
-                x: axis("stretch (1)", Scale::Linear),
-                y: axis("nominal stress (Pa)", Scale::Linear),
-                series: stresses,
-            },
-            Plot {
-                name: "error",
-                title: "Largest error of the stress over all stretches".to_owned(),
-                x: axis("Poisson's ratio (1)", Scale::Linear),
-                y: axis("largest error of the stress (%)", Scale::Logarithmic),
-                series: by_ratio,
-            },
+            Plot::new("stress", &format!("Nominal stress over stretch, nu {}", ratios[0]), linear("stretch (1)"), linear("nominal stress (Pa)"), stresses),
+            Plot::new("error", "Largest error of the stress over all stretches", linear("Poisson's ratio (1)"), log("largest error of the stress (%)"), by_ratio),
         ],
     })
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
 use crate::{Effort, StudyError};
 use phyxel::World;
 use phyxel_scene::Override;
@@ -43,7 +43,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         let spread = (batches[BATCHES - 1] - batches[0]) / seconds;
         let body = &world.members()[0].body;
         let (nodes, pairs) = (body.rest.len(), body.neighborhoods.pair_count());
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let (nodes_f, pairs_f) = (nodes as f64, pairs as f64);
         rows.push(vec![
             Cell::Count(nodes),
@@ -58,16 +57,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         setup.push((nodes_f, 1e3 * built));
         steps.push((nodes_f, 1e3 * seconds));
     }
-    let column = |name, unit| Column { name, unit };
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Logarithmic,
-    };
-    let series = |name: &str, points| Series {
-        dots: false,
-        name: name.to_owned(),
-        points,
-    };
     Ok(Report {
         pictures: Vec::new(),
         words: vec![format!(
@@ -79,24 +68,24 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         tables: vec![Table {
             name: "step",
             title: "Cost of a step".to_owned(),
-            columns: vec![
-                column("nodes", "1"),
-                column("neighbours", "1"),
-                column("set-up", "s"),
-                column("time of a step", "ms"),
-                column("range", "%"),
-                column("time of a pair", "ns"),
-                column("step", "ms simulated"),
-                column("speed", "simulated s per s"),
-            ],
+            columns: columns(&[
+                ("nodes", "1"),
+                ("neighbours", "1"),
+                ("set-up", "s"),
+                ("time of a step", "ms"),
+                ("range", "%"),
+                ("time of a pair", "ns"),
+                ("step", "ms simulated"),
+                ("speed", "simulated s per s"),
+            ]),
             rows,
         }],
-        plots: vec![Plot {
-            name: "nodes",
-            title: "Time of a step and of the set-up against nodes".to_owned(),
-            x: axis("nodes"),
-            y: axis("time (ms)"),
-            series: vec![series("step", steps), series("set-up", setup)],
-        }],
+        plots: vec![Plot::new(
+            "nodes",
+            "Time of a step and of the set-up against nodes",
+            log("nodes"),
+            log("time (ms)"),
+            vec![Series::line("step", steps), Series::line("set-up", setup)],
+        )],
     })
 }

@@ -129,7 +129,6 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
     let spacing = {
         let painter = Painter::new(&world, &plain)?;
         let (_, _, areas) = painter.surfels(0);
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let count = areas.len() as f64;
         (areas.iter().sum::<f64>() / count).sqrt()
     };

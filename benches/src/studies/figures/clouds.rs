@@ -5,8 +5,7 @@ use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::Random;
 
 use crate::StudyError;
-use crate::report::{Axis, Cell, Plot, Scale, Series, Table};
-use crate::studies::cut::columns;
+use crate::report::{Cell, Plot, Series, Table, columns, linear};
 
 /// Nodes on a line with the length each stands for.
 struct Nodes {
@@ -105,17 +104,7 @@ fn deviation(curve: &[(f64, f64)], exact: impl Fn(f64) -> f64) -> f64 {
 }
 
 fn plot(name: &'static str, title: &str, labels: [&str; 2], series: Vec<Series>) -> Plot {
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Linear,
-    };
-    Plot {
-        name,
-        title: title.to_owned(),
-        x: axis(labels[0]),
-        y: axis(labels[1]),
-        series,
-    }
+    Plot::new(name, title, linear(labels[0]), linear(labels[1]), series)
 }
 
 fn dots(nodes: &Nodes, data: &[f64]) -> Series {

@@ -31,303 +31,160 @@ impl Drawn {
     }
 }
 
-/// What a figure shows there, and where phyxel's differs.
-struct Figure {
-    /// Number of its panels.
-    number: u32,
-    name: &'static str,
-    title: &'static str,
-    there: &'static str,
-    here: &'static str,
-}
-
-const fn figure(
-    number: u32,
-    name: &'static str,
-    title: &'static str,
-    there: &'static str,
-    here: &'static str,
-) -> Figure {
-    Figure {
-        number,
-        name,
-        title,
-        there,
-        here,
-    }
-}
-
-const FIGURES: &[Figure] = &[
-    figure(
+/// Number of a figure and its panels, what it shows there, and where phyxel's differs.
+const FIGURES: &[(u32, &str, &str)] = &[
+    (
         18,
-        "figure18",
-        "Figure 18",
         "The weight of a node beside a cut by the visibility criterion and by diffraction.",
         "The same two with the rules of this program: the shadow of a straight cut in (a), the way round its tip in (b).",
     ),
-    figure(
+    (
         20,
-        "figure20",
-        "Figure 20",
         "d1+ of a segment from t = 0 to 1.",
         "The same function, from the grid of that segment.",
     ),
-    figure(
-        21,
-        "figure21",
-        "Figure 21",
-        "d2 and phi of a segment as surfaces.",
-        "The same.",
-    ),
-    figure(
+    (21, "d2 and phi of a segment as surfaces.", "The same."),
+    (
         22,
-        "figure22",
-        "Figure 22",
         "Contours of phi of a segment.",
         "The same, with its tips at 0.3 and 0.7.",
     ),
-    figure(
+    (
         23,
-        "figure23",
-        "Figure 23",
         "Enrichments of consecutive segments, multiplied: wrong beside the cut. With the cut that goes through, one side should be 1 and the other 0.",
         "The same product for a cut that ends inside and one that goes through: the side that should be 1 falls beside the cut and is below 1 nearly everywhere.",
     ),
-    figure(
+    (
         24,
-        "figure24",
-        "Figure 24",
         "The common frame turns as the cut grows.",
         "The same; directions are averaged as vectors, not as angles (eq. (40)).",
     ),
-    figure(
-        25,
-        "figure25",
-        "Figure 25",
-        "d1+ of the series of segments.",
-        "The same.",
-    ),
-    figure(
-        26,
-        "figure26",
-        "Figure 26",
-        "Regions of the segments.",
-        "The same.",
-    ),
-    figure(
-        27,
-        "figure27",
-        "Figure 27",
-        "s by the region's segment.",
-        "The same.",
-    ),
-    figure(
+    (25, "d1+ of the series of segments.", "The same."),
+    (26, "Regions of the segments.", "The same."),
+    (27, "s by the region's segment.", "The same."),
+    (
         28,
-        "figure28",
-        "Figure 28",
         "The enrichment of the series for two cuts.",
         "The same, and below each what the default rule makes of it for a node above the cut: no pair ahead of the tip is weakened.",
     ),
-    figure(
+    (
         29,
-        "figure29",
-        "Figure 29",
         "A strip in space and its projection to the common plane.",
         "The same for a strip of phyxel.",
     ),
-    figure(
+    (
         30,
-        "figure30",
-        "Figure 30",
         "Separators between the groups of triangles.",
         "The same in the common plane: lines through the edges of the blade, an arrow to the side of the next group.",
     ),
-    figure(
+    (
         31,
-        "figure31",
-        "Figure 31",
         "Regions of lattice points in space.",
         "The same, on three faces of the lattice's box.",
     ),
-    figure(
-        32,
-        "figure32",
-        "Figure 32",
-        "d2+ in space.",
-        "The same, in three slices.",
-    ),
-    figure(
-        33,
-        "figure33",
-        "Figure 33",
-        "s in space.",
-        "The same, in three slices.",
-    ),
-    figure(
-        34,
-        "figure34",
-        "Figure 34",
-        "Contours of phi, view 1.",
-        "The same, across z.",
-    ),
-    figure(
-        35,
-        "figure35",
-        "Figure 35",
-        "Contours of phi, view 2.",
-        "The same, across x.",
-    ),
-    figure(
-        36,
-        "figure36",
-        "Figure 36",
-        "Contours of phi, view 3.",
-        "The same, along the cut.",
-    ),
-    figure(
+    (32, "d2+ in space.", "The same, in three slices."),
+    (33, "s in space.", "The same, in three slices."),
+    (34, "Contours of phi, view 1.", "The same, across z."),
+    (35, "Contours of phi, view 2.", "The same, across x."),
+    (36, "Contours of phi, view 3.", "The same, along the cut."),
+    (
         37,
-        "figure37",
-        "Figure 37",
         "Level sets 1, 0.5 and 0 of the enrichment.",
         "The same at 0.98, 0.5 and 0.02, of (1 + phi) / 2: those of 1 and 0 fill prisms beside the cut, of which the hull is drawn; that of 0.5 continues from the cut's border.",
     ),
-    figure(
+    (
         43,
-        "figure43",
-        "Figures 43 and 44",
         "An alpha texture of eq. (50) on a polygon makes an oriented splat.",
         "One splat drawn with that weight, and without; there is no texture and no polygon, the weight is computed per pixel.",
     ),
-    figure(
+    (
         45,
-        "figure45",
-        "Figures 45 and 46",
         "Pixels of several splats land on one place, and the steps in which a graphics card blends them.",
         "The result of each way of drawing for three splats in one plane: from back to front each hides what lies under it; disks and three passes blend alike there. The card's buffers have no counterpart.",
     ),
-    figure(
+    (
         59,
-        "equation59",
-        "Equation (59)",
         "Surfels follow the averaged displacements of their nodes; not drawn there.",
         "A bar twisted by 150 degrees, carried so (with its normals from the same displacements) and by the default: it is thinner, as every surfel lags behind.",
     ),
-    figure(
+    (
         62,
-        "figure62",
-        "Figure 62",
         "Points sampled uniformly on pairs of triangles of a cut, by density.",
         "The same for two densities; by a low-discrepancy sequence, which keeps the density asked for.",
     ),
-    figure(
+    (
         64,
-        "figure64",
-        "Figure 64",
         "The points that the inside test keeps.",
         "The same samples by the dissertation's own test of the two nearest surfels, in a ball.",
     ),
-    figure(
+    (
         65,
-        "figure65",
-        "Figure 65",
         "Inside by the two nearest oriented points: behind both at a convex rim, behind one at least at a concave one.",
         "That test in sections of three bodies: inside (green) and outside (grey) as they are, and what it misjudges (red): places outside, off the rims of the notched body and of a plate thinner than its surfels are apart.",
     ),
-    figure(
+    (
         66,
-        "figure66",
-        "Figure 66",
         "A cut meets the spherical support of a node.",
         "The nodes of a lattice whose supports a cut meets, by looking d3 up.",
     ),
-    figure(
-        67,
-        "figure67",
-        "Figure 67",
-        "d3 in space.",
-        "The same, in three slices.",
-    ),
-    figure(
+    (67, "d3 in space.", "The same, in three slices."),
+    (
         68,
-        "figure68",
-        "Figure 68",
         "Level sets 0.5 and 1.5 of d3.",
         "The same, in distances of nodes, taken as a fifth of the cut's length.",
     ),
-    figure(
+    (
         74,
-        "figure74",
-        "Figure 74",
         "The block of 1,408 regularly distributed nodes hangs; neighbours, 16 at most, as lines.",
         "The scenes block-1408 and block-1408-dissertation, with 16 neighbours, at rest under their weight: 8 x 8 x 22 nodes, and the pairs that they see.",
     ),
-    figure(
+    (
         75,
-        "figure75",
-        "Figure 75",
         "The block of 436 nodes from tetrahedra; neighbours are not limited.",
         "The scenes block-436 and block-436-dissertation, with as many neighbours as its supports hold; with the default's tetrahedra, 441 nodes.",
     ),
-    figure(
+    (
         76,
-        "figure76",
-        "Figure 76",
         "The block's splats, scaled down and coloured by curvature, from blue (low) to red (high).",
         "By both models, disks at half their radius; the curvature of eq. (56) from the 12 nearest as they lie, from violet (flat) to yellow (edges).",
     ),
-    figure(
+    (
         77,
-        "figure77",
-        "Figure 77",
         "The block drawn with splats.",
         "By both models, drawn in the default way.",
     ),
-    figure(
+    (
         78,
-        "figure78",
-        "Figure 78",
         "The block cut once; scaled-down splats, curvature computed again.",
         "The same, by both models. Beside it, nearer and in the tissue's colour, disks at 0.4 of radii by curvature: those of before the cut, and those measured again beside it and on the new skin.",
     ),
-    figure(
+    (
         79,
-        "figure79",
-        "Figure 79",
         "The block cut a second time: a piece comes off.",
         "The same, by both models, 0.3 s after the second cut: the piece has fallen out of the picture.",
     ),
-    figure(
+    (
         80,
-        "figure80",
-        "Figure 80",
         "The cut block drawn with splats; artefacts at sharp turns of the normals.",
         "The same, by both models; splats are clipped at edges and cuts, so these artefacts are not there. Where the dissertation's model frays at the end of a cut, splats do.",
     ),
-    figure(
+    (
         81,
-        "figure81",
-        "Figure 81",
         "Nodes of the liver, 181 of them, with 21 neighbours each in the mean.",
         "The scenes liver-181 and liver-181-dissertation: another liver.",
     ),
-    figure(
+    (
         82,
-        "figure82",
-        "Figure 82",
         "The liver's splats, scaled down and coloured by curvature.",
         "The same two scenes, coloured as in figure 76.",
     ),
-    figure(
+    (
         83,
-        "figure83",
-        "Figure 83",
         "The liver drawn with splats, uncut.",
         "The same scenes before their cuts.",
     ),
-    figure(
+    (
         84,
-        "figure84",
-        "Figure 84",
         "A cut of the liver: scaled-down and full splats.",
         "The same scenes, cut once; in the dissertation's model the cut gapes far more, and its skin is drawn out and torn. Where a cut is closed, as in the default's, surfels of both its sides lie among the nearest and curvature is large.",
     ),
@@ -339,10 +196,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     drawn.extend(skins::draw()?);
     drawn.extend(bodies::draw(effort)?);
     let mut pictures = Vec::new();
-    for figure in FIGURES {
-        let (panels, rest): (Vec<_>, Vec<_>) = drawn
-            .into_iter()
-            .partition(|panel| panel.number == figure.number);
+    for &(number, there, here) in FIGURES {
+        let (panels, rest): (Vec<_>, Vec<_>) =
+            drawn.into_iter().partition(|panel| panel.number == number);
         drawn = rest;
         let panels: Vec<Panel> = panels
             .into_iter()
@@ -354,12 +210,15 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             2 | 4 => 2,
             _ => 3,
         };
+        let title = match number {
+            43 => "Figures 43 and 44".to_owned(),
+            45 => "Figures 45 and 46".to_owned(),
+            59 => "Equation (59)".to_owned(),
+            _ => format!("Figure {number}"),
+        };
         pictures.push(Picture {
-            name: figure.name,
-            title: format!(
-                "{}. There: {} Here: {}",
-                figure.title, figure.there, figure.here
-            ),
+            name: format!("figure{number}"),
+            title: format!("{title}. There: {there} Here: {here}"),
             frame: sheet(panels, columns),
         });
     }

@@ -17,8 +17,7 @@ use crate::problems::indentation::{
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::median_time;
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, median_time};
 use crate::{Effort, StudyError};
 
 /// Young's modulus (Pa) of the tables; everything is proportional to it.
@@ -137,33 +136,6 @@ fn measured<B: ForceLaw>(
     })
 }
 
-pub(super) fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
-    let column = |&(name, unit)| Column { name, unit };
-    names.iter().map(column).collect()
-}
-
-pub(super) fn log(label: &str) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale: Scale::Logarithmic,
-    }
-}
-
-fn linear(label: &str) -> Axis {
-    Axis {
-        label: label.to_owned(),
-        scale: Scale::Linear,
-    }
-}
-
-pub(super) fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        dots: false,
-        name: name.to_owned(),
-        points,
-    }
-}
-
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut reference = Reference::new(match effort {
         Effort::Full => [12, 16],
@@ -182,13 +154,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         .iter()
         .map(|&cells| half_space(cells))
         .collect::<Result<Vec<_>, _>>()?;
-    let plot = |name, title: &str, x, y, series| Plot {
-        name,
-        title: title.to_owned(),
-        x,
-        y,
-        series,
-    };
+    let plot = Plot::new;
     Ok(Report {
         pictures: vec![picture],
         words: vec![
@@ -282,13 +248,16 @@ fn force_curves(
     let theory = depths
         .iter()
         .map(|&depth| (depth, MODULUS * hertz_force(SOFT, 1.0, depth)));
-    curves.push(series("half-space theory, eq. (65)", theory.collect()));
+    curves.push(Series::line(
+        "half-space theory, eq. (65)",
+        theory.collect(),
+    ));
     let mut blocks = Vec::new();
     for &depth in depths {
         blocks.push((depth, MODULUS * reference.press(1.0, depth)?.force));
     }
     let known = blocks.clone();
-    curves.push(series("block, triquadratic elements", known));
+    curves.push(Series::line("block, triquadratic elements", known));
     for model in [Model::Default, Model::Dissertation] {
         let mut body = model.press(cells)?;
         let mut points = Vec::new();
@@ -309,7 +278,7 @@ fn force_curves(
             ]);
             points.push((depth, MODULUS * found.force));
         }
-        curves.push(series(
+        curves.push(Series::line(
             &format!("{}, {} nodes", model.name(), body.body.rest.len()),
             points,
         ));
@@ -389,17 +358,16 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
                 _ => measured(&mut model.press(cells)?, reference),
             }?;
             let (error, deeper) = add(model.name(), model.spacing(cells), &found);
-            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
             let nodes = found.nodes as f64;
             errors.push((nodes, error));
             times.push((found.deep.seconds, error));
             ratios.push((nodes, deeper));
             norms.push((3.0 * nodes, 100.0 * found.norm));
         }
-        by_nodes.push(series(model.name(), errors));
-        by_time.push(series(model.name(), times));
-        by_theory.push(series(model.name(), ratios));
-        by_norm.push(series(model.name(), norms));
+        by_nodes.push(Series::line(model.name(), errors));
+        by_time.push(Series::line(model.name(), times));
+        by_theory.push(Series::line(model.name(), ratios));
+        by_norm.push(Series::line(model.name(), norms));
     }
     for (name, force, small) in [
         ("reference, finer lattice", known.fine, known_small.fine),
@@ -422,7 +390,7 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
     }
     let block = (hertz_force(SOFT, radius, depth) / known.force).powf(2.0 / 3.0);
     let ends = by_theory[0].points.iter().map(|p| p.0);
-    by_theory.push(series(
+    by_theory.push(Series::line(
         "block, triquadratic elements",
         ends.map(|nodes| (nodes, block)).collect(),
     ));

@@ -4,12 +4,11 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{columns, log, series};
 use crate::problems::elements::Order;
 use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::reference::{Reference, pulled};
-use crate::report::{Cell, Plot, Table};
+use crate::report::{Cell, Plot, Series, Table, columns, log};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "The table of alternation asks where the norm comes from: first a smooth \
@@ -198,11 +197,10 @@ pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plo
                     Cell::Number(100.0 * averaged),
                 ]);
                 before = Some((cells, plain));
-                #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
                 points.push((found.rest.len() as f64, 100.0 * plain));
             }
             if let Load::Given = load {
-                curves.push(series(&name, points));
+                curves.push(Series::line(&name, points));
             }
         }
     }
@@ -219,12 +217,12 @@ pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plo
         ]),
         rows,
     };
-    let plot = Plot {
-        name: "alternating",
-        title: "Error inside with the reference's displacements given on the top".to_owned(),
-        x: log("nodes"),
-        y: log("error over displacements (%)"),
-        series: curves,
-    };
+    let plot = Plot::new(
+        "alternating",
+        "Error inside with the reference's displacements given on the top",
+        log("nodes"),
+        log("error over displacements (%)"),
+        curves,
+    );
     Ok((table, plot))
 }

@@ -6,9 +6,9 @@ use phyxel::World;
 use phyxel::scene::{Pictures, View};
 use phyxel_cli::picture::Painter;
 
-use super::{MODULUS, columns};
+use super::MODULUS;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Picture, Table};
+use crate::report::{Cell, Picture, Table, columns};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "Released: the same cube as a scene, the sphere let go where it touches and \
@@ -118,7 +118,7 @@ pub(super) fn table(
     painter.carry(&released);
     let frame = painter.draw(&released);
     let picture = Picture {
-        name: "released",
+        name: "released".to_owned(),
         title: "The sphere at rest on the block (fig. 70)".to_owned(),
         frame,
     };

@@ -1,8 +1,7 @@
 //! The sphere on a block so large that it is nearly a half-space.
 
-use super::{columns, series};
 use crate::problems::indentation::{HalfSpace, Ring};
-use crate::report::{Cell, Series, Table};
+use crate::report::{Cell, Series, Table, columns};
 
 pub(super) fn table(spaces: &[HalfSpace]) -> Table {
     let rows = spaces.iter().map(|space| {
@@ -40,18 +39,18 @@ pub(super) fn pressures(spaces: &[HalfSpace]) -> Vec<Series> {
         let r = f64::from(k) / 50.0;
         (r, (1.0 - r * r).sqrt())
     });
-    let mut all = vec![series("Hertz", profile.collect())];
+    let mut all = vec![Series::line("Hertz", profile.collect())];
     if let Some(space) = spaces.last() {
         let means = |of: fn(&Ring) -> f64| {
             let rings = space.rings.iter();
             rings.map(|ring| (middle(ring.radii), of(ring))).collect()
         };
-        all.push(series(
+        all.push(Series::line(
             "Hertz, means over rings",
             means(|ring| ring.expected),
         ));
         let name = format!("default, {} nodes, means over rings", space.nodes);
-        all.push(series(&name, means(|ring| ring.pressure)));
+        all.push(Series::line(&name, means(|ring| ring.pressure)));
     }
     all
 }

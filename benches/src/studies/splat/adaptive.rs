@@ -8,7 +8,7 @@ use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
 use super::{at_rest, plain_renderer};
-use crate::report::{Cell, Column, Table};
+use crate::report::{Cell, Table, columns};
 use crate::{Effort, StudyError};
 use phyxel::scene::SurfelSpacing;
 use phyxel_cli::picture::surfels_on_solid;
@@ -79,7 +79,6 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             let square = mean_square(&radii);
             let one = drawn(&even, RadiusRule::Constant(square.sqrt()))?;
             let adaptive = drawn(&following, RadiusRule::Covering)?;
-            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
             let disks = PI * square * n as f64;
             rows.push(vec![
                 Cell::Word(body.to_owned()),
@@ -98,7 +97,6 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             ]);
         }
     }
-    let column = |(name, unit)| Column { name, unit };
     Ok(Table {
         name: "adaptive",
         title: format!(
@@ -106,7 +104,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
              against as many even surfels of one radius, at equal overdraw: errors of both, and how \
              many times smaller they become"
         ),
-        columns: [
+        columns: columns(&[
             ("body", ""),
             ("surfels", "1"),
             ("overdraw", "1"),
@@ -120,9 +118,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             ("one: normal", "degrees"),
             ("following: normal", "degrees"),
             ("normal gain", "1"),
-        ]
-        .map(column)
-        .to_vec(),
+        ]),
         rows,
     })
 }

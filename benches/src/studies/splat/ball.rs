@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
 
 use super::speed;
-use crate::report::{Cell, Column, Table, median_time};
+use crate::report::{Cell, Table, columns, median_time};
 use crate::{Effort, StudyError};
 
 /// Eye's distance from the middle of the ball (radii).
@@ -49,21 +49,18 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             (false, seen) => outside += usize::from(seen),
         }
     }
-    let column = |(name, unit)| Column { name, unit };
     Ok(Table {
         name: "ball",
         title: "A ball of points with normals at 1280 x 720, as benches/peers/pictures.py has it"
             .to_owned(),
-        columns: [
+        columns: columns(&[
             ("points", "1"),
             ("picture", "ms"),
             ("first picture", "ms"),
             ("holes", "px"),
             ("outside", "px"),
             ("depth, RMS", "radii"),
-        ]
-        .map(column)
-        .to_vec(),
+        ]),
         rows: vec![vec![
             Cell::Count(count as usize),
             Cell::Number(1e3 * time),

@@ -129,7 +129,6 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
     let spacing = {
         let painter = Painter::new(&world, &pictures)?;
         let (_, _, areas) = painter.surfels(0);
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let count = areas.len() as f64;
         (areas.iter().sum::<f64>() / count).sqrt()
     };
@@ -165,7 +164,7 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
         }
     }
     Ok(Picture {
-        name: play.name,
+        name: play.name.to_owned(),
         title: format!(
             "{}: clipped and blended in three passes (default), not clipped, and by the dissertation's \
              own rules (radii by curvature, Gaussian weights, fig. 65's inside test, one pass)",

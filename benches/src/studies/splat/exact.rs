@@ -8,8 +8,7 @@ use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
 use rayon::prelude::*;
 
 use super::{at_rest, plain_renderer};
-use crate::report::median_time;
-use crate::report::{Axis, Cell, Column, Plot, Report, Scale, Series, Table};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, median_time};
 use crate::{Effort, StudyError};
 
 /// Radii of the torus (m).
@@ -75,7 +74,6 @@ impl Exact {
         let Lens::Perspective { focal } = camera.lens else {
             unreachable!("the study's camera is one with perspective");
         };
-        #[allow(clippy::cast_precision_loss, reason = "pixels")]
         let ray = |pixel: usize| {
             let (x, y) = ((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
             let across = (x - 0.5 * width as f64) / (focal * height as f64);
@@ -190,7 +188,6 @@ fn standing_out(tissue: &Tissue, area: f64, camera: &Camera, height: u32) -> [f6
         unreachable!("the study's camera is one with perspective");
     };
     let surfels = tissue.surfels();
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let least = (2.0 * area / (27.0_f64.sqrt() * surfels.len().max(1) as f64)).sqrt();
     let mut most = [0.0_f64; 2];
     for (i, shape) in surfels.shapes.iter().enumerate() {
@@ -238,17 +235,8 @@ fn rules(surfels: &SurfaceSamples) -> Vec<(&'static str, RadiusRule)> {
 }
 
 pub(crate) fn mean_square(radii: &[f64]) -> f64 {
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let count = radii.len().max(1) as f64;
     radii.iter().map(|r| r * r).sum::<f64>() / count
-}
-
-fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        dots: false,
-        name: name.to_owned(),
-        points,
-    }
 }
 
 /// Points of one rule over the surfels of the first body.
@@ -304,7 +292,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                     Cell::Number(least),
                 ]);
                 if body.name == "ball" {
-                    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
                     let n = surfels.positions.len() as f64;
                     if !curves.iter().any(|(name, _)| *name == rule) {
                         curves.push((rule, Curves::default()));
@@ -321,24 +308,17 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             }
         }
     }
-    let column = |&(name, unit): &(&'static str, &'static str)| Column { name, unit };
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: if label.starts_with("time") {
-            Scale::Linear
+    let time = |label: &str| {
+        if label.starts_with("time") {
+            linear(label)
         } else {
-            Scale::Logarithmic
-        },
+            log(label)
+        }
     };
-    let plot = |name, title: &str, x: &str, y: &str, of: fn(&Curves) -> &Vec<(f64, f64)>| Plot {
-        name,
-        title: title.to_owned(),
-        x: axis(x),
-        y: axis(y),
-        series: curves
-            .iter()
-            .map(|(name, curve)| series(name, of(curve).clone()))
-            .collect(),
+    let plot = |name, title: &str, x: &str, y: &str, of: fn(&Curves) -> &Vec<(f64, f64)>| {
+        let lines = curves.iter();
+        let lines = lines.map(|(name, curve)| Series::line(*name, of(curve).clone()));
+        Plot::new(name, title, time(x), log(y), lines.collect())
     };
     Ok(Report {
         pictures: Vec::new(),
@@ -367,7 +347,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         tables: vec![Table {
             name: "rules",
             title: "Pictures of splats against exact ones".to_owned(),
-            columns: [
+            columns: columns(&[
                 ("body", ""),
                 ("radii", ""),
                 ("surfels", "1"),
@@ -380,10 +360,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 ("picture", "ms"),
                 ("standing out", "pixels"),
                 ("at least", "pixels"),
-            ]
-            .iter()
-            .map(column)
-            .collect(),
+]),
             rows,
         }],
         plots: vec![

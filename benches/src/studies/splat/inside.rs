@@ -5,8 +5,7 @@ use phyxel_discretize::{Bounds, Primitive, Solid, sample_surfels, surface_mesh};
 use phyxel_splat::{Tissue, TissueSettings};
 
 use crate::problems::noise::noisy;
-use crate::report::median_time;
-use crate::report::{Cell, Column, Table};
+use crate::report::{Cell, Table, columns, median_time};
 use crate::{Effort, StudyError};
 
 /// Solids with the longest edge of their surface mesh (m).
@@ -69,7 +68,6 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             &[DVec3::ZERO],
             &TissueSettings::default(),
         )?;
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let spacing = (mesh.area() / samples.positions.len() as f64).sqrt();
         let points = points(solid.bounds(), count);
         let near: Vec<bool> = points
@@ -82,10 +80,8 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         let share = |of: &dyn Fn(usize) -> bool| {
             let chosen: Vec<usize> = (0..points.len()).filter(|&k| of(k)).collect();
             let bad = chosen.iter().filter(|&&k| wrong[k]).count();
-            #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
             Cell::Number(100.0 * bad as f64 / chosen.len().max(1) as f64)
         };
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let each = 1e6 / points.len() as f64;
         rows.push(vec![
             Cell::Word(name.to_owned()),
@@ -97,13 +93,12 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             Cell::Number(each * time),
         ]);
     }
-    let column = |(name, unit)| Column { name, unit };
     Ok(Table {
         name: "inside",
         title: "Points of cuts that the dissertation's inside test (two nearest surfels, fig. 65) \
                 misjudges against the default (the solid's own); near: within a spacing of the surface"
             .to_owned(),
-        columns: [
+        columns: columns(&[
             ("body", ""),
             ("surfels", "1"),
             ("wrong", "%"),
@@ -111,9 +106,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             ("wrong far", "%"),
             ("two nearest", "us a point"),
             ("default", "us a point"),
-        ]
-        .map(column)
-        .to_vec(),
+]),
         rows,
     })
 }

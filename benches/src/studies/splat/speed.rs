@@ -5,8 +5,7 @@ use phyxel_splat::{
     Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture, covering_radii,
 };
 
-use crate::report::median_time;
-use crate::report::{Cell, Column, Table};
+use crate::report::{Cell, Table, columns, median_time};
 use crate::{Effort, StudyError};
 
 /// Radius of the ball (m).
@@ -89,11 +88,10 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         }
         rows.push(row);
     }
-    let column = |(name, unit)| Column { name, unit };
     Ok(Table {
         name: "speed",
         title: "Stages of a picture: one sample a pixel, and four as by default".to_owned(),
-        columns: [
+        columns: columns(&[
             ("surfels", "1"),
             ("radii", "ms"),
             ("set up", "ms"),
@@ -104,9 +102,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             ("2x2 picture", "ms"),
             ("2x2 rate", "1/s"),
             ("2x2 splats", "million/s"),
-        ]
-        .map(column)
-        .to_vec(),
+        ]),
         rows,
     })
 }

@@ -142,8 +142,8 @@ pub(crate) fn pictures(effort: Effort) -> Result<Vec<Picture>, StudyError> {
             frame: [240, 180],
         },
     };
-    let picture = |name, title: &str, frame| Picture {
-        name,
+    let picture = |name: &str, title: &str, frame| Picture {
+        name: name.to_owned(),
         title: title.to_owned(),
         frame,
     };
@@ -222,7 +222,6 @@ fn radii(sizes: &Sizes) -> Result<Frame, StudyError> {
     let model = &models()[1];
     let covering = Actor::new(model, sizes.few, RadiusRule::Covering, sizes.frame)?;
     let r = &covering.tissue.surfels().radii;
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let mean = (r.iter().map(|r| r * r).sum::<f64>() / r.len().max(1) as f64).sqrt();
     let largest = r.iter().copied().fold(0.0, f64::max);
     let mapped = RadiusRule::Mapped {
