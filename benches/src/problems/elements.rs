@@ -1,7 +1,6 @@
 //! Finite elements to compare with: boxes of linear elasticity, of order 1 and 2, on lines along the axes.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::boundary_triangles;
@@ -9,7 +8,6 @@ use phyxel_integrate::{BoundaryConditions, ForceLaw, NewtonSettings, StaticLoad,
 use rayon::prelude::*;
 
 use super::block::lattice;
-use super::factor::{Factored, Pattern};
 use super::solid::Solid;
 use crate::StudyError;
 
@@ -49,8 +47,10 @@ pub struct Elements {
     pub triangles: Vec<[u32; 3]>,
     lines: [Vec<f64>; 3],
     order: Order,
-    pattern: Arc<Pattern>,
-    /// Blocks (N/m) of the stiffness, in the order of the pattern.
+    /// Nodes whose motion changes the force on a node, itself among them, ascending: rows in CSR.
+    starts: Vec<usize>,
+    indices: Vec<u32>,
+    /// Blocks (N/m) of the stiffness, in the same order.
     blocks: Vec<DMat3>,
 }
 
@@ -99,7 +99,8 @@ impl Elements {
             rest,
             triangles: boundary_triangles(&tetrahedra, |_| true),
             blocks: vec![DMat3::ZERO; indices.len()],
-            pattern: Arc::new(Pattern { starts, indices }),
+            starts,
+            indices,
             lines,
             order,
         };
@@ -157,7 +158,7 @@ impl Elements {
                                 + g.transpose() * mu
                                 + DMat3::from_diagonal(DVec3::splat(mu * trace));
                             let slot = grid.slot(row, [0, 1, 2].map(|x| corner[x] + to[x]));
-                            self.blocks[self.pattern.starts[row] + slot] += block;
+                            self.blocks[self.starts[row] + slot] += block;
                         }
                     }
                 }
@@ -208,12 +209,11 @@ impl Elements {
         forces
     }
 
-    /// Which nodes' motion changes the force on which.
-    pub(crate) fn pattern(&self) -> Arc<Pattern> {
-        self.pattern.clone()
+    fn row(&self, node: usize) -> &[u32] {
+        &self.indices[self.starts[node]..self.starts[node + 1]]
     }
 
-    /// Displacements (m) at rest under forces (N), by one sparse Cholesky factor.
+    /// Displacements (m) at rest under forces (N).
     ///
     /// # Errors
     /// [`StudyError`] if the supports leave the body loose.
@@ -229,15 +229,7 @@ impl Elements {
             ..NewtonSettings::default()
         };
         let rest = self.rest.clone();
-        let pattern = Some(self.pattern());
-        let mut law = Factored::new(&mut *self, pattern, supports);
-        solve_static(
-            &mut law,
-            &mut x,
-            supports,
-            &StaticLoad::of(forces),
-            &settings,
-        )?;
+        solve_static(self, &mut x, supports, &StaticLoad::of(forces), &settings)?;
         Ok(x.iter().zip(&rest).map(|(x, rest)| *x - *rest).collect())
     }
 
@@ -291,17 +283,16 @@ impl ForceLaw for Elements {
     }
 
     fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
-        let (pattern, blocks) = (&self.pattern, &self.blocks);
         product.par_iter_mut().enumerate().for_each(|(i, sum)| {
-            let row = pattern.row(i).iter().zip(&blocks[pattern.starts[i]..]);
+            let row = self.row(i).iter().zip(&self.blocks[self.starts[i]..]);
             *sum = row.map(|(j, block)| *block * vector[*j as usize]).sum();
         });
     }
 
     fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
         for (i, block) in blocks.iter_mut().enumerate() {
-            let own = self.pattern.row(i).partition_point(|j| (*j as usize) < i);
-            *block = self.blocks[self.pattern.starts[i] + own];
+            let own = self.row(i).partition_point(|j| (*j as usize) < i);
+            *block = self.blocks[self.starts[i] + own];
         }
         true
     }

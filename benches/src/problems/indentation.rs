@@ -1,7 +1,6 @@
 //! A rigid sphere pressed into a block, and what theory says of it.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use glam::DVec3;
 use phyxel_discretize::{Primitive, SampleSettings, Solid as Shape, sample_tetrahedra};
@@ -12,7 +11,6 @@ use phyxel_integrate::{
 
 use super::block::lattice;
 use super::elements::{Elements, Order};
-use super::factor::{Factored, Pattern};
 use super::model::ElasticBody;
 use super::solid::Solid;
 use crate::StudyError;
@@ -50,8 +48,6 @@ pub struct Press<B = ElasticBody> {
     pub positions: Vec<DVec3>,
     supports: BoundaryConditions,
     contact: Contact,
-    /// Of the tangent, where it is to be factored.
-    pattern: Option<Arc<Pattern>>,
 }
 
 /// What a sphere found.
@@ -129,13 +125,12 @@ impl Press {
         spacing: f64,
     ) -> Result<Self, StudyError> {
         let rest = body.rest.clone();
-        Self::of(body, rest, supports, top, spacing, None)
+        Self::of(body, rest, supports, top, spacing)
     }
 }
 
 impl Press<Elements> {
-    /// The 2 m cube of [`Press::cube`] of finite elements on even lines, solved by a sparse Cholesky
-    /// factor.
+    /// The 2 m cube of [`Press::cube`] of finite elements on even lines.
     ///
     /// # Errors
     /// As [`Press::cube`].
@@ -151,8 +146,7 @@ impl Press<Elements> {
         let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
         let spacing = 2.0 / f64::from(cells);
         let rest = body.rest.clone();
-        let pattern = body.pattern();
-        Self::of(body, rest, supports, &top, spacing, Some(pattern))
+        Self::of(body, rest, supports, &top, spacing)
     }
 }
 
@@ -163,7 +157,6 @@ impl<B: ForceLaw> Press<B> {
         supports: BoundaryConditions,
         top: &[[u32; 3]],
         spacing: f64,
-        pattern: Option<Arc<Pattern>>,
     ) -> Result<Self, StudyError> {
         let surface = ContactSurface::from_triangles(top, &rest, 6)?;
         let settings = ContactSettings::new(penalty(SOFT.youngs_modulus, spacing));
@@ -173,7 +166,6 @@ impl<B: ForceLaw> Press<B> {
             rest,
             supports,
             contact: Contact::new(surface, settings),
-            pattern,
         })
     }
 
@@ -196,15 +188,14 @@ impl<B: ForceLaw> Press<B> {
         let pose = Pose::at(DVec3::Z * (radius - depth));
         let mut x = self.rest.clone();
         let shape = RigidShape::Sphere { radius };
-        let law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
-        let mut law = Factored::new(law, self.pattern.clone(), &self.supports);
+        let mut law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
         let settings = NewtonSettings {
             tolerance,
             ..NewtonSettings::default()
         };
         let load = StaticLoad::default();
         let report = solve_static(&mut law, &mut x, &self.supports, &load, &settings)?;
-        let sum = law.law.tool_forces[0];
+        let sum = law.tool_forces[0];
         self.positions = x;
         Ok(Pressing {
             force: sum.force.z,

@@ -6,7 +6,6 @@ pub mod block;
 pub mod cantilever;
 pub mod cracks;
 pub mod elements;
-mod factor;
 pub mod indentation;
 pub mod model;
 pub(crate) mod noise;

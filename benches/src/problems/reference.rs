@@ -161,8 +161,7 @@ fn quarter(cells: u32) -> Result<Press<Elements>, StudyError> {
     let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
     let spacing = 0.45 / f64::from(cells);
     let nodes = rest.clone();
-    let pattern = body.pattern();
-    Press::of(body, nodes, supports, &top, spacing, Some(pattern))
+    Press::of(body, nodes, supports, &top, spacing)
 }
 
 /// A field of the quarter at a point of the whole cube.

@@ -148,7 +148,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         let name = method.name();
         let (mut by_nodes, mut by_reading) = (Vec::new(), Vec::new());
         for &cells in sizes {
-            // Their factor fills as no other does; what is drawn to the sphere is finer there.
+            // Coarser elements show the order; what is drawn to the sphere is finer there.
             if cells > 17 && matches!(method, Method::Linear | Method::Graded) {
                 continue;
             }

@@ -165,8 +165,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
              A held block is stiffer than a half-space: by 15 % at 0.05 m and 27 % at 0.1 m. The strain \
              is made small (radius times 100, depth over 100, forces scaled back), as the reference has it."
                 .to_owned(),
-            "Finite elements are linear elastic boxes, fully integrated, on the same lattice, solved by \
-             a sparse Cholesky factor; their stiffness is assembled beforehand, as the stencils are. The \
+            "Finite elements are linear elastic boxes, fully integrated, on the same lattice; their stiffness \
+             is assembled beforehand, as the stencils are. The \
              norm of fig. 71 is that of the displacements' error over all nodes, over the norm of the \
              reference's displacements there."
                 .to_owned(),
@@ -342,7 +342,7 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
         for &cells in cells {
             let cells = match model {
                 Model::Graded if cells > 17 => continue,
-                // Their factor fills as no other does.
+                // Their stiffness has the most entries.
                 Model::Quadratic if cells > 14 => continue,
                 // Elements of order 2 take two intervals each.
                 Model::Quadratic => cells + cells % 2,

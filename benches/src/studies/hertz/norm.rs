@@ -180,7 +180,7 @@ pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plo
             for &cells in sizes {
                 let found = match control {
                     Some(control) => default(cells, control, load, known)?,
-                    // Their factor takes minutes.
+                    // Coarser ones show the order.
                     None if cells > 20 => continue,
                     None => trilinear(cells, load, known)?,
                 };
