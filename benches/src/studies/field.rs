@@ -172,9 +172,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             by_nodes.push((nodes, 100.0 * found.as_nodes));
             by_reading.extend(found.as_read.map(|read| (nodes, 100.0 * read)));
         }
-        curves.push(Series::line(&format!("{name}, nodal values"), by_nodes));
+        curves.push(Series::line(format!("{name}, nodal values"), by_nodes));
         if !by_reading.is_empty() {
-            curves.push(Series::line(&format!("{name}, as read"), by_reading));
+            curves.push(Series::line(format!("{name}, as read"), by_reading));
         }
     }
     Ok(Report {

@@ -299,7 +299,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                                         last.points.push((l, found.stress));
                                     }
                                     _ => {
-                                        stresses.push(Series::line(named, vec![(l, found.stress)]))
+                                        stresses.push(Series::line(named, vec![(l, found.stress)]));
                                     }
                                 }
                             }

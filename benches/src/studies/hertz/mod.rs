@@ -279,7 +279,7 @@ fn force_curves(
             points.push((depth, MODULUS * found.force));
         }
         curves.push(Series::line(
-            &format!("{}, {} nodes", model.name(), body.body.rest.len()),
+            format!("{}, {} nodes", model.name(), body.body.rest.len()),
             points,
         ));
     }
